@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.article.studies.accuracy import Run, Way, hybrid
+from squeal.article.studies.accuracy import Leg, Run, Solver, hybrid
 from squeal.io.scene import Scene
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
@@ -24,7 +24,7 @@ def with_cvode(scene: Scene, tolerance: float) -> Run:
 
     def advance(
         rhs: Any, gaps: Any, contact: State, t: float, state: np.ndarray, stop: float
-    ) -> tuple[float, np.ndarray, Any, int]:
+    ) -> Leg:
         def derivative(_t: float, s: np.ndarray, out: np.ndarray) -> None:
             out[:] = rhs(s)
 
@@ -43,13 +43,13 @@ def with_cvode(scene: Scene, tolerance: float) -> Run:
             max_num_steps=10**7,
         )
         found = solver.solve(np.array([t, stop]), np.asarray(state, dtype=float))
-        edge = None
         if found.i_events is not None and len(found.i_events):
             edge = int(np.flatnonzero(found.i_events[-1])[0])
-            return float(found.t_events[-1]), np.array(found.y_events[-1]), edge, int(found.nfev)
-        return float(found.t[-1]), np.array(found.y[-1]), edge, int(found.nfev)
+            end = float(found.t_events[-1])
+            return Leg(end, np.array(found.y_events[-1]), edge, int(found.nfev))
+        return Leg(float(found.t[-1]), np.array(found.y[-1]), None, int(found.nfev))
 
-    return hybrid(advance, scene, tolerance)
+    return hybrid(advance, scene)
 
 
 @lru_cache(maxsize=64)
@@ -109,7 +109,7 @@ def with_diffrax(scene: Scene, tolerance: float) -> Run:
     return Run(state[:3], np.array(times), steps, 13 * steps)
 
 
-def peers() -> Iterator[tuple[str, Way]]:
+def peers() -> Iterator[tuple[str, Solver]]:
     """Paths of those libraries that are installed."""
     try:
         import sksundae.cvode  # noqa: F401

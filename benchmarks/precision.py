@@ -34,12 +34,12 @@ from squeal.article.studies.accuracy import (
     OWN,
     PATIENCE,
     SEVERAL,
+    SOLVERS,
     STEMS,
-    WAYS,
     Accuracy,
     Point,
     Run,
-    Way,
+    Solver,
     cases_of,
     functions,
     points_of,
@@ -65,7 +65,7 @@ MOST = 50  # calls of one kind
 GROWS = 1e-7  # of the greatest magnitude: a real part above this is no rounding
 Answer = TypeVar("Answer")
 LABEL = "processor time [ms]"
-ALIKE = {name for name in WAYS if name.startswith("SciPy") or name == FIXED}
+ALIKE = {name for name in SOLVERS if name.startswith("SciPy") or name == FIXED}
 """Integrators of the same compiled equations at all tolerances, see `compiled`."""
 MARKS = {"squeal": "o", "NumPy eigvals": "^", "python-control": "D"}
 COLOURS = {"squeal": "#C8380E", "NumPy eigvals": "#3498DB", "python-control": "#000000"}
@@ -109,18 +109,18 @@ def timed(call: Callable[[], Answer], compiles: bool = True) -> tuple[Answer, fl
 
 @dataclass
 class Clocked:
-    """A way of integration that keeps its median processor time in ms for each tolerance.
+    """A solver that keeps its median processor time in ms for each tolerance.
 
     anew: it compiles its equations anew for each tolerance.
     """
 
-    way: Way
+    solver: Solver
     share: float
     anew: bool
     ms: dict[float, float] = field(default_factory=dict)
 
     def __call__(self, scene: Scene, tolerance: float) -> Run:
-        run, ms = timed(lambda: self.way(scene, tolerance), self.anew)
+        run, ms = timed(lambda: self.solver(scene, tolerance), self.anew)
         self.ms[tolerance] = ms * self.share
         return run
 
@@ -259,7 +259,9 @@ def main() -> None:
     if why := why_not():
         save(blank(title, why, "squeal.article.figures.work"), given.figure)
         return
-    ways, patience = (WAYS, PATIENCE) if given.quick else (WAYS | dict(peers()), EVALUATIONS)
+    solvers, patience = SOLVERS, PATIENCE
+    if not given.quick:
+        solvers, patience = SOLVERS | dict(peers()), EVALUATIONS
     stems = STEMS if given.quick else STEMS + MORE
     files = [ROOT / f"workflow/scenes/{stem}.yaml" for stem in stems]
     points: list[Point] = []
@@ -269,9 +271,9 @@ def main() -> None:
         compiled(scene)
         exact = reference(scene)
         changes[case] = len(exact.times)
-        for name, way in ways.items():
+        for name, solver in solvers.items():
             share = 1.0 / SEVERAL if "batch" in name else 1.0
-            clocked = Clocked(way, share, anew=name not in ALIKE)
+            clocked = Clocked(solver, share, anew=name not in ALIKE)
             points += points_of(case, scene, exact, name, clocked, patience)
             times |= {(case, name, t): ms for t, ms in clocked.ms.items()}
     record = Accuracy(tuple(points), changes, precision_in_words())

@@ -13,13 +13,21 @@ from pathlib import Path
 
 import numpy as np
 
-INNER, OUTER = 0.06, 0.11  # m: radii of the disc
-PAD_INNER, PAD_OUTER = 0.08, 0.10  # m: radii of the pad
-THICKNESS, PAD_THICKNESS = 0.016, 0.012  # m
+# m: radii of the disc
+INNER = 0.06
+OUTER = 0.11
+# m: radii of the pad
+PAD_INNER = 0.08
+PAD_OUTER = 0.10
+# m
+THICKNESS = 0.016
+PAD_THICKNESS = 0.012
 PAD_SECTORS = 8  # of the disc's sectors that the pad covers
 DISC_MATERIAL = (1.15e11, 0.26, 7200.0)  # Pa, 1, kg/m^3: cast iron
 PAD_MATERIAL = (6.0e9, 0.30, 2500.0)  # friction material
-PRESS, SIDE = 4.0e7, 1.5e8  # N/m: springs behind the pad, and at its ends
+# N/m: springs behind the pad, and at its ends
+PRESS = 4.0e7
+SIDE = 1.5e8
 FORCE = 4000.0  # N
 STIFFNESS = 2.0e11  # N/m^3 of the contact
 TURN = 0.002  # rad of the sliding step

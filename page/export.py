@@ -99,7 +99,8 @@ def integrator(law: ContactLaw, contact: State | None, terms: tuple[str, ...] = 
     """The integrator of one contact state, or of any (None) that its parameters then tell."""
     on = _touching(law, contact)
     system, heights, limits = equations(law, on, terms)
-    upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
+    upwards = hy.event_direction.positive
+    downwards = hy.event_direction.negative
     changes = rising(heights, on)
     events = [hy.t_event(e, direction=upwards) for e in changes]
     events += [hy.t_event(limit, direction=downwards) for limit in limits]
@@ -129,7 +130,8 @@ def _steps(tail: str, law: ContactLaw, contact: State | None) -> list[Module]:
 
 def _loads(name: str, law: ContactLaw, contact: State | None) -> Module:
     """Net Fx, Fy and moment, K (3 x 3), C (3 x 3), the loads' derivative by mu, the potential."""
-    c, on = _symbols(), _touching(law, contact)
+    c = _symbols()
+    on = _touching(law, contact)
     rhs = [e for _, e in equations(law, on, DAMPED)[0][3:]]
     loads = [c.m * rhs[0], c.m * rhs[1], c.I / c.w * rhs[2]]
     turn = [1.0, 1.0, c.w] * 3  # from w theta to theta

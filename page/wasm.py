@@ -10,7 +10,9 @@ from pathlib import Path
 from page.export import Module
 from squeal.errors import ComputationError
 
-OLDEST, NEWEST = 19, 30  # clang before 19 does not read heyoka's LLVM text
+# clang before 19 does not read heyoka's LLVM text
+OLDEST = 19
+NEWEST = 30
 ADVICE = (
     "the page needs clang and wasm-ld of LLVM 19 or newer; on Debian: apt install clang-19 lld-19"
 )
@@ -38,7 +40,8 @@ def compilers() -> tuple[str, str] | None:
         pair = shutil.which(f"clang-{version}"), shutil.which(f"wasm-ld-{version}")
         if pair[0] and pair[1]:
             return pair[0], pair[1]
-    clang, linker = shutil.which("clang"), shutil.which("wasm-ld")
+    clang = shutil.which("clang")
+    linker = shutil.which("wasm-ld")
     if clang is None or linker is None:
         return None
     said = subprocess.run([clang, "--version"], capture_output=True, text=True, check=False).stdout

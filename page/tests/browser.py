@@ -37,7 +37,8 @@ class Chromium(Opened):
     """One page in one browser; requests that leave the machine are recorded in `requests`."""
 
     def __init__(self, program: str, profile: Path) -> None:
-        ours, theirs = os.pipe(), os.pipe()
+        ours = os.pipe()
+        theirs = os.pipe()
 
         def pipes() -> None:  # the browser reads 3 and writes 4
             for end, number in ((os.dup(ours[0]), 3), (os.dup(theirs[1]), 4)):

@@ -119,7 +119,8 @@ def test_extremes_and_shares_are_those_of_the_motion(node):
         result = simulate(scene)
         ranges = result.extrema
         assert ranges is not None
-        units, pad = answer["units"], scene.pad
+        units = answer["units"]
+        pad = scene.pad
         force = units["mass"] * units["length"] / units["time"] ** 2 / pad.F_n
         sizes = {"B1": (force, force), "B2": (force, units["length"] / pad.w)}[scene.model]
         for ends, size, expected in zip(answer["ends"], sizes, ranges.values(), strict=True):
@@ -133,7 +134,10 @@ def test_extremes_and_shares_are_those_of_the_motion(node):
 
 def test_no_line_folds_into_the_spectrum(node):
     case = read_scene(ROOT / "workflow" / "scenes" / "b2-b.yaml")
-    highest, stop, n = 12e3, 0.04, 1 << 18  # 6.5 million samples a second
+    # 6.5 million samples a second
+    highest = 12e3
+    stop = 0.04
+    n = 1 << 18
     long = dataclasses.replace(case, stop=stop)
     (answer,) = node("spectra.js", [as_json(long) | {"highest": highest}])
     fine = dataclasses.replace(long, samples=n + 1, outputs=("history",))

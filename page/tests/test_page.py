@@ -105,7 +105,8 @@ def test_random_pads(page):
 
 def test_keys_move_a_slider_and_all_follows(page):
     page.run("document.getElementById('mu').focus()")
-    before, contacts = float(value(page, "mu_number")), text(page, "n_contacts")
+    before = float(value(page, "mu_number"))
+    contacts = text(page, "n_contacts")
     page.press("ArrowRight", 25)
     settled(page)
     after = float(value(page, "mu_number"))
@@ -141,7 +142,8 @@ def test_a_link_carries_the_settings(page, model, stiffness):
     if model == "BN":
         choose(page, "springs", "8")
     settled(page)
-    settings, link = page.run("JSON.stringify(squeal.settings)"), page.run("location.href")
+    settings = page.run("JSON.stringify(squeal.settings)")
+    link = page.run("location.href")
     page.open(link)
     settled(page)
     assert json.loads(page.run("JSON.stringify(squeal.settings)")) == json.loads(settings)
@@ -181,7 +183,8 @@ def test_the_scene_file_is_simulated_to_the_same_end(page, tmp_path, capsys, mod
 
 
 def test_damping_counts_in_motion_eigenvalues_and_threshold(page, tmp_path):
-    free, first = json.loads(page.run("JSON.stringify(squeal.view.eigen)")), text(page, "n_final")
+    free = json.loads(page.run("JSON.stringify(squeal.view.eigen)"))
+    first = text(page, "n_final")
     assert page.run("squeal.view.body.damped") is False
     page.run(f"for (let i = 0; i < 50; i++) ({ADD_ONE})(document.getElementById('damping'))")
     settled(page)
@@ -257,7 +260,8 @@ def test_what_has_the_focus_is_never_hidden(page, width, height):
     page.open(page.address, width=width, height=height)
     settled(page)
     page.run("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
-    stops, hidden = 0, []
+    stops = 0
+    hidden = []
     for _ in range(90):
         page.press("Tab")
         name, seen = page.run(FOCUSED)
@@ -281,7 +285,8 @@ def preset(page, title):
 
 
 def test_each_example_shows_what_it_says(page, tmp_path):
-    verdicts, late = {}, {}
+    verdicts = {}
+    late = {}
     titles = ("The article", "Just below", "Damping saves", "A cycle beside")
     for title in titles:
         preset(page, title)

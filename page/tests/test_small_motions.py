@@ -59,7 +59,8 @@ def test_equilibria_and_eigenvalues(node):
         assert ours == pytest.approx(theirs, abs=1e-6 * np.max(np.abs(theirs)))
         for value, *shape in answer["shapes"]:
             v = np.array([complex(*part) for part in shape]) * [1, 1, 1 / scene.pad.w]
-            s, parts = complex(*value), analysis.matrices
+            s = complex(*value)
+            parts = analysis.matrices
             P = [s * s * parts.M, s * parts.C, parts.K]
             terms = sum(np.abs(part) @ np.abs(v) for part in P)
             assert np.max(np.abs(sum(P) @ v) / terms) < 1e-7
@@ -101,7 +102,8 @@ def test_thresholds(node, ratio):
 @pytest.mark.parametrize("ratio", [0.0, 0.02])
 @pytest.mark.parametrize("path", [SCENES[2], SCENES[6]], ids=["B1", "B2"])
 def test_map_about_the_sliding_equilibrium(node, path, ratio):
-    n, scene = 14, damped(read_scene(path), ratio)
+    n = 14
+    scene = damped(read_scene(path), ratio)
     (answer,) = node("small_motions.js", [as_json(scene) | {"map": n}])
     codes = stability_map(scene, angle_axes(n)).codes.ravel()
     differing = [a for a, b in zip(codes, answer["codes"], strict=True) if NAMES[a] != b]
@@ -110,7 +112,8 @@ def test_map_about_the_sliding_equilibrium(node, path, ratio):
 
 @pytest.mark.parametrize("ratio", [0.0, 0.02])
 def test_map_about_the_origin(node, ratio):
-    n, scene = 24, damped(read_scene(SCENES[6]), ratio)
+    n = 24
+    scene = damped(read_scene(SCENES[6]), ratio)
     (answer,) = node("small_motions.js", [as_json(scene) | {"map": n}])
     b3 = read_scene(ROOT / "workflow" / "scenes" / "b3.yaml")  # the same pad
     linear = damped(dataclasses.replace(b3, formulation=scene.formulation), ratio)

@@ -11,7 +11,9 @@ from squeal.io.scene import read_scene
 from squeal.simulation.run import simulate
 from tests.conftest import ROOT
 
-RATE, SECONDS, SLOW = 44100, 0.2, 16
+RATE = 44100
+SECONDS = 0.2
+SLOW = 16
 
 
 @pytest.mark.parametrize(("what", "column"), [("velocity", "x_dot"), ("force", "Rn")])

@@ -90,7 +90,8 @@ def bounds(pad: Pad, angles: Any = None) -> Bounds:
         (alpha1, alpha2) in rad, arrays of one shape for a map.
     """
     K11, K21, K31 = first_column(pad, angles)
-    mu, h = pad.mu, pad.h
+    mu = pad.mu
+    h = pad.h
     with np.errstate(divide="ignore", invalid="ignore"):
         bound_a = np.where(K21 == 0.0, np.inf, K11 / K21)
         bound_b = np.where(K21 == 0.0, np.inf, K31 / (h * K21))

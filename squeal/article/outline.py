@@ -94,7 +94,8 @@ def _shares(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Where the code changes on the edges of a grid along x (n1 - 1, n2) and y (n1, n2 - 1), as a
     share of the edge; one half elsewhere, and everywhere without `at`."""
-    along_x, along_y = np.full((len(x) - 1, len(y)), 0.5), np.full((len(x), len(y) - 1), 0.5)
+    along_x = np.full((len(x) - 1, len(y)), 0.5)
+    along_y = np.full((len(x), len(y) - 1), 0.5)
     if at is None:
         return along_x, along_y
     ix, jx = np.nonzero(codes[1:] != codes[:-1])
@@ -104,12 +105,14 @@ def _shares(
     step = np.zeros_like(start)
     step[0, : len(ix)] = x[ix + 1] - x[ix]
     step[1, len(ix) :] = y[jy + 1] - y[jy]
-    low, width = np.zeros(len(first)), 1.0
+    low = np.zeros(len(first))
+    width = 1.0
     for _ in range(20 if len(first) else 0):  # places to a millionth of an edge
         width /= 2
         low = low + width * (at(start + (low + width) * step) == first)
     share = low + width / 2
-    along_x[ix, jx], along_y[iy, jy] = share[: len(ix)], share[len(ix) :]
+    along_x[ix, jx] = share[: len(ix)]
+    along_y[iy, jy] = share[len(ix) :]
     return along_x, along_y
 
 
@@ -133,7 +136,11 @@ def outline(
     mixed = (four != four[0]).any(axis=0)
     runs, run_codes = _runs(x, y, np.where(mixed, -1, four[0]))
     i, j = np.nonzero(mixed)
-    at_corner, left, right, low, high = four[:, i, j], x[i], x[i + 1], y[j], y[j + 1]
+    at_corner = four[:, i, j]
+    left = x[i]
+    right = x[i + 1]
+    low = y[j]
+    high = y[j + 1]
     corners = np.array([[left, low], [right, low], [right, high], [left, high]])
     # on each edge the place of a change, (edge, coordinate, square), from the lower edge on; equal
     # to the last bit in both squares that share the edge, so that their segments join
@@ -160,7 +167,8 @@ def outline(
 
 def _runs(x: np.ndarray, y: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Squares of one code merged along y into rectangles; squares of code -1 are left out."""
-    boxes, codes_of = [], []
+    boxes = []
+    codes_of = []
     for i, column in enumerate(codes):
         starts = np.concatenate([[0], np.flatnonzero(np.diff(column)) + 1])
         stops = np.append(starts[1:], len(column))

@@ -73,7 +73,8 @@ def call(function: Callable[..., T], words: Sequence[str]) -> T:
 
 
 def _from(kind: Any, value: Any, at: Place) -> Any:
-    origin, inner = typing.get_origin(kind), typing.get_args(kind)
+    origin = typing.get_origin(kind)
+    inner = typing.get_args(kind)
     if kind is Any:
         return value
     if origin in (Union, types.UnionType):

@@ -629,6 +629,9 @@ def _root_at_event(
         end = _one_of_two(zero)
     if end is None:
         return None
+    is_complex = problem is DAMPED and np.iscomplexobj(A)
+    if is_complex and not end.is_real and end.root.imag < 0.0:
+        return None
     omega = 0.0
     if not end.is_real:
         exponent = exponents(np.array(end.root), problem, continuation.frequency_scale or 1.0)

@@ -456,7 +456,7 @@ def _read_terms(given: Mapping[str, Any]) -> dict[str, tuple[Term, ...]]:
         terms = []
         with Place("System", part).named():
             for factor, array in arrays.items():
-                array_labels = _labels_of(array)
+                array_labels = labels_of(array)
                 if array_labels is not None:
                     name = f"{part} {factor}" if has_factors else part
                     labels[f"index of {name}"] = array_labels[0]
@@ -468,7 +468,7 @@ def _read_terms(given: Mapping[str, Any]) -> dict[str, tuple[Term, ...]]:
     return parts
 
 
-def _labels_of(matrix: object) -> tuple[list[object], list[object]] | None:
+def labels_of(matrix: object) -> tuple[list[object], list[object]] | None:
     """The labels of rows and columns of a data frame (pandas) or a data array (xarray) that has
     them; None of any other matrix."""
     if hasattr(matrix, "columns") and hasattr(matrix, "index"):
@@ -496,13 +496,15 @@ def _refuse_other_labels(labels: Mapping[str, list[object]]) -> None:
 def matrices_of(system: SystemFunction, ps: Sequence[float]) -> list[tuple[Array, Array, Array]]:
     """M, C (zero without damping) and K, arrays (n, n), at each value.
 
-    Raises InputError where the system gives no square, finite, real matrices of one size.
+    Raises InputError where the system gives no square, finite matrices of one size, or a function
+    complex ones.
     """
     many = getattr(system, "many", None)
+    real = not isinstance(system, System) or system.real
     given = many(list(ps)) if many else [matrices_at(system, p) for p in ps]
     matrices = []
     for M, C, K in given:
-        mass, damping, stiffness = checked(M, C, K)
+        mass, damping, stiffness = checked(M, C, K, real)
         matrices.append((mass, np.zeros_like(mass) if damping is None else damping, stiffness))
     return matrices
 

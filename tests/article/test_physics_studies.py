@@ -96,10 +96,10 @@ def test_every_integrator_comes_near_the_reference(short, monkeypatch):
     exact = reference(short)
     points = [
         point
-        for name, way in accuracy_study.WAYS.items()
-        for point in accuracy_study.points_of("c", short, exact, name, way)
+        for name, solver in accuracy_study.SOLVERS.items()
+        for point in accuracy_study.points_of("c", short, exact, name, solver)
     ]
-    assert [p.path for p in points] == list(accuracy_study.WAYS)
+    assert [p.path for p in points] == list(accuracy_study.SOLVERS)
     assert all(p.error < 1e-5 for p in points)
     assert all(p.evaluations > p.steps for p in points)
     record = Accuracy(tuple(points), {"c": len(exact.times)}, "quad")

@@ -67,7 +67,7 @@ def test_a_set_says_the_same_by_hand(number):
         assert float(getattr(row, key)) == pytest.approx(value, abs=1.0 + float(row.spread))
     longer = "pl"[found["lost1"] < found["lost2"]]
     if abs(found["lost1"] - found["lost2"]) > 2.0:
-        assert ensemble.letter(row, "lost") == longer
+        assert ensemble.verdict(row, "lost") == longer
 
 
 @needs_heyoka

@@ -27,7 +27,8 @@ FORMATS = {
     ".html": "text/html",
     ".tex": "application/x-tex",
 }
-CC_BY, MIT = "https://creativecommons.org/licenses/by/4.0/", "https://spdx.org/licenses/MIT"
+CC_BY = "https://creativecommons.org/licenses/by/4.0/"
+MIT = "https://spdx.org/licenses/MIT"
 NAMES = {
     "paper/report.pdf": "The paper",
     "paper/supplement.pdf": "Its supplement",

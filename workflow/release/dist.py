@@ -29,7 +29,8 @@ def absolute(text: str, url: str) -> str:
 
 def main() -> int:
     """Build both in the folder."""
-    folder, url = Path(sys.argv[1]).resolve(), "".join(sys.argv[2:]).rstrip("/")
+    folder = Path(sys.argv[1]).resolve()
+    url = "".join(sys.argv[2:]).rstrip("/")
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
         for file in tracked():

@@ -251,7 +251,8 @@ def _wrong_text(found: list[str], known: list[str]) -> str:
 
 def compared(known: dict[str, Any], folder: Path, alike: bool) -> tuple[list[str], list[str]]:
     """Names of files whose bytes differ, and what is wrong; where all is alike, any difference."""
-    other, wrong = [], []
+    other = []
+    wrong = []
     for name, digest in known["files"].items():
         path = folder / name
         try:
@@ -290,7 +291,8 @@ def main() -> int:
         known["files"] = {n: d for n, d in known["files"].items() if n not in PDFS}
     reasons = unlike(known["made_with"], now)
     other, wrong = compared(known, ROOT, not reasons)
-    count, results = len(known["files"]), len(known["numbers"])
+    count = len(known["files"])
+    results = len(known["numbers"])
     if wrong:
         print(f"verify: not the same: {len(wrong)} of {count} files", *wrong, sep="\n  ")
         print("  make report builds anew what is removed")

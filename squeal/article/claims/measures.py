@@ -115,13 +115,15 @@ def rest(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None) -> Re
     """The equilibria with friction mu (n,) that Newton's method reaches from a place (3, n), or
     from the initial position. All parameters of the pads are arrays (n,)."""
     statics = Statics.of(model)
-    length, w = statics.units.length, statics.model.pad.w
+    length = statics.units.length
+    w = statics.model.pad.w
     z = np.zeros((4, len(mu)))
     if start is not None:
         z[:3] = np.nan_to_num([start[0] / length, start[1] / length, start[2] * w])
     z[3] = mu
     z, sides = statics.settle(z, None, 10)
-    reached, q = sides != 0.0, statics.place(z)
+    reached = sides != 0.0
+    q = statics.place(z)
     gaps = np.where(reached, statics.gaps(z), math.nan)
     touching = (gaps < 0.0).astype(float)
     load = statics.model.law.loads(statics.model.c, pose(np, tuple(q)), touching)

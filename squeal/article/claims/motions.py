@@ -17,7 +17,9 @@ from squeal.simulation.run import in_natural_units, make_integrator
 
 START = 1e-9  # values below this at the start count as zero: nothing has moved yet
 LATE = 0.1  # share of the time after first contact that counts as the end of the run
-PLACES, FINE = 4, 24  # in each step, at which signals are read first: of many motions, and of one
+# in each step, at which signals are read first: of many motions, and of one
+PLACES = 4
+FINE = 24
 LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 """Least impulses of a blow that are tried, over F_n T_1 with the period T_1 = 2 pi (m/k1)^(1/2)."""
 # where a state stands if its number is leading + 2 trailing
@@ -53,12 +55,15 @@ def measures(
     if the speed V of the surface exceeds the latter. Raises InputError for a model with other
     contact points than the two edges.
     """
-    law, n = segment.law, len(segment.t0)
+    law = segment.law
+    n = len(segment.t0)
     if law.points != 2:
         raise InputError("measures are those of two edges")
-    touched, spent = _first_contact(segment), _times(segment)
+    touched = _first_contact(segment)
+    spent = _times(segment)
     duration = np.where(np.isfinite(touched), segment.t1 - touched, 0.0)
-    grid, line = Grid(segment, places), not law.plotted[1].is_force
+    grid = Grid(segment, places)
+    line = not law.plotted[1].is_force
     signals = plotted(law)
     a, b = grid.read(signals)
 
@@ -75,7 +80,8 @@ def measures(
     def speed(_c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
         return np.asarray(states[3])
 
-    nothing, lane = np.full((n, 2), np.nan), grid.steps.lane
+    nothing = np.full((n, 2), np.nan)
+    lane = grid.steps.lane
     tilts = grid.read(tilt)
     counts = grid.steps.t >= touched[lane]
     means = np.where(counts, grid.weights @ np.nan_to_num(a), 0.0) * grid.steps.h
@@ -115,7 +121,8 @@ def _times(segment: Segment) -> np.ndarray:
     n = len(segment.t0)
     lane = np.concatenate([np.arange(n), segment.lane])
     order = np.argsort(lane, kind="stable")  # the times of one contact state, in order
-    lane, begin = lane[order], np.concatenate([segment.t0, segment.t])[order]
+    lane = lane[order]
+    begin = np.concatenate([segment.t0, segment.t])[order]
     final = np.append(lane[1:] != lane[:-1], True)
     end = np.append(begin[1:], 0.0)
     end[final] = segment.t1
@@ -161,7 +168,8 @@ def _negative(grid: Grid, values: np.ndarray, touched: np.ndarray, n: int) -> np
 
     The signal counts as straight between places, so that a crossing is located to second order.
     """
-    before, after = values[:-1], values[1:]
+    before = values[:-1]
+    after = values[1:]
     rise = np.abs(after - before)
     below = np.maximum(-np.minimum(before, after), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -184,19 +192,24 @@ def _blows(
     steps = grid.steps
     period = 2.0 * np.pi * np.sqrt(1.0 / (grid.c.k1 + 0.0 * steps.h))  # the mass is the unit
     impulse = (load * grid.weights[:, None] * steps.h / period).T.ravel()
-    side, lane = np.sign(moment).T.ravel(), np.repeat(steps.lane, len(load))
+    side = np.sign(moment).T.ravel()
+    lane = np.repeat(steps.lane, len(load))
     # without a force the side stays
     last = np.maximum.accumulate(np.where(side != 0.0, np.arange(side.size), 0))
     side = np.where(lane[last] == lane, side[last], 0.0)
     begin = np.flatnonzero(np.append(True, (side[1:] != side[:-1]) | (lane[1:] != lane[:-1])))
-    total, side, lane = np.add.reduceat(impulse, begin), side[begin], lane[begin]
-    turns, heaviest = np.zeros((n, len(LEVELS)), dtype=int), np.zeros((n, 2))
+    total = np.add.reduceat(impulse, begin)
+    side = side[begin]
+    lane = lane[begin]
+    turns = np.zeros((n, len(LEVELS)), dtype=int)
+    heaviest = np.zeros((n, 2))
     for edge, sign in enumerate((-1.0, 1.0)):
         own = side == sign
         np.fmax.at(heaviest[:, edge], lane[own], total[own])
     for column, level in zip(turns.T, LEVELS, strict=True):
         hit = (total > level) & (side != 0.0)
-        of, where = lane[hit], side[hit]
+        of = lane[hit]
+        where = side[hit]
         other = (where[1:] != where[:-1]) & (of[1:] == of[:-1])
         column[:] = np.bincount(of[1:][other], minlength=n)
     return turns, heaviest
@@ -204,7 +217,8 @@ def _blows(
 
 def _calm(grid: Grid, late: np.ndarray) -> np.ndarray:
     """Greatest acceleration after a time (n,) over that of the whole run, (n,)."""
-    steps, k = grid.steps, np.arange(1, len(grid.steps.series))
+    steps = grid.steps
+    k = np.arange(1, len(grid.steps.series))
     powers = np.pad(grid.shares[:, None] ** (k - 1) * k, ((0, 0), (1, 0)))
     rates = np.tensordot(powers, steps.series, 1)[:, 3:]
     size = (rates**2).sum(axis=1) / np.maximum(steps.h, 1e-300) ** 2

@@ -168,7 +168,8 @@ def hammers(case: Case, level: float = LEVEL) -> Outcome:
     The same for both models: a blow is the impulse of the contact force while its resultant stays
     on one half of the face.
     """
-    turns, gone = case.blows[LEVELS.index(level)], min(case.vanishes)
+    turns = case.blows[LEVELS.index(level)]
+    gone = min(case.vanishes)
     beats = turns >= TURNS and gone > TOUCH
     words = (
         f"{turns} changes of the edge struck, heaviest blows {case.heaviest[0]:.3g} and "
@@ -264,7 +265,8 @@ def singular(linear: Linear) -> Outcome:
 
 def small_region(linear: Linear) -> Outcome:
     """(23a, b) hold on a small part of the map; the share of the complete ones is printed too."""
-    printed, complete = linear.share.as_printed, linear.share.complete
+    printed = linear.share.as_printed
+    complete = linear.share.complete
     words = (
         f"{100 * printed:.1f} % of the map; the complete necessary conditions hold on "
         f"{100 * complete:.1f} %"

@@ -52,7 +52,8 @@ def settled(scenes: Mapping[str, Scene]) -> Settled | None:
     if not modes:
         return None
     name = min(modes, key=lambda n: modes[n][0])
-    scene, (real, state) = scenes[name], modes[name]
+    scene = scenes[name]
+    real, state = modes[name]
     assert scene.stop is not None
     start = tuple(state.tolist())
     own = replace(

@@ -29,7 +29,8 @@ def options(parser: Parser) -> None:
         parser.add_argument(
             f"--{key.replace('_', '-')}", choices=choices, default=choices[0], help="formulation"
         )
-    add, words = parser.add_argument, "so many starts, however long they take"
+    add = parser.add_argument
+    words = "so many starts, however long they take"
     add("--seed", read=whole(0), default=1, metavar="N", help="whole number (1 if left out)")
     add("--minutes", read=MINUTES, default=10.0, metavar="M", help="how long (10 if left out)")
     add("--starts", read=whole(1), metavar="N", help=words)
@@ -72,9 +73,11 @@ def text(result: SearchResult, claims: list[JudgedClaim]) -> str:
 def run(given: argparse.Namespace) -> Reply:
     """Search, and write the scenes if requested."""
     formulation = Formulation(given.line_force, given.delta_from, given.delta_moment)
-    starts, seconds = math.inf, 60.0 * given.minutes
+    starts = math.inf
+    seconds = 60.0 * given.minutes
     if given.starts is not None:
-        starts, seconds = given.starts, math.inf
+        starts = given.starts
+        seconds = math.inf
     if given.scenes is not None:
         check_folder(given.scenes, given.overwrite)
     elif given.overwrite:

@@ -34,8 +34,10 @@ def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
     The one that `analyse` takes is that `on_branch`, or the first if the branch from mu = 0 does
     not reach the scene's mu; where it does not rise up to there, all of them lie beyond.
     """
-    model, lever = damped_model(scene), np.array([1.0, 1.0, scene.pad.w])
-    each, taken = find_all(model), sliding_equilibrium(model)[0]
+    model = damped_model(scene)
+    lever = np.array([1.0, 1.0, scene.pad.w])
+    each = find_all(model)
+    taken = sliding_equilibrium(model)[0]
     if taken is not None:  # it stands for that of the list which is the same, and all lie alike
         near = 1e-6 * np.abs(taken.q * lever).max()
         others = [e for e in each if np.abs(np.subtract(e.q, taken.q) * lever).max() > near]

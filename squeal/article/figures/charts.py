@@ -54,12 +54,14 @@ def _arrow(
     bow: float,
 ) -> None:
     """An arrow bowed to the left of its way (`bow` in chart units), with its label on the bow."""
-    a, b = np.array(start), np.array(stop)
+    a = np.array(start)
+    b = np.array(stop)
     way = (b - a) / np.hypot(*(b - a))
     left = np.array([-way[1], way[0]])
     # from box edge to box edge: leave each box where the straight way crosses it
     reach = min(_SIZE[i] / abs(way[i]) for i in (0, 1) if abs(way[i]) > 1e-9) + 0.12
-    tail, head = a + way * reach + 0.5 * bow * left, b - way * reach + 0.5 * bow * left
+    tail = a + way * reach + 0.5 * bow * left
+    head = b - way * reach + 0.5 * bow * left
     line, colour = ((0, (3, 2)), "0.45") if together else ("-", "black")
     bent = f"arc3,rad={-bow / np.hypot(*(head - tail)):.3f}"
     look = {"arrowstyle": "-|>", "connectionstyle": bent, "shrinkA": 0.0, "shrinkB": 0.0}
@@ -83,7 +85,8 @@ def chart(model: Model) -> Figure:
         for label, at in where.items():
             _box(axes, model, label, at)
         for (start, stop), gaps in links(model).items():
-            a, b = where[start], where[stop]
+            a = where[start]
+            b = where[stop]
             _arrow(axes, a, b, f"{start}–{stop}", gaps == 2, 0.16)
     return figure
 

@@ -26,7 +26,8 @@ TITLES = {
     "b2-d-integral": "line (B2), energy-consistent",
     "b2-d-mean": "line (B2), as printed",
 }
-COEXISTING, UNSTABLE = "#E69F00", "0.6"
+COEXISTING = "#E69F00"
+UNSTABLE = "0.6"
 LOOKS: dict[str, dict[str, Any]] = {
     "fold": {"color": "#C8380E", "lw": 1.5},
     "torus": {"color": "#3B0F4A", "lw": 1.1, "ls": (0, (4, 1.5))},
@@ -109,7 +110,8 @@ def draw(record: Coexistence) -> Drawing:
         panels = figure.subplots(2, len(TITLES), sharey=True)
         for column, (name, words) in enumerate(TITLES.items()):
             one = record.motions[name]
-            top, bottom = panels[0, column], panels[1, column]
+            top = panels[0, column]
+            bottom = panels[1, column]
             _regions(top, one, "a", np.geomspace(*record.a_range, FINE), low, high)
             for margin in one.margins:
                 if inside(one, margin) and margin.micrometres is not None:

@@ -69,7 +69,8 @@ def draw(record: Energy) -> Drawing:
     parts = []
     for name, motion in record.motions.items():
         if isinstance(motion, Motion) and motion.curves:
-            gain, loss = motion.fed(1), motion.fed(-1)
+            gain = motion.fed(1)
+            loss = motion.fed(-1)
             parts.append(
                 f"{motion_title(name)}: friction does {motion.friction:.2g} J, the contact law "
                 f"{sum(gain):.2g} J in {len(gain)} episodes of partial contact and "

@@ -23,7 +23,9 @@ SHOWN = {
 }
 """Properties by name, and in words."""
 COEXIST = "contact lost beside stable sliding, 1 %"
-RANDOM, SHUFFLED, PRINTED = "0.75", "#E69F00", "#3B0F4A"
+RANDOM = "0.75"
+SHUFFLED = "#E69F00"
+PRINTED = "#3B0F4A"
 CAPTION = r"""Random parameter sets within physical bounds (\val{ensemble.groups.all} valid
 sets). (a)~Share of the sets for which each statement holds, with
 95\,\% intervals, which include undecided sets; the last row is under modal damping of
@@ -102,7 +104,8 @@ def draw(record: Ensemble, sets: Sets) -> Drawing:
     rows = "; ".join(
         f"{words} {100 * record.shares[name]['all'].share:.0f} %" for name, words in SHOWN.items()
     )
-    printed, shuffled = record.searches["printed"], record.searches["shuffled"]
+    printed = record.searches["printed"]
+    shuffled = record.searches["shuffled"]
     text = (
         f"Of {record.groups['all']} random parameter sets: {rows}. Random sets satisfy "
         f"{record.median} of {record.statements} statements in the median, searches with the "

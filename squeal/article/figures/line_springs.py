@@ -49,7 +49,8 @@ def draw(record: LineSprings) -> Drawing:
     """The figure, ready to be saved."""
     parts = []
     for name, case in record.cases.items():
-        first, line = case.springs[0], case.line
+        first = case.springs[0]
+        line = case.line
         if isinstance(first, Contact) and isinstance(line, Contact):
             parts.append(
                 f"case ({name}) {100 * first.lost:.1f} and {100 * first.apart:.1f} % on "

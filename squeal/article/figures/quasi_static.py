@@ -45,7 +45,8 @@ def quasi_static_figure(record: QuasiStatic, angles: Angles, marks: Marks) -> Fi
     quiet = np.arange(4) >= PARTIAL
     equilibria = angles.b2.regrouped(quiet.astype(int))
     share = record.share
-    black, grey = ("white", "black"), ("white", "0.8")
+    black = ("white", "black")
+    grey = ("white", "0.8")
     panels: tuple[tuple[str, Outline, tuple[str, str]], ...] = (
         (f"(a) as printed: {100 * share.as_printed:.1f} %", record.as_printed, black),
         (f"(b) complete conditions: {100 * share.complete:.1f} %", record.complete, black),

@@ -14,8 +14,11 @@ from squeal.article.studies.hammering import Hammering
 from squeal.article.studies.sets import Sets
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
-ON, OFF = "#C8380E", "white"
-HALF, HIGH = 0.55, 0.32  # half width and half height of the drawn pad
+ON = "#C8380E"
+OFF = "white"
+# half width and half height of the drawn pad
+HALF = 0.55
+HIGH = 0.32
 CAPTION = r"""Both models of contact, and the result for the reference set, one of four fitted sets,
 in the four cases of spring directions. Filled: yes. Only edges count that touch in steady sliding.
 Rows 1 to 4: undamped, the first three from the reference initial conditions; flutters: a mode about

@@ -17,7 +17,8 @@ from squeal.plots.style import SINGLE, Drawing, origin, style
 
 SPRING = 1.15  # drawn length of springs 1 and 2 in half lengths of the pad
 FOOT = 0.42  # drawn length of the contact springs
-_GREY, _BLUE = "0.55", "#3498DB"
+_GREY = "0.55"
+_BLUE = "#3498DB"
 Vector = Any  # (2,) array or tuple of numbers; rows of (2,) for a line
 
 
@@ -94,7 +95,8 @@ def _inclined(axes: Axes, number: str, corner: Vector, way: Vector, angle: float
 def _body(axes: Axes, c: Coefficients, at: dict[str, Vector]) -> None:
     outline = [at["1"], at["2"], at["t"], at["l"]]
     axes.add_patch(Polygon(outline, facecolor="#EAF3FA", edgecolor="black", linewidth=1.1))
-    centre, corner = np.zeros(2), at["1"]
+    centre = np.zeros(2)
+    corner = at["1"]
     axes.plot(0.0, 0.0, "o", color="black", markersize=2.5)
     _line(axes, (centre, corner), color=_GREY, linewidth=0.7)
     _line(axes, (centre, (-0.62, 0.0)), color=_GREY, linewidth=0.5, linestyle=(0, (3, 2)))
@@ -165,7 +167,8 @@ def sketch(scene: Scene) -> Figure:
     """
     line = _is_line(scene)
     c = scene.pad_model.c
-    at, ways = corners(c), towards_ground(c)
+    at = corners(c)
+    ways = towards_ground(c)
     level = -c.h / c.w - FOOT
     with style():
         figure = Figure(figsize=(SINGLE, 2.75))
@@ -204,7 +207,8 @@ def alternative_text(scene: Scene) -> str:
 
 def draw(file: Path) -> Drawing:
     """The sketch of a scene file."""
-    scene, made = read_scene(file), provenance([file], "squeal.model.pad")
+    scene = read_scene(file)
+    made = provenance([file], "squeal.model.pad")
     title = f"Model {scene.model}"
     return Drawing(sketch(scene), alternative_text(scene), title, origin(__name__, made))
 

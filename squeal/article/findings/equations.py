@@ -24,7 +24,8 @@ class Measured(NamedTuple):
 
 def stiffness_entries(pads: list[Pad]) -> Measured:
     """E1: K of Eq. (22) against the gradient of the spring forces, printed K33 apart."""
-    K33, others = 0.0, 0.0
+    K33 = 0.0
+    others = 0.0
     for pad in pads:
         exact = balanced(pad, linearise(PadModel("B3", pad), np.zeros(3), NONE).K)
         off = np.abs(balanced(pad, stiffness(pad, printed=True)) - exact) / np.abs(exact).max()
@@ -59,7 +60,8 @@ def singularity() -> Measured:
             for p in random_pads(PADS)
         ]
         ratios[printed] = [v[-1] / v[0] for v in values]
-    exact, median = max(ratios[False]), float(np.median(ratios[True]))
+    exact = max(ratios[False])
+    median = float(np.median(ratios[True]))
     return Measured(
         {"exact_greatest": exact, "printed_median": median},
         f"Over {PADS} random sets the least singular value of the exact K is less than "
@@ -97,7 +99,8 @@ def energy_gained(pad: Pad, line_force: str) -> tuple[float, float]:
     formulation = Formulation(line_force=line_force)  # type: ignore[arg-type]
     model = PadModel("B2", frictionless, formulation)
     turn = 2 * math.pi * np.arange(PATH) / PATH
-    depth, radius = 2e-4 * pad.w, 1e-4 * pad.w
+    depth = 2e-4 * pad.w
+    radius = 1e-4 * pad.w
     tilts = (10 * depth + radius * np.cos(turn)) / pad.w
     level = _pressed(frictionless, 0.0, float(tilts[0]))[1]
     work = energy = 0.0
@@ -153,7 +156,8 @@ def contact_loss_point(pad: Pad) -> Measured:
     """E11: contact states by Eq. (12) that contradict the edge penetrations."""
     random = np.random.default_rng(2)
     c = coefficients(math, pad, True)
-    wrong, count = dict.fromkeys((-8, -12, -16), 0), 400
+    wrong = dict.fromkeys((-8, -12, -16), 0)
+    count = 400
     for exponent in wrong:
         for share in random.uniform(-1.5, 1.5, count):
             tilt = 10.0**exponent
@@ -195,7 +199,8 @@ def slope(pad: Pad) -> Measured:
     at = pose(math, tuple(_pressed(pad, 1e-3 * pad.w, 4e-4)))
     x_l, x_t = (at.aside(rx, ry) for rx, ry in ((c.rlx, c.rly), (c.rtx, c.rty)))
     gap_l, gap_t = gaps(c, at)
-    half, middle = (x_t - x_l) / 2.0, (x_t + x_l) / 2.0
+    half = (x_t - x_l) / 2.0
+    middle = (x_t + x_l) / 2.0
     places = middle + half * np.array([-1.0, 1.0]) / math.sqrt(3.0)  # two-point Gauss, exact here
     pressure = -(gap_l + (places - x_l) * (gap_t - gap_l) / (x_t - x_l))
     delta = float((places * pressure).sum() / pressure.sum())

@@ -31,7 +31,9 @@ from squeal.queries.pads.maps import angle_axes, stability_map
 from squeal.simulation.run import Simulation, simulate
 
 ROUNDING = 1e-9  # share of the kinetic energy: less than that is no work
-GRID, COARSE = 200, 24  # cells a side of maps without and with a search for equilibria
+# cells a side of maps without and with a search for equilibria
+GRID = 200
+COARSE = 24
 
 
 @dataclasses.dataclass(frozen=True)
@@ -85,7 +87,9 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
     """E5, E6: what turning one switch over does to the four B2 runs and to the claims."""
 
     def effect(study: Study) -> Measured:
-        apart, ended, measured = 0.0, [], {}
+        apart = 0.0
+        ended = []
+        measured = {}
         for case, scene in study.b2.items():
             other = flipped(scene, switch)
             try:
@@ -97,7 +101,8 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
             here = _place(study.runs[stem("B2", case)])
             size = np.ptp(here, axis=1).max()
             apart = max(apart, float(np.abs(moved - here)[:, -1].max() / size))
-        before, after = study.reproduced({}), None
+        before = study.reproduced({})
+        after = None
         text = (
             f"With the other sign or frame in all four cases, the final position changes by up to "
             f"{rounded_up(apart):.2g} times the range of the motion"
@@ -121,7 +126,8 @@ def fed_by_the_law(study: Study) -> Measured:
     """E4: energy from nothing on a closed path, and what it does to the hammering of case c."""
     scene = study.b2["c"]
     path = partial_contact_energy(scene.pad)
-    numbers, text = dict(path.numbers), path.outcome
+    numbers = dict(path.numbers)
+    text = path.outcome
     laws: dict[LineForce, str] = {"mean": "the printed law", "integral": "the consistent law"}
     for law, words in laws.items():
         varied = dataclasses.replace(scene.formulation, line_force=law)
@@ -148,7 +154,8 @@ def fed_by_the_law(study: Study) -> Measured:
 
 def static_balance(study: Study) -> Measured:
     """E7: tilt in case b, and the position of the reaction at its sliding equilibrium."""
-    case, scene = study.cases["b2-b"], study.b2["b"]
+    case = study.cases["b2-b"]
+    scene = study.b2["b"]
     tilt = case.tilt
     numbers = {"tilt_low": tilt.low, "tilt_high": tilt.high}
     text = f"Tilt in B2 case b lies between {tilt.low:.2g} and {tilt.high:.2g} rad. "
@@ -244,9 +251,12 @@ def sliding(study: Study) -> Measured:
 
     Friction acts at the face, whose velocity counts while it touches.
     """
-    greatest, face, lost = 0.0, 0.0, []
+    greatest = 0.0
+    face = 0.0
+    lost = []
     for key, run in study.runs.items():
-        model, history = study.scenes[key].pad_model, run.history
+        model = study.scenes[key].pad_model
+        history = run.history
         assert history is not None
         if model.pad.V is not None:
             arm = model.pad.h * np.cos(model.pad.theta0 + history["theta"])

@@ -81,16 +81,20 @@ class _Power:
 
     def _energies(self, q: np.ndarray, rates: np.ndarray, on: np.ndarray) -> np.ndarray:
         """Kinetic energy, those of springs and contact, and the work of the load, (4, ...)."""
-        model, at = self._model, pose(np, tuple(q))
+        model = self._model
+        at = pose(np, tuple(q))
         mass = np.array([model.pad.m, model.pad.m, model.pad.I]).reshape(3, *[1] * q[0].ndim)
         kinetic = (0.5 * mass * rates**2).sum(axis=0)
         contact = model.law.energy(model.c, at, on) + 0.0 * q[1]
         return np.array([kinetic, spring_energy(np, model.c, at), contact, -model.c.F_n * q[1]])
 
     def see(self, course: Segment) -> None:
-        model, grid, on = self._model, Grid(course, PLACES), course.steps.on
+        model = self._model
+        grid = Grid(course, PLACES)
+        on = course.steps.on
         turn = np.array([1.0, 1.0, 1.0 / model.pad.w]).reshape(3, *[1] * (grid.states.ndim - 1))
-        q, rates = grid.states[:3] * turn, grid.states[3:] * turn
+        q = grid.states[:3] * turn
+        rates = grid.states[3:] * turn
         normal = self._contact(model.replace(mu=0.0), q, rates, on[:, None])
         both = self._contact(model, q, rates, on[:, None])
         C = np.zeros((3, 3)) if model.damping is None else np.array(model.damping)

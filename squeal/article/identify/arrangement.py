@@ -68,7 +68,8 @@ def shuffled(seed: int) -> Arrangement:
 def mirrored(case: Case, line: bool) -> Case:
     """A case with leading and trailing edge in each other's place, where the mean of F4 (B1) and
     speeds, which are not measured, are NaN."""
-    first, second = case.first, case.second
+    first = case.first
+    second = case.second
     if line:  # reaction, and its position
         second = _negative(second)
     else:  # forces at the two edges

@@ -27,7 +27,8 @@ from squeal.simulation.hybrid import (
 )
 from squeal.simulation.run import heyoka
 
-DONE, REFUSED = 0, 1 + len(LIMITS)  # outcomes; those between are 1 + the index into `LIMITS`
+DONE = 0
+REFUSED = 1 + len(LIMITS)  # outcomes; those between are 1 + the index into `LIMITS`
 
 Arrays = dict[str, np.ndarray]
 Measure = Callable[[Segment, Units], Arrays]
@@ -75,10 +76,14 @@ def _motions(
     options: Options,
 ) -> Arrays:
     """What is wanted of the motions of some pads from first states (n, 6) over times (n,)."""
-    (model, initial, stop), n, taylor = task, len(task[2]), heyoka()
+    model, initial, stop = task
+    n = len(stop)
+    taylor = heyoka()
     numbers = vars(natural_units(model, initial.T)).values()
     units = Units(*(np.broadcast_to(v, n) for v in numbers))  # type: ignore[arg-type]
-    model, state, stop = units.scaled(model), units.to_scaled(initial.T), stop / units.time
+    model = units.scaled(model)
+    state = units.to_scaled(initial.T)
+    stop = stop / units.time
     contact = first_contact(model, state, options)
     state = off_level(model, state, contact, options)
     results: Arrays = {}
@@ -88,8 +93,10 @@ def _motions(
         own = Units(*(v[pads] for v in vars(units).values()))
         ended = segment.limit != Limit.NONE
         failed = segment.limit == Limit.FAILED
-        time, final = segment.t1 * own.time, np.array(segment.end)
-        time[failed], final[:, ended] = np.nan, np.nan
+        time = segment.t1 * own.time
+        final = np.array(segment.end)
+        time[failed] = np.nan
+        final[:, ended] = np.nan
         values = {
             "outcome": np.where(failed, REFUSED, segment.limit + 1),
             "ended": time,
@@ -110,7 +117,8 @@ def _motions(
             results.setdefault(name, np.empty((n, *each.shape[1:]), each.dtype))[pads] = each
 
     # long motions first: those side by side are alike then; the last lanes repeat a motion
-    c, dense = model.c, measure is not None
+    c = model.c
+    dense = measure is not None
     lengths = stop * np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
     order = np.argsort(-lengths, kind="stable")
     order = np.append(order, order[-1:].repeat(-n % options.lanes))
@@ -124,10 +132,12 @@ def _motions(
         doubt = _unsure(segment, options)
         put(block, dataclasses.replace(segment, limit=np.where(doubt, Limit.FAILED, segment.limit)))
         for i in np.unique(block[doubt]).tolist():
-            one, own = _some(model, i), Units(*(float(v[i]) for v in vars(units).values()))
+            one = _some(model, i)
+            own = Units(*(float(v[i]) for v in vars(units).values()))
             segments = list[Segment]()
             alone = taylor.TaylorIntegrator(one, tolerance, options=options)
-            end, observers = float(stop[i]), [segments.append]
+            end = float(stop[i])
+            observers = [segments.append]
             try:
                 integrate(one, alone, own, state[:, i], end, observers, dense, options)
             except ModelEnd:

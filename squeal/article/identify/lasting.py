@@ -41,8 +41,14 @@ from squeal.queries.pads.equilibrium import at_equilibrium
 
 SETS = 100  # valid sets
 RATIO = 0.01  # of all modes
-STARTS, SEED, REACH = 12, 1, 3.0  # initial conditions, and their box in static compressions
-LATE, LONGER, SEEN = 40, 150, 2  # observation times until a motion is looked at, again, how long
+# initial conditions, and their box in static compressions
+STARTS = 12
+SEED = 1
+REACH = 3.0
+# observation times until a motion is looked at, again, how long
+LATE = 40
+LONGER = 150
+SEEN = 2
 TOLERANCE = 1e-9
 REPEATS = 2
 
@@ -101,7 +107,8 @@ def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:
             break
         ends = _run([pads[i] for i in going.tolist()], states, before * STOP, False)
         there = ends["outcome"] == DONE
-        going, states = going[there], ends["final"][there]
+        going = going[there]
+        states = ends["final"][there]
         if not going.size:
             break
         late = _run([pads[i] for i in going.tolist()], states, SEEN * STOP, True)
@@ -109,7 +116,8 @@ def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:
         for k in np.flatnonzero((late["outcome"] == DONE) & (late["changes"] > 0)).tolist():
             speed = case_of(late, k, 1.0).face * LENGTH / TIME
             on[k] = bool(speed < SPEED)
-        going, states = going[on], states[on]
+        going = going[on]
+        states = states[on]
     found = np.zeros(len(pads), dtype=bool)
     found[going] = True
     return found

@@ -53,12 +53,16 @@ from squeal.queries.pads.equilibrium import at_equilibrium
 from squeal.simulation.hybrid import Segment
 from squeal.simulation.observers import Grid
 
-SETS, SEED = 1620, 44  # sets drawn, and the seed of the draw
+# sets drawn, and the seed of the draw
+SETS = 1620
+SEED = 44
 SPEED = 25.0  # m/s, of the surface
 FRICTION = 0.45  # the greatest of brake linings
 LOADS = (500.0, 20_000.0)  # N, of a brake pad, for w = 40 mm and k1 = 150 MN/m
 TOLERANCE = 1e-10  # of the motions
-OFF, REPEATS = 1e-10, 3  # relative disturbance of the start, and how often a motion is computed
+# relative disturbance of the start, and how often a motion is computed
+OFF = 1e-10
+REPEATS = 3
 ONCE_MORE = 2  # repeats of the motions beside the reference ones
 LOCKED = 1e8  # factor on the moment of inertia that stops rotation
 LOW = 0.02  # height of a small release above the equilibrium, over the static compression
@@ -69,8 +73,14 @@ BLOCK = 40  # sets at once
 FINE = 16  # places in each step at which the edges beside springs are looked at
 
 INDEPENDENT = tuple(claim for claim in CLAIMS if claim.informative)
-YES, NO, UNDECIDED, NOT_APPLICABLE = "y", "n", "?", "-"
-POINTS, LINE, EQUAL = "p", "l", "="  # which of the models loses contact longer
+YES = "y"
+NO = "n"
+UNDECIDED = "?"
+NOT_APPLICABLE = "-"
+# which of the models loses contact longer
+POINTS = "p"
+LINE = "l"
+EQUAL = "="
 
 
 def _bounded(d: Dimension) -> Dimension:
@@ -402,7 +412,8 @@ def _means(found: Computed, runs: Mapping[str, Motions], repeat: int, one: int) 
 
 def _two(found: Computed, repeat: int, one: int) -> dict[str, float]:
     """Means of `lost` and `apart` of two points, over the same cases; empty as `_means`."""
-    lost, apart = [], []
+    lost = []
+    apart = []
     for k in range(len(CASES)):
         at = found.rests["B2"][k][one]
         if at is None or found.rests["B1"][k][one] is None:

@@ -34,7 +34,9 @@ from squeal.model.contact import CONSISTENT, Formulation
 from squeal.model.pad import Model
 
 OWN = ("k3", "k4", "first_y")  # numbers that model B1 alone has
-DRAWN, CHUNKS = 250_000, 8  # random sets at once, and how often
+# random sets at once, and how often
+DRAWN = 250_000
+CHUNKS = 8
 FIRST = 256  # sets that are judged before CMA-ES
 TWICE = (1.65, 2.05)  # mean reaction of case (b) over that of case (a) in full contact
 ROOM = (0.02, 0.9)  # of the half length, for the mean place in cases (a) and (b)
@@ -58,7 +60,9 @@ def allowed(n: Numbers) -> np.ndarray:
 
     In cases (c) and (d) the mean reaction acts on the trailing side for h/w < -tan(alpha) / 2.
     """
-    slope, k2, k_c = 6.0 * n["mu"] * n["h"], n["k2"], n["k_c"]
+    slope = 6.0 * n["mu"] * n["h"]
+    k2 = n["k2"]
+    k_c = n["k_c"]
     depth = n["preload"] / k_c + n["lift"]
     a = (1.0 + 3.0 / k_c + depth) / (1.0 + (4.0 + slope) / k_c)
     b = (1.0 + (3.0 / k_c + depth) * k2) / (1.0 + (4.0 - slope) * k2 / k_c)
@@ -121,7 +125,8 @@ class Start:
         options = {"bounds": [0.0, 1.0], "popsize": 64 if len(free) > 4 else 24, "verbose": -9}
         options["seed"] = int(self.random.integers(1, 2**31))
         strategy = cma.CMAEvolutionStrategy(middle[free], WIDTH, options)
-        best, nearest = np.inf, middle
+        best = np.inf
+        nearest = middle
         for _ in range(GENERATIONS[model]):
             some = np.array(strategy.ask())
             points = np.tile(middle, (len(some), 1))
@@ -129,7 +134,8 @@ class Start:
             far = self.distances(points, (model,))
             strategy.tell(list(some), far.tolist())
             if far.min() < best:
-                best, nearest = float(far.min()), points[far.argmin()]
+                best = float(far.min())
+                nearest = points[far.argmin()]
             if best == 0.0 or strategy.stop():
                 break
         return nearest
@@ -181,7 +187,8 @@ def search(
     number of starts. Raises InputError if the file is of another search, ComputationError without
     heyoka.
     """
-    begun, best = time.monotonic(), _resumed(state, seed)
+    begun = time.monotonic()
+    best = _resumed(state, seed)
     last = best.starts + starts
     while best.starts < last and (not best.numbers or time.monotonic() - begun < seconds):
         one = Start(formulation, [seed, best.starts], workers)

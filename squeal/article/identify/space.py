@@ -20,7 +20,9 @@ MODELS: tuple[Model, ...] = ("B1", "B2")
 STOP = 100.0  # time units sqrt(m/k1)
 # Scale of the written scenes: a pad of 80 mm and 0.15 kg whose first spring alone would sound at
 # 5 kHz.
-MASS, LENGTH, STIFFNESS = 0.15, 0.04, 1.5e8
+MASS = 0.15
+LENGTH = 0.04
+STIFFNESS = 1.5e8
 TIME = math.sqrt(MASS / STIFFNESS)
 LOAD = 2000.0  # N, brake force on a pad of this mass and half length; both set the scale
 SPEED = 5.0  # m/s, of the surface at the pad: a car at some 45 km/h, above most squeal
@@ -94,7 +96,8 @@ def pad_of(n: Numbers, model: str, angles: tuple[Any, Any]) -> Pad:
 
 def stacked(n: Numbers, model: Model, case: str, formulation: Formulation) -> PadModel:
     """The dimensionless pads of a model and a case, all parameters as arrays (n,)."""
-    given, count = pad_of(n, model, CASES[case]).given(), len(n["h"])
+    given = pad_of(n, model, CASES[case]).given()
+    count = len(n["h"])
     columns: Any = {name: np.full(count, value, dtype=float) for name, value in given.items()}
     return PadModel(model, Pad(**columns), formulation)
 

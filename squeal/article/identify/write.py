@@ -33,7 +33,8 @@ def scene_text(
     numbers: dict[str, float], formulation: Formulation, model: Model, case: str = ""
 ) -> str:
     """The scene file of a model and a case, or of model B3."""
-    n, linear = arrays(numbers), contact_model(model).linear
+    n = arrays(numbers)
+    linear = contact_model(model).linear
     pad = pad_of(n, model, (0.0, 0.0)).scaled(1.0 / MASS, 1.0 / LENGTH, 1.0 / TIME)
     given = {name: float(np.ravel(v)[0]) for name, v in pad.given().items()}
     about = "Fig. 13 (the map leaves alpha1, alpha2 aside)"

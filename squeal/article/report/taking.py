@@ -125,7 +125,8 @@ def _check(folder: Path, name: str) -> None:
         return
     try:
         origin = json.loads((folder / ORIGIN).read_text(encoding="utf-8"))
-        own, written = origin["name"] == name, dict(origin.get("written", {}))
+        own = origin["name"] == name
+        written = dict(origin.get("written", {}))
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         own = False
     if not own:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import itertools
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -23,9 +24,11 @@ from squeal.article.studies._damped_cycles import (
     LOG_ZETA,
     MU,
     PERIOD,
+    REAL,
     Condition,
     Cycle,
     Cycles,
+    direction_of,
 )
 from squeal.article.studies._least_disturbance import Norm, lasts, least_disturbance
 from squeal.errors import ComputationError
@@ -35,17 +38,26 @@ from squeal.model.contact import LineForce
 
 MOTIONS = {"b1-d": "b1-d", "b2-d-integral": "b2-d", "b2-d-mean": "b2-d"}
 """The scene of each motion."""
-A_RANGE, ZETA_RANGE = (1e-3, 0.3), (5e-4, 0.03)
+A_RANGE = (1e-3, 0.3)
+ZETA_RANGE = (5e-4, 0.03)
 """Of the plane: contact damping in s/m and modal damping ratio."""
 MU_RANGE = (0.0, 0.6)
-A_OVER_FRICTION = 0.01  # s/m, of the boundaries over friction
-MARGIN = 1.15  # by which a boundary may leave the plane
+A_OVER_FRICTION = 0.01  # s/m, contact damping of the boundaries over friction
+MARGIN = 1.15  # factor by which a boundary may leave the plane
 REACH = 3.0  # static compressions, half width of the box of initial conditions
-DRAWN = 48
-SEEDS = (0, 1, 2)
-DIGITS = 11
-SETTLED = 1200.0  # units of time after which a cycle is looked for
+DRAWN = 48  # initial conditions from the box
+SEEDS = (0, 1, 2)  # one search for a least disturbance each
+DIGITS = 11  # significant ones that are stored
+SETTLED = 1200.0  # units of time after which a cycle is searched
 MOST = 45  # points of a boundary either way
+LONGER_THAN_LEAST = 1.02  # factor on a least disturbance whose motion is to last
+
+# how a cycle is recognised in a motion, times in units of `_damped_contact`
+OBSERVED = 45.0  # time: some four periods
+SEPARATIONS = 12  # that are compared
+AFTER_SEPARATION = 1e-3  # time from a separation to the state that is compared
+RETURNED = 0.3  # greatest distance of two states that are a guess of one period
+GUESSES = 4  # that are tried, the nearest returns first
 
 _WIDE = (
     (0.001, 0.01, 0.03, 0.1, 0.2),
@@ -61,10 +73,11 @@ ENERGY_A = 0.01  # at which the least energy is computed too
 
 
 class Family(NamedTuple):
-    """A cycle that simulations come to: where it was found and its contact changes.
+    """A cycle that simulations come to: the dampings at which it was found and its contact changes.
 
-    mu: friction, None for the scene's; last_beyond_torus: where it loses its stability motions go
-    on losing contact, as simulations from the box show.
+    a: s/m; contacts: as `Cycle.contacts`, any of them; mu: friction, None for the scene's;
+    last_beyond_torus: where it loses its stability motions go on losing contact, as simulations
+    from the box show.
     """
 
     a: float
@@ -97,7 +110,8 @@ class Boundary(NamedTuple):
 
 
 class Grazing(NamedTuple):
-    """A cycle that starts where an edge grazes, and whether it touches around that."""
+    """A cycle that starts where an edge (0 leading, 1 trailing) grazes, and whether the edge
+    touches around that moment."""
 
     cycle: Cycle
     edge: int
@@ -169,39 +183,47 @@ def scene_of(motion: str, scene: Scene) -> Scene:
     )
 
 
-def box(pad: DampedContact, seed: int) -> np.ndarray:
-    """Disturbances (`DRAWN`, 6) drawn uniformly from the box."""
+def box(seed: int) -> np.ndarray:
+    """Disturbances (`DRAWN`, 6) of steady sliding, drawn uniformly from the box."""
     return np.random.default_rng(seed).uniform(-REACH, REACH, (DRAWN, 6))
 
 
 def shortest_repetition(cycles: Cycles, cycle: Cycle) -> Cycle:
-    """The cycle itself where a motion runs through it several times in its period."""
-    letters = cycle.contacts
+    """The cycle of the shortest period where a motion runs through it several times in its own.
+
+    Contact changes that repeat suggest how often; the shorter period is then solved for.
+    """
+    changes = cycle.contacts
     for count in (5, 4, 3, 2):
-        part = letters[: len(letters) // count]
-        if len(letters) % count == 0 and letters == part * count:
-            guess = cycle.x.copy()
-            guess[PERIOD] /= count
-            try:
-                return cycles.solve(guess)[0]
-            except ComputationError:
-                continue
+        part = changes[: len(changes) // count]
+        if changes != part * count:
+            continue
+        guess = cycle.x.copy()
+        guess[PERIOD] /= count
+        try:
+            return cycles.solve(guess)[0]
+        except ComputationError:
+            continue
     return cycle
 
 
 def cycle_after(cycles: Cycles, pad: DampedContact, state: np.ndarray) -> Cycle | None:
-    """The cycle that a motion has settled to, None where two of its separations do not repeat."""
+    """The cycle that a motion has settled to, None where no two of its separations repeat.
+
+    Two states just after separations of the same edge, near each other, are a guess of a periodic
+    motion: the time between them is its period.
+    """
     integrator = flow(pad.law)
-    separations = [p for p in integrator.run(pad, state, 45.0).passages if not p.touches][:12]
-    states = [integrator.run(pad, state, p.t + 1e-3).end for p in separations]
-    pairs = [
-        (float(np.abs(states[j] - states[i]).max()), i, j)
-        for i in range(len(states))
-        for j in range(i + 1, len(states))
-        if separations[i].edge == separations[j].edge
-    ]
-    for distance, i, j in sorted(pairs)[:4]:
-        if distance > 0.3:
+    passages = integrator.run(pad, state, OBSERVED).passages
+    separations = [passage for passage in passages if not passage.touches][:SEPARATIONS]
+    states = [integrator.run(pad, state, p.t + AFTER_SEPARATION).end for p in separations]
+    returns: list[tuple[float, int, int]] = []
+    for i, j in itertools.combinations(range(len(states)), 2):
+        if separations[i].edge == separations[j].edge:
+            distance = float(np.abs(states[j] - states[i]).max())
+            returns.append((distance, i, j))
+    for distance, i, j in sorted(returns)[:GUESSES]:
+        if distance > RETURNED:
             break
         period = separations[j].t - separations[i].t
         try:
@@ -220,11 +242,11 @@ def find_cycle(scene: Scene, family: Family) -> Cycle:
     mu = float(scene.pad.mu) if family.mu is None else family.mu
     pad = DampedContact(scene, family.a, family.zeta, mu)
     cycles = Cycles(pad)
-    shortest = [least_disturbance(pad, "displacement", seed) for seed in SEEDS]
-    states = [1.02 * one.disturbance for one in shortest if one is not None]
-    for disturbances in (box(pad, 0), np.array(states)):
-        found = ensemble(pad.law).fate(pad, pad.sliding + disturbances, SETTLED)
-        for state in found.ends[found.lasts]:
+    searches = [least_disturbance(pad, "displacement", seed) for seed in SEEDS]
+    lasting = [LONGER_THAN_LEAST * found.disturbance for found in searches if found is not None]
+    for disturbances in (box(0), np.array(lasting)):
+        fate = ensemble(pad.law).fate(pad, pad.sliding + disturbances, SETTLED)
+        for state in fate.ends[fate.lasts]:
             cycle = cycle_after(cycles, pad, state)
             if cycle is not None and cycle.contacts in family.contacts:
                 return cycle
@@ -233,28 +255,44 @@ def find_cycle(scene: Scene, family: Family) -> Cycle:
 
 def boundary_along(cycles: Cycles, cycle: Cycle, parameter: int, sign: float) -> Boundary | None:
     """The first boundary of a stable cycle as the modal damping (`LOG_ZETA`) or friction (`MU`)
-    rises or falls; None where the cycle leaves the plane before or no boundary is found."""
-    direction = np.zeros(10)
-    direction[parameter] = sign
+    rises or falls; None where the cycle leaves the plane before or no boundary is found.
+
+    A branch that turns back has passed a fold; a cycle that is unstable lies beyond a boundary too.
+    """
     before = cycle
-    for following in cycles.branch(cycle.x, [parameter], direction):
-        turned = sign * (following.x[parameter] - before.x[parameter]) < 0.0
-        if turned or not following.stable:
-            return _refined(cycles, parameter, before, following)
+    for following in cycles.branch(cycle.x, [parameter], direction_of(parameter, sign)):
+        turned_back = sign * (following.x[parameter] - before.x[parameter]) < 0.0
+        if turned_back or not following.stable:
+            return _boundary_between(cycles, parameter, before, following)
         before = following
-        inside = ZETA_RANGE[0] / MARGIN < following.pad.zeta < 2.0 * ZETA_RANGE[1]
-        if not inside or not MU_RANGE[0] < following.pad.mu < MU_RANGE[1]:
+        if not _has_damping_of_plane(following):
+            break
+        if not MU_RANGE[0] < following.pad.mu < MU_RANGE[1]:
             break
     return None
 
 
-def _refined(cycles: Cycles, parameter: int, before: Cycle, after: Cycle) -> Boundary | None:
-    leading = after.multipliers[0]
-    kind: Kind = "fold"
-    if abs(leading.imag) > 1e-6:
-        kind = "torus"
-    elif leading.real < -1.0:
-        kind = "period doubling"
+def _has_damping_of_plane(cycle: Cycle) -> bool:
+    """Whether the modal damping lies in the plane, or so far above that a boundary may be near."""
+    return ZETA_RANGE[0] / MARGIN < cycle.pad.zeta < 2.0 * ZETA_RANGE[1]
+
+
+def kind_beyond(cycle: Cycle) -> Kind:
+    """The boundary that a cycle just beyond it has passed, by its leading Floquet multiplier.
+
+    A complex one has left the unit circle (torus), or a real one at -1 (period doubling), or at 1.
+    """
+    leading = cycle.multipliers[0]
+    if abs(leading.imag) > REAL:
+        return "torus"
+    return "period doubling" if leading.real < -1.0 else "fold"
+
+
+def _boundary_between(
+    cycles: Cycles, parameter: int, before: Cycle, after: Cycle
+) -> Boundary | None:
+    """The boundary between two neighbours of a branch, None where Newton's method finds none."""
+    kind = kind_beyond(after)
     for guess in (before, after):
         try:
             found, _ = cycles.solve(guess.x, [parameter], conditions_of(cycles, kind))
@@ -265,7 +303,7 @@ def _refined(cycles: Cycles, parameter: int, before: Cycle, after: Cycle) -> Bou
 
 
 def conditions_of(cycles: Cycles, kind: Kind) -> list[Condition]:
-    """What holds on a boundary of a kind."""
+    """Functions of X that vanish on a boundary of a kind, see `Cycles`."""
     match kind:
         case "fold":
             return [cycles.bordered(1.0)]
@@ -278,44 +316,53 @@ def conditions_of(cycles: Cycles, kind: Kind) -> list[Condition]:
 
 
 def grazing_along_zeta(cycles: Cycles, cycle: Cycle, sign: float) -> Grazing | None:
-    """The first grazing of a stable cycle as the modal damping rises or falls."""
-    direction = np.zeros(10)
-    direction[LOG_ZETA] = sign
+    """The first grazing of a stable cycle as the modal damping rises or falls.
+
+    Between two neighbours of the branch an excursion of an edge has appeared or vanished: one of
+    them has two contact changes more. None where the cycle turns back or loses its stability first.
+    """
+    if not cycle.stable:
+        return None
     before = cycle
-    for following in cycles.branch(cycle.x, [LOG_ZETA], direction):
-        if (
-            not cycle.stable
-            or not following.stable
-            or following.x[LOG_ZETA] * sign < before.x[LOG_ZETA] * sign
-        ):
+    for following in cycles.branch(cycle.x, [LOG_ZETA], direction_of(LOG_ZETA, sign)):
+        turned_back = following.x[LOG_ZETA] * sign < before.x[LOG_ZETA] * sign
+        if turned_back or not following.stable:
             return None
-        more, fewer = before, following
-        if len(before.contacts) < len(following.contacts):
-            more, fewer = following, before
-        if len(more.contacts) == len(fewer.contacts) + 2:
-            return _grazing_between(cycles, more, fewer)
+        added = len(following.contacts) - len(before.contacts)
+        if added == 2:
+            return _grazing_near(cycles, following)
+        if added == -2:
+            return _grazing_near(cycles, before)
         before = following
-        if not ZETA_RANGE[0] / MARGIN < following.pad.zeta < 2.0 * ZETA_RANGE[1]:
+        if not _has_damping_of_plane(following):
             break
     return None
 
 
-def _grazing_between(cycles: Cycles, more: Cycle, fewer: Cycle) -> Grazing | None:
-    """The grazing where the shortest excursion of an edge of a cycle vanishes."""
-    period = float(more.x[PERIOD])
-    shortest, middle, edge, touches = np.inf, 0.0, 0, True
+def _grazing_near(cycles: Cycles, cycle: Cycle) -> Grazing | None:
+    """The grazing next to a cycle, where the shortest excursion of one of its edges vanishes.
+
+    The guess is the middle of that excursion; None where Newton's method does not come to it.
+    """
+    period = float(cycle.x[PERIOD])
+    shortest = np.inf
+    middle = 0.0
+    edge = 0
+    touches = True
     for edge_tried in (0, 1):
-        passages = [p for p in more.arc.passages if p.edge == edge_tried]
-        for first, second in zip(passages, [*passages[1:], *passages[:1]], strict=True):
-            length = (second.t - first.t) % period
-            if length < shortest:
-                shortest, edge = length, edge_tried
-                middle = (first.t + 0.5 * length) % period
-                touches = second.touches
-    x = more.x.copy()
-    x[:6] = flow(more.pad.law).run(more.pad, more.state, middle).end
+        passages = [p for p in cycle.arc.passages if p.edge == edge_tried]
+        next_passages = [*passages[1:], *passages[:1]]  # the last is followed by the first again
+        for begin, end in zip(passages, next_passages, strict=True):
+            duration = (end.t - begin.t) % period
+            if duration < shortest:
+                shortest = duration
+                edge = edge_tried
+                middle = (begin.t + 0.5 * duration) % period
+                touches = end.touches
+    guess = cycle.x.copy()
+    guess[:6] = flow(cycle.pad.law).run(cycle.pad, cycle.state, middle).end
     try:
-        found, _ = cycles.solve(x, [LOG_ZETA], cycles.grazing(edge, touches), anchored=True)
+        found, _ = cycles.solve(guess, [LOG_ZETA], cycles.grazing(edge, touches), anchored=True)
     except ComputationError:
         return None
     return Grazing(found, edge, touches)
@@ -331,69 +378,111 @@ def trace(
 ) -> list[Cycle]:
     """A boundary both ways from a point, as far as the plane and the stable cycle reach.
 
+    Parameters
+    ----------
+    free : indices into X of the two parameters of the plane; the first begins to fall, then to rise
+    conditions : makes the functions of X that vanish on the boundary
     critical : how many of the leading multipliers lie on the unit circle
+    anchored : see `Cycles.solve`
     """
     limits = {
         LOG_A: (np.log(A_RANGE[0] / MARGIN), np.log(A_RANGE[1] * MARGIN)),
         LOG_ZETA: (np.log(ZETA_RANGE[0] / MARGIN), np.log(ZETA_RANGE[1] * MARGIN)),
         MU: MU_RANGE,
     }
-    sides = []
-    for sign in (-1.0, 1.0):
-        direction = np.zeros(10)
-        direction[free[0]] = sign
+
+    def is_in_plane(cycle: Cycle) -> bool:
+        return all(limits[i][0] < cycle.x[i] < limits[i][1] for i in free)
+
+    def one_way(sign: float) -> list[Cycle]:
         side: list[Cycle] = []
+        direction = direction_of(free[0], sign)
         try:
             for cycle in cycles.branch(first.x, free, direction, conditions, anchored):
                 side.append(cycle)
-                inside = all(limits[i][0] < cycle.x[i] < limits[i][1] for i in free)
-                stable_beside = np.abs(cycle.multipliers[critical]) < 1.0 + 1e-4
-                if not inside or not stable_beside or len(side) == MOST:
+                # the multipliers that are not critical
+                others_stable = np.abs(cycle.multipliers[critical]) < 1.0 + 1e-4
+                if not is_in_plane(cycle) or not others_stable or len(side) == MOST:
                     break
         except ComputationError:
             pass  # the boundary ends where it meets another
-        sides.append(side)
-    return [*reversed(sides[0]), first, *sides[1]]
+        return side
+
+    falling = one_way(-1.0)
+    rising = one_way(1.0)
+    return [*reversed(falling), first, *rising]
 
 
-def _rounded(values: Sequence[float] | np.ndarray) -> tuple[float, ...]:
-    return tuple(float(f"{value:.{DIGITS}g}") for value in values)
+def _rounded(value: float) -> float:
+    """To the digits that are stored."""
+    return float(f"{value:.{DIGITS}g}")
 
 
 def boundary_point(cycle: Cycle) -> BoundaryPoint:
     """As it is stored."""
-    a, zeta, mu, period = _rounded((cycle.pad.a, cycle.pad.zeta, cycle.pad.mu, cycle.x[PERIOD]))
-    return BoundaryPoint(a, zeta, mu, period, _rounded(cycle.state))
+    return BoundaryPoint(
+        a=_rounded(cycle.pad.a),
+        zeta=_rounded(cycle.pad.zeta),
+        mu=_rounded(cycle.pad.mu),
+        period=_rounded(cycle.x[PERIOD]),
+        state=tuple(map(_rounded, cycle.state)),
+    )
 
 
 CRITICAL: dict[Kind, int] = {"fold": 1, "period doubling": 1, "torus": 2, "grazing": 0}
 """How many leading multipliers lie on the unit circle."""
 
 
-def both_planes(cycles: Cycles, found: Boundary, mu: float) -> tuple[list[Cycle], list[Cycle]]:
+class BothPlanes(NamedTuple):
+    """A boundary over contact damping and over friction, empty where it does not reach a plane."""
+
+    over_a: list[Cycle]
+    over_mu: list[Cycle]
+
+
+def both_planes(cycles: Cycles, found: Boundary, mu: float) -> BothPlanes:
     """A boundary over contact damping at a friction, and over friction at `A_OVER_FRICTION`.
 
-    It is followed in one plane from where it was found, and from there in the other plane; where it
-    does not reach that, the list is empty.
+    It is followed in the plane in which it was found, and from where that meets the other plane in
+    this one.
     """
-    critical = CRITICAL[found.kind]
+
+    def trace_over(parameter: int, start: Cycle) -> list[Cycle]:
+        critical = CRITICAL[found.kind]
+        return trace(cycles, start, [parameter, LOG_ZETA], conditions, critical)
 
     def conditions() -> list[Condition]:
         return conditions_of(cycles, found.kind)
 
-    planes: dict[int, list[Cycle]] = {LOG_A: [], MU: []}
-    first, second = (LOG_A, MU) if found.cycle.pad.mu == mu else (MU, LOG_A)
-    fixed = np.log(A_OVER_FRICTION) if second == MU else mu
-    planes[first] = trace(cycles, found.cycle, [first, LOG_ZETA], conditions, critical)
-    nearest = min(planes[first], key=lambda cycle: abs(cycle.x[first] - fixed))
-    guess = nearest.x.copy()
-    guess[first] = fixed
-    try:
-        there, _ = cycles.solve(guess, [LOG_ZETA], conditions())
-        planes[second] = trace(cycles, there, [second, LOG_ZETA], conditions, critical)
-    except ComputationError:
-        pass  # the boundary does not reach the other plane
-    return planes[LOG_A], planes[MU]
+    def trace_other(
+        points: Sequence[Cycle], parameter: int, value: float, other: int
+    ) -> list[Cycle]:
+        """Over the other parameter, from where the first one has the value of that plane."""
+        nearest = min(points, key=lambda cycle: abs(cycle.x[parameter] - value))
+        guess = nearest.x.copy()
+        guess[parameter] = value
+        try:
+            common, _ = cycles.solve(guess, [LOG_ZETA], conditions())
+            return trace_over(other, common)
+        except ComputationError:
+            return []
+
+    if found.cycle.pad.mu == mu:
+        over_a = trace_over(LOG_A, found.cycle)
+        return BothPlanes(over_a, trace_other(over_a, LOG_A, np.log(A_OVER_FRICTION), MU))
+    over_mu = trace_over(MU, found.cycle)
+    return BothPlanes(trace_other(over_mu, MU, mu, LOG_A), over_mu)
+
+
+def grazing_over_a(cycles: Cycles, grazing: Grazing) -> list[Cycle]:
+    """A grazing over contact damping and modal damping."""
+    gap_and_rate = cycles.grazing(grazing.edge, grazing.touches)
+
+    def conditions() -> Sequence[Condition]:
+        return gap_and_rate
+
+    plane = [LOG_A, LOG_ZETA]
+    return trace(cycles, grazing.cycle, plane, conditions, CRITICAL["grazing"], anchored=True)
 
 
 def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
@@ -404,14 +493,21 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
     """
     start = find_cycle(scene, family)
     cycles = Cycles(start.pad)
-    name = family.contacts[0]
     curves = []
 
-    def keep(kind: Kind, over: Plane, points: Sequence[Cycle]) -> None:
-        ends_loss = kind == "fold" or (kind != "grazing" and not family.last_beyond_torus)
-        if points:
-            stored = tuple(map(boundary_point, points))
-            curves.append(BoundaryCurve(name, ends_loss, kind, over, stored))
+    def store(kind: Kind, over: Plane, points: Sequence[Cycle]) -> None:
+        if not points:
+            return
+        loses_stability = kind in ("period doubling", "torus")
+        curves.append(
+            BoundaryCurve(
+                contacts=family.contacts[0],
+                ends_loss=kind == "fold" or (loses_stability and not family.last_beyond_torus),
+                kind=kind,
+                over=over,
+                points=tuple(map(boundary_point, points)),
+            )
+        )
 
     above = boundary_along(cycles, start, LOG_ZETA, 1.0)
     below = boundary_along(cycles, start, LOG_ZETA, -1.0)
@@ -419,52 +515,52 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
         below = boundary_along(cycles, start, MU, -1.0)
     for found in (above, below):
         if found is not None:
-            over_a, over_mu = both_planes(cycles, found, float(scene.pad.mu))
-            keep(found.kind, "a", over_a)
-            keep(found.kind, "mu", over_mu)
+            planes = both_planes(cycles, found, float(scene.pad.mu))
+            store(found.kind, "a", planes.over_a)
+            store(found.kind, "mu", planes.over_mu)
+    if family.mu is not None:
+        return curves  # grazings are searched at the friction of the scene
     for sign in (1.0, -1.0):
-        grazing = grazing_along_zeta(cycles, start, sign) if family.mu is None else None
+        grazing = grazing_along_zeta(cycles, start, sign)
         if grazing is not None:
-            both = cycles.grazing(grazing.edge, grazing.touches)
-
-            def graze(both: tuple[Condition, Condition] = both) -> tuple[Condition, Condition]:
-                return both
-
-            critical = CRITICAL["grazing"]
-            plane = [LOG_A, LOG_ZETA]
-            keep("grazing", "a", trace(cycles, grazing.cycle, plane, graze, critical, True))
+            store("grazing", "a", grazing_over_a(cycles, grazing))
     return curves
 
 
 def least_at(scene: Scene, a: float, zeta: float, norm: Norm) -> LeastDisturbance:
     """The least disturbance at a pair of dampings, and the share of the box."""
     pad = DampedContact.of(scene, a, zeta)
-    found = [least_disturbance(pad, norm, seed) for seed in SEEDS]
-    shortest = min((one for one in found if one), key=lambda one: one.norm, default=None)
+    searches = [least_disturbance(pad, norm, seed) for seed in SEEDS]
+    found = [one for one in searches if one is not None]
+    shortest: tuple[float, ...] = ()
+    if found:
+        least = min(found, key=lambda one: one.norm)
+        shortest = tuple(map(_rounded, least.disturbance))
     return LeastDisturbance(
         a=a,
         zeta=zeta,
         norm=norm,
-        norms=tuple(None if one is None else _rounded([one.norm])[0] for one in found),
-        disturbance=() if shortest is None else _rounded(shortest.disturbance),
+        norms=tuple(None if one is None else _rounded(one.norm) for one in searches),
+        disturbance=shortest,
         drawn=DRAWN,
-        lasting=int(np.count_nonzero(lasts(pad, box(pad, 0)))),
+        lasting=int(np.count_nonzero(lasts(pad, box(0)))),
     )
 
 
 def compute(motion: str, scene: Scene) -> Stored:
-    """All that is stored of a motion."""
+    """All that is stored of a motion; least disturbances only where sliding is stable."""
     own = scene_of(motion, scene)
-    curves = [curve for family in FAMILIES[motion] for curve in boundaries(own, family)]
+    curves: list[BoundaryCurve] = []
+    for family in FAMILIES[motion]:
+        curves += boundaries(own, family)
     least = []
     contact_dampings, modal_dampings = LEAST_AT[motion]
-    for a in contact_dampings:
-        for zeta in modal_dampings:
-            if DampedContact.of(own, a, zeta).growth < 0.0:
-                norms: tuple[Norm, ...] = ("displacement", "energy")
-                least += [
-                    least_at(own, a, zeta, norm) for norm in (norms if a == ENERGY_A else norms[:1])
-                ]
+    for a, zeta in itertools.product(contact_dampings, modal_dampings):
+        if DampedContact.of(own, a, zeta).growth >= 0.0:
+            continue
+        least.append(least_at(own, a, zeta, "displacement"))
+        if a == ENERGY_A:
+            least.append(least_at(own, a, zeta, "energy"))
     return Stored(motion, tuple(curves), tuple(least))
 
 

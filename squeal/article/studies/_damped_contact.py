@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
@@ -48,12 +48,14 @@ PARAMETERS = ("a", "zeta", "mu")
 """What a cycle may be continued over, in the order of `Flow` columns."""
 GAUSS = 1.0 / math.sqrt(3.0)  # two points integrate the cubic p (1 + a p') times its arm exactly
 
+# places of the runtime parameters of the compiled equations, after the pad's coefficients
 _NAMES = Coefficients._fields
-_ON = len(_NAMES)
-_DECAY = _ON + 2
-_A, _ZETA = _DECAY + 9, _DECAY + 10
+_ON = len(_NAMES)  # two: 1 where the leading and the trailing edge touch, else 0
+_DECAY = _ON + 2  # nine: the matrix of modal damping by rows
+_A = _DECAY + 9
+_ZETA = _DECAY + 10
 _MU = _NAMES.index("mu")
-_V = _ZETA + 1
+_V = _ZETA + 1  # speed of the surface
 _COUNT = _V + 1
 
 
@@ -63,8 +65,13 @@ def gap_rates(c: Coefficients, at: Pose, v: Number, turning: Number) -> Point:
 
 
 def touching_part(gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]:
-    """Middle and half length of the part of the line that touches, the face being (-1, 1)."""
-    side = on[1] - on[0]
+    """Middle and half length of the part of the line that touches, the face being (-1, 1).
+
+    The gap is linear along the face, from gl at the leading edge (-1) to gt at the trailing one. Of
+    one edge that touches, the part has the half length g/(g - g_other); of both it is the whole
+    face. One formula for all contact states, as heyoka compiles it: on holds 1 or 0.
+    """
+    side = on[1] - on[0]  # the only edge that touches, 0 where none or both do
     one_edge = side * side
     full = on[0] * on[1]
     penetration = -one_edge * (on[0] * gl + on[1] * gt)
@@ -77,6 +84,11 @@ def edge_forces(
 ) -> Point:
     """Normal forces at the edges that stand for the damped contact.
 
+    On points k p (1 + a p') at each edge, the penetration p being minus the gap. On the line the
+    pressure k_c p (1 + a p') over the part that touches, each share of it divided between the edges
+    as on a lever. Under the printed law ("mean"), Eq. (13), the mean pressure of this part acts on
+    the whole face.
+
     Parameters
     ----------
     g, rates : gaps of the edges and their rates
@@ -87,16 +99,18 @@ def edge_forces(
         leading = -on[0] * c.k3 * g[0] * (1.0 - a * rates[0])
         return leading, -on[1] * c.k4 * g[1] * (1.0 - a * rates[1])
     middle, half = touching_part(g[0], g[1], on)
-    weight = half
+    loaded = half  # share of the face that bears the mean pressure
     if law.line_force == "mean":
-        weight = on[0] + on[1] - on[0] * on[1]  # 1 where anything touches
-    leading, trailing = 0.0, 0.0
+        loaded = on[0] + on[1] - on[0] * on[1]  # 1 where anything touches
+    leading = 0.0
+    trailing = 0.0
     for node in (-GAUSS, GAUSS):
-        place = middle + node * half
-        share_l, share_t = 0.5 * (1.0 - place), 0.5 * (1.0 + place)
+        position = middle + node * half
+        share_l = 0.5 * (1.0 - position)
+        share_t = 0.5 * (1.0 + position)
         gap = share_l * g[0] + share_t * g[1]
         rate = share_l * rates[0] + share_t * rates[1]
-        force = -0.5 * c.k_c * weight * gap * (1.0 - a * rate)
+        force = -0.5 * c.k_c * loaded * gap * (1.0 - a * rate)
         leading = leading + share_l * force
         trailing = trailing + share_t * force
     return leading, trailing
@@ -111,8 +125,8 @@ def least_factors(
     middle, half = touching_part(g[0], g[1], on)
     any_touches = on[0] + on[1] - on[0] * on[1]
 
-    def factor(place: Number) -> Number:
-        rate = 0.5 * (1.0 - place) * rates[0] + 0.5 * (1.0 + place) * rates[1]
+    def factor(position: Number) -> Number:
+        rate = 0.5 * (1.0 - position) * rates[0] + 0.5 * (1.0 + position) * rates[1]
         return 1.0 - any_touches * a * rate
 
     return factor(middle - half), factor(middle + half)
@@ -152,7 +166,14 @@ def motion(
 ) -> Motion:
     """The equations of motion over generic arithmetic, see `squeal.model.pad`.
 
-    decay : nine numbers by rows; zeta times this matrix takes its part from the accelerations
+    Parameters
+    ----------
+    ops : the module of the arithmetic, NumPy or heyoka
+    decay : nine numbers by rows, M^-1 C of all modes critically damped: zeta times this matrix
+        times the velocities is taken from the accelerations
+    a, zeta : contact damping in the units of the motion, modal damping ratio
+    state : x, y, w theta and their rates
+    on : factors 1 and 0 of the edges that touch
     """
     x, y, s, u, v, r = state
     at = pose(ops, (x, y, s / c.w))
@@ -191,7 +212,7 @@ class DampedContact:
         """The same pad with other values of `PARAMETERS`."""
         values = {"a": self.a, "zeta": self.zeta, "mu": self.mu} | changes
         other = DampedContact(self.scene, **values)
-        for name in ("length", "time", "_decay"):
+        for name in ("length", "time", "_decay"):  # of the scene alone: not computed again
             if name in vars(self):
                 vars(other)[name] = vars(self)[name]
         return other
@@ -214,9 +235,10 @@ class DampedContact:
 
     @cached_property
     def _decay(self) -> np.ndarray:
-        """The matrix (9,) of `motion`, at zeta = 1."""
-        scene = dataclasses.replace(self.scene, damping=Damping(ratios=(0.01, 0.01, 0.01)))
-        return damped_model(scene).decay.ravel() * self.time / 0.01
+        """The matrix (9,) of `motion`; it grows with the ratio, so that any ratio tells it."""
+        ratio = 0.01
+        scene = dataclasses.replace(self.scene, damping=Damping(ratios=(ratio,) * 3))
+        return damped_model(scene).decay.ravel() * self.time / ratio
 
     @cached_property
     def c(self) -> Coefficients:
@@ -267,12 +289,15 @@ class DampedContact:
     @cached_property
     def sliding(self) -> np.ndarray:
         """The state (6,) of steady sliding. Raises ComputationError where there is none."""
-        found = root(
-            lambda q: self.at(np.append(q, np.zeros(3))).rates, [0.0, -1.0, 0.0], tol=1e-13
-        )
+
+        def at_rest(pose_at_rest: np.ndarray) -> np.ndarray:
+            return np.append(pose_at_rest, np.zeros(3))
+
+        pressed_in = [0.0, -1.0, 0.0]  # the static compression
+        found = root(lambda q: self.at(at_rest(q)).rates, pressed_in, tol=1e-13)
         if not found.success and np.abs(found.fun).max() > 1e-9:
             raise ComputationError("no steady sliding")
-        return np.append(found.x, np.zeros(3))
+        return at_rest(found.x)
 
     @property
     def sliding_matrix(self) -> np.ndarray:
@@ -309,14 +334,24 @@ class Arc(NamedTuple):
     invalid: bool
 
 
-def _system(law: ContactLaw) -> tuple[list[tuple[Any, Number]], Motion, tuple[Any, Any]]:
+class _Equations(NamedTuple):
+    """Heyoka's expressions of a law: each state variable with its rate, the motion, and the factors
+    of the edges that touch, which are runtime parameters."""
+
+    system: list[tuple[Any, Number]]
+    motion: Motion
+    on: tuple[Any, Any]
+
+
+def _equations(law: ContactLaw) -> _Equations:
     hy = heyoka().hy
     c = Coefficients(*(hy.par[i] for i in range(_ON)))
     on = (hy.par[_ON], hy.par[_ON + 1])
     decay = [hy.par[_DECAY + i] for i in range(9)]
     state = hy.make_vars("x", "y", "s", "u", "v", "r")
     found = motion(hy, law, c, decay, hy.par[_A], hy.par[_ZETA], state, on)
-    return list(zip(state, (*state[3:], *found.rates), strict=True)), found, on
+    rates = (*state[3:], *found.rates)
+    return _Equations(list(zip(state, rates, strict=True)), found, on)
 
 
 def limits(found: Motion) -> list[Any]:
@@ -329,44 +364,54 @@ def limits(found: Motion) -> list[Any]:
 
 
 class Flow:
-    """A compiled integrator of a law with its variational equations, for every pad."""
+    """A compiled integrator of a law with its variational equations, for every pad.
+
+    A contact change is a terminal event that switches the edge; the end of the equations' validity
+    is an event that only marks the motion.
+    """
 
     def __init__(self, law: ContactLaw, tolerance: float = TOLERANCE) -> None:
         hy = heyoka().hy
-        system, found, on = _system(law)
-        args = [variable for variable, _ in system] + [hy.par[_A], hy.par[_ZETA], hy.par[_MU]]
+        equations = _equations(law)
+        state = [variable for variable, _ in equations.system]
+        parameters = [hy.par[_A], hy.par[_ZETA], hy.par[_MU]]
         self._log: list[Passage] = []
         self._invalid: list[float] = []
-        upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
-        events = [
-            hy.t_event(e, direction=upwards, callback=self._change(i), cooldown=0.0)
-            for i, e in enumerate(heyoka().rising(found.gaps, on))
+        upwards = hy.event_direction.positive
+        downwards = hy.event_direction.negative
+        changes = [
+            hy.t_event(e, direction=upwards, callback=self._switch(edge), cooldown=0.0)
+            for edge, e in enumerate(heyoka().rising(equations.motion.gaps, equations.on))
         ]
-        marks = [hy.nt_event(limit, self._mark(), direction=downwards) for limit in limits(found)]
+        ends = [
+            hy.nt_event(limit, self._mark(), direction=downwards)
+            for limit in limits(equations.motion)
+        ]
         self.ta = hy.taylor_adaptive(
-            hy.var_ode_sys(system, args),
+            hy.var_ode_sys(equations.system, state + parameters),
             tol=tolerance,
-            t_events=events,
-            nt_events=marks,
+            t_events=changes,
+            nt_events=ends,
             compact_mode=True,
             pars=np.zeros(_COUNT),
             state=np.zeros(6),
         )
-        self._slopes = np.zeros((6, 9))
-        self._slopes[:, :6] = np.eye(6)
+        # derivatives of the start by itself and by the parameters
+        self._first_derivatives = np.zeros((6, 9))
+        self._first_derivatives[:, :6] = np.eye(6)
 
-    def _change(self, edge: int) -> Any:
+    def _switch(self, edge: int) -> Callable[[Any, int], bool]:
         log = self._log
 
-        def change(ta: Any, _sign: int) -> bool:
+        def switch(ta: Any, _sign: int) -> bool:
             touches = ta.pars[_ON + edge] == 0.0
             ta.pars[_ON + edge] = 1.0 if touches else 0.0
             log.append(Passage(ta.time, edge, touches))
             return True
 
-        return change
+        return switch
 
-    def _mark(self) -> Any:
+    def _mark(self) -> Callable[[Any, float, int], None]:
         marks = self._invalid
         return lambda _ta, t, _sign: marks.append(t)
 
@@ -379,7 +424,7 @@ class Flow:
         ta.pars[_ON : _ON + 2] = np.array(pad.at(state).gaps) < 0.0
         ta.time = 0.0
         ta.state[:6] = state
-        ta.state[6:] = self._slopes.ravel()
+        ta.state[6:] = self._first_derivatives.ravel()
         ta.reset_cooldowns()
         outcome = ta.propagate_until(time)[0]
         if outcome != heyoka().hy.taylor_outcome.time_limit:
@@ -394,8 +439,8 @@ def flow(law: ContactLaw) -> Flow:
     return Flow(law)
 
 
-LANES = 4
-LOOK = 60.0  # units of time between two looks at a motion: some six periods of a cycle
+LANES = 4  # motions that heyoka integrates at once
+LOOK = 60.0  # units of time, some six periods of a cycle: without a contact change a motion rests
 
 
 class Fate(NamedTuple):
@@ -415,37 +460,39 @@ class Ensemble:
 
     def __init__(self, law: ContactLaw, tolerance: float = 1e-9) -> None:
         hy = heyoka().hy
-        system, found, on = _system(law)
+        equations = _equations(law)
         self._changes = [0] * LANES
         self._invalid = [False] * LANES
-        upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
-        events = [
-            hy.t_event_batch(e, direction=upwards, callback=self._change(i), cooldown=0.0)
-            for i, e in enumerate(heyoka().rising(found.gaps, on))
+        upwards = hy.event_direction.positive
+        downwards = hy.event_direction.negative
+        changes = [
+            hy.t_event_batch(e, direction=upwards, callback=self._switch(edge), cooldown=0.0)
+            for edge, e in enumerate(heyoka().rising(equations.motion.gaps, equations.on))
         ]
-        marks = [
-            hy.nt_event_batch(limit, self._mark(), direction=downwards) for limit in limits(found)
+        ends = [
+            hy.nt_event_batch(limit, self._mark(), direction=downwards)
+            for limit in limits(equations.motion)
         ]
         self.ta = hy.taylor_adaptive_batch(
-            system,
+            equations.system,
             np.zeros((6, LANES)),
             tol=tolerance,
-            t_events=events,
-            nt_events=marks,
+            t_events=changes,
+            nt_events=ends,
             pars=np.zeros((_COUNT, LANES)),
         )
 
-    def _change(self, edge: int) -> Any:
+    def _switch(self, edge: int) -> Callable[[Any, int, int], bool]:
         changes = self._changes
 
-        def change(ta: Any, _sign: int, lane: int) -> bool:
+        def switch(ta: Any, _sign: int, lane: int) -> bool:
             ta.pars[_ON + edge, lane] = 1.0 - ta.pars[_ON + edge, lane]
             changes[lane] += 1
             return True
 
-        return change
+        return switch
 
-    def _mark(self) -> Any:
+    def _mark(self) -> Callable[[Any, float, int, int], None]:
         invalid = self._invalid
 
         def mark(_ta: Any, _t: float, _sign: int, lane: int) -> None:
@@ -464,18 +511,19 @@ class Ensemble:
         lasts = np.zeros(count, dtype=bool)
         invalid = np.zeros(count, dtype=bool)
         for first in range(0, count, LANES):
+            # the last batch repeats the last motion in the lanes that are left
             index = np.minimum(np.arange(first, first + LANES), count - 1)
             self._start(pad, ends[index])
-            open_lanes = np.ones(LANES, dtype=bool)
+            still_changing = np.ones(LANES, dtype=bool)
             end = 0.0
-            while open_lanes.any() and end < longest:
+            while still_changing.any() and end < longest:
                 end += LOOK
                 self._changes[:] = [0] * LANES
                 self.ta.reset_cooldowns()
                 self.ta.propagate_until([end] * LANES)
-                open_lanes &= np.array(self._changes) > 0
+                still_changing &= np.array(self._changes) > 0
             ends[index] = self.ta.state.T
-            lasts[index] = open_lanes
+            lasts[index] = still_changing
             invalid[index] = self._invalid
         return Fate(ends, lasts, invalid)
 

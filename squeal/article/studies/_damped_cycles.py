@@ -17,12 +17,20 @@ import numpy as np
 from squeal.article.studies._damped_contact import Arc, DampedContact, Flow, flow
 from squeal.errors import ComputationError
 
-PERIOD, LOG_A, LOG_ZETA, MU = 6, 7, 8, 9
+PERIOD = 6
+LOG_A = 7
+LOG_ZETA = 8
+MU = 9
 """Indices into X after the state."""
-CLOSED = 1e-10  # distance of the ends of a motion that counts as closed
+SIZE = 10  # of X
+CLOSED = 1e-10  # residual at which a motion counts as closed
+CONVERGED = 1e-11  # step of Newton's method that changes nothing
+TOO_LONG = 3.0  # step of Newton's method that leaves the neighbourhood of the guess
 PASSES = 10  # of Newton's method
 DIFFERENCE = 1e-6  # for the gradient of a condition
 CLEAR = 1e-8  # static compressions between a grazing edge and the surface
+REAL = 1e-6  # imaginary part up to which a multiplier counts as real
+STRAIGHT = 0.9  # least cosine between the tangents at both ends of a step along a branch
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +73,19 @@ class Cycle:
         """The contact changes in order, from the first separation of the leading edge: L, T for a
         separation of the leading and the trailing edge, l, t for its touch."""
         letters = "".join("LlTt"[2 * p.edge + p.touches] for p in self.arc.passages)
-        turned = [letters[i:] + letters[:i] for i in range(len(letters))]
-        return min(turned, default="")
+        rotations = [letters[i:] + letters[:i] for i in range(len(letters))]
+        return min(rotations, default="")  # capitals come first in the alphabet, L before T
 
 
 Condition = Callable[[np.ndarray], float]
+"""A function of X that vanishes on a boundary."""
+
+
+def direction_of(index: int, sign: float) -> np.ndarray:
+    """The direction (10,) in which one entry of X rises (1) or falls (-1)."""
+    direction = np.zeros(SIZE)
+    direction[index] = sign
+    return direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +116,8 @@ class Cycles:
 
     def closure(self, cycle: Cycle) -> tuple[np.ndarray, np.ndarray]:
         """phi_T(z) - z (6,) and its derivative (6, 10) by X."""
-        arc, pad = cycle.arc, cycle.pad
+        arc = cycle.arc
+        pad = cycle.pad
         jacobian = np.empty((6, 10))
         jacobian[:, :6] = arc.matrix[:, :6] - np.eye(6)
         jacobian[:, PERIOD] = pad.rates(arc.end)
@@ -119,6 +136,9 @@ class Cycles:
     ) -> tuple[Cycle, np.ndarray]:
         """The periodic motion next to a guess X, and the tangent (10,) of its branch.
 
+        By Newton's method, with as many equations as unknowns. The tangent is zero where none is
+        given.
+
         Parameters
         ----------
         free : indices of the parameters that may change
@@ -133,14 +153,15 @@ class Cycles:
         ComputationError
             where Newton's method does not converge
         """
-        columns = [*range(7), *free]
+        columns = [*range(7), *free]  # of X that change: state, period and the free parameters
         x = guess.copy()
-        phase = np.zeros(10)
+        phase = np.zeros(SIZE)
         phase[:6] = self.pad_at(x).rates(x[:6])
         phase /= np.linalg.norm(phase)
         for _ in range(PASSES):
             cycle = self.over(x)
             gap, jacobian = self.closure(cycle)
+            # an equation a row: closure, phase condition, conditions, pseudo-arclength
             rows = [*jacobian]
             residual = [*gap]
             if not anchored:
@@ -158,15 +179,16 @@ class Cycles:
                 step = np.linalg.solve(matrix, residual)
             except np.linalg.LinAlgError:
                 break
-            if np.abs(residual).max() < CLOSED or np.abs(step).max() < 1e-11:
-                along = np.zeros(10)
+            if np.abs(residual).max() < CLOSED or np.abs(step).max() < CONVERGED:
+                along = np.zeros(SIZE)
                 if tangent is not None:
+                    # all equations but that of the tangent, which is the last, go on to hold
                     unit = np.zeros(len(columns))
                     unit[-1] = 1.0
                     along[columns] = np.linalg.solve(matrix, unit)
                     along /= np.linalg.norm(along)
                 return cycle, along
-            if np.abs(step).max() > 3.0 or not np.isfinite(step).all():
+            if np.abs(step).max() > TOO_LONG or not np.isfinite(step).all():
                 break
             x = x.copy()
             x[columns] -= step
@@ -177,8 +199,9 @@ class Cycles:
     def _gradient(
         self, condition: Condition, x: np.ndarray, columns: Sequence[int]
     ) -> tuple[float, np.ndarray]:
+        """A condition at X and its derivative (10,), by differences in the `columns` alone."""
         value = condition(x)
-        slope = np.zeros(10)
+        slope = np.zeros(SIZE)
         for i in columns:
             moved = x.copy()
             moved[i] += DIFFERENCE
@@ -189,11 +212,17 @@ class Cycles:
         """A condition that vanishes where a multiplier is `sign` (1: a fold, -1: a period
         doubling), whatever the others are.
 
-        Its borders are fixed at the first motion that it is asked for.
+        Such a multiplier makes A = monodromy - sign I singular; for a fold the flow direction f
+        borders A besides, since a shift in time has the multiplier 1 anyway. With borders b, c near
+        the null vectors, g of
+
+            [A b; c' 0] [v; g] = [0; 1]
+
+        vanishes where A is singular. b and c are fixed at the first motion for which g is computed.
         """
         borders: list[np.ndarray] = []
 
-        def value(x: np.ndarray) -> float:
+        def singular_at_zero(x: np.ndarray) -> float:
             cycle = self.over(x)
             if sign > 0.0:
                 flow_direction = cycle.pad.rates(x[:6])
@@ -207,18 +236,19 @@ class Cycles:
             if not borders:
                 left, _, right = np.linalg.svd(matrix)
                 borders.extend((left[:, -1], right[-1]))
-            whole = np.zeros((n + 1, n + 1))
-            whole[:n, :n] = matrix
-            whole[:n, n] = borders[0]
-            whole[n, :n] = borders[1]
-            return float(np.linalg.solve(whole, np.eye(n + 1)[n])[n])
+            bordered = np.zeros((n + 1, n + 1))
+            bordered[:n, :n] = matrix
+            bordered[:n, n] = borders[0]
+            bordered[n, :n] = borders[1]
+            right_side = np.eye(n + 1)[n]
+            return float(np.linalg.solve(bordered, right_side)[n])
 
-        return value
+        return singular_at_zero
 
     def unit_pair(self, x: np.ndarray) -> float:
         """A condition that vanishes where a complex pair of multipliers meets the unit circle."""
         multipliers = self.over(x).multipliers
-        complex_ones = multipliers[np.abs(multipliers.imag) > 1e-6]
+        complex_ones = multipliers[np.abs(multipliers.imag) > REAL]
         if not complex_ones.size:
             raise ComputationError("no complex pair of multipliers")
         return float(np.abs(complex_ones).max()) - 1.0
@@ -252,8 +282,9 @@ class Cycles:
     ) -> Iterator[Cycle]:
         """Motions along a branch from a converged X; it ends where no step succeeds.
 
-        The length of a step is that of X with the state's weight. `conditions` are made anew at
-        each motion, so that their borders fit.
+        Pseudo-arclength continuation: a step along the tangent, then Newton's method orthogonal to
+        it. Steps are lengths in the space of X, at first `step`, at most `most` and at least
+        `least`. `conditions` are made anew at each motion, so that their borders fit.
         """
         tangent = direction / np.linalg.norm(direction)
         _, tangent = self.solve(x, free, conditions(), tangent, anchored)
@@ -265,9 +296,10 @@ class Cycles:
             except ComputationError:
                 step /= 2.0
                 continue
-            if along @ tangent < 0.9:
+            if along @ tangent < STRAIGHT:
                 step /= 2.0
                 continue
             yield cycle
-            x, tangent = cycle.x, along
+            x = cycle.x
+            tangent = along
             step = min(1.4 * step, most)

@@ -9,6 +9,7 @@ import cmath
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,10 +25,15 @@ NEAR = 0.02  # of the greatest height in a step: a turn this near the surface is
 TURNED = 1e-6  # of a step: within which a turn is looked for
 LOCATED = 1e-15  # of a step: two places of a contact change this near are one
 SHORTEST = 1e-9  # of the longest step: a point that is wrong after so short a time changes at once
+TINY = 1e-300  # a size that is no zero
 
-Numbers = tuple[complex, float, complex, float]
-"""Displacement x + i y, angle, and their rates."""
+State = tuple[complex, float, complex, float]
+"""Displacement z = x + i y, angle, and their rates."""
+Pose = tuple[complex, float]
+Load = tuple[complex, float]
+"""A force and its moment about the mass centre."""
 Acceleration = Callable[[complex, float], tuple[complex, float]]
+"""Of z and of the angle, at a pose."""
 
 
 @dataclass(frozen=True)
@@ -41,21 +47,29 @@ class Motion:
     evaluations: int
 
 
+def _rotation_less_one(angle: float) -> complex:
+    """exp(i angle) - 1, exact for small angles."""
+    half = math.sin(angle / 2.0)
+    return complex(-2.0 * half * half, math.sin(angle))
+
+
 class _Equations:
     """Gaps and accelerations of models B1 and B2 (the energy-consistent law of the line)."""
 
     def __init__(self, name: str, pad: Pad) -> None:
-        self.pad, self.line = pad, name == "B2"
+        self.pad = pad
+        self.line = name == "B2"
         turned = cmath.exp(1j * pad.theta0)
-        self.upper = [turned * complex(side * pad.w, pad.h) for side in (-1.0, 1.0)]
+        upper = [turned * complex(side * pad.w, pad.h) for side in (-1.0, 1.0)]
         self.lower = [turned * complex(side * pad.w, -pad.h) for side in (-1.0, 1.0)]
         lengths = [pad.w if L is None else L for L in (pad.L1, pad.L2)]
+        # from the fixed end of each support spring to the pad, at rest
         relaxed = [
             -lengths[0] * cmath.exp(1j * pad.alpha1),
             lengths[1] * cmath.exp(-1j * pad.alpha2),
         ]
-        self.supports = list(zip((pad.k1, pad.k2), lengths, relaxed, self.upper, strict=True))
-        self.open = (0.0, 0.0)
+        self.supports = list(zip((pad.k1, pad.k2), lengths, relaxed, upper, strict=True))
+        self.open = (0.0, 0.0)  # gaps of the lower edges without displacement
         if self.line:
             lift = pad.y0 + 2.0 * pad.h * math.sin(pad.theta0 / 2.0) ** 2
             tilt = pad.w * math.sin(pad.theta0)
@@ -68,61 +82,76 @@ class _Equations:
 
     def gaps(self, z: complex, angle: float) -> tuple[float, float]:
         """Heights of the leading and of the trailing lower edge over the surface."""
-        half = math.sin(angle / 2.0)
-        bent = complex(-2.0 * half * half, math.sin(angle))  # exp(i angle) - 1
+        return self._gaps(z, _rotation_less_one(angle))
+
+    def _gaps(self, z: complex, bent: complex) -> tuple[float, float]:
         first, second = self.lower
         leading = self.open[0] + z.imag + (bent * first).imag
         return leading, self.open[1] + z.imag + (bent * second).imag
 
     def acceleration(self, touching: tuple[bool, bool]) -> Acceleration:
         """The accelerations of x + i y and of the angle within a contact state."""
-        pad, both = self.pad, touching == (True, True)
+        pad = self.pad
 
         def function(z: complex, angle: float) -> tuple[complex, float]:
             self.count += 1
-            half = math.sin(angle / 2.0)
-            bent = complex(-2.0 * half * half, math.sin(angle))
-            force, moment = complex(0.0, -(pad.F_n or 0.0)), 0.0
-            for k, length, rest, corner in self.supports:
+            bent = _rotation_less_one(angle)
+            force = complex(0.0, -(pad.F_n or 0.0))
+            moment = 0.0
+            for k, length, relaxed, corner in self.supports:
                 moved = z + bent * corner
-                now = rest + moved
-                size = abs(now)
+                spring = relaxed + moved
+                size = abs(spring)
                 # size^2 - length^2 without the difference of two large numbers
-                more = 2.0 * (rest * moved.conjugate()).real + abs(moved) ** 2
-                f = -k * more / (size + length) / size * now
+                more = 2.0 * (relaxed * moved.conjugate()).real + abs(moved) ** 2
+                support = -k * more / (size + length) / size * spring
                 arm = corner + bent * corner
-                force += f
-                moment += arm.real * f.imag - arm.imag * f.real
+                force += support
+                moment += arm.real * support.imag - arm.imag * support.real
             if any(touching):
-                leading = self.open[0] + z.imag + (bent * self.lower[0]).imag
-                trailing = self.open[1] + z.imag + (bent * self.lower[1]).imag
+                gaps = self._gaps(z, bent)
                 arms = [corner + bent * corner for corner in self.lower]
-                if self.line:
-                    width = arms[1].real - arms[0].real
-                    if both:
-                        normal = -pad.k_c * (leading + trailing) / 2.0
-                        turning = (arms[0].real + arms[1].real) / 2.0 * normal
-                        turning += pad.k_c * width * (leading - trailing) / 12.0
-                    else:  # a triangle of pressure, a third of its base from the edge that touches
-                        low, high = (leading, trailing) if touching[0] else (trailing, leading)
-                        # a level face is in partial contact for no time
-                        share = low / (low - high) if low != high else 1.0
-                        normal = -pad.k_c * share * low / 2.0
-                        third = width * share / 3.0
-                        middle = arms[0].real + third if touching[0] else arms[1].real - third
-                        turning = middle * normal
-                    force += complex(pad.mu * normal, normal)
-                    moment += turning + pad.h * pad.mu * normal
-                else:
-                    pairs = zip(touching, (pad.k3, pad.k4), (leading, trailing), arms, strict=True)
-                    for on, k, gap, arm in pairs:
-                        if on:
-                            normal = -k * gap
-                            force += complex(pad.mu * normal, normal)
-                            moment += normal * (arm.real - pad.mu * arm.imag)
+                of_contact = self._line_load if self.line else self._point_loads
+                for contact, turning in of_contact(gaps, arms, touching):
+                    force += contact
+                    moment += turning
             return force / pad.m, moment / pad.I
 
         return function
+
+    def _line_load(
+        self, gaps: tuple[float, float], arms: list[complex], touching: tuple[bool, bool]
+    ) -> list[Load]:
+        """Of the pressure k_c times penetration along the face; friction acts at the distance h."""
+        pad = self.pad
+        leading, trailing = gaps
+        width = arms[1].real - arms[0].real
+        if touching == (True, True):  # a trapezium of pressure
+            normal = -pad.k_c * (leading + trailing) / 2.0
+            turning = (arms[0].real + arms[1].real) / 2.0 * normal
+            turning += pad.k_c * width * (leading - trailing) / 12.0
+        else:  # a triangle of pressure, a third of its base from the edge that touches
+            low, high = (leading, trailing) if touching[0] else (trailing, leading)
+            # a level face is in partial contact for no time
+            share = low / (low - high) if low != high else 1.0
+            normal = -pad.k_c * share * low / 2.0
+            third = width * share / 3.0
+            middle = arms[0].real + third if touching[0] else arms[1].real - third
+            turning = middle * normal
+        return [(complex(pad.mu * normal, normal), turning + pad.h * pad.mu * normal)]
+
+    def _point_loads(
+        self, gaps: tuple[float, float], arms: list[complex], touching: tuple[bool, bool]
+    ) -> list[Load]:
+        """Of each edge that touches, with its friction."""
+        pad = self.pad
+        loads = []
+        for on, k, gap, arm in zip(touching, (pad.k3, pad.k4), gaps, arms, strict=True):
+            if on:
+                normal = -k * gap
+                moment = normal * (arm.real - pad.mu * arm.imag)
+                loads.append((complex(pad.mu * normal, normal), moment))
+        return loads
 
     def longest(self, touching: tuple[bool, bool]) -> float:
         """The longest step within a contact state, from the stiffest spring that acts."""
@@ -132,16 +161,25 @@ class _Equations:
 
 
 def _midpoint(
-    f: Acceleration, state: Numbers, first: tuple[complex, float], h: float, n: int
-) -> tuple[Numbers, list[tuple[complex, float]]]:
-    """Change of the state in a time h by n midpoint steps, and the places passed on the way.
+    f: Acceleration, state: State, first: tuple[complex, float], h: float, n: int
+) -> tuple[State, list[Pose]]:
+    """Change of the state in a time h by n midpoint steps, and the poses passed on the way.
 
-    Changes are summed, not states, so that rounding is that of what a short step adds.
+    The midpoint rule: u_(j+1) = u_(j-1) + 2 (h/n) u'(u_j), begun with a step of Euler's. Changes
+    are summed, not states, so that rounding is that of what a short step adds.
+
+    first : the accelerations at the state
     """
     z, a, v, r = state
     step = h / n
-    dz, da, dv, dr = 0j, 0.0, 0j, 0.0
-    dz1, da1, dv1, dr1 = step * v, step * r, step * first[0], step * first[1]
+    dz = 0j
+    da = 0.0
+    dv = 0j
+    dr = 0.0
+    dz1 = step * v
+    da1 = step * r
+    dv1 = step * first[0]
+    dr1 = step * first[1]
     passed = [(z + dz1, a + da1)]
     twice = 2.0 * step
     for _ in range(n - 1):
@@ -154,22 +192,38 @@ def _midpoint(
     return (dz1, da1, dv1, dr1), passed
 
 
-def _step(
-    f: Acceleration, state: Numbers, h: float, lever: float, sizes: tuple[float, float]
-) -> tuple[Numbers, float, list[tuple[complex, float]]]:
-    """State after a time h, its error, and the places on the way.
+class _Step(NamedTuple):
+    """State at the end of a step, its error, and the poses passed on the way, the last at its end.
 
-    The error is the last difference of the extrapolation over `sizes`, of place and of velocity.
+    The error is the last difference of the extrapolation over the sizes of place and velocity.
+    """
+
+    end: State
+    error: float
+    passed: list[Pose]
+
+
+def _extrapolated(
+    f: Acceleration, state: State, h: float, lever: float, sizes: tuple[float, float]
+) -> _Step:
+    """A step of length h by Bulirsch and Stoer's extrapolation in the square of the substep.
+
+    T(j, i+1) = T(j, i) + (T(j, i) - T(j-1, i)) / ((n_j / n_(j-1-i))^2 - 1), of the change of the
+    state; it ends with the column that changes no more.
+
+    lever : length that makes an angle comparable with a displacement
+    sizes : of place and of velocity
     """
     first = f(state[0], state[1])
-    row: list[Numbers] = []
+    row: list[State] = []
     error = math.inf
     for j, n in enumerate(SUBSTEPS):
         change, passed = _midpoint(f, state, first, h, n)
         new = [change]
         for i in range(j):
             ratio = 1.0 / ((n / SUBSTEPS[j - 1 - i]) ** 2 - 1.0)
-            p, q = new[i], row[i]
+            p = new[i]
+            q = row[i]
             new.append(
                 (
                     p[0] + (p[0] - q[0]) * ratio,
@@ -179,7 +233,8 @@ def _step(
                 )
             )
         if j:
-            best, before = new[-1], row[-1]
+            best = new[-1]
+            before = row[-1]
             place = abs(best[0] - before[0]) + lever * abs(best[1] - before[1])
             speed = abs(best[2] - before[2]) + lever * abs(best[3] - before[3])
             error = max(place / sizes[0], speed / sizes[1])
@@ -188,34 +243,55 @@ def _step(
         row = new
     dz, da, dv, dr = new[-1]
     end = (state[0] + dz, state[1] + da, state[2] + dv, state[3] + dr)
-    return end, error, passed
+    passed[-1] = (end[0], end[1])
+    return _Step(end, error, passed)
 
 
-def _rate(corner: complex, state: Numbers) -> float:
+def _rate(corner: complex, state: State) -> float:
     """Rate of the height of a lower edge."""
     return state[2].imag + state[3] * (1j * cmath.exp(1j * state[1]) * corner).imag
 
 
-def _doubtful(beyond: list[float], j: int) -> bool:
-    """Whether a point may have passed the surface at a place on the way: it has, or turns near."""
+def _may_have_crossed(beyond: list[float], j: int) -> bool:
+    """Whether a point may have crossed the surface by the pose j of a step: it has, or turns near.
+
+    beyond : how far it is beyond the surface at each pose, negative on its own side
+    """
     if beyond[j] > 0.0:
         return True
     turns = 0 < j < len(beyond) - 1 and beyond[j - 1] < beyond[j] >= beyond[j + 1]
     return turns and beyond[j] > NEAR * min(beyond)
 
 
+class _Beyond(NamedTuple):
+    """How far a point is beyond the surface, seen from its side, its rate, and the state then."""
+
+    distance: float
+    rate: float
+    state: State
+
+
+class _ContactChange(NamedTuple):
+    """When a point reaches the surface, a time from the start of the step, and the state then."""
+
+    time: float
+    state: State
+    point: int
+
+
 class _Run:
-    """A motion on its way."""
+    """A motion on its way: its state, contact state and time, and the next step's length h."""
 
     def __init__(self, name: str, pad: Pad, initial: np.ndarray) -> None:
         self.equations = _Equations(name, pad)
         self.lever = math.hypot(pad.w, pad.h)
         x, y, angle, *rates = map(float, initial)
-        self.state: Numbers = (complex(x, y), angle, complex(rates[0], rates[1]), rates[2])
+        self.state: State = (complex(x, y), angle, complex(rates[0], rates[1]), rates[2])
         self.touching = self._first_contact()
-        self.t, self.behind = 0.0, 0.0  # time and what rounding has left out of it
+        self.t = 0.0
+        self.behind = 0.0  # what rounding has left out of the time
         self.h = 0.0
-        self.sizes = (1e-300, 1e-300)
+        self.sizes = (TINY, TINY)  # greatest of place and of velocity so far
         self.changes: list[tuple[float, int]] = []
 
     def _first_contact(self) -> tuple[bool, bool]:
@@ -229,7 +305,8 @@ class _Run:
             found.append(begun < 0.0)
         return found[0], found[1]
 
-    def _accept(self, state: Numbers, h: float) -> None:
+    def _accept(self, state: State, h: float) -> None:
+        """Take over the state after a time h; the time is summed without loss (Kahan)."""
         self.state = state
         more = h + self.behind
         total = self.t + more
@@ -239,51 +316,67 @@ class _Run:
         speed = abs(state[2]) + self.lever * abs(state[3])
         self.sizes = (max(self.sizes[0], place), max(self.sizes[1], speed))
 
-    def _flip(self, point: int) -> None:
+    def _switch(self, point: int) -> None:
+        """A point begins to touch or separates."""
         self.changes.append((self.t, point))
         leading, trailing = self.touching
         self.touching = (not leading, trailing) if point == 0 else (leading, not trailing)
 
-    def _gap(self, f: Acceleration, point: int, h: float) -> tuple[float, float, Numbers]:
-        """How far a point is beyond the surface, seen from its side, a time from now; the rate of
-        that, and the state."""
-        end, _, _ = _step(f, self.state, h, self.lever, self.sizes)
+    def _beyond(self, f: Acceleration, point: int, h: float) -> _Beyond:
+        """Where a point is a time h from now."""
+        end = _extrapolated(f, self.state, h, self.lever, self.sizes).end
         side = 1.0 if self.touching[point] else -1.0
-        beyond = side * self.equations.gaps(end[0], end[1])[point]
-        return beyond, side * _rate(self.equations.lower[point], end), end
+        distance = side * self.equations.gaps(end[0], end[1])[point]
+        return _Beyond(distance, side * _rate(self.equations.lower[point], end), end)
+
+    def _time_beyond(self, f: Acceleration, point: int, low: float, high: float) -> float | None:
+        """A time from now at which a point is beyond the surface, None if it turns back before.
+
+        It may be beyond between low and high alone: the turn is where its rate passes zero.
+        """
+        reached = self._beyond(f, point, high)
+        if reached.distance > 0.0:
+            return high
+        if reached.rate >= 0.0:
+            return None
+        first = low
+        last = high
+        while last - first > TURNED * high:
+            middle = 0.5 * (first + last)
+            reached = self._beyond(f, point, middle)
+            if reached.distance > 0.0:
+                return middle
+            if reached.rate > 0.0:
+                first = middle
+            else:
+                last = middle
+        return None
 
     def _locate(
-        self, f: Acceleration, point: int, low: float, at: float, high: float
-    ) -> tuple[float, Numbers, int] | None:
-        """Time from now, near `at`, and state at which a point reaches the surface, and the point.
+        self, f: Acceleration, point: int, low: float, guess: float, high: float
+    ) -> _ContactChange | None:
+        """Where a point reaches the surface between two times from now, None if it turns back.
 
-        None if it turns back before.
+        Newton's method on whole steps, within a bracket that is halved where it would leave it.
         """
-        beyond, rate, _ = self._gap(f, point, high)
-        if beyond <= 0.0:  # the turn is where the rate passes zero
-            if rate >= 0.0:
-                return None
-            first, last = low, high
-            while beyond <= 0.0 and last - first > TURNED * high:
-                middle = 0.5 * (first + last)
-                beyond, rate, _ = self._gap(f, point, middle)
-                first, last = (middle, last) if rate > 0.0 else (first, middle)
-            if beyond <= 0.0:
-                return None
-            high = middle
-            at = 0.5 * (low + high)
+        beyond_at = self._time_beyond(f, point, low, high)
+        if beyond_at is None:
+            return None
+        at = guess if beyond_at == high else 0.5 * (low + beyond_at)
+        before = low
+        after = beyond_at
         for _ in range(60):
-            beyond, rate, end = self._gap(f, point, at)
-            if beyond > 0.0:
-                high = at
+            reached = self._beyond(f, point, at)
+            if reached.distance > 0.0:
+                after = at
             else:
-                low = at
-            newton = at - beyond / rate if rate else low
-            following = newton if low < newton < high else 0.5 * (low + high)
-            if abs(following - at) <= LOCATED * high or high - low <= LOCATED * high:
+                before = at
+            newton = at - reached.distance / reached.rate if reached.rate else before
+            following = newton if before < newton < after else 0.5 * (before + after)
+            if abs(following - at) <= LOCATED * after or after - before <= LOCATED * after:
                 break
             at = following
-        return at, end, point
+        return _ContactChange(at, reached.state, point)
 
     def advance(self, stop: float) -> None:
         """Go on to a time, through any contact changes."""
@@ -294,53 +387,63 @@ class _Run:
             f = self.equations.acceleration(self.touching)
             limit = self.equations.longest(self.touching)
             self.h = min(limit, 1.5 * self.h or limit)
-            while not self._one(f, min(self.h, left), limit):
+            while not self._try_step(f, min(self.h, left), limit):
                 pass
 
-    def _one(self, f: Acceleration, h: float, limit: float) -> bool:
-        """Take a step, or shorten the next one."""
-        first = self.sizes[1] <= 1e-300
-        if first:  # at rest: what the accelerations make of it
-            z, a = f(self.state[0], self.state[1])
-            size = abs(self.state[0]) + self.lever * abs(self.state[1])
-            speed = abs(self.state[2]) + self.lever * abs(self.state[3])
-            self.sizes = (
-                max(size, h * h * (abs(z) + self.lever * abs(a)), 1e-300),
-                max(speed, h * (abs(z) + self.lever * abs(a)), 1e-300),
-            )
-        end, error, passed = _step(f, self.state, h, self.lever, self.sizes)
+    def _sizes_from_rest(self, f: Acceleration, h: float) -> tuple[float, float]:
+        """Sizes of place and velocity at the start: what the accelerations make of it in a time."""
+        z, a = f(self.state[0], self.state[1])
+        acceleration = abs(z) + self.lever * abs(a)
+        place = abs(self.state[0]) + self.lever * abs(self.state[1])
+        speed = abs(self.state[2]) + self.lever * abs(self.state[3])
+        return max(place, h * h * acceleration, TINY), max(speed, h * acceleration, TINY)
+
+    def _poses_beyond(self, passed: list[Pose]) -> list[list[float]]:
+        """By point how far it is beyond the surface at the poses of a step."""
+        gaps = [self.equations.gaps(z, angle) for z, angle in passed]
+        sides = [1.0 if on else -1.0 for on in self.touching]
+        return [[side * row[point] for row in gaps] for point, side in enumerate(sides)]
+
+    def _try_step(self, f: Acceleration, h: float, limit: float) -> bool:
+        """Take a step of length h, or up to the first contact change in it.
+
+        Returns False where it was too long; `h` is then the length to try next. limit: the longest
+        step of the contact state.
+        """
+        if self.sizes[1] <= TINY:
+            self.sizes = self._sizes_from_rest(f, h)
+        step = _extrapolated(f, self.state, h, self.lever, self.sizes)
         inertia = self.equations.inertia
         rounding = ROUNDED * self.equations.stiffest / inertia * h * self.sizes[0] / self.sizes[1]
-        if error > ACCEPTED + rounding and h > SHORTEST * limit:
+        if step.error > ACCEPTED + rounding and h > SHORTEST * limit:
             self.h = 0.5 * h
             return False
-        n = len(passed)
-        passed[-1] = (end[0], end[1])
-        sides = [1.0 if on else -1.0 for on in self.touching]
-        rows = [self.equations.gaps(z, angle) for z, angle in passed]
-        beyond = [[side * row[point] for row in rows] for point, side in enumerate(sides)]
+        n = len(step.passed)
+        beyond = self._poses_beyond(step.passed)
         for j in range(n):
-            doubtful = [point for point, gaps in enumerate(beyond) if _doubtful(gaps, j)]
+            doubtful = [point for point in (0, 1) if _may_have_crossed(beyond[point], j)]
             if not doubtful:
                 continue
-            if j == 0:
+            if j == 0:  # at once: a shorter step tells, unless it is the shortest
                 if h <= SHORTEST * limit:
-                    self._flip(doubtful[0])
+                    self._switch(doubtful[0])
                     return True
                 self.h = h / 8.0
                 return False
-            # the places on the way are those of a rule of second order
-            low, high = max(j - 1, 0) * h / n, min(j + 2, n) * h / n
-            each = (self._locate(f, point, low, (j + 0.5) * h / n, high) for point in doubtful)
-            found = [one for one in each if one is not None]
-            if not found:
+            # the poses on the way are those of a rule of second order
+            low = max(j - 1, 0) * h / n
+            high = min(j + 2, n) * h / n
+            guess = (j + 0.5) * h / n
+            located = [self._locate(f, point, low, guess, high) for point in doubtful]
+            changes = [change for change in located if change is not None]
+            if not changes:
                 continue
-            at, state, point = min(found, key=lambda one: one[0])
-            self._accept(state, at)
-            self._flip(point)
+            change = min(changes, key=lambda one: one.time)
+            self._accept(change.state, change.time)
+            self._switch(change.point)
             self.h = max(h, 1e-3 * limit)
             return True
-        self._accept(end, h)
+        self._accept(step.end, h)
         self.h = h
         return True
 

@@ -19,16 +19,19 @@ from squeal.model.contact import LineContact
 from squeal.numerics.differentiation import complex_step
 
 Norm = Literal["displacement", "energy"]
-DIRECTIONS = 32
-RADII = np.geomspace(0.25, 6.0, 15)
-CANDIDATES = 8
+DIRECTIONS = 32  # drawn for the search outwards
+RADII = np.geomspace(0.25, 6.0, 15)  # norms of its disturbances
+CANDIDATES = 8  # of each round of the search for shorter ones
 SHORTER = np.array([0.002, 0.01, 0.03, 0.1] * 2)  # by how much, at a width of 1/6 and more
-FIRST_WIDTH, LAST_WIDTH = 0.5, 0.004
-WIDER, NARROWER = 1.25, 0.8
+# the width says how far the direction of a candidate is moved; factors after a round
+FIRST_WIDTH = 0.5
+LAST_WIDTH = 0.004
+WIDER = 1.25
+NARROWER = 0.8
 ROUNDS = 60
-LONGEST = 1200.0  # units of time
-DECAYS = 4.0  # times in which a motion about sliding decays by e
+LONGEST = 1200.0  # units of time after which a motion that changes contact lasts
 LONGEST_PRINTED = 12000.0  # motions stay near the weakly unstable cycle of the printed law
+DECAYS = 4.0  # times in which a motion about sliding decays by e
 
 
 class Least(NamedTuple):
@@ -39,7 +42,11 @@ class Least(NamedTuple):
 
 
 def unit_disturbances(pad: DampedContact, norm: Norm) -> np.ndarray:
-    """Columns (6, k): disturbances whose combinations have the length of their coefficients."""
+    """Columns (6, k): disturbances whose combinations have the norm of their coefficients.
+
+    For the energy these are L with q'Kq/2 = |z|^2 E for q = Lz, E the energy of the static
+    compression, and the same of the velocities with the masses.
+    """
     if norm == "displacement":
         return np.eye(6)[:, :3]
     undamped = dataclasses.replace(pad, a=0.0, zeta=0.0, mu=0.0)
@@ -69,28 +76,34 @@ def lasts(pad: DampedContact, disturbances: np.ndarray) -> np.ndarray:
     return np.asarray(found.lasts & ~found.invalid)
 
 
+def _first_lasting(
+    pad: DampedContact, columns: np.ndarray, random: np.random.Generator
+) -> np.ndarray | None:
+    """Coefficients (k,) of a disturbance that lasts, at the least of `RADII` at which one does."""
+    directions = random.normal(size=(DIRECTIONS, columns.shape[1]))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    for radius in RADII:
+        lasting = lasts(pad, radius * directions @ columns.T)
+        if lasting.any():
+            return np.asarray(radius * directions[np.argmax(lasting)])
+    return None
+
+
 def least_disturbance(pad: DampedContact, norm: Norm, seed: int) -> Least | None:
     """The shortest disturbance found from one seed of random numbers, None where none lasts."""
     random = np.random.default_rng(seed)
     columns = unit_disturbances(pad, norm)
-    size = columns.shape[1]
-    directions = random.normal(size=(DIRECTIONS, size))
-    directions /= np.linalg.norm(directions, axis=1)[:, None]
-    best = None
-    for radius in RADII:
-        lasting = lasts(pad, radius * directions @ columns.T)
-        if lasting.any():
-            best = radius * directions[np.argmax(lasting)]
-            break
+    best = _first_lasting(pad, columns, random)
     if best is None:
         return None
     width = FIRST_WIDTH
     for _ in range(ROUNDS):
         length = np.linalg.norm(best)
-        candidates = best / length + width * random.normal(size=(CANDIDATES, size))
+        candidates = best / length + width * random.normal(size=(CANDIDATES, len(best)))
         candidates[0] = best  # the same direction, shorter
         candidates /= np.linalg.norm(candidates, axis=1)[:, None]
-        candidates *= length * (1.0 - min(1.0, 6.0 * width) * SHORTER)[:, None]
+        shortened = 1.0 - min(1.0, 6.0 * width) * SHORTER
+        candidates *= length * shortened[:, None]
         lasting = lasts(pad, candidates @ columns.T)
         if lasting.any():
             lengths = np.where(lasting, np.linalg.norm(candidates, axis=1), np.inf)

@@ -26,22 +26,27 @@ def track(system: SystemFunction, mus: Iterable[float]) -> ComplexArray:
     singular M, and what `system` does.
     """
     values = [float(mu) for mu in mus]
-    along = continued(system, values)
-    rows = [along.at(values[0]).exponents]
-    here, left = np.arange(len(rows[0])), itertools.count()  # index of each mode
+    continuation = continued(system, values)
+    undamped = continuation.problem == "undamped"
+    rows = [continuation.at(values[0]).exponents]
+    index = np.arange(len(rows[0]))  # of each mode among the roots at the present value
+    budget = itertools.count()  # of halvings, without end
     for a, b in itertools.pairwise(values):
-        now = rows[-1]
-        for link in links(along.at, along.options, a, b, left):
-            here = link.order[here]
-            before, now = now, link.after.exponents[here]
-            if along.problem == "undamped":  # of both square roots that which goes on
-                now = np.where(np.abs(now - before) <= np.abs(now + before), now, -now)
-        rows.append(now)
+        roots = rows[-1]
+        for link in links(continuation.at, continuation.options, a, b, budget):
+            index = link.order[index]
+            before = roots
+            roots = link.after.exponents[index]
+            if undamped:  # of both square roots that which goes on
+                roots = np.where(np.abs(roots - before) <= np.abs(roots + before), roots, -roots)
+        rows.append(roots)
     modes = np.array(rows)
-    if along.problem == "undamped":
+    if undamped:
         modes = np.hstack([modes, -modes])
-    free = 2 * np.shape(matrices_at(system, values[0])[0])[0] - modes.shape[1]
-    modes = np.hstack([modes, np.zeros((len(modes), free))])
+    # the continuation leaves out roots that are zero throughout, of free motions
+    coordinates = np.shape(matrices_at(system, values[0])[0])[0]
+    free = np.zeros((len(modes), 2 * coordinates - modes.shape[1]))
+    modes = np.hstack([modes, free])
     return np.asarray(modes[:, ordered(modes[0])])
 
 
@@ -58,24 +63,30 @@ class ModeSweep:
 def sweep_modes(scene: Scene, low: float, high: float) -> ModeSweep:
     """Follow the modes of a scene along its branch from mu = low to high.
 
-    Raises ComputationError if there is no equilibrium without friction, or the branch ends before
-    `low`.
+    At even values of mu, at the scene's, at thresholds and crossings of frequencies, and on both
+    sides of each change of contact. Raises ComputationError if there is no equilibrium without
+    friction, or the branch ends before `low`.
     """
     system, path = branch_system(scene, high)
-    share, end, stop = np.linspace(0.0, 1.0, SAMPLES), high, high
+    share = np.linspace(0.0, 1.0, SAMPLES)
+    stop = high
     contacts: tuple[tuple[float, str], ...] = ()
     if path is not None:
-        end = stop = path.mu_end
+        end = path.mu_end
+        stop = end
         if end <= low:
             path.at(low)  # raises, with the reason
         changes = [mu for mu in path.breakpoints if low < mu < end]
         contacts = tuple((mu, path.model.state_name(path.at(mu)[1])) for mu in changes)
         if path.fold is not None:  # a frequency falls there as a fourth root: the values crowd
-            share, stop = 1.0 - (1.0 - share) ** 2, end * (1.0 - 1e-9)
-    breaks = [mu for mu, _ in contacts]
-    events = thresholds(system, stop, breaks, low)
-    edges = [low, *(p.mu for p in events.points if low < p.mu < stop), stop]
-    marked = [scene.pad.mu, *edges, *(c.mu for c in events.crossings), *breaks]
-    marked += [math.nextafter(mu, 0.0) for mu in breaks]  # both sides of a change of contact
-    seen = np.unique(np.clip(np.concatenate([low + (stop - low) * share, marked]), low, stop))
-    return ModeSweep(seen, track(system, seen), contacts)
+            share = 1.0 - (1.0 - share) ** 2
+            stop = end * (1.0 - 1e-9)
+    contact_changes = [mu for mu, _ in contacts]
+    just_before = [math.nextafter(mu, 0.0) for mu in contact_changes]
+    events = thresholds(system, stop, contact_changes, low)
+    critical = [point.mu for point in events.points if low < point.mu < stop]
+    crossings = [crossing.mu for crossing in events.crossings]
+    marked = [scene.pad.mu, low, *critical, stop, *crossings, *contact_changes, *just_before]
+    even = low + (stop - low) * share
+    mus = np.unique(np.clip(np.concatenate([even, marked]), low, stop))
+    return ModeSweep(mus, track(system, mus), contacts)

@@ -38,11 +38,15 @@ def reference(scene: Scene, tolerance: float = TOLERANCE) -> Reference:
     if number is None:
         shorter = dataclasses.replace(DEFAULT, scipy_step=DEFAULT.scipy_step / 4.0)
         integrator: Integrator = make_integrator(model, tolerance, "scipy", shorter)
+        start = np.array([float(value) for value in first])
     else:
         integrator = heyoka().TaylorIntegrator(model, tolerance, number)
-    start = np.array([(number or float)(float(v)) for v in first])
+        start = np.array([number(float(value)) for value in first])
     segment = whole(model, integrator, units, start, stop)
-    return Reference(*(np.array(v, dtype=float) for v in (segment.end[:, 0], segment.t)))
+    return Reference(
+        state=np.array(segment.end[:, 0], dtype=float),
+        times=np.array(segment.t, dtype=float),
+    )
 
 
 def quad() -> Any:

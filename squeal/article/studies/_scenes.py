@@ -22,15 +22,18 @@ def read_scenes(files: Sequence[Path], stems: Iterable[str]) -> dict[str, Scene]
 
 
 def by_set(files: Sequence[Path]) -> dict[str, list[Path]]:
-    """The files by parameter set: the reference first, then the folders beside its scenes."""
+    """The files by parameter set: the reference first, then the folders beside its scenes.
+
+    The reference is in the outermost folder, the others are named as theirs.
+    """
     folders = sorted(
         {file.parent for file in files}, key=lambda folder: (len(folder.parts), folder)
     )
-    names = [REFERENCE, *(folder.name for folder in folders[1:])]
-    return {
-        name: [file for file in files if file.parent == folder]
-        for name, folder in zip(names, folders, strict=True)
-    }
+    sets = {}
+    for folder in folders:
+        name = REFERENCE if folder == folders[0] else folder.name
+        sets[name] = [file for file in files if file.parent == folder]
+    return sets
 
 
 def read_cases(files: Sequence[Path], model: str) -> dict[str, Scene]:

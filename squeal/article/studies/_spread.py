@@ -30,29 +30,33 @@ def disturbed(states: np.ndarray, repeat: int) -> np.ndarray:
 
 
 def numbers(value: Any, at: str = "") -> Iterator[tuple[str, float]]:
-    """The numbers of a record, each with its keys and places, dots between."""
-    value = to_dict(value)
+    """The numbers of a record, each with its path: keys and indices, dots between.
+
+    at: the path of the value itself.
+    """
+    plain = to_dict(value)
     entries: Iterator[tuple[Any, Any]] = iter(())
-    if isinstance(value, Mapping):
-        entries = iter(value.items())
-    elif isinstance(value, list):
-        entries = iter(enumerate(value))
-    elif isinstance(value, (int, float)) and not isinstance(value, bool):
-        yield at, value
+    if isinstance(plain, Mapping):
+        entries = iter(plain.items())
+    elif isinstance(plain, list):
+        entries = iter(enumerate(plain))
+    elif isinstance(plain, (int, float)) and not isinstance(plain, bool):
+        yield at, plain
     for key, entry in entries:
         yield from numbers(entry, f"{at}.{key}" if at else str(key))
 
 
 def moved(at: str, repeats: Sequence[Any]) -> tuple[Moved, ...]:
-    """The numbers under the key `at` that differ between repeats of a record."""
-    found = [dict(numbers(one, at)) for one in repeats]
-    several: list[Moved] = []
-    for key in found[0]:
-        values = [one[key] for one in found if key in one]
-        low, high = min(values), max(values)
+    """The numbers under the key `at` that differ between repeats of a record, with their range."""
+    by_path = [dict(numbers(record, at)) for record in repeats]
+    differing: list[Moved] = []
+    for path in by_path[0]:
+        values = [found[path] for found in by_path if path in found]
+        low = min(values)
+        high = max(values)
         if high - low > SAME * max(abs(low), abs(high)):
-            several.append(Moved(key, low, high))
-    return tuple(several)
+            differing.append(Moved(path, low, high))
+    return tuple(differing)
 
 
 def at_ends(result: R) -> tuple[R, ...]:
@@ -64,15 +68,21 @@ def at_ends(result: R) -> tuple[R, ...]:
         return (result,)
     low = {one.key: one.low for one in result.spread}
     high = {one.key: one.high for one in result.spread}
-    return (result, _with(result, low), _with(result, high))
+    return (result, _with_numbers(result, low), _with_numbers(result, high))
 
 
-def _with(result: R, changes: Mapping[str, float]) -> R:
+def _with_numbers(result: R, changes: Mapping[str, float]) -> R:
+    """The result with other numbers at some paths, as `numbers` writes them."""
     plain = to_dict(result)
-    for key, value in changes.items():
-        *path, last = key.split(".")
+    for path, value in changes.items():
+        *parents, last = path.split(".")
         entry: Any = plain
-        for part in path:
-            entry = entry[int(part)] if isinstance(entry, list) else entry[part]
-        entry[int(last) if isinstance(entry, list) else last] = value
+        for part in parents:
+            entry = entry[_index(entry, part)]
+        entry[_index(entry, last)] = value
     return from_dict(type(result), plain)
+
+
+def _index(entry: Any, part: str) -> int | str:
+    """A part of a path as a list or a mapping takes it."""
+    return int(part) if isinstance(entry, list) else part

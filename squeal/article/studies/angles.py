@@ -23,7 +23,9 @@ from squeal.queries.pads.maps import (
 
 CELLS = 90  # a side of the map
 COARSE = 40  # a side of the maps with damping
-HIGH, LOW = 0.02, 0.001  # damping ratios of one mode and of the others
+# damping ratios of one mode and of the others
+HIGH = 0.02
+LOW = 0.001
 NONE, UNSTABLE, PARTIAL, STABLE = range(4)
 """Codes of the map: no equilibrium on the branch, one about which a mode grows, one about which no
 mode grows in partial contact, and in full contact."""
@@ -51,16 +53,21 @@ class Angles(Result):
     share: Shares
 
 
-def _encoded(regions: PointVerdicts) -> np.ndarray:
-    stable = regions.codes <= NAMES.index("marginal")
-    full = regions.contact == STATES.index(FULL)
-    codes = np.where(stable, np.where(full, STABLE, PARTIAL), UNSTABLE)
-    return np.asarray(np.where(regions.codes == BEYOND_FOLD, NONE, codes))
+def _encoded(verdicts: PointVerdicts) -> np.ndarray:
+    """Verdicts and contact states of points as the codes of this map."""
+    without_growth = verdicts.codes <= NAMES.index("marginal")  # stable comes before it
+    full = verdicts.contact == STATES.index(FULL)
+    codes = np.full(verdicts.codes.shape, UNSTABLE)
+    codes[without_growth] = PARTIAL
+    codes[without_growth & full] = STABLE
+    codes[verdicts.codes == BEYOND_FOLD] = NONE
+    return codes
 
 
 def equilibria(scene: Scene) -> Outline:
     """The map for a scene of model B2."""
-    axes, names = angle_axes(CELLS), ("alpha1", "alpha2")
+    axes = angle_axes(CELLS)
+    names = ("alpha1", "alpha2")
     angles = axes[0].values
     codes = _encoded(on_grid(scene, names, angles, angles))
 
@@ -74,21 +81,21 @@ def damped(scene: Scene, mode: int) -> float:
     """Share of a coarser map on which no mode grows, with one mode damped more than the others."""
     ratios = tuple(HIGH if k == mode else LOW for k in range(3))
     angles = angle_axes(COARSE)[0].values
-    replaced = dataclasses.replace(scene, damping=Damping(ratios=ratios))
-    return float(
-        np.mean(_encoded(on_grid(replaced, ("alpha1", "alpha2"), angles, angles)) >= PARTIAL)
-    )
+    with_damping = dataclasses.replace(scene, damping=Damping(ratios=ratios))
+    codes = _encoded(on_grid(with_damping, ("alpha1", "alpha2"), angles, angles))
+    return float(np.mean(codes >= PARTIAL))
 
 
 def study(files: Sequence[Path]) -> Angles:
     """The map for the pad of case (c), which the four cases share."""
     scene = read_scenes(files, ["b2-c"])["b2-c"]
     regions = equilibria(scene)
-    area = np.array([regions.area.get(code, 0.0) for code in range(4)]) / np.pi**2
+    codes = (NONE, UNSTABLE, PARTIAL, STABLE)
+    share = np.array([regions.area.get(code, 0.0) for code in codes]) / np.pi**2
     shares = Shares(
-        exists=float(area[1:].sum()),
-        quiet=float(area[PARTIAL:].sum()),
-        quiet_full=float(area[STABLE]),
+        exists=float(share[UNSTABLE:].sum()),
+        quiet=float(share[PARTIAL:].sum()),
+        quiet_full=float(share[STABLE]),
         damped=min(damped(scene, mode) for mode in range(3)),
     )
     return Angles(scene.pad.mu, regions, shares)

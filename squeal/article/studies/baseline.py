@@ -13,8 +13,9 @@ from squeal.article.records import Record, Result
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import CONSISTENT, Formulation
 
-SETS, SEED = 2000, 1
-CONFIDENCE = 0.95
+SETS = 2000  # random ones, under each law
+SEED = 1  # of their numbers
+CONFIDENCE = 0.95  # of the intervals of shares
 LAWS = {"consistent": CONSISTENT, "printed": Formulation("mean", "centre", "+")}
 """The contact law that has a potential, and that of Eq. (13), both with delta from the mass centre
 and the sign that Eq. (10) needs."""
@@ -59,17 +60,21 @@ def _interval(count: int, total: int) -> tuple[float, float]:
 def judged(law: Formulation, sets: int) -> Law:
     """Random sets under a law."""
     points = np.random.default_rng(SEED).uniform(size=(sets, len(DIMENSIONS)))
-    table, whole = margins(decode(points), law)
-    holds = table > 0.0
-    count = holds[whole][:, INDEPENDENT].sum(axis=1)
-    share = {
-        claim.id: Frequency(n / sets, _interval(n, sets))
-        for claim, n in zip(CLAIMS, holds.sum(axis=0).tolist(), strict=True)
-    }
-    counts = np.bincount(count, minlength=int(INDEPENDENT.sum()) + 1)
-    valid = int(whole.sum())
-    median, best = int(np.median(count)), int(count.max())
-    return Law(sets, valid, share, median, best, tuple(counts.tolist()))
+    table, valid = margins(decode(points), law)
+    satisfies = table > 0.0
+    share = {}
+    for claim, number in zip(CLAIMS, satisfies.sum(axis=0).tolist(), strict=True):
+        share[claim.id] = Frequency(number / sets, _interval(number, sets))
+    satisfied = satisfies[valid][:, INDEPENDENT].sum(axis=1)  # statements by valid set
+    counts = np.bincount(satisfied, minlength=int(INDEPENDENT.sum()) + 1)
+    return Law(
+        sets=sets,
+        valid=int(valid.sum()),
+        share=share,
+        median=int(np.median(satisfied)),
+        best=int(satisfied.max()),
+        counts=tuple(counts.tolist()),
+    )
 
 
 def study(_: Sequence[Path]) -> Baseline:

@@ -4,11 +4,11 @@ Case (d) at the damping of the cycles, where sliding is stable: initial conditio
 several half-widths about the equilibrium, see `onset.sampled_states`.
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 from scipy.stats import binomtest
 
 from squeal.article.records import Record, Result
@@ -31,8 +31,8 @@ from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
 
 MOTIONS = ("b1-d", "b2-d-integral")
-HALF_WIDTHS = (0.5, 1.0, 1.5, 2.0, BOX)
-CONFIDENCE = 0.95
+HALF_WIDTHS = (0.5, 1.0, 1.5, 2.0, BOX)  # of the boxes, in static compressions
+CONFIDENCE = 0.95  # of the intervals of shares
 AXES = ("x", "y", "w theta", "x_dot", "y_dot", "w theta_dot")
 Share = Annotated[float, ".0%"]
 
@@ -109,22 +109,25 @@ def sentences(record: Basin) -> Mapping[str, bool]:
     """What the paper says of these shares."""
     if record.left_out:
         return {}
-    nearest = [rows[0] for rows in record.shares.values()]
-    farthest = [rows[-1] for rows in record.shares.values()]
-    at_two = [_at(rows, 2.0) for rows in record.shares.values()]
-    at_one = [_at(rows, 1.0) for rows in record.shares.values()]
+
+    def at(half_width: float) -> list[SampledShare]:
+        """The share of that box for each motion."""
+        every = [row for rows in record.shares.values() for row in rows]
+        return [row for row in every if row.half_width == half_width]
+
+    points_at_one, line_at_one = at(1.0)
     return {
-        "share-that-lasts-grows-with-the-box": all(
-            bool(np.all(np.diff([row.share for row in rows]) >= 0.0))
-            for rows in record.shares.values()
-        )
-        and all(a.high < b.low for a, b in zip(nearest, farthest, strict=True)),
-        "few-last-within-half-a-compression": all(row.high < 0.1 for row in nearest),
-        "less-than-half-last-within-one-compression": all(row.share < 0.5 for row in at_one),
-        "most-last-within-two-compressions": all(row.low > 0.5 for row in at_two),
-        "points-last-from-more-within-one-compression": at_one[0].low > at_one[1].high,
+        "share-that-lasts-grows-with-the-box": all(map(_grows, record.shares.values())),
+        "few-last-within-half-a-compression": all(row.high < 0.1 for row in at(0.5)),
+        "less-than-half-last-within-one-compression": points_at_one.share < 0.5
+        and line_at_one.share < 0.5,
+        "most-last-within-two-compressions": all(row.low > 0.5 for row in at(2.0)),
+        "points-last-from-more-within-one-compression": points_at_one.low > line_at_one.high,
     }
 
 
-def _at(rows: Sequence[SampledShare], half_width: float) -> SampledShare:
-    return next(row for row in rows if row.half_width == half_width)
+def _grows(rows: Sequence[SampledShare]) -> bool:
+    """Whether the share never falls with the box, and rises from the least to the greatest by more
+    than its intervals."""
+    never_falls = all(a.share <= b.share for a, b in itertools.pairwise(rows))
+    return never_falls and rows[0].high < rows[-1].low

@@ -5,8 +5,10 @@ boundaries of cycles and the least disturbances beforehand; they are stored. Her
 is integrated again, and some of the least disturbances.
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
@@ -27,8 +29,8 @@ from squeal.article.studies._coexistence import (
     scene_of,
 )
 from squeal.article.studies._damped_contact import DampedContact
-from squeal.article.studies._damped_cycles import Cycle, Cycles
-from squeal.article.studies._least_disturbance import lasts
+from squeal.article.studies._damped_cycles import PERIOD, Cycle, Cycles
+from squeal.article.studies._least_disturbance import Norm, lasts
 from squeal.article.studies._scenes import read_scenes
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
@@ -37,7 +39,9 @@ SAMPLES = 25  # of the stability boundary over contact damping
 FRICTIONS = 49  # and over friction
 STABLE_AT = 1e-6  # a modal damping ratio as good as none
 PARTS = 40  # of a period, for the extremes of a cycle
-REPEATED, SEED = 6, 0  # least disturbances that are simulated again, of each motion
+# least disturbances that are simulated again, of each motion
+REPEATED = 6
+SEED = 0
 SHORTER = 0.9  # of a least disturbance, which leads back to sliding
 QUOTED_ZETA = 0.005  # at which margins are quoted
 
@@ -153,10 +157,10 @@ def critical_zeta(scene: Scene, a: float, mu: float) -> float:
     def growth(log_zeta: float) -> float:
         return DampedContact(scene, a, float(np.exp(log_zeta)), mu).growth
 
-    low, high = np.log(STABLE_AT), np.log(0.5)
+    low = np.log(STABLE_AT)
     if growth(low) < 0.0:
         return 0.0
-    return float(np.exp(brentq(growth, low, high, xtol=1e-9)))
+    return float(np.exp(brentq(growth, low, np.log(0.5), xtol=1e-9)))
 
 
 def cycle_of(scene: Scene, point: BoundaryPoint) -> Cycle:
@@ -166,31 +170,45 @@ def cycle_of(scene: Scene, point: BoundaryPoint) -> Cycle:
     return cycles.over(cycles.start(np.array(point.state), point.period, pad))
 
 
-def extremes(cycle: Cycle) -> tuple[float, float]:
-    """Greatest speed of the lower face while it touches over that of the surface, and the least
+class Extremes(NamedTuple):
+    """Of a cycle while the face touches: its greatest speed over that of the surface, and the least
     factor 1 + a p' of the contact."""
-    pad, state = cycle.pad, cycle.state
+
+    face: float
+    factor: float
+
+
+def extremes(cycle: Cycle) -> Extremes:
+    """Of a cycle, at `PARTS` times of its period."""
+    pad = cycle.pad
+    state = cycle.state
     cycles = Cycles(pad)
-    part = float(cycle.x[6]) / PARTS
-    states = []
+    part = float(cycle.x[PERIOD]) / PARTS
+    samples = []
     for _ in range(PARTS):
-        states.append(state)
+        samples.append(state)
         state = cycles.flow.run(pad, state, part).end
-    along = np.array(states).T
-    found = pad.at(along)
+    states = np.array(samples).T
+    found = pad.at(states)
     touching = (np.array(found.gaps) < 0.0).any(axis=0)
     surface = float(pad.scene.pad.V or np.inf) * pad.time / pad.length
-    speed = along[3] + pad.c.h / pad.c.w * along[5]
+    speed = states[3] + pad.c.h / pad.c.w * states[5]  # x' + h theta', of the lower face
     factor = np.min(found.factors, axis=0)
-    return float(speed[touching].max()) / surface, float(factor[touching].min())
+    return Extremes(
+        face=float(speed[touching].max()) / surface,
+        factor=float(factor[touching].min()),
+    )
 
 
 def critical_distance(cycle: Cycle, kind: Kind) -> float:
-    """How far the critical multiplier is from its place; of a grazing none is."""
+    """How far the critical multiplier is from where it lies on a boundary of that kind.
+
+    At a fold it is 1, at a period doubling -1, at a torus of magnitude 1; a grazing has none.
+    """
     multipliers = cycle.multipliers
     match kind:
         case "fold":
-            # that of a shift in time is 1 too: rounding parts the two, but not their sum
+            # that of a shift in time is 1 too: rounding separates the two, but not their sum
             values = np.linalg.eigvals(cycle.monodromy)
             pair = values[np.argsort(np.abs(values - 1.0))[:2]]
             return float(np.abs(pair.sum() - 2.0))
@@ -202,24 +220,36 @@ def critical_distance(cycle: Cycle, kind: Kind) -> float:
             return 0.0
 
 
-def boundary(scene: Scene, curve: BoundaryCurve) -> tuple[Boundary, float, float]:
-    """A stored boundary as it is reported, its greatest closure error and critical distance."""
+class CheckedBoundary(NamedTuple):
+    """A stored boundary as it is reported, the greatest closure error of its cycles, and their
+    greatest `critical_distance`."""
+
+    boundary: Boundary
+    closure: float
+    critical: float
+
+
+def checked_boundary(scene: Scene, curve: BoundaryCurve) -> CheckedBoundary:
+    """Integrate the cycles of a stored boundary again."""
     cycles = [cycle_of(scene, point) for point in curve.points]
     ends = [extremes(cycle) for cycle in cycles]
-    closure = max(float(np.abs(cycle.arc.end - cycle.state).max()) for cycle in cycles)
-    critical = max(critical_distance(cycle, curve.kind) for cycle in cycles)
+    closures = [float(np.abs(cycle.arc.end - cycle.state).max()) for cycle in cycles]
     periods = [1e3 * cycle.period for cycle in cycles]
-    found = Boundary(
+    boundary = Boundary(
         contacts=curve.contacts,
         ends_loss=curve.ends_loss,
         kind=curve.kind,
         over=curve.over,
         points=tuple(Point(point.a, point.mu, point.zeta) for point in curve.points),
         period=(min(periods), max(periods)),
-        face=max(face for face, _ in ends),
-        factor=min(factor for _, factor in ends),
+        face=max(one.face for one in ends),
+        factor=min(one.factor for one in ends),
     )
-    return found, closure, critical
+    return CheckedBoundary(
+        boundary=boundary,
+        closure=max(closures),
+        critical=max(critical_distance(cycle, curve.kind) for cycle in cycles),
+    )
 
 
 def height_at(curves: Sequence[Boundary], over: str, value: float) -> float:
@@ -229,117 +259,132 @@ def height_at(curves: Sequence[Boundary], over: str, value: float) -> float:
     Over friction a fold ends the stable cycle only from where the torus that ends the loss of
     contact begins; below that the cycle is unstable on the fold too.
     """
+    in_plane = [curve for curve in curves if curve.over == over]
+    if over == "mu":
+        tori = [curve for curve in in_plane if curve.kind != "fold" and curve.ends_loss]
+        begins = [min(point.mu for point in curve.points) for curve in tori]
+        if value < min(begins, default=0.0):
+            return 0.0
     highest = 0.0
-    begins = [
-        min(point.mu for point in curve.points)
-        for curve in curves
-        if curve.over == over == "mu" and curve.kind != "fold" and curve.ends_loss
-    ]
-    if value < min(begins, default=0.0):
-        return 0.0
-    for curve in curves:
-        if curve.over == over and curve.kind == "fold":
-            highest = max([highest, *_heights(curve, value)])
+    for curve in in_plane:
+        if curve.kind == "fold":
+            highest = max([highest, *_dampings_at(curve, value)])
     return highest
 
 
 def floor_at(curves: Sequence[Boundary], over: str, value: float) -> float:
     """The modal damping below which the loss of contact ends because its cycle loses stability, 0
     where it does not."""
-    lowest = 0.0
+    floor = 0.0
     for curve in curves:
         if curve.over == over and curve.kind != "fold" and curve.ends_loss:
-            lowest = max([lowest, *_heights(curve, value)])
-    return lowest
+            floor = max([floor, *_dampings_at(curve, value)])
+    return floor
 
 
-def _heights(curve: Boundary, value: float) -> list[float]:
-    """Modal dampings of a boundary at a contact damping or a friction."""
-    place = [point.a if curve.over == "a" else point.mu for point in curve.points]
-    height = [point.zeta for point in curve.points]
+def _dampings_at(curve: Boundary, value: float) -> list[float]:
+    """Modal dampings of a boundary at a contact damping or a friction, which it may pass often.
+
+    Between its points their logarithm is linear.
+    """
     found = []
-    for i in range(len(place) - 1):
-        (x0, x1), (y0, y1) = place[i : i + 2], height[i : i + 2]
+    for first, second in itertools.pairwise(curve.points):
+        x0 = first.a if curve.over == "a" else first.mu
+        x1 = second.a if curve.over == "a" else second.mu
         if min(x0, x1) <= value <= max(x0, x1) and x0 != x1:
             share = (value - x0) / (x1 - x0)
-            found.append(float(y0 ** (1.0 - share) * y1**share))
+            found.append(float(first.zeta ** (1.0 - share) * second.zeta**share))
     return found
 
 
 def closing(sliding: Sequence[Point], curves: Sequence[Boundary]) -> float | None:
-    """The contact damping at which the upper boundary meets that of stable sliding."""
-    before: tuple[float, float] | None = None
+    """The contact damping at which the upper boundary meets that of stable sliding.
+
+    There the logarithm of their ratio changes its sign, linear in that of the contact damping; None
+    where it does not.
+    """
+    a_before: float | None = None
+    log_before = 0.0
     for point in sliding:
         above = height_at(curves, "a", point.a)
         if above == 0.0 or point.zeta == 0.0:
             continue
-        over = float(np.log(above / point.zeta))
-        if over < 0.0 and before is not None:
-            share = before[1] / (before[1] - over)
-            return float(before[0] * (point.a / before[0]) ** share)
-        before = (point.a, over)
+        log_ratio = float(np.log(above / point.zeta))
+        if log_ratio < 0.0 and a_before is not None:
+            share = log_before / (log_before - log_ratio)
+            return float(a_before * (point.a / a_before) ** share)
+        a_before = point.a
+        log_before = log_ratio
     return None
 
 
 def margin(stored: LeastDisturbance, compression: float) -> Margin:
     """A stored least disturbance as it is reported; compression in micrometres."""
-    norms = [norm for norm in stored.norms if norm is not None]
-    best = stored.best
+    share = stored.lasting / stored.drawn
+    least = stored.best
+    if least is None:
+        return Margin(stored.a, stored.zeta, None, spread=0.0, micrometres=None, share=share)
+    greatest = max(norm for norm in stored.norms if norm is not None)
     return Margin(
         a=stored.a,
         zeta=stored.zeta,
-        compressions=best,
-        spread=0.0 if best is None else (max(norms) - best) / best,
-        micrometres=None if best is None else best * compression,
-        share=stored.lasting / stored.drawn,
+        compressions=least,
+        spread=(greatest - least) / least,
+        micrometres=least * compression,
+        share=share,
     )
 
 
-def repeat(scene: Scene, stored: Sequence[LeastDisturbance]) -> tuple[int, int]:
+class Repeats(NamedTuple):
     """How many least disturbances were simulated again, and how many did what they claim."""
-    there = [one for one in stored if one.disturbance]
-    chosen = np.random.default_rng(SEED).permutation(len(there))[:REPEATED]
+
+    repeated: int
+    held: int
+
+
+def repeat(scene: Scene, stored: Sequence[LeastDisturbance]) -> Repeats:
+    """Simulate some least disturbances again: they must last, and not do so if `SHORTER`."""
+    found = [one for one in stored if one.disturbance]
+    chosen = np.random.default_rng(SEED).permutation(len(found))[:REPEATED]
     held = 0
     for i in chosen:
-        one = there[i]
-        pad = DampedContact.of(scene, one.a, one.zeta)
-        disturbance = np.array(one.disturbance)
-        both = lasts(pad, np.array([disturbance, SHORTER * disturbance]))
-        held += int(both[0] and not both[1])
-    return len(chosen), held
+        pad = DampedContact.of(scene, found[i].a, found[i].zeta)
+        disturbance = np.array(found[i].disturbance)
+        least_lasts, shorter_lasts = lasts(pad, np.array([disturbance, SHORTER * disturbance]))
+        held += int(least_lasts and not shorter_lasts)
+    return Repeats(len(chosen), held)
 
 
-def motion(scene: Scene, stored: Stored) -> tuple[Motion, list[float], list[float]]:
-    """All of one motion, and the errors of its stored cycles."""
+def motion(scene: Scene, stored: Stored, boundaries: Sequence[Boundary]) -> Motion:
+    """All of one motion, from its boundaries and what is stored of it."""
     compression = 1e6 * DampedContact.of(scene, A_RANGE[0], QUOTED_ZETA).length
     mu = float(scene.pad.mu)
     sliding = []
-    for a in np.geomspace(*A_RANGE, SAMPLES):
-        sliding.append(Point(float(a), mu, critical_zeta(scene, float(a), mu)))
+    for a in np.geomspace(*A_RANGE, SAMPLES).tolist():
+        sliding.append(Point(a, mu, critical_zeta(scene, a, mu)))
     over_friction = []
-    for friction in np.linspace(*MU_RANGE, FRICTIONS):
-        zeta = critical_zeta(scene, A_OVER_FRICTION, float(friction))
-        over_friction.append(Point(A_OVER_FRICTION, float(friction), zeta))
-    found = [boundary(scene, curve) for curve in stored.boundaries]
-    curves = tuple(curve for curve, _, _ in found)
-    margins = [(one.norm, margin(one, compression)) for one in stored.least]
-    displacements = tuple(one for norm, one in margins if norm == "displacement")
+    for friction in np.linspace(*MU_RANGE, FRICTIONS).tolist():
+        zeta = critical_zeta(scene, A_OVER_FRICTION, friction)
+        over_friction.append(Point(A_OVER_FRICTION, friction, zeta))
+    by_norm: dict[Norm, list[Margin]] = {"displacement": [], "energy": []}
+    for least in stored.least:
+        by_norm[least.norm].append(margin(least, compression))
+    displacements = by_norm["displacement"]
     sizes = [one.micrometres for one in displacements if one.micrometres is not None]
-    at = (A_OVER_FRICTION, QUOTED_ZETA)
-    result = Motion(
+    quoted_at = (A_OVER_FRICTION, QUOTED_ZETA)
+    return Motion(
         compression=compression,
         sliding=tuple(sliding),
         over_friction=tuple(over_friction),
-        boundaries=curves,
-        closes=closing(sliding, curves),
-        highest=height_at(curves, "a", A_RANGE[0]),
-        quoted=next(one for one in displacements if (one.a, one.zeta) == at),
+        boundaries=tuple(boundaries),
+        closes=closing(sliding, boundaries),
+        highest=height_at(boundaries, "a", A_RANGE[0]),
+        quoted=next(one for one in displacements if (one.a, one.zeta) == quoted_at),
         least=min(sizes),
         greatest=max(sizes),
-        margins=displacements,
-        energies=tuple(one for norm, one in margins if norm == "energy"),
+        margins=tuple(displacements),
+        energies=tuple(by_norm["energy"]),
     )
-    return result, [closure for _, closure, _ in found], [critical for _, _, critical in found]
 
 
 def study(files: Sequence[Path]) -> Coexistence:
@@ -351,22 +396,26 @@ def study(files: Sequence[Path]) -> Coexistence:
     read = [read_json(Stored, file) for file in files if file.suffix == ".json"]
     stored = {one.motion: one for one in read}
     motions = {}
-    closures: list[float] = []
-    criticals: list[float] = []
-    repeated = held = 0
+    boundaries: list[CheckedBoundary] = []
+    repeats = []
+    searches_differ = 0.0
     for name, stem in MOTIONS.items():
         scene = scene_of(name, scenes[stem])
-        motions[name], closure, critical = motion(scene, stored[name])
-        closures += closure
-        criticals += critical
-        again, held_again = repeat(scene, stored[name].least)
-        repeated += again
-        held += held_again
-    count = sum(len(curve.points) for one in stored.values() for curve in one.boundaries)
-    checked = Checked(count, max(closures), max(criticals), repeated, held)
-    shown = [m for one in motions.values() for m in one.margins if inside(one, m)]
-    differ = max(margin.spread for margin in shown)
-    return Coexistence(motions=motions, checked=checked, searches_differ=differ)
+        own = [checked_boundary(scene, curve) for curve in stored[name].boundaries]
+        boundaries += own
+        motions[name] = motion(scene, stored[name], [one.boundary for one in own])
+        repeats.append(repeat(scene, stored[name].least))
+        for each in motions[name].margins:
+            if inside(motions[name], each):
+                searches_differ = max(searches_differ, each.spread)
+    checked = Checked(
+        cycles=sum(len(one.boundary.points) for one in boundaries),
+        closure=max(one.closure for one in boundaries),
+        critical=max(one.critical for one in boundaries),
+        repeated=sum(one.repeated for one in repeats),
+        held=sum(one.held for one in repeats),
+    )
+    return Coexistence(motions=motions, checked=checked, searches_differ=searches_differ)
 
 
 def inside(motion: Motion, margin: Margin) -> bool:
@@ -384,9 +433,18 @@ def sentences(found: Coexistence) -> Mapping[str, bool]:
     printed = found.motions["b2-d-mean"]
     every = (points, line, printed)
 
-    def lasting(one: Motion) -> list[Margin]:
-        """The pairs of dampings at which some motion lasts."""
-        return [m for m in one.margins if m.compressions is not None]
+    def points_need_less(on_points: Margin) -> bool:
+        """Whether the line needs more than twice as much at the same dampings, or never lasts."""
+        on_line = line.margin(on_points.a, on_points.zeta)
+        if on_line is None or on_line.micrometres is None:
+            return on_points.micrometres is not None
+        return (on_points.micrometres or np.inf) < 0.5 * on_line.micrometres
+
+    def grows_with_modal_damping(one: Motion) -> bool:
+        """Whether the least disturbances do at `A_OVER_FRICTION`, where any lasts."""
+        at_one_a = [m.compressions for m in one.margins if m.a == A_OVER_FRICTION]
+        lasting = [size for size in at_one_a if size is not None]
+        return lasting == sorted(lasting)
 
     return {
         "stored-cycles-close-and-are-critical": found.checked.closure < 1e-6
@@ -419,22 +477,10 @@ def sentences(found: Coexistence) -> Mapping[str, bool]:
             curve.factor > 0.0 for one in every for curve in one.boundaries
         ),
         "points-need-the-smaller-disturbance": all(
-            a.micrometres is not None
-            and (b is None or b.micrometres is None or a.micrometres < 0.5 * b.micrometres)
-            for a in lasting(points)
-            for b in [line.margin(a.a, a.zeta)]
+            points_need_less(one) for one in points.margins if one.compressions is not None
         ),
-        "margin-grows-with-modal-damping": all(
-            margins == sorted(margins)
-            for one in (points, line)
-            for margins in [
-                [
-                    m.compressions
-                    for m in one.margins
-                    if m.a == A_OVER_FRICTION and m.compressions is not None
-                ]
-            ]
-        ),
+        "margin-grows-with-modal-damping": grows_with_modal_damping(points)
+        and grows_with_modal_damping(line),
         "a-few-micrometres-suffice": (points.quoted.micrometres or np.inf) < 6.0
         and (line.quoted.micrometres or np.inf) < 20.0,
         "box-shares-hide-the-margin": points.quoted.share > 0.7 and line.quoted.share > 0.7,

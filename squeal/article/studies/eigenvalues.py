@@ -44,7 +44,7 @@ RANK = 1e-12  # singular values of the loop below this share of the greatest are
 RATIO = 0.005  # modal damping of the loops
 GREATEST = 1.5  # loop gain, which is friction
 AGREES = 1e-11  # of the greatest magnitude: poles by python-control and own ones differ by less
-GAINS = 151
+GAINS = 151  # of a root locus, up to `GREATEST`
 Row = tuple[float, ...]
 
 
@@ -149,22 +149,30 @@ def poles(system: Linearisation) -> tuple[Pole, ...]:
     for s, ratio in zip(values, ratios, strict=True):
         if s.imag < 0.0:
             continue
-        still = abs(s.real) < ROUNDING * abs(s)
+        real = float(s.real)
+        damping_ratio = float(ratio) if math.isfinite(ratio) else None
+        if abs(s.real) < ROUNDING * abs(s):
+            real = 0.0
+            damping_ratio = 0.0
         rows.append(
             Pole(
-                real=0.0 if still else float(s.real),
+                real=real,
                 imag=float(s.imag),
                 frequency_hz=float(s.imag) / (2 * math.pi),
-                damping_ratio=0.0 if still else float(ratio) if math.isfinite(ratio) else None,
+                damping_ratio=damping_ratio,
             )
         )
-    # two modes that have met share a frequency but for rounding: the one that grows comes first
-    return tuple(sorted(rows, key=lambda p: (float(f"{p.imag:.9g}"), -p.real)))
+
+    def rising_frequency(pole: Pole) -> tuple[float, float]:
+        # two modes that have met share a frequency but for rounding: the one that grows comes first
+        return float(f"{pole.imag:.9g}"), -pole.real
+
+    return tuple(sorted(rows, key=rising_frequency))
 
 
-def distance(values: np.ndarray, own: np.ndarray) -> float:
-    """Greatest distance of an own eigenvalue from the nearest of others, over the greatest one."""
-    nearest = np.abs(values[:, None] - own[None, :]).min(axis=0)
+def distance(poles_by_control: np.ndarray, own: np.ndarray) -> float:
+    """Greatest distance of an own eigenvalue from the nearest pole, over the greatest magnitude."""
+    nearest = np.abs(poles_by_control[:, None] - own[None, :]).min(axis=0)
     return float(nearest.max() / np.abs(own).max())
 
 
@@ -221,24 +229,30 @@ class FrictionLoop(NamedTuple):
 
 
 def friction_loop(scene: Scene) -> FrictionLoop:
-    """The loop about the sliding equilibrium of a scene. Raises ComputationError without one."""
+    """The loop about the sliding equilibrium of a scene. Raises ComputationError without one.
+
+    K is linear in mu at a fixed place, so that Phi = K(0) - K(1). Its singular value decomposition
+    has as many inputs as it has rank.
+    """
     analysis = analyse(scene)
-    model, pad, q = damped_model(scene), scene.pad, np.array(analysis.q)
+    model = damped_model(scene)
+    pad = scene.pad
+    q = np.array(analysis.q)
     rate = math.sqrt(pad.k1 / pad.m)
-    lengths = np.diag([1.0, 1.0, 1.0 / pad.w])
+    to_lengths = np.diag([1.0, 1.0, 1.0 / pad.w])  # theta from w theta
     K_0 = linearise(model.replace(mu=0.0), q, analysis.state).K
     K_1 = linearise(model.replace(mu=1.0), q, analysis.state).K
-    loads = lengths @ (K_0 - K_1) @ lengths / pad.k1
-    left, values, right = np.linalg.svd(loads)
-    count = int(np.sum(values > RANK * values[0]))
+    phi = to_lengths @ (K_0 - K_1) @ to_lengths / pad.k1
+    left, singular_values, right = np.linalg.svd(phi)
+    rank = int(np.sum(singular_values > RANK * singular_values[0]))
     return FrictionLoop(
         rate=rate,
-        M=lengths @ analysis.matrices.M @ lengths / pad.m,
-        C=lengths @ analysis.matrices.C @ lengths / (pad.m * rate),
-        K_0=lengths @ K_0 @ lengths / pad.k1,
-        inputs=left[:, :count],
-        outputs=values[:count, None] * right[:count],
-        second=float(values[1] / values[0]),
+        M=to_lengths @ analysis.matrices.M @ to_lengths / pad.m,
+        C=to_lengths @ analysis.matrices.C @ to_lengths / (pad.m * rate),
+        K_0=to_lengths @ K_0 @ to_lengths / pad.k1,
+        inputs=left[:, :rank],
+        outputs=singular_values[:rank, None] * right[:rank],
+        second=float(singular_values[1] / singular_values[0]),
     )
 
 
@@ -252,11 +266,13 @@ def closed_poles(loop: FrictionLoop, gains: np.ndarray) -> np.ndarray:
     plant = loop.plant
     count = loop.inputs.shape[1]
     if count == 1:
+        # python-control feeds back with the opposite sign
         return np.asarray(control.root_locus_map(-plant, gains=gains).loci)
-    closed = [
-        control.feedback(plant, control.ss([], [], [], mu * np.eye(count)), sign=1) for mu in gains
-    ]
-    return np.array([one.poles() for one in closed])
+    rows = []
+    for mu in gains:
+        friction = control.ss([], [], [], mu * np.eye(count))
+        rows.append(control.feedback(plant, friction, sign=1).poles())
+    return np.array(rows)
 
 
 def gain_margins(loop: FrictionLoop) -> list[float]:
@@ -297,7 +313,10 @@ def modulus_margin(loop: FrictionLoop, mu: float) -> float:
 
 
 def tracked(values: np.ndarray) -> np.ndarray:
-    """The same poles (gains, 6), each column near itself from one gain to the next."""
+    """The same poles (gains, 6), each column near itself from one gain to the next.
+
+    By the assignment of least total distance; at first they are in order of the imaginary part.
+    """
     rows = [values[0][np.argsort(values[0].imag)]]
     for row in values[1:]:
         _, order = linear_sum_assignment(np.abs(rows[-1][:, None] - row[None, :]))
@@ -315,13 +334,21 @@ def locus(mus: np.ndarray, values: np.ndarray) -> Locus:
     )
 
 
-def _along_equilibrium(scene: Scene, gains: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Frictions that the branch of equilibria reaches, poles (n, 6) about it by python-control in
-    rad/s, and their greatest distance from own eigenvalues."""
+class FollowedPoles(NamedTuple):
+    """Frictions (n,) that the branch of equilibria reaches, poles (n, 6) about it by python-control
+    in rad/s, and their greatest distance from own eigenvalues."""
+
+    mus: np.ndarray
+    poles: np.ndarray
+    apart: float
+
+
+def followed_poles(scene: Scene, mus: np.ndarray) -> FollowedPoles:
+    """About the equilibrium that follows friction."""
     import control
 
     branch = Branch.of(damped_model(scene), GREATEST)
-    reached = gains[gains <= branch.mu_end]
+    reached = mus[mus <= branch.mu_end]
     rows = []
     apart = 0.0
     for matrices in branch.many(reached.tolist()):
@@ -329,52 +356,64 @@ def _along_equilibrium(scene: Scene, gains: np.ndarray) -> tuple[np.ndarray, np.
         values = control.ss(A, B, np.eye(6), 0.0).poles()
         apart = max(apart, distance(values, complex_eigenvalues(*matrices).values))
         rows.append(values)
-    return reached, np.array(rows), apart
+    return FollowedPoles(reached, np.array(rows), apart)
+
+
+def frozen_distance(loop: FrictionLoop, gains: np.ndarray, values: np.ndarray) -> float:
+    """Greatest distance of the poles (gains, 6) of the closed loop from own eigenvalues."""
+    greatest = 0.0
+    for mu, row in zip(gains.tolist(), values, strict=True):
+        own = complex_eigenvalues(*loop.matrices(mu)).values
+        greatest = max(greatest, distance(row, own))
+    return greatest
+
+
+def critical_frequency(loop: FrictionLoop, gain: float) -> float:
+    """Frequency in Hz of the closed loop's rightmost pole."""
+    at_gain = closed_poles(loop, np.array([gain]))[0]
+    rate = abs(at_gain[np.argmax(at_gain.real)].imag) * loop.rate
+    return float(rate) / (2 * math.pi)
 
 
 def loop_of(scene: Scene) -> Loop | Missing:
     """The loop of a scene under modal damping, or the reason why there is none."""
-    scene = dataclasses.replace(scene, damping=Damping(ratios=(RATIO,) * 3))
+    damped = dataclasses.replace(scene, damping=Damping(ratios=(RATIO,) * 3))
+    mu = scene.pad.mu
     gains = np.linspace(0.0, GREATEST, GAINS)
     try:
-        analysis = analyse(scene)
-        loop = friction_loop(scene)
-        followed = critical_friction(scene, GREATEST)
-        reached, along, path_apart = _along_equilibrium(scene, gains)
+        analysis = analyse(damped)
+        loop = friction_loop(damped)
+        thresholds = critical_friction(damped, GREATEST)
+        followed = followed_poles(damped, gains)
     except ComputationError as error:
         return Missing(str(error))
     values = closed_poles(loop, gains)
-    apart = path_apart
-    for mu, row in zip(gains.tolist(), values, strict=True):
-        own = complex_eigenvalues(*loop.matrices(mu)).values
-        apart = max(apart, distance(row, own))
-    single = loop.inputs.shape[1] == 1
-    margins = gain_margins(loop) if single else []
-    unstable = critical_gain(loop, gains, values)
-    frozen = margins[0] if margins else unstable
-    frequency_hz = None
-    if frozen is not None:
-        critical = closed_poles(loop, np.array([frozen]))[0]
-        rate = abs(critical[np.argmax(critical.real)].imag) * loop.rate
-        frequency_hz = float(rate) / (2 * math.pi)
-    stable = analysis.judgement.verdict == "stable"
-    losses = [p.mu for p in followed.points if p.kind in ("flutter", "divergence")]
+    by_poles = critical_gain(loop, gains, values)
+    frozen = by_poles
+    modulus = None
+    if loop.inputs.shape[1] == 1:
+        margins = gain_margins(loop)
+        if margins:
+            frozen = margins[0]
+        if analysis.judgement.verdict == "stable":
+            modulus = modulus_margin(loop, mu)
+    losses = [p.mu for p in thresholds.points if p.kind in ("flutter", "divergence")]
     return Loop(
         contact=analysis.contact,
-        mu=scene.pad.mu,
+        mu=mu,
         inputs=loop.inputs.shape[1],
         second=loop.second,
         poles=poles(analysis.matrices),
         frozen=frozen,
-        by_poles=unstable,
-        frequency_hz=frequency_hz,
-        margin=None if frozen is None else frozen / scene.pad.mu,
-        modulus=modulus_margin(loop, scene.pad.mu) if single and stable else None,
+        by_poles=by_poles,
+        frequency_hz=None if frozen is None else critical_frequency(loop, frozen),
+        margin=None if frozen is None else frozen / mu,
+        modulus=modulus,
         followed=losses[0] if losses else None,
-        ends=followed.end if reached[-1] < GREATEST else "",
+        ends=thresholds.end if followed.mus[-1] < GREATEST else "",
         locus=locus(gains, loop.rate * values),
-        path=locus(reached, along),
-        apart=apart,
+        path=locus(followed.mus, followed.poles),
+        apart=max(followed.apart, frozen_distance(loop, gains, values)),
     )
 
 
@@ -396,6 +435,20 @@ def sentences(record: Eigenvalues) -> Mapping[str, bool]:
     loops = {name: one for name, one in record.loops.items() if isinstance(one, Loop)}
     points = [one for name, one in loops.items() if name.startswith("b1")]
     line = {name[-1]: one for name, one in loops.items() if name.startswith("b2")}
+    past_margin = [
+        name for name, one in loops.items() if one.margin is not None and one.margin < 1.0
+    ]
+
+    def margin_agrees(one: Loop) -> bool:
+        if one.frozen is None or one.by_poles is None:
+            return one.frozen == one.by_poles
+        return abs(one.frozen - one.by_poles) < 1e-7
+
+    def frozen_as_followed(one: Loop) -> bool:
+        if one.frozen is None or one.followed is None:
+            return False
+        return abs(one.frozen - one.followed) < 1e-3 * one.followed
+
     return {
         "python-control-agrees-with-own-eigenvalues": record.apart < AGREES
         and len(loops) == len(record.loops),
@@ -403,29 +456,14 @@ def sentences(record: Eigenvalues) -> Mapping[str, bool]:
             one.inputs == 1 for one in line.values()
         )
         and all(one.inputs == 2 and one.second < 1e-3 for one in points),
-        "gain-margin-agrees-with-root-locus": all(
-            (one.frozen is None and one.by_poles is None)
-            or (
-                one.frozen is not None
-                and one.by_poles is not None
-                and abs(one.frozen - one.by_poles) < 1e-7
-            )
-            for one in loops.values()
-        ),
+        "gain-margin-agrees-with-root-locus": all(map(margin_agrees, loops.values())),
         "no-friction-destabilises-the-frozen-points": all(one.frozen is None for one in points),
         "frozen-equilibrium-of-the-line-loses-stability-in-every-case": all(
             one.frozen is not None for one in line.values()
         ),
-        "b2-c-alone-is-past-its-gain-margin": [
-            name for name, one in loops.items() if one.margin is not None and one.margin < 1.0
-        ]
-        == ["b2-c"],
-        "frozen-and-followed-agree-in-c-and-d": all(
-            one.frozen is not None
-            and one.followed is not None
-            and abs(one.frozen - one.followed) < 1e-3 * one.followed
-            for one in (line["c"], line["d"])
-        ),
+        "b2-c-alone-is-past-its-gain-margin": past_margin == ["b2-c"],
+        "frozen-and-followed-agree-in-c-and-d": frozen_as_followed(line["c"])
+        and frozen_as_followed(line["d"]),
         "following-the-equilibrium-keeps-a-and-b-stable": all(
             line[case].frozen is not None and line[case].followed is None for case in "ab"
         ),

@@ -17,10 +17,8 @@ from squeal.article.studies._scenes import read_scenes
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 
-SHOWN = ("b1-c", "b2-c-mean", "b2-c-integral")
+SHOWN = ("b1-c", "b2-c-mean", "b2-c-integral")  # motions that are drawn
 MOST = 800  # points of a curve
-
-
 LineForce = Literal["integral", "mean"]
 ROUNDING = 1e-9  # of the greatest kinetic energy: less than that is no work
 LAWS: dict[LineForce, str] = {"mean": "printed law", "integral": "consistent law"}
@@ -29,9 +27,12 @@ LAWS: dict[LineForce, str] = {"mean": "printed law", "integral": "consistent law
 
 def motion_title(name: str) -> str:
     """Model, case and law of a motion from its name: b2-c-mean becomes B2 (c), printed law."""
-    model, case, *law = name.split("-")
-    words = [f", {title}" for key, title in LAWS.items() if law == [key]]
-    return f"{model.upper()} ({case}){''.join(words)}"
+    model, case, *rest = name.split("-")
+    title = f"{model.upper()} ({case})"
+    for law, words in LAWS.items():
+        if rest == [law]:
+            title += f", {words}"
+    return title
 
 
 class Episode(Record):
@@ -83,10 +84,11 @@ class Energy(Result):
         return ""
 
 
-def _curves(course: dict[str, np.ndarray]) -> dict[str, tuple[float, ...]]:
-    count = len(course["t"])
+def _thinned(curves: dict[str, np.ndarray]) -> dict[str, tuple[float, ...]]:
+    """At most `MOST` points of curves over the same times, evenly chosen."""
+    count = len(curves["t"])
     chosen = np.unique(np.linspace(0, count - 1, min(count, MOST)).astype(int))
-    return {key: tuple(values[chosen].tolist()) for key, values in course.items()}
+    return {key: tuple(values[chosen].tolist()) for key, values in curves.items()}
 
 
 def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
@@ -96,17 +98,24 @@ def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
     except ComputationError as error:
         return Missing(str(error))
     c = works.course
-    rest = c.kinetic + c.springs - c.load - c.normal - c.friction - c.damping
-    curves = {"t": 1e3 * c.t, "kinetic": c.kinetic, "elastic": c.springs + c.contact}
-    curves |= {"friction": c.friction, "load": c.load, "law": c.fed}
+    # what the motion holds less all work that was done on it: constant if the balance closes
+    balance = c.kinetic + c.springs - c.load - c.normal - c.friction - c.damping
+    curves = {
+        "t": 1e3 * c.t,
+        "kinetic": c.kinetic,
+        "elastic": c.springs + c.contact,
+        "friction": c.friction,
+        "load": c.load,
+        "law": c.fed,
+    }
     return Motion(
         friction=works.friction,
         load=float(c.load[-1]),
         law=works.fed,
         kinetic=works.kinetic,
-        residue=float(np.ptp(rest)) / works.kinetic,
+        residue=float(np.ptp(balance)) / works.kinetic,
         episodes=tuple(Episode(1e3 * s.start, 1e3 * s.stop, s.fed) for s in works.excursions),
-        curves=_curves(curves) if shown else {},
+        curves=_thinned(curves) if shown else {},
     )
 
 

@@ -33,9 +33,11 @@ from squeal.io.provenance import NOT_INSTALLED, version
 CONFIDENCE = 0.95
 SLOW = 5.0  # m/s, a slower surface
 CLOSE = 7  # independent statements that a random set close to the article satisfies at least
-KINDS = ("printed", "shuffled", "screened", "bounded")
-MODELS = {"points": (0,), "line": (1,), "either": (0, 1)}
-SAMPLE, SAMPLE_SEED = 20, 1  # sets that are computed again
+KINDS = ("printed", "shuffled", "screened", "bounded")  # of searches
+MODELS = {"points": (0,), "line": (1,), "either": (0, 1)}  # places in a text "points/line"
+# sets that are computed again: how many, and the seed that chooses them
+SAMPLE = 20
+SAMPLE_SEED = 1
 ROUNDED = 2.0  # per mille, differences of shares that the stored digits allow
 
 
@@ -126,13 +128,14 @@ class Ensemble(Result):
 
 
 Property = Callable[[Row], str]
-"""Yes, no, undecided or not applicable, of a row."""
+"""What a row says of a property: YES, NO, UNDECIDED or NOT_APPLICABLE, letters of the table."""
 
 
-def share(letters: Sequence[str]) -> Share | None:
-    """The share of yes among the letters that apply; None where none does."""
-    count = Counter(letters)
-    holds, undecided = count[YES], count[UNDECIDED]
+def share(answers: Sequence[str]) -> Share | None:
+    """The share of yes among the answers that apply; None where none does."""
+    count = Counter(answers)
+    holds = count[YES]
+    undecided = count[UNDECIDED]
     total = holds + undecided + count[NO]
     if not total:
         return None
@@ -141,8 +144,8 @@ def share(letters: Sequence[str]) -> Share | None:
     return Share(total, holds, undecided, holds / total, (float(low), float(high)))
 
 
-def letter(row: Row, name: str) -> str:
-    """What a row says of one of `VERDICTS`."""
+def verdict(row: Row, name: str) -> str:
+    """What a row says of one of `VERDICTS`, a letter."""
     return row.verdicts[VERDICTS.index(name)]
 
 
@@ -150,7 +153,7 @@ def _is(name: str, wanted: str) -> Property:
     """Whether a verdict with more than two answers is the wanted one."""
 
     def answer(row: Row) -> str:
-        found = letter(row, name)
+        found = verdict(row, name)
         if found in (UNDECIDED, NOT_APPLICABLE):
             return found
         return YES if found == wanted else NO
@@ -158,20 +161,16 @@ def _is(name: str, wanted: str) -> Property:
     return answer
 
 
-def _of_cases(text: str, model: int) -> str:
-    """The letters of a model (0 points, 1 line) in "cd/c"."""
+def _cases_of(text: str, model: int) -> str:
+    """The cases of a model (0 points, 1 line) in a text such as "cd/c"."""
     return text.split("/")[model]
-
-
-def _word(value: bool) -> str:
-    return YES if value else NO
 
 
 def _where_hammering(row: Row) -> str:
     """`differ`, of the sets in which points hammer in some case."""
     if row.hammers == UNDECIDED:
         return UNDECIDED
-    return letter(row, "differ") if _of_cases(row.hammers, 0) else NOT_APPLICABLE
+    return verdict(row, "differ") if _cases_of(row.hammers, 0) else NOT_APPLICABLE
 
 
 def _where_both(row: Row) -> str:
@@ -179,18 +178,20 @@ def _where_both(row: Row) -> str:
     if row.hammers == UNDECIDED:
         return UNDECIDED
     points, line = row.hammers.split("/")
-    return letter(row, "c_only") if set(points) & set(line) else NOT_APPLICABLE
+    return verdict(row, "c_only") if set(points) & set(line) else NOT_APPLICABLE
 
 
 def _separates(flutters: bool) -> Property:
     """Whether the line separates in (c), of the sets whose equilibrium there flutters or not."""
 
     def answer(row: Row) -> str:
-        if "c" in _of_cases(row.without, 1):
+        if "c" in _cases_of(row.without, 1):
             return NOT_APPLICABLE
-        if ("c" in _of_cases(row.flutters, 1)) != flutters:
+        if ("c" in _cases_of(row.flutters, 1)) != flutters:
             return NOT_APPLICABLE
-        return row.separates if row.separates == UNDECIDED else _word("c" in row.separates)
+        if row.separates == UNDECIDED:
+            return UNDECIDED
+        return YES if "c" in row.separates else NO
 
     return answer
 
@@ -198,13 +199,23 @@ def _separates(flutters: bool) -> Property:
 def lasts(text: str, models: Sequence[int]) -> str:
     """Whether contact goes on changing beside stable sliding in some case of some models, from the
     cases that `lasting` names."""
-    found = [_of_cases(text, model) for model in models]
+    found = [_cases_of(text, model) for model in models]
     known = [cases for cases in found if cases != NOT_APPLICABLE]
     if not known:
         return NOT_APPLICABLE
     if any(cases not in ("", UNDECIDED) for cases in known):
         return YES
     return UNDECIDED if UNDECIDED in known else NO
+
+
+def _longer_by_load() -> dict[str, Property]:
+    """Which model loses contact longer, from each multiple of the load: points_longer_0_02."""
+    properties = {}
+    for load in LOADINGS:
+        key = f"{load:g}".replace(".", "_")
+        for name, wanted in (("points", POINTS), ("line", LINE), ("equally", EQUAL)):
+            properties[f"{name}_longer_{key}"] = _is(f"load_{load:g}", wanted)
+    return properties
 
 
 PROPERTIES: dict[str, Property] = {
@@ -222,16 +233,15 @@ PROPERTIES: dict[str, Property] = {
     "permanent_some": _is("permanent_some", YES),
     "separates_fluttering": _separates(True),
     "separates_stable": _separates(False),
-    **{
-        f"{name}_longer_{load:g}".replace(".", "_"): _is(f"load_{load:g}", wanted)
-        for load in LOADINGS
-        for name, wanted in (("points", POINTS), ("line", LINE), ("equally", EQUAL))
-    },
+    **_longer_by_load(),
 }
 
 
 def satisfied(row: Row) -> int:
-    """How many independent statements a set satisfies; undecided ones do not count."""
+    """How many independent statements a set satisfies; undecided ones do not count.
+
+    A row has a bit for each statement, in hexadecimal digits.
+    """
     return (int(row.satisfied, 16) & ~int(row.undecided, 16)).bit_count()
 
 
@@ -241,16 +251,20 @@ def agrees(stored: Row, again: Row) -> bool:
         return False
     if not stored.verdicts:
         return True
-    doubt = int(stored.undecided, 16) | int(again.undecided, 16)
-    if (int(stored.satisfied, 16) ^ int(again.satisfied, 16)) & ~doubt:
+    undecided = int(stored.undecided, 16) | int(again.undecided, 16)
+    differing = int(stored.satisfied, 16) ^ int(again.satisfied, 16)
+    if differing & ~undecided:
         return False
     for old, new in zip(stored.verdicts, again.verdicts, strict=True):
         if old != new and UNDECIDED not in (old, new):
             return False
     allowed = ROUNDED + float(stored.spread) + float(again.spread)
-    for key in ("lost1", "lost2", "apart1", "apart2"):
-        old, new = getattr(stored, key), getattr(again, key)
-        if bool(old) != bool(new) or (old and abs(float(old) - float(new)) > allowed):
+    for share_of_time in ("lost1", "lost2", "apart1", "apart2"):  # empty where there is none
+        old = getattr(stored, share_of_time)
+        new = getattr(again, share_of_time)
+        if bool(old) != bool(new):
+            return False
+        if old and abs(float(old) - float(new)) > allowed:
             return False
     return True
 
@@ -259,23 +273,47 @@ def sampled(rows: Sequence[Row], count: int = SAMPLE, seed: int = SAMPLE_SEED) -
     """Compute some of the sets again."""
     chosen = np.sort(np.random.default_rng(seed).choice(len(rows), count, replace=False))
     again = population.rows(population.some(population.drawn(), chosen))
-    pairs = zip(chosen.tolist(), again, strict=True)
-    others = tuple(i for i, new in pairs if not agrees(rows[i], new))
-    return Sample(count, count - len(others), others)
+    others = []
+    for number, row in zip(chosen.tolist(), again, strict=True):
+        if not agrees(rows[number], row):
+            others.append(number)
+    return Sample(sets=count, agree=count - len(others), others=tuple(others))
 
 
 def _search(searches: Sequence[control.StoredSearch]) -> Search:
+    """Searches of one kind together."""
     counts = [len(one.satisfied) for one in searches]
-    ends = [one.row for one in searches]
-    known = [row for row in ends if row is not None]
+    ends = [one.row for one in searches if one.row is not None]
     return Search(
         satisfied=tuple(counts),
         least=min(counts),
         median=float(np.median(counts)),
         best=max(counts),
         sets=sum(one.sets for one in searches),
-        valid=sum(row.outcome == "valid" for row in known) if known else None,
+        valid=sum(row.outcome == "valid" for row in ends) if ends else None,
     )
+
+
+def _shares(groups: Mapping[str, Sequence[Row]]) -> dict[str, dict[str, Share]]:
+    """By property and group of sets, where any set of the group has an answer."""
+    shares: dict[str, dict[str, Share]] = {}
+    for name, answer in PROPERTIES.items():
+        shares[name] = {}
+        for group, rows in groups.items():
+            found = share([answer(row) for row in rows])
+            if found is not None:
+                shares[name][group] = found
+    return shares
+
+
+def _coexist(damped: Sequence[lasting.Lasting]) -> dict[str, Share]:
+    """By model how many damped sets lose contact on and on beside stable sliding."""
+    shares = {}
+    for name, models in MODELS.items():
+        found = share([lasts(one.cases, models) for one in damped])
+        if found is not None:
+            shares[name] = found
+    return shares
 
 
 def study(files: Sequence[Path]) -> Ensemble:
@@ -283,36 +321,32 @@ def study(files: Sequence[Path]) -> Ensemble:
     table, damped_file, searches_file = files
     rows = population.read(table)
     heights = population.drawn()["h"][: len(rows)].tolist()
-    pairs = [(row, h) for row, h in zip(rows, heights, strict=True) if row.outcome == "valid"]
-    valid = [row for row, _ in pairs]
-    stored = read_json(control.Searches, searches_file).searches
+    valid = [row for row in rows if row.outcome == "valid"]
+    flat = []
+    for row, height in zip(rows, heights, strict=True):
+        if row.outcome == "valid" and height < FLATTEST:
+            flat.append(row)
     groups = {
         "all": valid,
         "slow": [row for row in valid if float(row.speed) < SLOW],
-        "flat": [row for row, h in pairs if h < FLATTEST],
+        "flat": flat,
         "close": [row for row in valid if satisfied(row) >= CLOSE],
     }
-    shares: dict[str, dict[str, Share]] = {}
-    for name, answer in PROPERTIES.items():
-        found = {group: share([answer(row) for row in some]) for group, some in groups.items()}
-        shares[name] = {group: one for group, one in found.items() if one is not None}
     counts = [satisfied(row) for row in valid]
     damped = lasting.read(damped_file)
+    stored = read_json(control.Searches, searches_file).searches
     searches = {kind: _search([one for one in stored if one.kind == kind]) for kind in KINDS}
-    printed, shuffled = searches["printed"], searches["shuffled"]
+    printed = searches["printed"]
+    shuffled = searches["shuffled"]
     able = version("heyoka") != NOT_INSTALLED
     return Ensemble(
         drawn=len(rows),
         seed=population.SEED,
-        bounds=tuple(Bound.of(d, None) for d in BOUNDS),
+        bounds=tuple(Bound.of(bound, None) for bound in BOUNDS),
         outcomes=dict(Counter(row.outcome for row in rows)),
-        groups={name: len(some) for name, some in groups.items()},
-        shares=shares,
-        coexist={
-            name: one
-            for name, models in MODELS.items()
-            if (one := share([lasts(each.cases, models) for each in damped]))
-        },
+        groups={name: len(group) for name, group in groups.items()},
+        shares=_shares(groups),
+        coexist=_coexist(damped),
         statements=len(INDEPENDENT),
         counts=tuple(np.bincount(counts, minlength=len(INDEPENDENT) + 1).tolist()),
         median=int(np.median(counts)),
@@ -320,7 +354,7 @@ def study(files: Sequence[Path]) -> Ensemble:
         lost=tuple((int(row.lost1), int(row.lost2)) for row in valid if row.lost1),
         apart=tuple((int(row.apart1), int(row.apart2)) for row in valid if row.apart1),
         searches=searches,
-        reaching=sum(n >= printed.median for n in shuffled.satisfied),
+        reaching=sum(count >= printed.median for count in shuffled.satisfied),
         chance=float(mannwhitneyu(printed.satisfied, shuffled.satisfied).pvalue),
         sample=sampled(rows) if able else None,
         damped=len(damped),
@@ -337,7 +371,8 @@ def sentences(record: Ensemble) -> Mapping[str, bool]:
         return record.shares[name][group].interval[1]
 
     either = record.coexist["either"]
-    shuffled, printed = record.searches["shuffled"], record.searches["printed"]
+    shuffled = record.searches["shuffled"]
+    printed = record.searches["printed"]
     return {
         "no-motion-of-a-random-set-settles": low("restless") > 0.99,
         "points-allow-permanent-contact-with-every-random-set": low("permanent_some") > 0.99,

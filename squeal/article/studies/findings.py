@@ -24,19 +24,20 @@ def study(files: Sequence[Path]) -> Findings:
 def sentences(record: Findings) -> dict[str, bool]:
     """What the paper says of the findings."""
     every = {one.id: one for one in record.findings}
-    law, map_ = every["E4"].measured, every["E9"].measured
+    law = every["E4"].measured
+    conditions = every["E9"].measured
     fed_in_partial_contact = law.get("fed_mean", 0.0) > 0.01 > abs(law.get("fed_integral", 0.0))
-    more_than_printed = map_["complete"] > 2.0 * map_["as_printed"]
+    more_than_printed = conditions["complete"] > 2.0 * conditions["as_printed"]
 
-    def of(kind: str) -> set[str]:
+    def of_kind(kind: str) -> set[str]:
         return {name for name, one in every.items() if one.kind == kind}
 
     figures = {name for name, one in every.items() if one.affects.startswith("Fig")}
     return {
-        "e4-e9-and-e12-change-results": of("changes a result") == {"E4", "E9", "E12"},
+        "e4-e9-and-e12-change-results": of_kind("changes a result") == {"E4", "E9", "E12"},
         "e4-and-e9-change-figures": figures == {"E4", "E9"}
         and fed_in_partial_contact
         and more_than_printed,
-        "e1-and-e15-may-be-extraction": of("possibly extraction") == {"E1", "E15"},
+        "e1-and-e15-may-be-extraction": of_kind("possibly extraction") == {"E1", "E15"},
         "wrong-frame-of-delta-hardly-matters": every["E5"].measured["apart"] < 0.05,
     }

@@ -61,18 +61,38 @@ class Grazing(Result):
 def settled(scene: Scene, ratios: Sequence[float]) -> Arrays:
     """Measures of the motions over one observation time after `LONGER`, one a damping ratio."""
     assert scene.stop is not None
-    begun = [Begun(damped_model(damped(scene, r)), np.array(scene.initial)) for r in ratios]
+    models = [damped_model(damped(scene, ratio)) for ratio in ratios]
+    begun = [Begun(model, np.array(scene.initial)) for model in models]
     ends = run(begun, LONGER * scene.stop, False)["final"]
     return simulate_many(
         scene.model,
-        stack([one.model.pad for one in begun]),
+        stack([model.pad for model in models]),
         ends,
         scene.stop,
         TOLERANCE,
         scene.formulation,
         measure=partial(measures, places=PLACES),
-        damping=np.array([one.model.damping for one in begun]),
+        damping=np.array([model.damping for model in models]),
     )
+
+
+def ratio_of_grazing(blows: Sequence[Blow]) -> float:
+    """The damping ratio at which the trailing edge begins to touch alone.
+
+    Its share of time, linear in the ratio, is continued to zero from the first two ratios at which
+    there is one; at least the last ratio at which there is none.
+    """
+    touches = next(i for i, blow in enumerate(blows) if blow.alone > 0.0)
+    first, second = blows[touches : touches + 2]
+    slope = (second.alone - first.alone) / (second.ratio - first.ratio)
+    return max(first.ratio - first.alone / slope, blows[touches - 1].ratio)
+
+
+def ratio_of_hammering(blows: Sequence[Blow]) -> float:
+    """The damping ratio at which the trailing blow passes `LEVEL`, between two of the ratios."""
+    heavier = next(i for i, blow in enumerate(blows) if blow.trailing > LEVEL)
+    pair = blows[heavier - 1 : heavier + 1]
+    return float(np.interp(LEVEL, [blow.trailing for blow in pair], [blow.ratio for blow in pair]))
 
 
 def grazing(scene: Scene) -> Grazing:
@@ -89,16 +109,10 @@ def grazing(scene: Scene) -> Grazing:
                 full=case.shares.get(FULL, 0.0),
             )
         )
-    heavier = next(i for i, blow in enumerate(blows) if blow.trailing > LEVEL)
-    touches = next(i for i, blow in enumerate(blows) if blow.alone > 0.0)
-    pair = blows[heavier - 1 : heavier + 1]
-    crosses = np.interp(LEVEL, [blow.trailing for blow in pair], [blow.ratio for blow in pair])
-    first, second = blows[touches : touches + 2]
-    slope = (second.alone - first.alone) / (second.ratio - first.ratio)
     return Grazing(
         blows=tuple(blows),
-        grazes=max(first.ratio - first.alone / slope, blows[touches - 1].ratio),
-        crosses=float(crosses),
+        grazes=ratio_of_grazing(blows),
+        crosses=ratio_of_hammering(blows),
     )
 
 

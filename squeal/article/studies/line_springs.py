@@ -17,8 +17,8 @@ from squeal.io.scene import Scene
 from squeal.model.contact import Formulation
 from squeal.simulation.run import Simulation, simulate
 
-COUNTS = (2, 3, 4, 6, 8, 16, 32)
-SAMPLES = 401
+COUNTS = (2, 3, 4, 6, 8, 16, 32)  # of springs
+SAMPLES = 401  # of a motion, at which places are compared
 
 
 class Contact(Record):
@@ -59,49 +59,55 @@ def on_springs(scene: Scene, count: int) -> Scene:
 
 
 def _run(scene: Scene, count: int) -> Simulation | Missing:
-    wanted = dataclasses.replace(
+    """The motion on so many springs, or the reason where the model ends."""
+    with_outputs = dataclasses.replace(
         on_springs(scene, count),
         pad=scene.pad.replace(V=None),  # sliding is not checked
         outputs=("events", "shares", "extrema", "history"),
         samples=SAMPLES,
     )
     try:
-        return simulate(wanted)
+        return simulate(with_outputs)
     except ComputationError as error:
         return Missing(str(error))
 
 
 def _places(scene: Scene, run: Simulation) -> np.ndarray:
+    """x, y and w theta over time, (3, n)."""
     assert run.history is not None
     return np.array([run.history["x"], run.history["y"], scene.pad.w * run.history["theta"]])
 
 
 def _contact(scene: Scene, count: int, run: Simulation, line: Simulation) -> Contact:
+    """What a motion on so many springs is like, and how far it is from that on the line."""
     assert run.shares is not None
     assert run.events is not None
     assert run.extrema is not None
-    places, goal = _places(scene, run), _places(scene, line)
-    peak = run.extrema["Rn"]
-    losses = sum(event.target == "SS" for event in run.events)
-    shares = (1.0 - run.shares["FC"], run.shares["SS"], losses, peak[1] if peak else 0.0)
-    apart = float(np.abs(places - goal).max() / np.ptp(goal, axis=1).max())
-    return Contact(count, *shares, apart)
+    on_line = _places(scene, line)
+    difference = np.abs(_places(scene, run) - on_line).max()
+    reaction = run.extrema["Rn"]
+    return Contact(
+        count=count,
+        lost=1.0 - run.shares["FC"],
+        apart=run.shares["SS"],
+        losses=sum(event.target == "SS" for event in run.events),
+        peak=reaction[1] if reaction else 0.0,
+        off=float(difference / np.ptp(on_line, axis=1).max()),
+    )
 
 
 def case(scene: Scene) -> Case:
-    """Motions on springs and on the line."""
+    """Motions on springs and on the line; without the latter none is compared."""
     line = _run(scene, 0)
-    runs = {count: _run(scene, count) for count in COUNTS}
-    contacts = {
-        count: _contact(scene, count, run, line)
-        if isinstance(run, Simulation) and isinstance(line, Simulation)
-        else run
-        for count, run in runs.items()
-    }
-    return Case(
-        _contact(scene, 0, line, line) if isinstance(line, Simulation) else line,
-        tuple(one for one in contacts.values() if not isinstance(one, Simulation)),
-    )
+    springs: list[Contact | Missing] = []
+    for count in COUNTS:
+        run = _run(scene, count)
+        if isinstance(run, Missing):
+            springs.append(run)
+        elif isinstance(line, Simulation):
+            springs.append(_contact(scene, count, run, line))
+    on_line = line if isinstance(line, Missing) else _contact(scene, 0, line, line)
+    return Case(line=on_line, springs=tuple(springs))
 
 
 def study(files: Sequence[Path]) -> LineSprings:

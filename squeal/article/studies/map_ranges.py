@@ -34,7 +34,9 @@ SPREAD = {
 SHAPES = {"h/w": (0.1, 0.3, 1.0), "k2/k1": (0.25, 1.0, 4.0), "mu": (0.1, 0.4, 0.9)}
 CELLS = 60  # a side of the maps of all combinations
 FINE = 80  # a side of the maps whose area is outlined
-COARSE, COARSEST = 16, 9  # a side of the maps of equilibria, and the same for many sets
+# a side of the maps of equilibria, and the same for many sets
+COARSE = 16
+COARSEST = 9
 SPARSE = 5  # values of a parameter at which equilibria are searched
 STABLE = [VERDICTS.index("stable"), VERDICTS.index("marginal")]
 
@@ -116,7 +118,8 @@ def _shares(pad: Pad) -> tuple[np.ndarray, np.ndarray]:
     """Shares of both readings of (23a, b) over all combinations of `VALUES`."""
     angles = _angles(CELLS)
     shape = [len(v) for v in VALUES.values()]
-    printed, complete = np.empty(shape), np.empty(shape)
+    printed = np.empty(shape)
+    complete = np.empty(shape)
     for index in np.ndindex(*shape):
         values = (v[i] for v, i in zip(VALUES.values(), index, strict=True))
         holds = bounds(with_values(pad, *values), angles)
@@ -143,7 +146,8 @@ def equilibria(scene: Scene, pads: Pad, cells: int = COARSE) -> tuple[np.ndarray
     angles = _angles(cells)
     names = ("h", "I", "k1", "k2", "mu", "k_c", "y0")
     given = np.broadcast_arrays(*(getattr(pads, name) for name in names))
-    count, each = len(given[0]), len(angles[0])
+    count = len(given[0])
+    each = len(angles[0])
     values = np.array([*(np.tile(a, count) for a in angles), *(np.repeat(v, each) for v in given)])
     computed = codes_at(scene, ("alpha1", "alpha2", *names), values)
     stable = np.isin(computed.codes, STABLE)

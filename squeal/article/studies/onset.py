@@ -39,7 +39,10 @@ from squeal.simulation.observers import Shares
 
 RATIOS = (0.001, 0.005, 0.01, 0.02)
 RATIO = 0.005  # of the cycles
-LATE, LONGER, SEEN = 40, 150, 2  # windows until a motion is looked at, again, and for how long
+# windows until a motion is looked at, again, and for how long
+LATE = 40
+LONGER = 150
+SEEN = 2
 BOX = 3.0  # half-width of the box of initial conditions, over the static compression
 SEED = 0  # of the draws from it
 STARTS = 100  # drawn
@@ -204,7 +207,8 @@ def damped(scene: Scene, ratio: float) -> Scene:
 
 def run(begun: Sequence[Begun], stop: float | np.ndarray, measured: bool) -> Arrays:
     """Motions of one model and formulation, all over one time or each over its own (n,)."""
-    one, C = begun[0].model, [np.array(each.model.damping) for each in begun]
+    one = begun[0].model
+    C = [np.array(each.model.damping) for each in begun]
     return simulate_many(
         one.name,
         stack([each.model.pad for each in begun]),
@@ -263,7 +267,8 @@ def settle(
         late = run([Begun(begun[i].model, ends[i]) for i in there], seen, True)
         for k, i in enumerate(there):
             if late["outcome"][k] == DONE:
-                case, full = case_of(late, k, begun[i].model.pad.V), float(late["shares"][k, 0])
+                case = case_of(late, k, begun[i].model.pad.V)
+                full = float(late["shares"][k, 0])
                 found[i] = _settled(case, int(late["changes"][k]), full, line)
     return ends, found
 
@@ -493,12 +498,16 @@ def contact_growth(scene: Scene, a: float) -> float:
     p is its penetration; the damping matrix about rest is a times the sum over the points of k p,
     the load of a unit force, and the derivative of the gap by the coordinates.
     """
-    found, pad = analyse(scene), scene.pad
-    (_, y, theta), line = found.q, scene.model == "B2"
+    found = analyse(scene)
+    pad = scene.pad
+    _, y, theta = found.q
+    line = scene.model == "B2"
     points, weights = np.polynomial.legendre.leggauss(8) if line else (np.array([-1.0, 1.0]), 0.0)
     k = (pad.k_c or 0.0) * weights / 2 if line else np.array([pad.k3, pad.k4])
-    cosine, sine = np.cos(theta), np.sin(theta)
-    side, drop = pad.w * cosine * points + pad.h * sine, pad.h * cosine - pad.w * sine * points
+    cosine = np.cos(theta)
+    sine = np.sin(theta)
+    side = pad.w * cosine * points + pad.h * sine
+    drop = pad.h * cosine - pad.w * sine * points
     depth = np.maximum(drop - pad.h - (pad.y0 or 0.0) - y, 0.0)
     arm = pad.h if line else drop  # of friction, as Eqs. (6) and (10) have it
     one = np.ones(len(points))

@@ -71,7 +71,9 @@ def state_curves(pad: Pad, cells: int = CELLS) -> tuple[Curve, ...]:
 
     grid = np.array(np.meshgrid(angles, angles, indexing="ij"))
     traced = outline(ENDS, angles, angles, codes(grid), codes)
-    below, above = 2, 3  # the curve, where the reaction is positive
+    # the curve, where the reaction is positive
+    below = 2
+    above = 3
     return tuple(
         tuple((round(first, 7), round(second, 7)) for first, second in curve.tolist())
         for curve, sides in traced.curves
@@ -81,7 +83,8 @@ def state_curves(pad: Pad, cells: int = CELLS) -> tuple[Curve, ...]:
 
 def case_rows(pad: Pad) -> CaseRows:
     """The restricted state of a pad with F_n."""
-    rows, missed = row_pairs(pad), mismatch(pad)
+    rows = row_pairs(pad)
+    missed = mismatch(pad)
     exists = rows.R_12 > 0.0 and math.isclose(rows.x_12, rows.x_23, rel_tol=1e-12)
     return CaseRows(rows, missed, exists)
 
@@ -128,7 +131,8 @@ def study(files: Sequence[Path]) -> QuasiStatic:
 
 def sentences(record: QuasiStatic) -> dict[str, bool]:
     """What the paper says of the map."""
-    share, cases = record.share, record.cases
+    share = record.share
+    cases = record.cases
     others = [one for name, one in record.sets.items() if name != REFERENCE]
     return {
         "printed-conditions-hold-on-a-small-part": share.as_printed < 0.1,

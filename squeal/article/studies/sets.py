@@ -99,7 +99,8 @@ class Sets(Result):
 
 def ratios(points: Scene, line: Scene) -> dict[str, float]:
     """Ratios of the parameters and initial values of both models to w, m, k1 and F_n / k1."""
-    b1, b2 = points.pad, line.pad
+    b1 = points.pad
+    b2 = line.pad
     assert b1.k3 is not None
     assert b1.k4 is not None
     assert b2.k_c is not None
@@ -230,7 +231,9 @@ def study(files: Sequence[Path]) -> Sets:
 
 def sentences(record: Sets) -> Mapping[str, bool]:
     """What the paper says of all sets."""
-    every, flat, first = record.sets.values(), record.flat, record.sets[REFERENCE]
+    every = record.sets.values()
+    flat = record.flat
+    first = record.sets[REFERENCE]
     hammering = [one.hammering for one in every]
     both = [set(one["B1"]) & set(one["B2"]) for one in hammering]
     without_batches = not first.lasting

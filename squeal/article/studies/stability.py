@@ -108,7 +108,8 @@ def _nested(values: np.ndarray) -> Any:
 def branch(scene: Scene) -> Branch | Missing:
     """Tracked eigenvalues along the equilibrium branch, or why there is no branch."""
     try:
-        swept, critical = sweep_modes(scene, 0.0, MU_MAX), critical_friction(scene, MU_MAX)
+        swept = sweep_modes(scene, 0.0, MU_MAX)
+        critical = critical_friction(scene, MU_MAX)
     except ComputationError as error:
         return Missing(str(error))
     folds = [point.mu for point in critical.points if point.kind == "fold"]
@@ -125,7 +126,8 @@ def branch(scene: Scene) -> Branch | Missing:
 
 def modes(scene: Scene, at: Equilibrium) -> Modes:
     """Pose and mode shapes at the scene's equilibrium."""
-    analysis, pad = analyse(scene), scene.pad
+    analysis = analyse(scene)
+    pad = scene.pad
     lever = np.array([1.0, 1.0, pad.w])
     shapes = []
     for one in mode_shapes(analysis.spectrum, lever):

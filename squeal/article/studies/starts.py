@@ -28,7 +28,9 @@ KINDS = (
     "invalid simulation",
 )
 WINDOWS = (1, 10)  # observation times over that of the case
-SIDE, REACH = 11, 1.75  # of a map: points, and half-width in static compressions
+# of a map: points, and half-width in static compressions
+SIDE = 11
+REACH = 1.75
 TOLERANCE = 1e-6
 
 
@@ -130,7 +132,8 @@ def maps(scene: Scene) -> CaseMaps | Missing:
     rest, why = sliding_equilibrium(scene.pad_model)
     if rest is None:
         return Missing(why)
-    q, unit = np.array(rest.q), compression(scene)
+    q = np.array(rest.q)
+    unit = compression(scene)
     x, y, theta = ((np.array(scene.initial[:3]) - q) / unit).tolist()
     return CaseMaps(
         maps=tuple(_map(scene, q, windows) for windows in WINDOWS),
@@ -152,7 +155,8 @@ def sentences(record: Starts) -> Mapping[str, bool]:
     """What the paper says of these maps."""
     if record.left_out:
         return {}
-    permanent, hammering = KINDS[0], KINDS[3]
+    permanent = KINDS[0]
+    hammering = KINDS[3]
     b1 = [name for name in record.cases if name.startswith("b1")]
     return {
         "b1-permanent-contact-near-equilibrium": all(

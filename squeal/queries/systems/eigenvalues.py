@@ -112,6 +112,7 @@ def system_eigenvalues(
         source=SystemSource(file, analysis.selection),
         proof=statement.to_dict(),
         proof_line=proof_line,
+        depends=analysis.depends_on_parameter,
     )
 
 
@@ -191,10 +192,12 @@ def _description(analysis: SystemAnalysis, roots: SystemRoots) -> str:
     system = analysis.system
     values = []
     for name, value in system.parameters.items():
+        if name == system.parameter and not analysis.depends_on_parameter:
+            continue
         text = "that of each root" if name in system.follows else f"{value:g}"
         values.append(f"{name} = {text}")
     freedom = "degree" if system.n == 1 else "degrees"
-    lines = [f"{system.n} {freedom} of freedom, {', '.join(values)}"]
+    lines = [", ".join([f"{system.n} {freedom} of freedom", *values])]
     if analysis.joined:
         errors_are_known = any(root.error is not None for root in roots.eigenvalues)
         lines.append(f"  {basis_text(analysis.joined, errors_are_known)}")

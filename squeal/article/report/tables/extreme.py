@@ -39,7 +39,8 @@ def _changes(case: Outcome) -> str:
 
 def table(extreme: Extreme) -> str:
     """A row a case."""
-    rows, group = [], ""
+    rows = []
+    group = ""
     for case in extreme.cases:
         first = "" if case.group == group else typeset(case.group)
         group = case.group

@@ -17,7 +17,8 @@ def table(accuracy: Accuracy) -> str:
     for path in dict.fromkeys(point.path for point in accuracy.points):
         cells = [typeset(path)]
         for case in accuracy.changes:
-            count, own = accuracy.least(case, path), accuracy.least(case, OWN)
+            count = accuracy.least(case, path)
+            own = accuracy.least(case, OWN)
             if count is None or own is None:
                 cells.append("--")
             elif path == OWN:
