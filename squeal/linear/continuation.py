@@ -21,16 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError, MatrixError
-from squeal.linear.eigen import (
-    DIVERGENCE,
-    FLUTTER,
-    Codes,
-    UnstableCount,
-    kinds,
-    left_vectors,
-    root_rounding,
-    square_roots,
-)
 from squeal.linear.matrices import (
     EPS,
     ILL,
@@ -46,7 +36,9 @@ from squeal.linear.matrices import (
     reduce,
     unit_diagonal,
 )
+from squeal.linear.roots import left_vectors, root_rounding, square_roots
 from squeal.linear.system import SystemFunction, matrices_of, with_slopes
+from squeal.linear.verdicts import DIVERGENCE, FLUTTER, Codes, UnstableCount, kinds
 
 ComplexArray = NDArray[np.complex128]
 Bools = NDArray[np.bool_]

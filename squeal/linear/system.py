@@ -155,6 +155,7 @@ class System:
                 parameters = kind_of(Mapping[str, float]).read(parameters, where)
             parameter = TEXT.read(parameter, Place("System", "parameter"))
             name = TEXT.read(name, Place("System", "name"))
+        # of a frozen class, whose attributes nobody else sets
         vars(self).update(
             parameters=parameters or {},
             parameter=parameter,
@@ -168,9 +169,9 @@ class System:
             self._check_terms()
             if from_terms:
                 return
-            free, supports = without_supports(self)
+            without, supports = without_supports(self)
         if supports.size:
-            vars(self).update(vars(free))
+            vars(self).update(vars(without))
             Place("System", "K").warn(supported(supports))
 
     def _complete_parameters(self) -> None:
@@ -416,18 +417,18 @@ class System:
         are no terms."""
         if not terms:
             return None
-        zeros = np.zeros
-        convert = np.asarray
+        as_matrix = np.asarray
+        total: Matrix = np.zeros((self.n, self.n))
         if any(is_sparse(term.matrix) for term in self.terms):
             from scipy.sparse import csc_array
 
-            zeros = convert = csc_array
-        total: Matrix = zeros((self.n, self.n))
+            as_matrix = csc_array
+            total = csc_array((self.n, self.n))
         with np.errstate(over="ignore", invalid="ignore"):
             for term in terms:
                 factor = factor_of(term)
                 if factor:
-                    total = total + factor * convert(term.matrix)
+                    total = total + factor * as_matrix(term.matrix)
         return total
 
 

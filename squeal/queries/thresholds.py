@@ -17,8 +17,8 @@ from squeal.io.scene import Scene
 from squeal.linear import GROWING, CriticalPoint, Crossing, SystemFunction
 from squeal.linear import thresholds as located_thresholds
 from squeal.linear.continuation import ContinuationOptions
-from squeal.linear.eigen import STIFF, hidden
 from squeal.linear.matrices import checked, reduce
+from squeal.linear.roots import STIFF, hides_slow_roots
 from squeal.linear.system import TermSystem
 from squeal.queries.options import (
     Band,
@@ -122,7 +122,7 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     if path is not None and path.mu_end <= 0.0:
         raise ComputationError(f"no threshold can be given: {path.end}")
     M, C, K = checked(*system(0.0))
-    if path is not None and hidden(reduce(M, C, K), C, K):
+    if path is not None and hides_slow_roots(reduce(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
     answer = _without_proof(scene, high, system, path)
     if prove is False:

@@ -20,9 +20,10 @@ from squeal.linear.continuation import (
     SpectrumAtParameter,
     problem_class_of,
 )
-from squeal.linear.eigen import ComplexArray, growing
+from squeal.linear.eigen import growing
 from squeal.linear.events import Event
 from squeal.linear.matrices import ILL, dense, unit_diagonal
+from squeal.linear.roots import ComplexArray
 from squeal.linear.search import SearchResult, cluster_events, search
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
