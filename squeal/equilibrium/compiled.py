@@ -26,7 +26,8 @@ from squeal.model.equations import net_loads
 from squeal.model.pad import Coefficients, Number, Pose, pose
 
 COUNT = len(Coefficients._fields)
-INITIAL_GAP, THETA_0 = hy.par[COUNT], hy.par[COUNT + 1]
+INITIAL_GAP = hy.par[COUNT]
+THETA_0 = hy.par[COUNT + 1]
 C = Coefficients(*(hy.par[i] for i in range(COUNT)))
 Z = list(hy.make_vars("x", "y", "s", "mu"))
 
@@ -113,15 +114,15 @@ def _excesses(law: ContactLaw) -> hy.cfunc_dbl:
     share, range_end = hy.make_vars("share", "range_end")
     on = _symbols("on", law.points)
     curve = _symbols("curve", 16)
-    x, y, s, mu = (
-        curve[i] + share * (curve[4 + i] + share * (curve[8 + i] + share * curve[12 + i]))
-        for i in range(4)
-    )
+    z = curve[12:]  # by Horner's rule, from the cubic term down
+    for power in (2, 1, 0):
+        of_power = curve[4 * power : 4 * power + 4]
+        z = [term + share * rest for term, rest in zip(of_power, z, strict=True)]
     excesses = []
-    for touches, gap, bound in zip(on, *_gaps_and_rounding(law, [x, y, s, mu]), strict=True):
+    for touches, gap, bound in zip(on, *_gaps_and_rounding(law, z), strict=True):
         excesses.append((2.0 * touches - 1.0) * gap - bound)
-    excesses.append(_size(THETA_0 + s / C.w) - np.pi / 2)
-    excesses.append(mu - range_end - RANGE_ROUNDING * range_end)
+    excesses.append(_size(THETA_0 + z[2] / C.w) - np.pi / 2)
+    excesses.append(z[3] - range_end - RANGE_ROUNDING * range_end)
     return hy.cfunc(excesses, vars=[share, *on, range_end, *curve])
 
 

@@ -201,8 +201,10 @@ class Statics:
     def initial_gap(self) -> Number:
         """The sum of the sizes of what the gaps in the initial position are the sum of."""
         c = self.model.c
-        edges = abs(c.gap_l) + abs(c.gap_t)
-        return edges + abs(self.model.pad.y0) if self.model.law.absolute_gap else edges
+        size = abs(c.gap_l) + abs(c.gap_t)
+        if self.model.law.absolute_gap:
+            size = size + abs(self.model.pad.y0)
+        return size
 
     def touches(self, z: np.ndarray) -> np.ndarray:
         """Where a pad at z (4, ...) touches the surface, if only to rounding, shape (...)."""
