@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from squeal import __version__
 from squeal.errors import ComputationError
@@ -280,17 +280,6 @@ def report(
     of_onset = None
     with suppress(ComputationError):  # several modes are lost at once
         of_onset = sensitivity(subject, of="threshold", known=crossed)
-    remedy = None
-    change = _smallest_change(found, of_modes) if found.unstable else None
-    if change is not None:
-        changed = _replaced(found.source, change.parameter, change.after)
-        remedy = Remedy(
-            parameter=change.parameter,
-            before=of_modes.values[change.parameter],
-            after=change.after,
-            words=change.words,
-            computed=eigenvalues(changed, **options),
-        )
     return Report(
         name=found.name,
         eigenvalues=found.with_onsets(crossed),
@@ -299,25 +288,24 @@ def report(
         onset=of_onset,
         check=None if isinstance(subject, Scene) else check(subject),
         energy=energy(found),
-        remedy=remedy,
+        remedy=_remedy(found, of_modes, lambda changed: eigenvalues(changed, **options)),
         subject=subject,
     )
 
 
-class _Change(NamedTuple):
-    """A parameter, its new value, and how far that is from the old one in words."""
-
-    parameter: str
-    after: float
-    words: str
-
-
-def _smallest_change(found: Eigenvalues, moved: Sensitivity) -> _Change | None:
+def _remedy(
+    found: Eigenvalues,
+    moved: Sensitivity,
+    solve: Callable[[Scene | SystemFile], Eigenvalues],
+) -> Remedy | None:
     """The change of one parameter that stops the fastest mode in the fewest steps of 1 % or a
-    degree, by the derivatives of its eigenvalue.
+    degree, by the derivatives of its eigenvalue; `solve` gives the eigenvalues with it.
 
-    The swept parameter is left out. None where none does so within `MOST_STEPS`.
+    The swept parameter is left out. None where nothing grows, and where none stops it within
+    `MOST_STEPS`.
     """
+    if not found.unstable:
+        return None
     fastest = found.unstable[0]
     index = int(abs(found.values - fastest.root).argmin())
     fewest = math.inf
@@ -341,7 +329,13 @@ def _smallest_change(found: Eigenvalues, moved: Sensitivity) -> _Change | None:
     unit = words.removeprefix("1 ")
     if unit == "degree" and count > 1:
         unit = "degrees"
-    return _Change(best, after, f"{count} {unit}")
+    return Remedy(
+        parameter=best,
+        before=moved.values[best],
+        after=after,
+        words=f"{count} {unit}",
+        computed=solve(_replaced(found.source, best, after)),
+    )
 
 
 def _replaced(

@@ -52,7 +52,9 @@ def options(parser: Parser) -> None:
 def run(given: argparse.Namespace) -> Reply:
     """Write the matrices and the system file."""
     folder: Path = given.output
-    _check_folder(folder)
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        kind = "not empty" if folder.is_dir() else "no folder"
+        raise InputError(f"--output {folder}: is {kind}; a new or empty folder is allowed")
     subject = given.source.subject()
     if isinstance(subject, Scene):
         exported = _export_pad(given, subject)
@@ -74,19 +76,6 @@ def run(given: argparse.Namespace) -> Reply:
     text += f"\n{aligned(cells, right=False)}"
     answer = {"folder": str(folder), "rows": system.n, "files": files, "basis": exported.basis}
     return Reply(lambda: answer, lambda: text)
-
-
-def _check_folder(folder: Path) -> None:
-    """Refuse a folder in which something stands. Raises InputError."""
-    if not folder.exists():
-        return
-    if not folder.is_dir():
-        kind = "no folder"
-    elif any(folder.iterdir()):
-        kind = "not empty"
-    else:
-        return
-    raise InputError(f"--output {folder}: is {kind}; a new or empty folder is allowed")
 
 
 def _export_pad(given: argparse.Namespace, scene: Scene) -> _Exported:

@@ -12,7 +12,7 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take_files
 from squeal.cli.streams import counter
 from squeal.io.scene import OUTPUTS, Scene, check_simulation
-from squeal.simulation.run import Simulation, simulate
+from squeal.simulation.run import simulate
 
 LEAST = 4_000  # samples of a picture
 
@@ -53,17 +53,13 @@ def run(given: argparse.Namespace) -> Reply:
         motion = dataclasses.replace(motion, history=history)
     if given.table is not None:
         motion.save(given.table)
+    # outputs that files alone needed
+    not_requested: dict[str, Any] = {name: None for name in OUTPUTS if name not in scene.outputs}
     hint = ""
     if given.integrator == "auto" and motion.method.startswith("SciPy"):
         hint = "\n\nabout eight times as fast with heyoka: pip install 'brake-squeal[fast]'"
-    reply = Reply.of(_requested(motion, scene), more=hint)
+    reply = Reply.of(dataclasses.replace(motion, **not_requested), more=hint)
     return dataclasses.replace(reply, warnings=_start_warnings(scene))
-
-
-def _requested(motion: Simulation, scene: Scene) -> Simulation:
-    """The motion without the outputs that files alone needed."""
-    not_requested: dict[str, Any] = {name: None for name in OUTPUTS if name not in scene.outputs}
-    return dataclasses.replace(motion, **not_requested)
 
 
 def _start_warnings(scene: Scene) -> tuple[str, ...] | None:

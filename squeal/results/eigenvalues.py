@@ -54,8 +54,9 @@ def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape,
     upper = [root for root in spectrum.eigenvalues if root.value.imag > 0.0]
     shapes = []
     for mode, root in enumerate([*faster, *upper], 1):
-        scaled = np.asarray(levers) * root.right
-        shape = root.right / scaled[int(np.argmax(np.abs(scaled)))]
+        comparable = np.asarray(levers) * root.right
+        largest = int(np.argmax(np.abs(comparable)))
+        shape = root.right / comparable[largest]
         shapes.append(ModeShape(mode, root.frequency_hz, root.growth_rate, shape))
     return tuple(shapes)
 
@@ -144,8 +145,10 @@ class Eigenvalues(Answer):
         if not numbers:
             return ""
         mode = "mode" if len(numbers) == 1 else "modes"
+        within = "the error of the reduction"
         known_by = self.details.get("known_by")
-        within = f"what {known_by} leave open" if known_by else "the error of the reduction"
+        if known_by:
+            within = f"what {known_by} leave open"
         return f"growth of {mode} {', '.join(map(str, numbers))} is within {within}"
 
     def mode_of(self, mode: UnstableMode) -> int | None:
@@ -281,13 +284,13 @@ class Eigenvalues(Answer):
             *columns("kind frequency_hz"),
             Column("growth_rate", "1/s"),
         ]
-        if ERROR in self.columns:
-            cells: dict[int | None, str] = {
-                number: ERROR.cell(root) for number, root in self.of_modes
-            }
+        if ERROR in self.columns:  # the eigenvalue of a mode knows its error, the mode does not
+            errors: dict[int | None, str] = {}
+            for number_of_mode, root in self.of_modes:
+                errors[number_of_mode] = ERROR.cell(root)
 
-            def error_of(mode: UnstableMode) -> str:  # its eigenvalue knows it, the mode does not
-                return cells.get(self.mode_of(mode), "-")
+            def error_of(mode: UnstableMode) -> str:
+                return errors.get(self.mode_of(mode), "-")
 
             table.append(replace(ERROR, shown=error_of))
         table += columns("damping_ratio%")
