@@ -70,6 +70,7 @@ html_title = "squeal"
 html_math_renderer = "mathml"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = ["names.js"]
 html_copy_source = False
 html_show_sphinx = False
 html_theme_options = {

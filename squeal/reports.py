@@ -35,10 +35,11 @@ from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Positive, public
 
-MOST_STEPS = 25  # of 1 % or a degree: a larger change is no first-order matter
-MARGIN = 1.1  # of a change over what stops the growth to first order
+MOST_STEPS = 25  # of 1 % or a degree: derivatives say nothing of a larger change
+MARGIN = 1.1  # the advised change over that which stops the growth by the derivatives
 COLUMNS = 3  # modes in the table of terms
 CHART = 1.5  # the chart's range over the parameter's own value
+VISIBLE = 1e-12  # of a mode's angular frequency: smaller growth rates of terms are rounding
 CONFIDENCE = {
     "proved": "No mode is missing from the list: a second program, which shares nothing with the "
     "first, has proved it.",
@@ -111,22 +112,26 @@ class Report(Answer):
         """What to change, in a sentence or two."""
         found = self.eigenvalues
         if not found.unstable:
-            sure = found.certified and found.verdict is not None
-            return "Nothing has to change." if sure else "Nothing that grows was found."
+            is_sure = found.certified and found.verdict is not None
+            return "Nothing has to change." if is_sure else "Nothing that grows was found."
         ways = []
         if self.remedy is not None:
             ways.append(self.remedy.sentence)
-        worst = found.unstable[0]
-        if worst.frequency_hz:
-            share = number(-100.0 * worst.damping_ratio, 2)
-            hertz = number(worst.frequency_hz, 4)
-            ways.append(f"Give the modes that meet at {hertz} Hz {share} % more damping each.")
-        first = self.thresholds.first
-        if first is not None and first.mu < found.value:
-            own = f"{found.parameter} below {number(first.mu, 4)}"
-            ways.append(f"Keep {own}; it is {number(found.value, 4)}.")
-        first_way, *others = ways or ["No way out is known to this page."]
-        return " Or ".join([first_way, *(way[0].lower() + way[1:] for way in others)])
+        fastest = found.unstable[0]
+        if fastest.frequency_hz:
+            percent = number(-100.0 * fastest.damping_ratio, 2)
+            hertz = number(fastest.frequency_hz, 4)
+            ways.append(f"Give the modes that meet at {hertz} Hz {percent} % more damping each.")
+        first_loss = self.thresholds.first
+        if first_loss is not None and first_loss.mu < found.value:
+            limit = f"{found.parameter} below {number(first_loss.mu, 4)}"
+            ways.append(f"Keep {limit}; it is {number(found.value, 4)}.")
+        if not ways:
+            return "No way out is known to this page."
+        advice = ways[0]
+        for way in ways[1:]:
+            advice += f" Or {way[0].lower()}{way[1:]}"
+        return advice
 
     @property
     def reasons(self) -> list[str]:
@@ -150,14 +155,19 @@ class Report(Answer):
     @property
     def loss(self) -> str:
         """The first loss of stability in a line."""
-        found, where = self.thresholds, " within the band" * bool(self.eigenvalues.extent)
-        own, first = found.parameter, found.first
+        found = self.thresholds
+        first = found.first
+        parameter = found.parameter
+        where = " within the band" if self.eigenvalues.extent else ""
         if found.verdict in ("flutter", "divergence"):
-            return f"Unstable from {own} = {number(found.low, 4)} on"
+            return f"Unstable from {parameter} = {number(found.low, 4)} on"
         if first is None:
-            return f"No loss of stability{where} up to {own} = {number(found.high, 4)}"
-        at = f" at {number(first.frequency_hz, 4)} Hz" if first.frequency_hz else ""
-        return f"Stability is first lost{where} at {own} = {number(first.mu, 4)}: {first.kind}{at}"
+            return f"No loss of stability{where} up to {parameter} = {number(found.high, 4)}"
+        line = f"Stability is first lost{where} at {parameter} = {number(first.mu, 4)}: "
+        line += first.kind
+        if first.frequency_hz:
+            line += f" at {number(first.frequency_hz, 4)} Hz"
+        return line
 
     def table(self) -> Table:
         """The modes that grow.
@@ -173,12 +183,11 @@ class Report(Answer):
         return self.eigenvalues.growing
 
     def parts(self) -> Sequence[str | Table]:
-        lines = self.verdict, self.eigenvalues.beside, self.loss
+        lines = [self.verdict, self.eigenvalues.beside, self.loss]
         advice = "\n".join([self.advice, *self.reasons])
         return [self.name, "\n".join(filter(None, lines)), self.table(), advice]
 
     def to_dict(self) -> dict[str, Any]:
-        head = {"name": self.name, "verdict_line": self.verdict, "loss_line": self.loss}
         remedy = None
         if self.remedy is not None:
             remedy = {
@@ -187,7 +196,10 @@ class Report(Answer):
                 "after": self.remedy.after,
                 "verdict_line": self.remedy.computed.conclusion,
             }
-        return head | {
+        return {
+            "name": self.name,
+            "verdict_line": self.verdict,
+            "loss_line": self.loss,
             "advice": self.advice,
             "remedy": remedy,
             **self.energy.to_dict(),
@@ -261,57 +273,69 @@ def report(
     >>> squeal.report(pair).loss
     'Stability is first lost at mu = 0.75: flutter at 0.2251 Hz'
     """
-    asked: Any = {"band": band, "memory": memory, "progress": progress}
-    crossed = thresholds(subject, high, **asked)  # it refuses what the others take
-    found = eigenvalues(subject, **asked)
-    moved, onset = sensitivity(subject, known=found), None
+    options: Any = {"band": band, "memory": memory, "progress": progress}
+    crossed = thresholds(subject, high, **options)  # it refuses what the others take
+    found = eigenvalues(subject, **options)
+    of_modes = sensitivity(subject, known=found)
+    of_onset = None
     with suppress(ComputationError):  # several modes are lost at once
-        onset = sensitivity(subject, of="threshold", known=crossed)
-    remedy = None
-    change = _change(found, moved) if found.unstable else None
-    if change is not None:
-        parameter, after, words = change
-        changed = _replaced(found.source, parameter, after)
-        computed = eigenvalues(changed, **asked)
-        remedy = Remedy(parameter, moved.values[parameter], after, words, computed)
+        of_onset = sensitivity(subject, of="threshold", known=crossed)
     return Report(
         name=found.name,
         eigenvalues=found.with_onsets(crossed),
         thresholds=crossed,
-        sensitivity=moved,
-        onset=onset,
+        sensitivity=of_modes,
+        onset=of_onset,
         check=None if isinstance(subject, Scene) else check(subject),
         energy=energy(found),
-        remedy=remedy,
+        remedy=_remedy(found, of_modes, lambda changed: eigenvalues(changed, **options)),
         subject=subject,
     )
 
 
-def _change(found: Eigenvalues, moved: Sensitivity) -> tuple[str, float, str] | None:
-    """Which parameter stops the fastest mode by the smallest change, its new value, and the change
-    in words; None where none but the swept one does so within `MOST_STEPS`."""
-    worst = found.unstable[0]
-    place = int(abs(found.values - worst.root).argmin())
-    best: tuple[float, str] | None = None
+def _remedy(
+    found: Eigenvalues,
+    moved: Sensitivity,
+    solve: Callable[[Scene | SystemFile], Eigenvalues],
+) -> Remedy | None:
+    """The change of one parameter that stops the fastest mode in the fewest steps of 1 % or a
+    degree, by the derivatives of its eigenvalue; `solve` gives the eigenvalues with it.
+
+    The swept parameter is left out. None where nothing grows, and where none stops it within
+    `MOST_STEPS`.
+    """
+    if not found.unstable:
+        return None
+    fastest = found.unstable[0]
+    index = int(abs(found.values - fastest.root).argmin())
+    fewest = math.inf
+    best = ""
     for name, slopes in moved.slopes.items():
         step, _ = moved.step(name)
-        effect = step * slopes[place].real
+        effect = step * slopes[index].real  # of a step on the growth rate
         if name == found.parameter or not math.isfinite(effect) or effect == 0.0:
             continue
-        steps = -worst.growth_rate / effect
-        if best is None or abs(steps) < abs(best[0]):
-            best = steps, name
-    if best is None:
+        steps = -fastest.growth_rate / effect
+        if not best or abs(steps) < abs(fewest):
+            fewest = steps
+            best = name
+    if not best:
         return None
-    steps, name = best
-    count = math.ceil(MARGIN * abs(steps))
+    count = math.ceil(MARGIN * abs(fewest))
     if count > MOST_STEPS:
         return None
-    step, words = moved.step(name)
-    after = moved.values[name] + math.copysign(count, steps) * step
+    step, words = moved.step(best)
+    after = moved.values[best] + math.copysign(count, fewest) * step
     unit = words.removeprefix("1 ")
-    plural = "s" if unit == "degree" and count > 1 else ""
-    return name, after, f"{count} {unit}{plural}"
+    if unit == "degree" and count > 1:
+        unit = "degrees"
+    return Remedy(
+        parameter=best,
+        before=moved.values[best],
+        after=after,
+        words=f"{count} {unit}",
+        computed=solve(_replaced(found.source, best, after)),
+    )
 
 
 def _replaced(
@@ -329,15 +353,16 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
     from jinja2 import Environment, PackageLoader, StrictUndefined  # a page alone needs it
 
     found = report.eigenvalues
-    made = provenance(inputs, __name__)
-    files = ", ".join(f"{file.name} (SHA-256 {file.sha256[:16]})" for file in made.inputs)
-    used = ("python", *made.loaded)
-    versions = ", ".join(f"{name} {what}" for name, what in made.versions.items() if name in used)
+    state = "open"  # the class of the headline, which has its colour
+    if found.unstable:
+        state = "grows"
+    elif found.certified:
+        state = "stable"
     loader = PackageLoader("squeal")
     template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     text = template.get_template("report.html").render(
         report=report,
-        state="grows" if found.unstable else "stable" if found.certified else "open",
+        state=state,
         chart=_figure(_chart(report), report.name, damping=True),
         feeds=_feeds(report),
         moves=_moved(report),
@@ -347,10 +372,21 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
         open=list(_open(report)),
         read=list(_read(report)),
         sure=list(_sure(report)),
-        footer=f"squeal {__version__}; {files or 'no file'}; {versions}",
+        footer=_footer(inputs),
     )
     # a name may hold anything
     return "".join(c for c in text if c.isprintable() or c == "\n") + "\n"
+
+
+def _footer(inputs: Sequence[Any]) -> str:
+    """The files and the versions that made the page, in a line."""
+    made = provenance(inputs, __name__)
+    files = ", ".join(f"{file.name} (SHA-256 {file.sha256[:16]})" for file in made.inputs)
+    used = []
+    for name, version in made.versions.items():
+        if name == "python" or name in made.loaded:
+            used.append(f"{name} {version}")
+    return f"squeal {__version__}; {files or 'no file'}; {', '.join(used)}"
 
 
 @dataclass(frozen=True)
@@ -371,9 +407,11 @@ def _figure(answer: Answer, name: str, **more: Any) -> _Figure:
 
 def _chart(report: Report) -> Sweep:
     """The eigenvalue paths up to a little more than the parameter's own value."""
-    found, crossed = report.eigenvalues, report.thresholds
-    high = min(CHART * found.value, crossed.high)
-    return eigenvalue_paths(crossed, crossed.low, high if high > crossed.low else crossed.high)
+    crossed = report.thresholds
+    high = min(CHART * report.eigenvalues.value, crossed.high)
+    if high <= crossed.low:
+        high = crossed.high
+    return eigenvalue_paths(crossed, crossed.low, high)
 
 
 def _growing(report: Report) -> list[int]:
@@ -386,19 +424,21 @@ def _growing(report: Report) -> list[int]:
 def _feeds(report: Report) -> Table:
     """A row for each term, a column for each mode that grows, and their sums."""
     modes = _growing(report)
-    shares: dict[tuple[str, str], dict[int, float | None]] = {}
-    for one in report.energy.contributions:
-        rounding = 1e-12 * math.tau * one.frequency_hz
-        seen = one.growth is not None and abs(one.growth) > rounding
-        shares.setdefault((one.term, one.role), {})[one.mode] = one.growth if seen else None
+    contributions = report.energy.contributions
+    rows: dict[tuple[str, str], dict[int, float]] = {}
+    for one in contributions:
+        of_term = rows.setdefault((one.term, one.role), {})
+        rounding = VISIBLE * math.tau * one.frequency_hz
+        if one.growth is not None and abs(one.growth) > rounding:
+            of_term[one.mode] = one.growth
 
     columns = [Column("term", value=lambda row: _term(*row[0]))]
     for mode in modes:
-        hertz = next(one.frequency_hz for one in report.energy.contributions if one.mode == mode)
+        hertz = next(one.frequency_hz for one in contributions if one.mode == mode)
         head = f"mode {mode}, {number(hertz, 4)} Hz"
         columns.append(Column(head, words=head, shown=_growth_of(mode)))
-    rows = [row for row in shares.items() if any(_signed(row[1].get(mode)) for mode in modes)]
-    return Table(columns, rows)
+    # a term that feeds none of the shown modes has no row
+    return Table(columns, [row for row in rows.items() if not row[1].keys().isdisjoint(modes)])
 
 
 def _term(name: str, role: str) -> str:
@@ -424,8 +464,11 @@ def _moved(report: Report) -> Table:
 
 def _confidence(report: Report) -> Iterator[str]:
     """How sure the page is, in words that need no mathematics."""
-    found, crossed = report.eigenvalues, report.thresholds
-    status = (found.proof or {}).get("status") or ("counted" if found.certified else "open")
+    found = report.eigenvalues
+    crossed = report.thresholds
+    status = "counted" if found.certified else "open"
+    if found.proof:
+        status = found.proof.get("status") or status
     yield CONFIDENCE[status]
     if crossed.certified or (crossed.proof or {}).get("status") == "proved":
         yield "No onset is missing from the list, as far as the count goes."
@@ -461,7 +504,7 @@ def _shapes(report: Report) -> Iterator[_Figure]:
 
 def _sure(report: Report) -> Iterator[str]:
     """What proves the answers."""
-    found, crossed = report.eigenvalues, report.thresholds
+    found = report.eigenvalues
     where = f" on {found.extent}" if found.extent else ""
     if found.details.get("basis"):
         yield f"{basis_text(found.details['basis'], True)}."
@@ -471,19 +514,21 @@ def _sure(report: Report) -> Iterator[str]:
     worst = max((root.residual for root in found.eigenvalues), default=math.nan)
     if math.isfinite(worst):
         yield f"The largest backward error of a listed root is {worst:.2g}."
-    yield from str(crossed.parts()[-1]).splitlines()
+    yield from str(report.thresholds.parts()[-1]).splitlines()
 
 
 def _open(report: Report) -> Iterator[str]:
     """What the answers do not speak of."""
-    found, crossed = report.eigenvalues, report.thresholds
+    found = report.eigenvalues
+    crossed = report.thresholds
     if found.extent:
         yield f"Roots outside of {found.extent}."
-    if (limit := found.details.get("growth_limit")) is not None:
+    limit = found.details.get("growth_limit")
+    if limit is not None:
         yield f"Roots that grow by more than {number(limit, 4)} 1/s."
     yield from found.notes[1:]
-    ends = number(crossed.low), number(crossed.high)
-    yield f"Values of {crossed.parameter} outside of {' to '.join(ends)}."
+    searched = f"{number(crossed.low)} to {number(crossed.high)}"
+    yield f"Values of {crossed.parameter} outside of {searched}."
     yield "Other values of the other parameters: `squeal scatter` draws them from ranges."
     yield (
         "Motion of finite size: this is linear stability of steady sliding. Lost contact, limit "

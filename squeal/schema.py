@@ -81,8 +81,10 @@ class Place:
 
 def shown(value: Value) -> str:
     """A short printable form of a refused value."""
-    plain = isinstance(value, (str, list, dict, set, tuple))
-    text = repr(value) if plain else " ".join(str(value).split())
+    if isinstance(value, (str, list, dict, set, tuple)):
+        text = repr(value)
+    else:
+        text = " ".join(str(value).split())
     return text if len(text) <= 60 else text[:57] + "..."
 
 
@@ -163,14 +165,14 @@ class Number(Kind):
         Symbols, dual numbers, complex steps and more digits are taken on trust.
         """
         refuse_unit(value, at / name)
-        real = isinstance(value, np.ndarray) and value.dtype.kind in "biuf"
-        if real and not self._holds(value).all():
-            entry = tuple(np.argwhere(~self._holds(value))[0])
-            place = at / f"{name}.entry {', '.join(map(str, entry))}"
-            raise place.must_be(value[entry], self.named)
-        if not isinstance(value, _CHECKED) or Number.convert(self, value) is not None:
-            return
-        raise (at / name).must_be(value, self.named)
+        if isinstance(value, np.ndarray) and value.dtype.kind in "biuf":
+            outside = np.argwhere(~self._holds(value))
+            if len(outside):
+                entry = tuple(outside[0])
+                place = at / f"{name}.entry {', '.join(map(str, entry))}"
+                raise place.must_be(value[entry], self.named)
+        if isinstance(value, _CHECKED) and Number.convert(self, value) is None:
+            raise (at / name).must_be(value, self.named)
 
     def convert(self, value: Value) -> float | None:
         if not isinstance(value, _PLAIN) or isinstance(value, bool):
@@ -195,8 +197,9 @@ class Angle(Number):
         self.named += " (radians) or a multiple of pi such as 0.75*pi"
 
     def convert(self, value: Value) -> float | None:
-        with suppress(InputError):
-            value = Formula(value).value({"pi": math.pi}) if isinstance(value, str) else value
+        if isinstance(value, str):
+            with suppress(InputError):
+                return super().convert(Formula(value).value({"pi": math.pi}))
         return super().convert(value)
 
 
@@ -216,8 +219,9 @@ class Whole(Kind):
         super().__init__(f"a whole number from {low} to {high}")
 
     def convert(self, value: Value) -> int | None:
-        whole = isinstance(value, Integral) and not isinstance(value, bool)
-        return int(value) if whole and self.low <= int(value) <= self.high else None
+        if not isinstance(value, Integral) or isinstance(value, bool):
+            return None
+        return int(value) if self.low <= int(value) <= self.high else None
 
 
 class Word(Kind):
@@ -244,11 +248,13 @@ class Several(Kind):
 
     def read(self, value: Value, at: Place, model: str = "") -> Value:
         refuse_unit(value, at)
+        if isinstance(value, str | dict):
+            raise at.must_be(value, self.named)
         try:
-            entries = None if isinstance(value, str | dict) else tuple(value)
+            entries = tuple(value)
         except TypeError:
-            entries = None
-        if entries is None or len(entries) < self.least or self.count not in (None, len(entries)):
+            raise at.must_be(value, self.named) from None
+        if len(entries) < self.least or self.count not in (None, len(entries)):
             raise at.must_be(value, self.named)
         return tuple(self.each.read(one, at / str(i)) for i, one in enumerate(entries, 1))
 
@@ -264,7 +270,10 @@ class Named(Several):
     def read(self, value: Value, at: Place, model: str = "") -> Value:
         if not isinstance(value, Mapping):
             raise at.must_be(value, self.named)
-        return {NAME.read(name, at): self.each.read(v, at / name) for name, v in value.items()}
+        values = {}
+        for name, entry in value.items():
+            values[NAME.read(name, at)] = self.each.read(entry, at / name)
+        return values
 
 
 class Square(Kind):
@@ -307,23 +316,15 @@ def _refused(problem: str, mark: yaml.Mark | None) -> yaml.MarkedYAMLError:
     return yaml.MarkedYAMLError(None, None, problem, mark)
 
 
-def _value(node: yaml.Node, left: Iterator[int]) -> Value:
-    """The value of a node; `left` ends after as many as may be, also of aliases."""
-    if next(left, None) is None:
+def _value(node: yaml.Node, budget: Iterator[int]) -> Value:
+    """The value of a node of YAML; `budget` gives an entry for each value that may be made, since
+    aliases may make a small file a large document. Raises yaml.YAMLError."""
+    if next(budget, None) is None:
         raise _refused("aliases make it too large", node.start_mark)
     if isinstance(node, yaml.SequenceNode) and node.tag == _TAG + "seq":
-        return [_value(entry, left) for entry in node.value]
+        return [_value(entry, budget) for entry in node.value]
     if isinstance(node, yaml.MappingNode) and node.tag == _TAG + "map":
-        mapping: dict[str, Value] = {}
-        for key_node, entry in node.value:
-            key = _value(key_node, left)
-            if not isinstance(key, str):
-                comma = "; decimals follow a point, as in 0.4" * isinstance(key, int)
-                raise _refused(f"the key {shown(key)} is not a word{comma}", key_node.start_mark)
-            if key in mapping:
-                raise _refused(f"the key {key} stands there twice", key_node.start_mark)
-            mapping[key] = _value(entry, left)
-        return mapping
+        return _mapping(node, budget)
     if isinstance(node, yaml.ScalarNode):
         text = str(node.value)
         for name, pattern, made in _SCALARS:
@@ -332,6 +333,20 @@ def _value(node: yaml.Node, left: Iterator[int]) -> Value:
         if node.tag in ("plain", _TAG + "str", "!"):
             return text
     raise _refused(f"{shown(node.value)} is no {node.tag.rpartition(':')[2]}", node.start_mark)
+
+
+def _mapping(node: yaml.MappingNode, budget: Iterator[int]) -> dict[str, Value]:
+    """The mapping of a node, whose keys are words and stand once. Raises yaml.YAMLError."""
+    mapping: dict[str, Value] = {}
+    for key_node, entry in node.value:
+        key = _value(key_node, budget)
+        if not isinstance(key, str):
+            hint = "; decimals follow a point, as in 0.4" if isinstance(key, int) else ""
+            raise _refused(f"the key {shown(key)} is not a word{hint}", key_node.start_mark)
+        if key in mapping:
+            raise _refused(f"the key {key} stands there twice", key_node.start_mark)
+        mapping[key] = _value(entry, budget)
+    return mapping
 
 
 def _parsed(text: str) -> Value:
@@ -429,7 +444,11 @@ class Key:
     needs: tuple[str, ...] = ()
     instead: str = ""
 
-    def missing(self, at: Place, owner: str) -> Exception:
+    def is_used_by(self, model: str) -> bool:
+        """Whether a model takes this key; every key is taken where there is no model ("")."""
+        return not model or not self.models or model in self.models
+
+    def missing(self, at: Place, owner: str) -> InputError:
         """The InputError of a key that its owner needs and that is left out."""
         unit = f", {self.unit}" if self.unit not in ("", "1") else ""
         return at.refuse(f"missing; {owner} needs it ({self.meaning.partition(';')[0]}{unit})")
@@ -457,30 +476,31 @@ class Group(Kind):
 
     def read(self, value: Value, at: Place, model: str = "") -> dict[str, Value]:
         """The values of the keys that are given, in the order of the table. Raises InputError."""
-        value = self.mapping(value)
-        if not isinstance(value, dict):
-            raise at.must_be(value, self.named)
-        for name in value:
+        given = self.mapping(value)
+        if not isinstance(given, dict):
+            raise at.must_be(given, self.named)
+        for name in given:
             if name not in self.keys:
                 raise (at / name).refuse(f"unknown key; {meant(name, self.keys)}")
-        if self.only_one and len(value) != 1:
+        if self.only_one and len(given) != 1:
             each = " or ".join(f"{name} ({key.meaning})" for name, key in self.keys.items())
             raise at.refuse(f"it must hold one of {each}")
         values: dict[str, Value] = {}
         for name, key in self.keys.items():
             here = at / name
-            used = not model or not key.models or model in key.models
-            if name in value and not used:
+            is_used = key.is_used_by(model)
+            if name not in given:
+                if key.required and is_used and key.unless not in given:
+                    raise key.missing(here, self.owner or f"model {model}")
+                continue
+            if not is_used:
                 raise here.refuse(
-                    f"{shown(value[name])} is not allowed; model {model} does not use it, leave it "
+                    f"{shown(given[name])} is not allowed; model {model} does not use it, leave it "
                     "out"
                 )
-            if name in value and key.instead in value:
+            if key.instead in given:
                 raise here.refuse(f"is not allowed beside {key.instead}")
-            if name in value:
-                values[name] = key.kind.read(value[name], here, model)
-            elif key.required and used and key.unless not in value:
-                raise key.missing(here, self.owner or f"model {model}")
+            values[name] = key.kind.read(given[name], here, model)
         check_needs(self.keys, values, at)
         return values
 
@@ -506,11 +526,14 @@ class Group(Kind):
 def check_needs(keys: Mapping[str, Key], given: Mapping[str, Value], at: Place) -> None:
     """Refuse a key that is given without another one that it needs. Raises InputError."""
     for name, key in keys.items():
-        for other in key.needs if given.get(name) is not None else ():
+        if given.get(name) is None:
+            continue
+        for other in key.needs:
             if given.get(other) is None:
                 raise keys[other].missing(at / other, name)
 
 
+# kinds of value by the annotation of a parameter
 _KINDS: dict[Any, Kind] = {
     Any: Kind("anything but None", lambda value: value), str: TEXT, bool: FLAG, float: ANY,
     int: Kind("a whole number", Whole(-sys.maxsize, sys.maxsize).convert),
@@ -520,7 +543,7 @@ _KINDS: dict[Any, Kind] = {
 
 def kind_of(hint: object) -> Kind:
     """The kind of value that an annotation allows; ``Annotated`` names one, a union allows any."""
-    origin: Value = get_origin(hint) or hint
+    origin: Value = get_origin(hint) or hint  # of list[int] the origin is list, the part int
     parts = get_args(hint)
     if origin is Annotated:
         return parts[1]
@@ -532,31 +555,36 @@ def kind_of(hint: object) -> Kind:
         return instance(origin, f"an instance of {origin.__name__}")
     entries = parts[1:] if origin is Mapping else parts
     allowed = {part for part in entries if part is not NoneType}
-    kind = kind_of(allowed.pop() if len(allowed) == 1 else Any)
+    kind = _KINDS[Any]
+    if len(allowed) == 1:
+        kind = kind_of(allowed.pop())
     if origin in (Union, UnionType):
         return kind
     if origin is Mapping:
         return Named(kind, f"a mapping of names to values, each {kind.named}")
-    count = len(parts) if origin is tuple else None
-    return Several(kind, f"a sequence of {count or 'some'} values, each {kind.named}", count)
+    if origin is tuple:
+        return Several(kind, f"a sequence of {len(parts)} values, each {kind.named}", len(parts))
+    return Several(kind, f"a sequence of some values, each {kind.named}")
 
 
 def public(function: _Function) -> _Function:
     """A function that raises InputError for arguments not as annotated, and ComputationError where
     numbers leave the range of doubles."""
-    parameters = signature(function)
+    bound = signature(function)
+    parameters = bound.parameters
     hints = get_type_hints(function, include_extras=True)
 
     @wraps(function)
     def checked(*values: Value, **named: Value) -> Value:
-        for name in named.keys() - parameters.parameters.keys():
-            allowed = meant(name, parameters.parameters)
-            raise TypeError(f"{function.__name__}: {name} is no argument; {allowed}")
-        given = parameters.bind(*values, **named)
+        for name in named.keys() - parameters.keys():
+            raise TypeError(
+                f"{function.__name__}: {name} is no argument; {meant(name, parameters)}"
+            )
+        given = bound.bind(*values, **named)
         for name, value in given.arguments.items():
             hint = hints.get(name, object)
-            default = parameters.parameters[name].default
-            if hint not in (Any, object) and value is not default:
+            is_default = value is parameters[name].default  # which may be None whatever the hint
+            if hint not in (Any, object) and not is_default:
                 given.arguments[name] = kind_of(hint).read(value, Place(function.__name__, name))
         with within_doubles():  # changes of context variables do not outlive the call
             return copy_context().run(function, *given.args, **given.kwargs)

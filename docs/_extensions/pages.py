@@ -54,7 +54,8 @@ def write(app: Sphinx) -> None:
     folder = Path(app.srcdir) / "generated"
     folder.mkdir(exist_ok=True)
     _write(folder / "contents.md", contents())
-    measured, stamp = folder / "findings.md", f"% made from the sources {digest(FINDINGS)}\n"
+    measured = folder / "findings.md"
+    stamp = f"% made from the sources {digest(FINDINGS)}\n"
     if not measured.is_file() or not measured.read_text(encoding="utf-8").startswith(stamp):
         measured.write_text(stamp + findings(), encoding="utf-8")
 

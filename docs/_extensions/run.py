@@ -47,7 +47,8 @@ class Run(SphinxDirective):
         """Run the commands and show them with their output."""
         folder: Path = self.env.squeal_work / self.env.docname  # type: ignore[attr-defined]
         folder.mkdir(parents=True, exist_ok=True)
-        shown, problems = [], []
+        shown = []
+        problems = []
         for command in self.content:
             code = self.options.get("code", 0)
             step = Step(self.env.docname, self.lineno, command, code=code)

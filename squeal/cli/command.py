@@ -11,7 +11,7 @@ import re
 import sys
 import textwrap
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -40,7 +40,8 @@ from squeal.schema import (
 if TYPE_CHECKING:
     from squeal.io.system import SystemFile
 
-_ARGUMENT = re.compile(r"(?:\w+: )?(\w+)[.\d]*: ")  # with which the library begins a refusal
+_ARGUMENT = re.compile(r"(?:\w+: )?(\w+)[.\d]*: ")
+"""How the library begins a refusal, "sweep: values.3: " for example: with the argument's name."""
 
 
 class Source:
@@ -60,12 +61,7 @@ class Source:
         content = self._content()
         self.document = parse_document(content, self.at)
         self.inputs: list[Path | InputFile] = [InputFile(self.name, sha256(content).hexdigest())]
-        for option in ("scatter", "test"):
-            file = vars(given).get(option)
-            if file:
-                self.inputs.append(Path(file))
-        for files in (self.matrices or {}).values():
-            self.inputs += map(Path, files.values())
+        self.inputs += self._files_of_options()
         check_outputs(given, [self.path, *self.inputs])
         self.changes: dict[str, Any] = {}
         for change in given.set:
@@ -76,8 +72,19 @@ class Source:
             return sys.stdin.buffer.read()
         return read_content(self.path, self.at)
 
+    def _files_of_options(self) -> list[Path]:
+        """The files that options name to be read."""
+        files = []
+        for option in ("scatter", "test"):
+            file = vars(self.given).get(option)
+            if file:
+                files.append(Path(file))
+        for parts in (self.matrices or {}).values():
+            files += map(Path, parts.values())
+        return files
+
     def _set(self, change: str) -> None:
-        """Put NAME=VALUE into the document."""
+        """Put NAME=VALUE into the document. Raises InputError."""
         at = Place(f"--set {change}")
         name, _, text = change.partition("=")
         group = _keys_of(self.document)
@@ -89,16 +96,24 @@ class Source:
         key.kind.read(value, at)
         dotted = ".".join(keys)
         for earlier in self.changes:
-            if f"{earlier}.".startswith(f"{dotted}."):
+            # `initial` would undo an earlier `initial.x`
+            if earlier == dotted or earlier.startswith(f"{dotted}."):
                 raise at.refuse(f"{earlier} is set already; a value is set by one --set only")
         self.changes[dotted] = value
+        self._put(group, keys, value)
+
+    def _put(self, group: Group, keys: Sequence[str], value: object) -> None:
+        """Set the value to which keys lead, with the mappings on the way that the file leaves out.
+
+        Where the file has no mapping on the way nothing is set: its reader refuses it.
+        """
         mapping: Any = self.document
         kind: Any = group
         for step in keys[:-1]:
             kind = kind.keys[step].kind
             mapping[step] = kind.mapping(mapping.get(step, {}))
             mapping = mapping[step]
-            if not isinstance(mapping, dict):  # refused when the document is read
+            if not isinstance(mapping, dict):
                 return
         mapping[keys[-1]] = value
 
@@ -119,14 +134,17 @@ class Source:
             from squeal.queries.systems.sensitivity import with_matrices
 
             with_matrices(file, self.matrices)
-        if file.assembly is not None:  # what presses it has been used
-            return file
+        if file.assembly is None:  # parameters of components, such as a pressure, enter no matrix
+            self._check_parameters(file.system.names)
+        return file
+
+    def _check_parameters(self, names: Collection[str]) -> None:
+        """Refuse to set a parameter that is none of the names of those in the matrices."""
         for key, value in self.changes.items():
             name = key.removeprefix("parameters.")
-            if name != key and name not in file.system.names:
+            if name != key and name not in names:
                 words = f"no matrix of {self.name} depends on {name}"
                 raise InputError(f"--set {name}={value:g}: {words}")
-        return file
 
 
 def _keys_of(document: dict[str, Any]) -> Group:
@@ -144,13 +162,14 @@ def _keys_of(document: dict[str, Any]) -> Group:
         from squeal.sparse.assembly import OWN
 
         group = ASSEMBLY
-        names += OWN
-    numbers = Group({str(name): Key("a parameter", ANY) for name in names})
+        names += OWN  # which every assembly has, whatever its file names
+    numbers = {str(name): Key("a parameter", ANY) for name in names}
     keys = {}
     for name, key in group.keys.items():
-        if type(key.kind) not in (Several, Named):
+        is_list_or_mapping = type(key.kind) in (Several, Named)  # no text of an option holds one
+        if not is_list_or_mapping:
             keys[name] = key
-    return Group(keys | {"parameters": Key("named numbers", numbers)})
+    return Group(keys | {"parameters": Key("named numbers", Group(numbers))})
 
 
 @dataclass(frozen=True)
@@ -186,7 +205,9 @@ class Reply:
         def text() -> str:
             return "\n\n".join(answer.text() for answer in answers) + more
 
-        reasons = [words for answer in answers for words in answer.warnings]
+        reasons: list[str] = []
+        for answer in answers:
+            reasons += answer.warnings
         if warnings_in_reply:
             return Reply(data, text, warnings=reasons)
         for words in reasons:
@@ -201,8 +222,10 @@ class Parser(argparse.ArgumentParser):
     """
 
     def __init__(self, name: str, module: ModuleType, scene: bool) -> None:
-        docstring = module.__doc__ or "`: see squeal --help"  # of python -OO
-        about, _, examples = docstring.partition("`: ")[2].partition("\n\n")
+        # its first paragraph reads "`squeal NAME`: what it does", the others are examples
+        docstring = module.__doc__ or "`: see squeal --help"  # without one under python -OO
+        _, _, text = docstring.partition("`: ")
+        about, _, examples = text.partition("\n\n")
         super().__init__(
             prog=f"squeal {name}",
             description=textwrap.fill(about[0].upper() + about[1:], 80),
@@ -228,6 +251,7 @@ class Parser(argparse.ArgumentParser):
         add("--json", action="store_true", help="print one JSON object instead")
 
     def error(self, message: str) -> NoReturn:
+        """Refuse arguments, with the option that an unknown one was perhaps meant to be."""
         hint = "see"
         unknown = re.match(r"unrecognized arguments: (--[\w-]+)", message)
         if unknown:
@@ -236,7 +260,8 @@ class Parser(argparse.ArgumentParser):
                 if action.option_strings:
                     names.setdefault(f"--{action.dest}", action.option_strings[0])
             close = difflib.get_close_matches(unknown[1], names, 1)
-            hint = f"did you mean {names[close[0]]}? See" if close else "see"
+            if close:
+                hint = f"did you mean {names[close[0]]}? See"
         raise InputError(f"{message}; {hint} {self.prog} --help")
 
     def print_help(self, file: object = None) -> None:
@@ -245,7 +270,11 @@ class Parser(argparse.ArgumentParser):
 
 
 def _reply(module: ModuleType, given: argparse.Namespace) -> Reply:
-    """The answer of a command about a scene or system. Raises InputError."""
+    """The answer of a command about a scene or system. Raises InputError.
+
+    A refusal by the library names an argument of Python; where an option gave that argument, the
+    option as it was typed stands in its place.
+    """
     given.source = Source(given)
     try:
         reply: Reply = module.run(given)
@@ -271,20 +300,20 @@ def run(module: ModuleType, parser: Parser, arguments: Sequence[str]) -> int:
     """
     given = parser.parse_args(arguments)
     has_scene = "scene" in given
-    shown: list[str] = []
+    said: list[str] = []
 
-    def show(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+    def say_once(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
         words = str(message)
         if issubclass(category, RuntimeWarning):  # NumPy's of overflow and the like
             words += f"; {BEYOND}"
-        if words not in shown:
-            shown.append(words)
+        if words not in said:
+            said.append(words)
             say(f"squeal: warning: {words}")
 
     with warnings.catch_warnings():
         for kind in (RuntimeWarning, InputWarning):
             warnings.simplefilter("always", kind)
-        warnings.showwarning = show
+        warnings.showwarning = say_once
         reply: Reply = _reply(module, given) if has_scene else module.run(given)
         if not given.json:
             return printed(reply.text())
@@ -292,7 +321,7 @@ def run(module: ModuleType, parser: Parser, arguments: Sequence[str]) -> int:
         if reply.warnings is not None:
             answer["admissible"] = not reply.warnings
         answer |= reply.data()
-    answer["warnings"] = shown
+    answer["warnings"] = said
     inputs = reply.inputs
     if has_scene:
         inputs = given.source.inputs

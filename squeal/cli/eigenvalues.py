@@ -15,6 +15,8 @@ from squeal.cli.streams import steps
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sweep import Sweep
 
 if TYPE_CHECKING:
     from squeal.io.system import SystemFile
@@ -58,31 +60,19 @@ def run(given: argparse.Namespace) -> Reply:
         "progress": steps(),
     }
     sweep = None
+    estimate = None  # the roots of a first look, where nothing asks for those of the full system
     if given.values:
-        at_value = subject
-        if given.at is not None:
-            changed = subject.system.replace({subject.system.parameter: given.at})
-            at_value = replace(subject, system=changed)
+        at_value = subject if given.at is None else _at_value(subject, given.at)
         sweep = squeal.sweep(
             at_value, given.values, method=given.method, workers=given.workers, **selection
         )
-    needs_full_roots = (
-        given.sensitivity
-        or given.energy
-        or given.change
-        or given.shape
-        or given.shapes
-        or given.test
-        or given.prove
-    )
-    estimate = sweep if sweep and sweep.is_first_look and not needs_full_roots else None
+        if sweep.is_first_look and not _needs_full_roots(given):
+            estimate = sweep
     spectrum = squeal.eigenvalues(subject, given.at, look=estimate, prove=given.prove, **selection)
     pairs = squeal.compare(spectrum, given.test) if given.test else None
-    main_answer: Answer = spectrum
     if sweep:
         sweep = sweep.named(pairs.names if pairs else {})
         spectrum = spectrum.with_onsets(sweep)
-        main_answer = sweep
     answers: list[Answer | None] = [spectrum, pairs, sweep]
     if given.sensitivity or given.change:
         answers.append(squeal.sensitivity(subject, known=spectrum, matrices=source.matrices))
@@ -90,27 +80,50 @@ def run(given: argparse.Namespace) -> Reply:
         answers.append(squeal.energy(spectrum))
         if sweep:
             answers.append(squeal.energy_sweep(sweep))
-
-    if given.shape:
-        write_files(given, main_answer, drawn=spectrum, shape=given.shape)
-    else:
-        write_files(given, main_answer)
-    if given.chart is not None and sweep:
-        sweep.save(given.chart, name=source.name, damping=True)
-    if given.shapes is not None:
-        spectrum.save_shapes(given.shapes)
-    notes = ""
-    if given.verbose:
-        notes += f"\n\nheld against rounding: {spectrum.criterion}"
-    if (given.shape or given.shapes) and not subject.coordinates.cells:
-        from squeal.io.coordinates import POINTS  # which no scene needs
-
-        notes += f"\n\n{POINTS}"
+    _write(given, spectrum, sweep)
     return Reply.of(
         *(answer for answer in answers if answer is not None),
         warnings_in_reply=isinstance(subject, Scene),
-        more=notes,
+        more=_notes(given, subject, spectrum),
     )
+
+
+def _at_value(subject: "SystemFile", value: float) -> "SystemFile":
+    """The same system with another value of its free parameter."""
+    system = subject.system
+    return replace(subject, system=system.replace({system.parameter: value}))
+
+
+def _needs_full_roots(given: argparse.Namespace) -> bool:
+    """Whether an option needs roots and vectors that solve the full system."""
+    options = ("sensitivity", "energy", "change", "shape", "shapes", "test", "prove")
+    return any(getattr(given, option) for option in options)
+
+
+def _write(given: argparse.Namespace, spectrum: Eigenvalues, sweep: Sweep | None) -> None:
+    """Write the files that are requested, of the sweep where there is one."""
+    answer: Answer = sweep or spectrum
+    if given.shape:
+        write_files(given, answer, drawn=spectrum, shape=given.shape)
+    else:
+        write_files(given, answer)
+    if given.chart is not None and sweep:
+        sweep.save(given.chart, name=given.source.name, damping=True)
+    if given.shapes is not None:
+        spectrum.save_shapes(given.shapes)
+
+
+def _notes(given: argparse.Namespace, subject: "Scene | SystemFile", spectrum: Eigenvalues) -> str:
+    """What else stands below the answer for people."""
+    notes = ""
+    if given.verbose:
+        notes += f"\n\nheld against rounding: {spectrum.criterion}"
+    coordinates = None if isinstance(subject, Scene) else subject.coordinates
+    if (given.shape or given.shapes) and coordinates and not coordinates.cells:
+        from squeal.io.coordinates import POINTS  # which no scene needs
+
+        notes += f"\n\n{POINTS}"
+    return notes
 
 
 def _check_options(given: argparse.Namespace, subject: "Scene | SystemFile") -> None:

@@ -48,7 +48,9 @@ GROUPS = {
         "take": "a figure, table or number of the report, with data, caption and references",
     },
 }
-COMMANDS = {name: about for group in GROUPS.values() for name, about in group.items()}
+COMMANDS: dict[str, str] = {}
+for _group in GROUPS.values():
+    COMMANDS |= _group
 ALIASES = {"critical-friction": "thresholds"}
 WITHOUT_SCENE = ("example", "claims", "findings", "identify", "cite", "take")
 EXAMPLES = """

@@ -37,18 +37,9 @@ def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system, compute the map, write the requested files."""
     subject = given.source.subject()
     is_scene = isinstance(subject, Scene)
-    points = given.n or (POINTS_OF_SCENE if is_scene else POINTS_OF_SYSTEM)
-    axes = []
-    for option in ("first", "second"):
-        at = Place(as_typed(given, option))
-        name, low, high, log = getattr(given, option)
-        with at.named():
-            axes.append(squeal.Axis(name, low, high, points, log))
-        if is_scene and name in PARAMETERS and PARAMETERS[name].angle:
-            warn_of_degrees(high, at)
     answer = squeal.map(
         subject,
-        (axes[0], axes[1]),
+        (_axis(given, "first", is_scene), _axis(given, "second", is_scene)),
         curves=given.curves is not None,
         quantity=given.quantity,
         band=given.band,
@@ -63,3 +54,15 @@ def run(given: argparse.Namespace) -> Reply:
             words = "without a curve: no two neighbours differ in whether something grows"
             warnings.warn(f"{as_typed(given, 'curves')}: {words}", InputWarning, stacklevel=2)
     return Reply.of(answer, warnings_in_reply=is_scene)
+
+
+def _axis(given: argparse.Namespace, option: str, is_scene: bool) -> squeal.Axis:
+    """The axis that --first or --second names. Raises InputError; warns of degrees."""
+    at = Place(as_typed(given, option))
+    name, low, high, log = getattr(given, option)
+    points = given.n or (POINTS_OF_SCENE if is_scene else POINTS_OF_SYSTEM)
+    with at.named():
+        axis = squeal.Axis(name, low, high, points, log)
+    if is_scene and name in PARAMETERS and PARAMETERS[name].angle:
+        warn_of_degrees(high, at)
+    return axis

@@ -39,11 +39,13 @@ class AxisRange(NamedTuple):
 
 
 def numbers(
-    words: str, holds: Callable[..., bool], made: Callable[..., Any] = lambda *values: values
+    allowed: str, holds: Callable[..., bool], made: Callable[..., Any] = lambda *values: values
 ) -> Read:
-    """What reads as many finite numbers as `holds` takes, if it is true of them, as `words` say.
+    """A reader of finite numbers between colons, such as those of 0:0.6:61.
 
-    `made` makes the value of the option from them.
+    holds: takes the numbers, as many as the option has, and says whether they are allowed;
+    allowed: the same in words, for a refusal; made: makes the option's value of them, a tuple if
+    left out.
     """
 
     def read(text: str) -> Any:
@@ -53,7 +55,7 @@ def numbers(
                 return made(*values)
         except (ValueError, TypeError):  # no numbers, or not so many
             pass
-        raise InputError(f"is not allowed; it must be {words}")
+        raise InputError(f"is not allowed; it must be {allowed}")
 
     return read
 
@@ -67,7 +69,7 @@ def whole(low: int, high: int = 10**9) -> Read:
 def named_range(text: str) -> Range:
     """The parameter and range that NAME:LOW:HIGH names. Raises InputError."""
     name, *ends = text.split(":")
-    values = [Angle().convert(scalar(end)) for end in ends]
+    values = [Angle().convert(scalar(end)) for end in ends]  # a formula of pi is allowed
     match values:
         case [float(low), float(high)] if low < high:
             return Range(name, low, high)
@@ -103,7 +105,7 @@ class Option:
     metavar: str
     help: str
     read: Read | tuple[str, ...]
-    of_systems: bool = False
+    of_systems: bool = False  # of those from matrices alone
 
 
 # fmt: off
@@ -136,10 +138,11 @@ OPTIONS = {
 }
 # fmt: on
 
-# names of an option, and how a file of each format that its name may end in begins
-_TABLE = {".csv": rb"(?!%PDF|[{<])[^\0\n]*,[^\0]*\Z", ".json": rb"\s*[{\[]"}
-_FIGURE = {".pdf": rb"\s*%PDF", ".svg": rb"\s*<(\?xml|svg)", ".png": rb"\s*\x89PNG"}
-FILE_OPTIONS = {
+Heads = dict[str, bytes]
+"""How a file of each format begins, a regular expression by the suffix of its name."""
+_TABLE: Heads = {".csv": rb"(?!%PDF|[{<])[^\0\n]*,[^\0]*\Z", ".json": rb"\s*[{\[]"}
+_FIGURE: Heads = {".pdf": rb"\s*%PDF", ".svg": rb"\s*<(\?xml|svg)", ".png": rb"\s*\x89PNG"}
+FILE_OPTIONS: dict[str, tuple[str, Heads]] = {
     "table": ("--table --csv", _TABLE),
     "curves": ("--curve --threshold-curve", _TABLE),
     "figure": ("--figure --pdf --svg --png", _FIGURE),
@@ -148,6 +151,7 @@ FILE_OPTIONS = {
     "page": ("--output --html", {".html": rb"\s*<!doctype html>"}),
     "journal": ("--journal", {}),  # of any name; its reader refuses another file
 }
+"""Options that name a file to write: their names, and the formats that it may have."""
 
 
 class Grouped(Protocol):
@@ -218,10 +222,10 @@ def take(parser: Grouped, *keys: str, **defaults: Any) -> None:
 def take_files(parser: Grouped, **contents: str) -> None:
     """Options that name a file to write, such as table="the verdicts"."""
     for key, content in contents.items():
-        names, kinds = FILE_OPTIONS[key]
+        names, heads = FILE_OPTIONS[key]
         words = f"write {content} to FILE"
-        if kinds:
-            words += f", whose name ends in {' or '.join(kinds)}"
+        if heads:
+            words += f", whose name ends in {' or '.join(heads)}"
         add_option(parser.groups[FILES], names, dest=key, metavar="FILE", read=Path, help=words)
 
 
@@ -270,13 +274,13 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[object]) -> None:
     for input_path in inputs:
         if isinstance(input_path, Path):
             taken[Path(os.path.realpath(input_path))] = "an input"
-    for name, (_, kinds) in FILE_OPTIONS.items():
+    for name, (_, heads) in FILE_OPTIONS.items():
         path = getattr(given, name, None)
         if path is None:
             continue
         at = Place(as_typed(given, name))
-        if kinds and path.suffix not in kinds:
-            raise at.refuse(f"the name must end in {' or '.join(kinds)}")
+        if heads and path.suffix not in heads:
+            raise at.refuse(f"the name must end in {' or '.join(heads)}")
         place = Path(os.path.realpath(path))  # of a link, also one to no file yet, where it leads
         if place.is_symlink() or (place.exists() and not place.is_file()):
             raise at.refuse("is no plain file; the name of a file is allowed")
@@ -285,9 +289,13 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[object]) -> None:
         if place in taken:
             raise at.refuse(f"is {taken[place]} too; another name is allowed")
         if place.is_file():
-            with place.open("rb") as stream:
-                head = stream.read(1024)
-            if head and not re.match(kinds.get(path.suffix, b""), head):
-                kind = path.suffix[1:].upper()
-                raise at.refuse(f"exists and is no {kind} file; another name is allowed")
+            _check_replaced(place, path.suffix, heads, at)
         taken[place] = "another output"
+
+
+def _check_replaced(place: Path, suffix: str, heads: Heads, at: Place) -> None:
+    """Refuse to replace a file that begins like none of the format that its name says."""
+    with place.open("rb") as stream:
+        head = stream.read(1024)
+    if head and not re.match(heads.get(suffix, b""), head):
+        raise at.refuse(f"exists and is no {suffix[1:].upper()} file; another name is allowed")

@@ -34,14 +34,14 @@ def run(given: argparse.Namespace) -> Reply:
     scene = given.source.scene()
     check_simulation(scene)
     outputs = scene.outputs
-    steps = (scene.samples or 2) - 1
-    every = 1  # which samples stand in the table
+    intervals = (scene.samples or 2) - 1  # between the samples of the history
+    refinement = 1  # how many parts each of them is sampled in
     if given.table is not None:
         outputs = (*scene.outputs, "history")
     if given.figure is not None:
         outputs = OUTPUTS
-        every = math.ceil(LEAST / steps)  # few samples would draw another motion
-    task = dataclasses.replace(scene, outputs=outputs, samples=steps * every + 1)
+        refinement = math.ceil(LEAST / intervals)  # few samples would draw another motion
+    task = dataclasses.replace(scene, outputs=outputs, samples=intervals * refinement + 1)
     show = counter("per cent")
     progress = None if show is None else lambda share: show(round(100 * share), 100)
     motion = simulate(task, given.integrator, progress)
@@ -49,10 +49,11 @@ def run(given: argparse.Namespace) -> Reply:
         name = given.source.name.removesuffix(".yaml")
         motion.save(given.figure, name=name, scene=scene, inputs=given.source.inputs)
     if motion.history is not None:
-        history = {name: column[::every] for name, column in motion.history.items()}
+        history = {name: column[::refinement] for name, column in motion.history.items()}
         motion = dataclasses.replace(motion, history=history)
     if given.table is not None:
         motion.save(given.table)
+    # outputs that files alone needed
     not_requested: dict[str, Any] = {name: None for name in OUTPUTS if name not in scene.outputs}
     hint = ""
     if given.integrator == "auto" and motion.method.startswith("SciPy"):

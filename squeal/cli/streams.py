@@ -91,7 +91,9 @@ def counter(what: str) -> Callable[[int, int], None] | None:
     begun = time.monotonic()
 
     def show(done: int, count: int) -> None:
-        line = f"{done} of {count} {what}, {remaining(begun, done, count)}" if done < count else ""
+        line = ""
+        if done < count:
+            line = f"{done} of {count} {what}, {remaining(begun, done, count)}"
         print(f"{_erase()}{line}", end="", file=sys.stderr, flush=True)
 
     return show

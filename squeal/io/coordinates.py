@@ -96,6 +96,7 @@ def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] = 
             raise (here / "node").must_be("", "the name of a node")
         line_names.append(name)
         line_places.append([number_in(cells[axis], here / axis) for axis in "xyz"])
+    # the lines of a node have one place: that of the first counts
     names, first_lines, node_of_line = np.unique(line_names, return_index=True, return_inverse=True)
     if labels:
         nodes, directions = _rows_by_labels(at, names.tolist(), labels)

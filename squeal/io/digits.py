@@ -37,25 +37,26 @@ def written_digits(words: Iterable[str]) -> int | None:
         if digits:
             of_sign = negative if word.startswith("-") else positive
             of_sign.append(digits)
-    larger, smaller = sorted([positive, negative], key=len, reverse=True)
-    length, count = _usual_length(larger)
-    other_length, other_count = _usual_length(smaller)
-    shortest = longest = length
-    if other_length and abs(other_length - length) <= 1:
+    fewer, more = sorted([negative, positive], key=len)
+    length, count = _usual_length(more)
+    other_length, other_count = _usual_length(fewer)
+    lengths = [length]
+    if other_length and abs(other_length - length) <= 1:  # a minus took the place of one digit
+        lengths.append(other_length)
         count += other_count
-        shortest = min(length, other_length)
-        longest = max(length, other_length)
-    is_usual = 2 * count > len(larger) + len(smaller)
-    if is_usual and shortest >= FEWEST and longest <= MOST:
-        return shortest
+    is_usual = 2 * count > len(positive) + len(negative)
+    if is_usual and min(lengths) >= FEWEST and max(lengths) <= MOST:
+        return min(lengths)
     return None
 
 
 def _usual_length(written: list[str]) -> tuple[int, int]:
-    """The most frequent length of digits and how many have it; 0 and 0 if there is none or all of
-    these end in two zeros."""
+    """The most frequent number of digits and how many numbers have it; 0 and 0 if there is none or
+    all of these end in two zeros."""
     if not written:
         return 0, 0
     ((length, count),) = Counter(map(len, written)).most_common(1)
-    rounded = any(len(digits) == length and digits[-2:] != "00" for digits in written)
-    return (length, count) if rounded else (0, 0)
+    for digits in written:
+        if len(digits) == length and not digits.endswith("00"):
+            return length, count
+    return 0, 0

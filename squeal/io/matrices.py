@@ -176,13 +176,14 @@ def _complete(
 ) -> tuple[csc_array, bool]:
     """The matrix with its other triangle where it stands for that too, and whether this is a guess.
 
-    Raises InputError.
+    `symmetric`: what the user says of it, which counts before what the file says; None for
+    nothing. Raises InputError.
     """
-    said = file.symmetric if symmetric is None else symmetric
-    if said is False:
+    declared = file.symmetric if symmetric is None else symmetric
+    if declared is False:
         return matrix, False
     half = is_half(csc_array(file.matrix))  # a zero is an entry too
-    if said:
+    if declared:
         if half:
             return mirror_half(matrix), False
         if abs(matrix - matrix.T).max() > 0.0:

@@ -26,7 +26,8 @@ _COMMON: list[Any] = []  # in a process of a pool: what its tasks share
 def mapped(
     work: Callable[..., Result], tasks: Iterable[object], workers: int, common: object = None
 ) -> Iterator[Result]:
-    """The results of all tasks, in their order, from so many processes; of one from this.
+    """The results of all tasks, in their order, from so many processes; from this one if `workers`
+    is 1.
 
     Others are started anew by import and stay for later calls, with what they have compiled. They
     ignore interrupts, also while they import; this process ends them at one, and they end by
@@ -117,13 +118,15 @@ def _with_common(work: Callable[[Any, Task], Result], task: Task) -> Result:
 
 
 def _started(workers: int, common: object = None) -> ProcessPoolExecutor:
-    """Processes that are sent what their tasks share."""
+    """Processes that are sent what their tasks share.
+
+    A thread sends it. As an argument of the pool it would be sent by this thread, which would wait
+    for ever for a process that dies before it has read.
+    """
     context = get_context("spawn")
     data = pickle.dumps(common)
     sent = context.SimpleQueue()
 
-    # by a thread: with what starts a process, which may die before it reads, this one would wait
-    # for ever
     def send() -> None:
         for _ in range(workers):
             sent.put(data)

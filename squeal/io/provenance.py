@@ -42,14 +42,19 @@ def _imports(path: Path) -> frozenset[str]:
     """
     text = _TYPES.sub("", _TEXT.sub("", path.read_text(encoding="utf-8")))
     imported = set[str]()
-    for module, from_module, modules in _LINE.findall(text):
+    for module, from_module, modules in _LINE.findall(
+        text
+    ):  # `from module import ...`, or `import`
         listed = re.sub(r"#.*", "", from_module or modules).strip("()\n")
-        names = {entry.split()[0] for entry in listed.split(",") if entry.strip()}
+        for entry in listed.split(","):
+            if not entry.strip():
+                continue
+            name = entry.split()[0]  # without `as ...`
+            # what a package imports by name may be a module of it
+            imported.add(f"{module}.{name}" if module else name)
         if module:
-            imported |= {module, *(f"{module}.{name}" for name in names)}
-        else:
-            imported |= names
-    if PACKAGE in imported:  # a verb of the package loads where it stands when it is used
+            imported.add(module)
+    if PACKAGE in imported:  # `squeal.sweep` loads the module of `sweep` when it is used
         homes = _homes()
         for name in re.findall(r"\bsqueal\.(\w+)", text):
             if name in homes:

@@ -85,15 +85,17 @@ def _unv_lines(where: Coordinates, shapes: Shapes) -> Iterator[str]:
     labels: Sequence[int] = range(1, len(where.places) + 1)
     if where.names and all(name.isdecimal() and int(name) < LABEL for name in where.names):
         labels = [int(name) for name in where.names]
-    edge = f"{-1:6d}"
+    edge = f"{-1:6d}"  # begins and ends a dataset
     yield f"{edge}\n{2411:6d}"
     for label, place in zip(labels, where.places.tolist(), strict=True):
         coordinates = _columns(*place, form="25.16E").replace("E", "D")
+        # behind the label two coordinate systems and a colour
         yield f"{_columns(label, 1, 1, 11)}\n{coordinates}"
     if where.cells:
         yield f"{edge}\n{edge}\n{2412:6d}"
     for number, (name, nodes) in enumerate(where.cells, 1):
         corners = nodes[: CELLS[name].corners]
+        # behind the kind of element a physical property, a material and a colour
         yield _columns(number, CELLS[name].unv, 1, 1, 7, len(corners))
         yield _columns(*(labels[corner] for corner in corners))
     for number, mode in shapes:
@@ -105,7 +107,11 @@ def _unv_lines(where: Coordinates, shapes: Shapes) -> Iterator[str]:
 def _unv_shape(
     where: Coordinates, labels: Sequence[int], number: int, mode: Eigenvalue
 ) -> Iterator[str]:
-    """The records of a dataset 55 behind its first two lines of text."""
+    """The records of a dataset 55 behind its first two lines of text.
+
+    A shape whose parts are in phase is a normal mode, with frequency, modal mass and damping ratio;
+    any other a complex one, with its eigenvalue.
+    """
     u = displacements(where, mode.right)
     if np.abs(u.imag).max() < REAL:
         analysis = UNV_NORMAL_MODE
@@ -118,7 +124,9 @@ def _unv_shape(
         data = UNV_COMPLEX
         values = u.view(float)  # real and imaginary part of x, of y, of z
         numbers = [mode.value.real, mode.value.imag, 0.0, 0.0, 0.0, 0.0]
+    # of a structure (1), a vector of three translations (2) that are displacements (8), 3 a node
     yield f"NONE\nNONE\nNONE\n{_columns(1, analysis, 2, 8, data, 3)}"
+    # two whole numbers follow, the load case and the mode, and so many others
     yield f"{_columns(2, len(numbers), 1, number)}\n{_columns(*numbers, form='13.5E')}"
     for label, row in zip(labels, values.tolist(), strict=True):
         yield f"{label:10d}\n{_columns(*row, form='13.5E')}"

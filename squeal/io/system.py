@@ -113,10 +113,65 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
     if _is_dense(terms, common):
         matrices = [matrix.toarray() for matrix in common]
     rows = common[0].shape[0]
+    made = _make_terms(terms, matrices, files, folder, parameter)
+    labels = all_labels(files)
+    coordinates = _coordinates(keys, folder, rows, labels)
+    with at.named():
+        system = TermSystem(
+            tuple(made.of_part["M"]),
+            tuple(made.of_part["C"]),
+            tuple(made.of_part["K"]),
+            keys.get("parameters", {}),
+            parameter,
+            keys.get("name") or Path(at.source).stem,
+        )
+        if not POWERS.keys().isdisjoint(keys):
+            mass = dense(system.at()[0])
+            reduce(mass, None, np.zeros_like(mass))  # refuses a mass that is not positive definite
+        system, supports = without_supports(system)
+        if supports.size:
+            (at / "K").warn(supported(supports))
+            supported_rows = set(supports.tolist())
+            labels = [label for row, label in enumerate(labels) if row not in supported_rows]
+        undamped_rows = system.n
+        system, damping_records = _with_damping(system, keys, folder, made.damping)
+        _warn_of_parameters(at / "damping", system, damping_records)
+    if coordinates is not None:
+        added_rows = system.n - undamped_rows
+        coordinates = coordinates.without(supports).with_rows_behind(added_rows)
+    return SystemFile(
+        system,
+        reference=keys.get("reference", ""),
+        origins=tuple(made.origins),
+        inputs=_input_files(keys, terms, folder),
+        coordinates=coordinates,
+        damped=(*made.damping.records, *damping_records),
+        labels=tuple(labels),
+        assumptions=tuple(dict.fromkeys([*assumptions, *system.assumptions])),
+    )
 
-    system_terms: dict[str, list[Term]] = {part: [] for part in PARTS}
-    origins = []
-    term_damping = TermDamping()
+
+class _Terms(NamedTuple):
+    """The terms of M, C and K, where each came from, and the damping that they name."""
+
+    of_part: dict[str, list[Term]]
+    origins: list[Origin]
+    damping: TermDamping
+
+
+def _make_terms(
+    terms: Sequence[TermKeys],
+    matrices: Sequence[Matrix],
+    files: Sequence[MatrixFile],
+    folder: Path,
+    parameter: str,
+) -> _Terms:
+    """The terms with their matrices on common rows and with their factors.
+
+    Raises InputError, also where a matrix has not the rows of the first one, of M.
+    """
+    rows = matrices[0].shape[0]
+    made = _Terms({part: [] for part in PARTS}, [], TermDamping())
     for term, matrix, file in zip(terms, matrices, files, strict=True):
         if matrix.shape[0] != rows:
             name = f"file {term.keys['file']}" if "file" in term.keys else "the matrix"
@@ -125,58 +180,22 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
             )
         formula = formula_of(term)
         factor = factor_of(term, formula, folder, parameter)
-        origins.append(
-            Origin(
-                part=term.part,
-                file=term.keys.get("file", ""),
-                factor=factor.text,
-                matrix=csc_array(matrix),
-                form=file.form,
-                labelled=bool(file.labels),
-                key=term.keys.get("key", ""),
-                digits=file.digits,
-            )
+        origin = Origin(
+            part=term.part,
+            file=term.keys.get("file", ""),
+            factor=factor.text,
+            matrix=csc_array(matrix),
+            form=file.form,
+            labelled=bool(file.labels),
+            key=term.keys.get("key", ""),
+            digits=file.digits,
         )
-        of_part = system_terms[term.matrix_part]
-        term_damping.add(term, len(of_part), matrix, formula, file.digits)
+        made.origins.append(origin)
+        of_part = made.of_part[term.matrix_part]
+        made.damping.add(term, len(of_part), matrix, formula, file.digits)
         of_part.append(Term(matrix, factor, file.digits))
-    system_terms["C"] += term_damping.terms
-
-    labels = all_labels(files)
-    coordinates = _coordinates(keys, folder, rows, labels)
-    with at.named():
-        system = TermSystem(
-            tuple(system_terms["M"]),
-            tuple(system_terms["C"]),
-            tuple(system_terms["K"]),
-            keys.get("parameters", {}),
-            parameter,
-            keys.get("name") or Path(at.source).stem,
-        )
-        if not POWERS.keys().isdisjoint(keys):
-            mass = dense(system.at()[0])
-            reduce(mass, None, np.zeros_like(mass))
-        system, supports = without_supports(system)
-        if supports.size:
-            (at / "K").warn(supported(supports))
-            supported_rows = set(supports.tolist())
-            labels = [label for row, label in enumerate(labels) if row not in supported_rows]
-        undamped_rows = system.n
-        system, damping_records = _with_damping(system, keys, folder, term_damping)
-        _warn_of_parameters(at / "damping", system, damping_records)
-    if coordinates is not None:
-        added_rows = system.n - undamped_rows
-        coordinates = coordinates.without(supports).with_rows_behind(added_rows)
-    return SystemFile(
-        system,
-        reference=keys.get("reference", ""),
-        origins=tuple(origins),
-        inputs=_input_files(keys, terms, folder),
-        coordinates=coordinates,
-        damped=(*term_damping.records, *damping_records),
-        labels=tuple(labels),
-        assumptions=tuple(dict.fromkeys([*assumptions, *system.assumptions])),
-    )
+    made.of_part["C"] += made.damping.terms
+    return made
 
 
 def _read_files(terms: Sequence[TermKeys], folder: Path) -> list[MatrixFile]:

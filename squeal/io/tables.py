@@ -28,8 +28,11 @@ class _Row(NamedTuple):
 
 
 def read_table(path: Path, names: Sequence[str], more: str = "") -> tuple[Place, list[Line]]:
-    """The lines of a .csv file that has some columns, perhaps one `more`, or of the nodes or
-    elements of an .inp file. Raises InputError."""
+    """The place of a .csv file and its lines; it must have the columns `names`, and may have one
+    `more`. The lines below *NODE or *ELEMENT, by the first name, where it is an .inp file.
+
+    Raises InputError.
+    """
     at = Place(str(path))
     try:
         if path.suffix.lower() == ".inp":
@@ -44,7 +47,9 @@ def read_table(path: Path, names: Sequence[str], more: str = "") -> tuple[Place,
     heads = [cell.strip().lower() for cell in first_cells]
     missing = [name for name in names if name not in heads]
     if missing:
-        needed = ", ".join(names) + (f" and {more}" if more else "")
+        needed = ", ".join(names)
+        if more:
+            needed += f" and {more}"
         raise at.refuse(
             f"no column {missing[0]}; the first line of a .csv file must name, with commas, "
             f"{needed}"
@@ -142,9 +147,8 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
         if line.startswith("*"):
             keyword = _cells(line.upper())
             begun = ""
-            if keyword[0] in ("*INSTANCE", "*SYSTEM") or any(
-                option.startswith("SYSTEM") for option in keyword
-            ):
+            has_local_axes = any(option.startswith("SYSTEM") for option in keyword)
+            if has_local_axes or keyword[0] in ("*INSTANCE", "*SYSTEM"):
                 raise here.refuse(
                     f"{keyword[0]} is not allowed; write the file without parts and local axes"
                 )

@@ -166,7 +166,8 @@ class TermDamping:
     ) -> None:
         """Take the damping that a term names, the one at `index` of its part.
 
-        `matrix`, `formula` and `digits` are the term's own, without that damping.
+        `matrix`, `formula` and `digits` are the term's own, without that damping. What a term
+        names is its own, so the damping of the whole leaves the term out.
         """
         name = f"{term.part}.{index + 1}"
         if term.part == "K4":
@@ -174,7 +175,8 @@ class TermDamping:
             self.records.append(Damped("K", "K4", formula.text))
         if "rayleigh" in term.keys:
             factor = scalar(str(term.keys["rayleigh"]))
-            self.indices["M" if term.part == "M" else "rayleigh"].add(index)
+            whole = "M" if term.part == "M" else "rayleigh"  # alpha of M, beta of K
+            self.indices[whole].add(index)
             self.records.append(Damped(name, "rayleigh", factor))
             product = Formula(f"{factor!r} * ({formula.text})", formula.place)
             self.terms.append(Term(matrix.real, product, digits))

@@ -437,7 +437,7 @@ class Answer(ABC):
         >>> mass = squeal.System([[1.0]], [[0.2]], [[4.0]], name="mass")  # -0.1 +- 1.9975i
         >>> print(squeal.eigenvalues(mass).parts()[0])
         mass
-        Stable, mu = 0
+        Stable
         """
         return [self.table()]
 

@@ -47,7 +47,10 @@ def drawing(answer: Answer, name: str = "", **more: Any) -> Drawing:
 
 
 def plot(answer: Answer, axes: Axes | None = None, **look: Any) -> Axes:
-    """The whole figure, shown by pyplot, or one panel in the Axes or in the look that are given."""
+    """The whole figure, shown by pyplot, or one panel in the Axes or in the look that are given.
+
+    `look` holds options of whole figures, or of Matplotlib's artists for a panel.
+    """
     if axes is None and look.keys() <= OF_WHOLE_FIGURES:
         figure = drawing(answer, **look).figure
         # it is made already: pyplot takes it as the current one
@@ -85,8 +88,8 @@ def _mode_shape(answer: Eigenvalues, name: str, shape: int) -> Drawing:
         allowed = f"a whole number from 1 to {count}" if count else "left out without a root"
         raise InputError(f"shape: {shape} is not allowed; it must be {allowed}")
     root = answer.eigenvalues[numbers.index(shape)]
-    growth = f"growth rate {number(root.growth_rate)} 1/s"
-    words = f"mode {shape}, {number(root.frequency_hz)} Hz, {growth}"
+    frequency = number(root.frequency_hz)
+    words = f"mode {shape}, {frequency} Hz, growth rate {number(root.growth_rate)} 1/s"
     return modes.shape_drawing(name, words, coordinates, root.right)
 
 
@@ -120,8 +123,9 @@ def _map(answer: Map, name: str) -> Drawing:
     if not isinstance(answer.source, PadSource):
         return maps.map_drawing(name, answer)
     scene = answer.source.scene
-    own = (getattr(scene.pad, answer.axes[0].name), getattr(scene.pad, answer.axes[1].name))
-    level = None
+    first, second = answer.axes
+    own = (getattr(scene.pad, first.name), getattr(scene.pad, second.name))
+    level = None  # of the quantity, whose curve passes through the pad
     if answer.quantity is not None and answer.quantity[0] == "critical-friction":
         level = scene.pad.mu
     return maps.map_drawing(name, answer, own, level)

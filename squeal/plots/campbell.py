@@ -7,90 +7,80 @@ from matplotlib.lines import Line2D
 
 from squeal.plots.maps import symbol_of
 from squeal.plots.modes import RED, RING
-from squeal.plots.style import DOUBLE, Drawing, origin, style
-from squeal.queries.critical_speeds import CriticalSpeed, CriticalSpeeds
+from squeal.plots.style import DOUBLE, Drawing, origin, style, write_beside
+from squeal.queries.critical_speeds import CriticalSpeeds
 
 MARKS = {"forward": "^", "backward": "v", None: "o"}
 NAMED = 8  # critical speeds that stand in words beside their marks
+MARGIN = 1.6  # shown frequencies over the highest critical one
+NAMED_AT = 1.4  # share of that frequency at which the line of a multiple is named, at most
 
 
 def campbell_drawing(answer: CriticalSpeeds, name: str) -> Drawing:
     """Frequencies as dots over the speed, what grows in red; critical speeds as marks that point
     up for forward whirl and down for backward whirl."""
-    highest = max(answer.orders) * answer.high / (2 * np.pi)
-    top = max((one.frequency_hz for one in answer.critical), default=highest)
-    shown = answer.frequencies_hz <= 1.6 * top
-    speeds = np.broadcast_to(answer.speeds[:, None], shown.shape)
+    if answer.critical:
+        highest = max(critical.frequency_hz for critical in answer.critical)
+    else:
+        highest = max(answer.orders) * answer.high / (2 * np.pi)
     with style():
         figure = Figure(figsize=(DOUBLE, 3.2))
         axes = figure.add_subplot()
-        for is_shown, colour, size in (
-            (shown & ~answer.growing, "0.25", 1.2),
-            (shown & answer.growing, RED, 4.0),
-        ):
-            hertz = answer.frequencies_hz[is_shown]
-            axes.scatter(speeds[is_shown], hertz, s=size, color=colour, lw=0)
+        _draw_frequencies(axes, answer, MARGIN * highest)
         for order in answer.orders:
-            _draw_multiple(axes, answer, order, top)
-        for k, one in enumerate(answer.critical):
+            _draw_multiple(axes, answer, order, highest)
+        for k, critical in enumerate(answer.critical):
             axes.plot(
-                one.speed,
-                one.frequency_hz,
-                MARKS[one.direction],
+                critical.speed,
+                critical.frequency_hz,
+                MARKS[critical.direction],
                 mfc="white",
                 mec="black",
                 ms=5.5,
                 zorder=4,
             )
             if k < NAMED:  # two neighbours have theirs on either side of the line
-                _name_speed(axes, one, below=k % 2 == 1)
-        axes.set(xlim=(answer.low, answer.high), ylim=(0.0, 1.6 * top))
+                point = (critical.speed, critical.frequency_hz)
+                offset = (-4, 4) if k % 2 == 0 else (4, -4)
+                write_beside(axes, f"{critical.speed:.4g} rad/s", point, offset, fontsize=7)
+        axes.set(xlim=(answer.low, answer.high), ylim=(0.0, MARGIN * highest))
         axes.set(xlabel=f"{symbol_of(answer.parameter)} [rad/s]", ylabel="frequency [Hz]")
         figure.legend(handles=_entries(), loc="outside upper center", ncols=4)
-    each = ", ".join(
-        f"{one.speed:.5g} rad/s ({one.order:g}x, {one.direction or 'no direction'})"
-        for one in answer.critical
-    )
+    speeds = []
+    for critical in answer.critical:
+        direction = critical.direction or "no direction"
+        speeds.append(f"{critical.speed:.5g} rad/s ({critical.order:g}x, {direction})")
     text = (
         f"Campbell diagram of {name} from {answer.low:g} to {answer.high:g} rad/s; critical "
-        f"speeds: {each or 'none'}."
+        f"speeds: {', '.join(speeds) or 'none'}."
     )
     return Drawing(figure, text, f"Campbell diagram of {name}", origin(__name__))
 
 
-def _draw_multiple(axes: Axes, answer: CriticalSpeeds, order: float, top: float) -> None:
-    """The line of a multiple of the speed, named where it leaves the figure."""
+def _draw_frequencies(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
+    """Frequencies up to `top` (Hz) as dots over the speed: small ones, and red where it grows."""
+    is_shown = answer.frequencies_hz <= top
+    speeds = np.broadcast_to(answer.speeds[:, None], is_shown.shape)
+    decays = is_shown & ~answer.growing
+    grows = is_shown & answer.growing
+    axes.scatter(speeds[decays], answer.frequencies_hz[decays], s=1.2, color="0.25", lw=0)
+    axes.scatter(speeds[grows], answer.frequencies_hz[grows], s=4.0, color=RED, lw=0)
+
+
+def _draw_multiple(axes: Axes, answer: CriticalSpeeds, order: float, highest: float) -> None:
+    """The line of a multiple of the speed, named where it leaves the figure; `highest` (Hz) is the
+    frequency that the figure has to show."""
     ends = np.array([answer.low, answer.high])
     axes.plot(ends, order * ends / (2 * np.pi), color=RING, lw=0.9, ls="--", zorder=0)
-    speed = min(answer.high, 2 * np.pi * 1.4 * top / order)
-    axes.annotate(
-        f"{order:g}x",
-        (speed, order * speed / (2 * np.pi)),
-        (-6, 3),
-        textcoords="offset points",
-        color=RING,
-        ha="right",
-        va="bottom",
-    )
-
-
-def _name_speed(axes: Axes, critical: CriticalSpeed, below: bool) -> None:
-    """A critical speed in words, right below its mark or left above it."""
-    axes.annotate(
-        f"{critical.speed:.4g} rad/s",
-        (critical.speed, critical.frequency_hz),
-        (4, -4) if below else (-4, 4),
-        textcoords="offset points",
-        fontsize=7,
-        ha="left" if below else "right",
-        va="top" if below else "bottom",
-    )
+    speed = min(answer.high, 2 * np.pi * NAMED_AT * highest / order)
+    point = (speed, order * speed / (2 * np.pi))
+    write_beside(axes, f"{order:g}x", point, (-6, 3), color=RING)
 
 
 def _entries() -> list[Line2D]:
     """What a legend shows of the marks."""
-    names = {"forward": "^", "backward": "v", "not moved by speed": "o"}
     entries = []
-    for name, mark in names.items():
+    for direction, mark in MARKS.items():
+        name = direction or "not moved by speed"
         entries.append(Line2D([], [], ls="", marker=mark, mfc="white", mec="black", label=name))
     return [*entries, Line2D([], [], ls="", marker=".", color=RED, label="grows")]

@@ -1,8 +1,9 @@
 """The matrix of operating conditions, coloured by growth."""
 
 import itertools
+import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
@@ -19,34 +20,35 @@ from squeal.results.conditions import Conditions
 NAMED = 160  # cells up to which each growing one names its frequency
 TICKS = 24  # rows or columns that are named
 DARK = 0.75  # share of the largest growth from which on a cell is dark
+LEAST = 1e-12  # share of it from which on a cell is coloured: all that grows, however slowly
 UNKNOWN = "#BBBBBB"  # a condition without an answer
 
 
 def conditions_drawing(answer: Conditions, name: str) -> Drawing:
     """Rows and columns of conditions: white where nothing grows, the darker the faster it grows,
     the frequency of the fastest mode in the cell."""
-    rows, _ = _sides(answer)
+    row_count = len(_combinations(answer, _sides(answer).rows))
     with style():
-        height = 1.2 + 0.26 * min(len(rows), TICKS)
+        height = 1.2 + 0.26 * min(row_count, TICKS)
         figure = Figure(figsize=(DOUBLE, max(height, 2.2)))
         axes = figure.add_subplot()
         coloured = draw_matrix(answer, axes)
         figure.colorbar(coloured, ax=axes, label="growth rate [1/s]", pad=0.02)
         axes.set_title("frequency of the fastest mode in kHz", loc="left")
-    each = "; ".join(
-        f"{mode.frequency_hz:.4g} Hz at {100 * mode.propensity:.3g} % of the conditions"
-        for mode in answer.modes
-    )
-    text = (
-        f"Matrix of operating conditions of {name}. {answer.conclusion}. Modes: {each or 'none'}."
-    )
+    modes = []
+    for mode in answer.modes:
+        percent = f"{100 * mode.propensity:.3g} %"
+        modes.append(f"{mode.frequency_hz:.4g} Hz at {percent} of the conditions")
+    text = f"Matrix of operating conditions of {name}. {answer.conclusion}. "
+    text += f"Modes: {'; '.join(modes) or 'none'}."
     return Drawing(figure, text, f"Operating conditions of {name}", origin(__name__))
 
 
 def draw_matrix(answer: Conditions, axes: Axes, **look: object) -> ScalarMappable:
     """Draw the matrix into an Axes; `look` goes to its cells."""
-    row_axes, column_axes = _names(answer)
-    rows, columns = _sides(answer)
+    sides = _sides(answer)
+    rows = _combinations(answer, sides.rows)
+    columns = _combinations(answer, sides.columns)
     growth = np.zeros(len(answer.conditions))
     for k, condition in enumerate(answer.conditions):
         if condition.reason is not None:
@@ -54,59 +56,67 @@ def draw_matrix(answer: Conditions, axes: Axes, **look: object) -> ScalarMappabl
         elif condition.modes:
             growth[k] = condition.modes[0].growth_rate
     largest = float(np.nanmax(growth, initial=0.0)) or 1.0
-    colours = matplotlib.colormaps["OrRd"].with_extremes(under="white", bad=UNKNOWN)
-    least = largest * 1e-12  # what grows is coloured, however slowly
     own: dict[str, Any] = {
-        "cmap": colours,
-        "norm": Normalize(least, largest),
+        "cmap": matplotlib.colormaps["OrRd"].with_extremes(under="white", bad=UNKNOWN),
+        "norm": Normalize(LEAST * largest, largest),
         "edgecolors": "0.8",
         "linewidth": 0.4,
     }
     cells = axes.pcolormesh(growth.reshape(len(rows), len(columns)), **(own | look))
     if len(answer.conditions) <= NAMED:
-        for k, condition in enumerate(answer.conditions):
-            if condition.modes:
-                row, column = divmod(k, len(columns))
-                fastest = condition.modes[0]
-                is_dark = fastest.growth_rate > DARK * largest
-                axes.text(
-                    column + 0.5,
-                    row + 0.5,
-                    number(fastest.frequency_hz / 1e3, 3),
-                    ha="center",
-                    va="center",
-                    fontsize=7,
-                    color="white" if is_dark else "black",
-                )
+        _name_frequencies(axes, answer, len(columns), DARK * largest)
     x_places, x_labels = _ticks(columns, "\n")
     y_places, y_labels = _ticks(rows, ", ")
     axes.set_xticks(x_places, x_labels)
     axes.set_yticks(y_places, y_labels)
     axes.tick_params(length=0.0)
-    axes.set_xlabel(", ".join(map(symbol_of, column_axes)))
-    axes.set_ylabel(", ".join(map(symbol_of, row_axes)))
+    axes.set_xlabel(", ".join(map(symbol_of, sides.columns)))
+    axes.set_ylabel(", ".join(map(symbol_of, sides.rows)))
     return cells
 
 
-def _names(answer: Conditions) -> tuple[list[str], list[str]]:
-    """The parameters along rows and along columns: the last ones vary fastest, along columns."""
+def _name_frequencies(axes: Axes, answer: Conditions, columns: int, dark: float) -> None:
+    """The frequency (kHz) of the fastest mode in each cell; a cell is dark above the growth rate
+    `dark`, and its text white."""
+    for k, condition in enumerate(answer.conditions):
+        if not condition.modes:
+            continue
+        row, column = divmod(k, columns)  # the parameters of the columns vary fastest
+        fastest = condition.modes[0]
+        axes.text(
+            column + 0.5,
+            row + 0.5,
+            number(fastest.frequency_hz / 1e3, 3),
+            ha="center",
+            va="center",
+            fontsize=7,
+            color="white" if fastest.growth_rate > dark else "black",
+        )
+
+
+class _Sides(NamedTuple):
+    """Names of the parameters that vary from row to row, and from column to column."""
+
+    rows: list[str]
+    columns: list[str]
+
+
+def _sides(answer: Conditions) -> _Sides:
+    """The first half of the parameters along the rows, the others, which vary fastest, along the
+    columns."""
     names = list(answer.axes)
     half = len(names) // 2
-    return names[:half], names[half:]
+    return _Sides(names[:half], names[half:])
 
 
-def _sides(answer: Conditions) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]]]:
-    """The values of these parameters in each row, and in each column."""
-    rows, columns = _names(answer)
-    return (
-        list(itertools.product(*(answer.axes[name] for name in rows))),
-        list(itertools.product(*(answer.axes[name] for name in columns))),
-    )
+def _combinations(answer: Conditions, names: Sequence[str]) -> list[tuple[float, ...]]:
+    """The values of some parameters in each row, or in each column."""
+    return list(itertools.product(*(answer.axes[name] for name in names)))
 
 
 def _ticks(values: Sequence[tuple[float, ...]], between: str) -> tuple[list[float], list[str]]:
     """Places and labels of the rows or columns that are named."""
-    step = -(-len(values) // TICKS)
+    step = math.ceil(len(values) / TICKS)
     places = []
     labels = []
     for k in range(0, len(values), step):

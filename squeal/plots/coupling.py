@@ -10,15 +10,25 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from squeal.linear import GROWING, Eigenvalue
+from squeal.linear import GROWING
 from squeal.linear.events import hertz_of
-from squeal.plots.maps import COLOUR_OF, symbol_of
+from squeal.plots.maps import COLOUR_OF, friction_symbol, symbol_of
 from squeal.plots.modes import NAME, RED
-from squeal.plots.style import DOUBLE, Drawing, frequency_limits, hertz, origin, state_label, style
+from squeal.plots.style import (
+    DOUBLE,
+    Drawing,
+    frequency_limits,
+    hertz,
+    origin,
+    state_label,
+    style,
+    write_beside,
+)
 from squeal.results.columns import onset_column
 from squeal.results.sweep import Step, Sweep
 from squeal.results.thresholds import Thresholds
@@ -26,6 +36,10 @@ from squeal.results.thresholds import Thresholds
 NO_EQUILIBRIUM = "no equilibrium"
 FREQUENCY = "frequency [Hz]"
 GROWTH = "growth rate [1/s]"
+LABEL = 0.12  # width of an upright label, of the length of the axis
+NAMED = 6  # growing modes that are named
+ALIKE = 0.04  # of the frequency: a mode so near to a named one is not named
+REAL = 1e-9  # of |lambda|: an imaginary part below is rounding
 
 
 def mark_events(
@@ -40,24 +54,30 @@ def mark_events(
     A label stands before its line unless another one is there; the axis of mu begins at `low` and
     shows as much as `reach`.
     """
-    width = 0.12 * reach
+    width = LABEL * reach
     free = low  # from here on no label stands
     for mu, label, line in events:
         for axes in (upper, lower):
             axes.axvline(mu, color="k", linewidth=0.7, linestyle=line, zorder=0, gid=label)
-        before = mu - free > width
+        if mu - free > width:
+            offset = -2.0
+            side = "right"
+            free = mu
+        else:
+            offset = 2.0
+            side = "left"
+            free = mu + width
         lower.annotate(
             label,
             (mu, 0.96),
-            (-2.0 if before else 2.0, 0.0),
-            ha="right" if before else "left",
+            (offset, 0.0),
+            ha=side,
             rotation=90,
             va="top",
             bbox={"fc": "w", "ec": "none", "pad": 0.6},
             xycoords=("data", "axes fraction"),
             textcoords="offset points",
         )
-        free = mu if before else mu + width
 
 
 class _Panels(NamedTuple):
@@ -81,27 +101,29 @@ class _Roots(NamedTuple):
     def of(sweep: Sweep) -> _Roots:
         """All roots of a sweep."""
         at: list[float] = []
-        roots: list[Eigenvalue] = []
+        values: list[complex] = []
+        grow: list[bool] = []
         numbers: list[int] = []
         for step in sweep.steps:
-            if step.roots is not None:
-                roots += step.eigenvalues
-                at += [step.value] * len(step.eigenvalues)
-                numbers += [number or 0 for number in step.numbers]
+            for root, number in zip(step.eigenvalues, step.numbers, strict=True):
+                at.append(step.value)
+                values.append(root.value)
+                grow.append(root.kind in GROWING)
+                numbers.append(number or 0)
         return _Roots(
             at=np.array(at),
-            values=np.array([root.value for root in roots], dtype=complex),
-            grow=np.array([root.kind in GROWING for root in roots], dtype=bool),
+            values=np.array(values, dtype=complex),
+            grow=np.array(grow, dtype=bool),
             numbers=np.array(numbers, dtype=int),
         )
 
     def select(self, which: np.ndarray) -> _Roots:
-        """Some of them."""
-        return _Roots(*(part[which] for part in self))
+        """The roots where a mask (m,) is true."""
+        return _Roots(self.at[which], self.values[which], self.grow[which], self.numbers[which])
 
 
 def _panels(parameter: str, roots: _Roots, ends: tuple[float, float]) -> _Panels:
-    """Empty panels beside the roots as dots coloured by the parameter."""
+    """Empty panels over the parameter, and the locus with the roots; `ends` of the parameter."""
     values = roots.values
     reach = 1.1 * np.abs(values.real).max(initial=0.0) or 1.0
     figure = Figure(figsize=(DOUBLE, 3.9))
@@ -109,29 +131,46 @@ def _panels(parameter: str, roots: _Roots, ends: tuple[float, float]) -> _Panels
     upper = figure.add_subplot(grid[0, 0])
     locus = figure.add_subplot(grid[:, 1])
     lower = figure.add_subplot(grid[1, 0], sharex=upper)
-    name = f"friction {symbol_of(parameter)}" if parameter == "mu" else symbol_of(parameter)
+    name = friction_symbol(parameter)
     limits = frequency_limits(values)
     upper.set(xlim=ends, ylim=limits, ylabel=FREQUENCY)
     upper.tick_params(labelbottom=False)
     lower.set(ylim=(-reach, reach), xlabel=name, ylabel=GROWTH)
     locus.set(xlim=(-reach, reach), ylim=limits, xlabel=GROWTH, ylabel=FREQUENCY)
-    shown = roots.select(_is_upper(values))
-    x = shown.values.real
-    y = shown.values.imag / math.tau
-    few = len(values) <= 6 * len(np.unique(roots.at))
-    locus.axvline(0.0, color="0.75", linewidth=0.5, zorder=0)
-    size = 9.0 if few else 3.0
-    low, high = ends
-    dots = locus.scatter(x, y, size, shown.at, cmap="viridis", vmin=low, vmax=high, lw=0, zorder=2)
-    is_start = shown.at == shown.at.min(initial=np.inf)
-    locus.plot(x[is_start], y[is_start], "k_", ms=11 if few else 5, mew=0.8)
+    is_sparse = len(values) <= 6 * len(np.unique(roots.at))  # as of a pad, with six roots
+    dots = _draw_locus(locus, roots.select(_is_upper(values)), ends, is_sparse)
     figure.colorbar(dots, ax=locus, label=name, aspect=35, pad=0.02)
     figure.align_ylabels([upper, lower])
     return _Panels(figure, upper, lower, locus)
 
 
+def _draw_locus(
+    axes: Axes, roots: _Roots, ends: tuple[float, float], is_sparse: bool
+) -> PathCollection:
+    """Roots as dots coloured by the parameter, those at its lowest value with a dash; large ones
+    where there are few."""
+    growth = roots.values.real
+    hertz = roots.values.imag / math.tau
+    axes.axvline(0.0, color="0.75", linewidth=0.5, zorder=0)
+    dots = axes.scatter(
+        growth,
+        hertz,
+        9.0 if is_sparse else 3.0,
+        roots.at,
+        cmap="viridis",
+        vmin=ends[0],
+        vmax=ends[1],
+        lw=0,
+        zorder=2,
+    )
+    is_start = roots.at == roots.at.min(initial=np.inf)
+    axes.plot(growth[is_start], hertz[is_start], "k_", ms=11 if is_sparse else 5, mew=0.8)
+    return dots
+
+
 def _is_upper(values: np.ndarray) -> np.ndarray:
-    return values.imag >= -1e-9 * np.abs(values)
+    """Which roots are real or have a positive imaginary part."""
+    return values.imag >= -REAL * np.abs(values)
 
 
 class Span(NamedTuple):
@@ -157,34 +196,44 @@ def _shade(panels: _Panels, spans: Sequence[Span]) -> dict[str, Artist]:
 
 
 def _spans(sweep: Sweep, found: Thresholds | None, ends: tuple[float, float]) -> list[Span]:
-    """Ranges within the ends of the axis, each with its verdict.
-
-    With thresholds these are what lies between them; beyond the last value that was searched there
-    is "no equilibrium". Without, a range lies between neighbouring values of the same verdict, so
-    that none is claimed where it changes.
-    """
+    """Ranges of one verdict within the ends of the axis, neighbours of the same verdict joined."""
     spans: list[Span] = []
-    if found is None:
-        for step, following in itertools.pairwise(sweep.steps):
-            if _verdict(step) == _verdict(following):
-                spans.append(Span(step.value, following.value, _verdict(step)))
-    else:
-        # the kind of a threshold is the verdict from there up to the next one
-        edges = [found.low, *(point.mu for point in found.points), found.high, max(ends)]
-        verdicts = [found.verdict or "-", *(point.kind for point in found.points), NO_EQUILIBRIUM]
-        spans = list(map(Span, edges[:-1], edges[1:], verdicts))
-    joined: list[Span] = []
-    for begin, end, verdict in spans:
-        low = max(begin, ends[0])
-        high = min(end, ends[1])
-        if joined and joined[-1][1:] == (low, verdict):  # goes on where the last one ends
-            low = joined.pop()[0]
-        if high > low:
-            joined.append(Span(low, high, verdict))
-    return joined
+    for low, high, verdict in _spans_of_steps(sweep) if found is None else _spans_of(found, ends):
+        begin = max(low, ends[0])
+        end = min(high, ends[1])
+        if spans and spans[-1].high == begin and spans[-1].verdict == verdict:
+            begin = spans.pop().low
+        if end > begin:
+            spans.append(Span(begin, end, verdict))
+    return spans
+
+
+def _spans_of_steps(sweep: Sweep) -> list[Span]:
+    """Ranges between neighbouring values of the same verdict: none is claimed where it changes."""
+    spans = []
+    for step, following in itertools.pairwise(sweep.steps):
+        verdict = _verdict(step)
+        if verdict == _verdict(following):
+            spans.append(Span(step.value, following.value, verdict))
+    return spans
+
+
+def _spans_of(found: Thresholds, ends: tuple[float, float]) -> list[Span]:
+    """Ranges between thresholds; beyond the last value that was searched is "no equilibrium"."""
+    spans = []
+    low = found.low
+    verdict = found.verdict or "-"
+    for point in found.points:
+        spans.append(Span(low, point.mu, verdict))
+        low = point.mu
+        verdict = point.kind  # of a threshold: the verdict from there up to the next one
+    spans.append(Span(low, found.high, verdict))
+    spans.append(Span(found.high, max(ends), NO_EQUILIBRIUM))
+    return spans
 
 
 def _verdict(step: Step) -> str:
+    """The verdict of a step; "-" where it is open."""
     if step.verdict:
         return step.verdict
     return NO_EQUILIBRIUM if step.roots is None else "-"
@@ -238,11 +287,11 @@ def sweep_drawing(
 def _draw_modes(panels: _Panels, roots: _Roots) -> None:
     """A line for each numbered mode, and all roots as dots, red where they grow."""
     curves = ((panels.upper, roots.values.imag / math.tau), (panels.lower, roots.values.real))
-    for k in sorted({*roots.numbers.tolist()} - {0}):
-        of_mode = np.flatnonzero(roots.numbers == k)
-        of_mode = of_mode[np.argsort(roots.at[of_mode])]
+    for mode in np.unique(roots.numbers[roots.numbers > 0]).tolist():
+        of_mode = np.flatnonzero(roots.numbers == mode)
+        rising = of_mode[np.argsort(roots.at[of_mode])]
         for axes, y in curves:
-            axes.plot(roots.at[of_mode], y[of_mode], color="0.25", lw=0.7, gid=f"mode {k}")
+            axes.plot(roots.at[rising], y[rising], color="0.25", lw=0.7, gid=f"mode {mode}")
     for which, colour, size in ((~roots.grow, "0.25", 1.5), (roots.grow, RED, 4.0)):
         for axes, y in curves:
             axes.scatter(roots.at[which], y[which], s=size, color=colour, linewidth=0, zorder=3)
@@ -263,42 +312,47 @@ def _contact_changes(sweep: Sweep) -> list[tuple[float, str, str]]:
 def _onsets(sweep: Sweep, found: Thresholds | None) -> dict[str, Artist]:
     """What a legend says of the first modes that grow: from where on."""
     at = symbol_of(sweep.parameter)
+    texts = []
     if found is None:
-        between = onset_column(sweep.parameter).cell
-        began = [mode for mode in sweep.modes if mode.onset is not None]
-        texts = [f"mode {m.mode}: growth begins at {at} = {between(m)}" for m in began]
+        interval = onset_column(sweep.parameter).cell
+        for mode in sweep.modes:
+            if mode.onset is not None:
+                texts.append(f"mode {mode.mode}: growth begins at {at} = {interval(mode)}")
     else:
-        ups = [c for c in found.crossings if c.direction == "up"]
-        texts = [f"{c.kind} from {at} = {c.mu:.4g}{hertz_of(c.frequency_hz)}" for c in ups]
-    return {text: Line2D([], [], color=RED, marker=".", lw=0) for text in texts[:6]}
+        for crossing in found.crossings:
+            if crossing.direction == "up":
+                hertz_text = hertz_of(crossing.frequency_hz)
+                texts.append(f"{crossing.kind} from {at} = {crossing.mu:.4g}{hertz_text}")
+    entries: dict[str, Artist] = {}
+    for text in texts[:NAMED]:
+        entries[text] = Line2D([], [], color=RED, marker=".", lw=0)
+    return entries
 
 
 def _name_growing(axes: Axes, roots: _Roots, numbered: bool) -> None:
-    """Six modes that grow, each beside its fastest growth, where no other mode is; by number where
-    a table has the same numbers."""
+    """Modes that grow, each beside its fastest growth, where no other mode is named; by number
+    where a table has the same numbers."""
     right = axes.get_xlim()[1]
     top = axes.get_ylim()[1]
-    taken: list[float] = []
-    named: list[int] = []
+    named_frequencies: list[float] = []  # rad/s
+    named_modes: list[int] = []
     for k in np.argsort(-roots.values.real):
         growth = roots.values[k].real
         omega = float(roots.values[k].imag)
-        number = int(roots.numbers[k])
-        is_free = all(abs(omega - other) > 0.04 * max(omega, other) for other in taken)
-        if len(taken) == 6 or not is_free or number in named:
+        mode = int(roots.numbers[k])
+        if len(named_frequencies) == NAMED or mode in named_modes:
             continue
-        taken.append(omega)
+        if any(abs(omega - other) <= ALIKE * max(omega, other) for other in named_frequencies):
+            continue
+        named_frequencies.append(omega)
         text = hertz(omega)
-        if number:
-            named.append(number)
-            text = f"mode {number}, {text}" if numbered else text
-        fits = growth < 0.2 * right  # to the right of the root
-        below = omega / math.tau > 0.95 * top
-        axes.annotate(
-            text,
-            (growth if fits else right, omega / math.tau),
-            (2 if fits else -2, -4 if below else 4),
-            ha="left" if fits else "right",
-            va="top" if below else "bottom",
-            **NAME,
-        )
+        if mode:
+            named_modes.append(mode)
+            if numbered:
+                text = f"mode {mode}, {text}"
+        y = omega / math.tau
+        up = 4 if y <= 0.95 * top else -4
+        if growth < 0.2 * right:  # there is room to the right of the root
+            write_beside(axes, text, (growth, y), (2, up), **NAME)
+        else:
+            write_beside(axes, text, (right, y), (-2, up), **NAME)

@@ -1,9 +1,12 @@
 """Amplitude of periodic motions over a parameter, beside the sliding equilibrium."""
 
+import itertools
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from squeal.io.writing import number
 from squeal.model.pad import PARAMETERS
@@ -23,47 +26,65 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
     title = f"Periodic motions of {name}"
     if not found.orbits:
         return blank(title, f"No periodic motion: {found.reason}.", __name__)
-    value = np.array([orbit.value for orbit in found.orbits])
-    size = np.array([1e6 * orbit.amplitude[1] for orbit in found.orbits])
+    values = np.array([orbit.value for orbit in found.orbits])
+    micrometres = np.array([1e6 * orbit.amplitude[1] for orbit in found.orbits])  # of y
     with style():
         figure = Figure(figsize=(SINGLE, 3.2))
         axes = figure.subplots()
-        labels = {kind: f"cycle, {kind}" for kind in LOOKS}  # each once
-        for i in range(len(value) - 1):
-            kind = _kind(found.orbits[i], found.orbits[i + 1])
-            label = labels.pop(kind, None)
-            axes.plot(value[i : i + 2], size[i : i + 2], label=label, **LOOKS[kind])
-        axes.plot(value[found.own], size[found.own], "o", mfc="none", mec="k", label="the scene")
-        for kind, mark in MARKS.items():
-            at = [i for i, one in enumerate(found.orbits) if one.turn == kind]
-            if at:
-                axes.plot(value[at], size[at], mark, color="k", ms=4, ls="", label=kind)
-        for verdict, colour in (("stable", "k"), ("marginal", "0.6")):
-            values = [at for at, _ in found.sliding]
-            heights = [0.0 if word == verdict else np.nan for _, word in found.sliding]
-            if np.isfinite(heights).any():
-                label = f"sliding, {verdict}"
-                axes.plot(values, heights, "-", marker=".", ms=2, color=colour, label=label)
+        _draw_cycles(axes, found, values, micrometres)
+        _draw_sliding(axes, found)
         if found.parameter == "mu":
             axes.set_xlabel(r"friction coefficient $\mu$")
         else:
             axes.set_xlabel(f"{literal(found.parameter)} ({PARAMETERS[found.parameter].unit})")
         axes.set_ylabel(r"amplitude of $y$ ($\mu$m)")
-        axes.set_ylim(bottom=-0.04 * size.max())
+        axes.set_ylim(bottom=-0.04 * micrometres.max())
         figure.legend(loc="outside lower center", ncols=2)
         axes.set_title(literal(name), loc="left")
     own = found.orbits[found.own]
+    amplitude = f"{number(micrometres[found.own])} micrometres at {number(own.value)}"
     text = (
-        f"Amplitude of periodic motions over {found.parameter}, from {number(value.min())} to "
-        f"{number(value.max())}; {number(size[found.own])} micrometres at {number(own.value)}."
+        f"Amplitude of periodic motions over {found.parameter}, from {number(values.min())} to "
+        f"{number(values.max())}; {amplitude}."
     )
     return Drawing(figure, text, title, origin(__name__))
 
 
-def _kind(one: Orbit, following: Orbit) -> str:
-    """The kind, of `LOOKS`, of the curve between two neighbouring cycles."""
-    if one.sliding_holds is False or following.sliding_holds is False:
+def _draw_cycles(axes: Axes, found: Cycles, values: NDArray, sizes: NDArray) -> None:
+    """The branch of cycles, each piece in the look of its kind, and marks where it changes."""
+    unnamed = set(LOOKS)  # kinds that the legend has not yet
+    for i, (orbit, following) in enumerate(itertools.pairwise(found.orbits)):
+        kind = _kind(orbit, following)
+        label = None
+        if kind in unnamed:
+            label = f"cycle, {kind}"
+            unnamed.remove(kind)
+        axes.plot(values[i : i + 2], sizes[i : i + 2], label=label, **LOOKS[kind])
+    axes.plot(values[found.own], sizes[found.own], "o", mfc="none", mec="k", label="the scene")
+    for kind, mark in MARKS.items():
+        at = [i for i, orbit in enumerate(found.orbits) if orbit.turn == kind]
+        if at:
+            axes.plot(values[at], sizes[at], mark, color="k", ms=4, ls="", label=kind)
+
+
+def _draw_sliding(axes: Axes, found: Cycles) -> None:
+    """Steady sliding at amplitude zero where it is stable or marginal, with gaps elsewhere."""
+    values = [value for value, _ in found.sliding]
+    for verdict, colour in (("stable", "k"), ("marginal", "0.6")):
+        heights = [0.0 if word == verdict else np.nan for _, word in found.sliding]
+        if np.isfinite(heights).any():
+            label = f"sliding, {verdict}"
+            axes.plot(values, heights, "-", marker=".", ms=2, color=colour, label=label)
+
+
+def _kind(orbit: Orbit, following: Orbit) -> str:
+    """The kind, of `LOOKS`, of the curve between two neighbouring cycles.
+
+    `stable` of a cycle is None where its multipliers leave it undecided, as at a grazing: one of
+    the two then decides.
+    """
+    if orbit.sliding_holds is False or following.sliding_holds is False:
         return "faster than the surface"
-    if one.stable is False or following.stable is False:
+    if orbit.stable is False or following.stable is False:
         return "unstable or undecided"
-    return "stable" if one.stable or following.stable else "unstable or undecided"
+    return "stable" if orbit.stable or following.stable else "unstable or undecided"

@@ -2,7 +2,7 @@
 
 import math
 import re
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,25 +13,29 @@ from matplotlib.patches import Patch
 
 from squeal.plots.style import SINGLE, Drawing, literal, origin, style
 from squeal.queries.pads.maps import NAMES, QUANTITIES
-from squeal.results.map import Map
+from squeal.results.map import Axis, Map
 
 VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C", "#E0B040")
 """Colours of `NAMES`: stable, marginal, flutter, divergence, beyond a fold, unknown."""
+BEYOND = "beyond a fold"
 COLOUR_OF = dict(zip(NAMES, VERDICT_COLOURS, strict=True))
 QUARTERS = ([0.0, 0.25, 0.5, 0.75, 1.0], ["$0$", r"$\pi/4$", r"$\pi/2$", r"$3\pi/4$", r"$\pi$"])
-THRESHOLD, OWN_LEVEL = "#E69F00", "#C8380E"  # curves: continued, and where the level is the scene's
+"""Ticks of an axis from 0 to pi, over pi, and their labels."""
+THRESHOLD = "#E69F00"  # of the curves on which stability is lost
+OWN_LEVEL = "#C8380E"  # of the contour at the scene's own value
 GREEK = {"alpha": r"\alpha", "theta": r"\theta", "mu": r"\mu"}
 
 Own = tuple[float, float] | None
+"""The values of a pad on both axes, where the map is one of a pad."""
 
 
 def symbol(name: str) -> str:
     """A parameter's symbol in mathtext: alpha1 becomes \\alpha_1."""
-    letters, index = re.fullmatch(r"([A-Za-z]+?)_?(\d|[a-z])?", name).groups()  # type: ignore[union-attr]
     if name in GREEK:
-        letters, index = name, None
-    letters = GREEK.get(letters, letters)
-    return f"${letters}_{index}$" if index else f"${letters}$"
+        return f"${GREEK[name]}$"
+    letters, index = re.fullmatch(r"([A-Za-z]+?)_?(\d|[a-z])?", name).groups()  # type: ignore[union-attr]
+    base = GREEK.get(letters, letters)
+    return f"${base}_{index}$" if index else f"${base}$"
 
 
 def symbol_of(parameter: str) -> str:
@@ -39,35 +43,25 @@ def symbol_of(parameter: str) -> str:
     return symbol(parameter) if parameter == "mu" else literal(parameter)
 
 
-def _finish_axes(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
-    """Limits, ticks and labels of both axes; the pad marked if it lies in the ranges.
+def friction_symbol(parameter: str) -> str:
+    """The same, with the word friction before mu."""
+    return f"friction {symbol(parameter)}" if parameter == "mu" else literal(parameter)
 
-    Also draws curves on which stability is lost. Returns what stands for them in a legend.
-    """
+
+def _finish_axes(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
+    """Draw the curves on which stability is lost, label both axes, and mark the pad if it lies in
+    the ranges. Returns what stands for the curves in a legend."""
     curves = answer.details.get("threshold_curve", ())
+    look: Any = {"color": THRESHOLD, "linewidth": 1.8}
     for curve in curves:
-        axes.plot(
-            *np.transpose(curve["points"]),
-            gid="threshold",
-            zorder=4,
-            color=THRESHOLD,
-            linewidth=1.8,
-        )
-    is_angle = [(axis.low, axis.high) == (0.0, math.pi) for axis in answer.axes]
-    for k, axis in enumerate(answer.axes):
-        which = "xy"[k]
-        unit = answer.units[k]
-        name = literal(axis.name) if own is None else symbol(axis.name)
-        label = f"{name} [{unit}]" if unit.removeprefix("1") else name
-        axes.set(**{f"{which}lim": (axis.low, axis.high), f"{which}label": label})
-        if axis.log:
-            axes.set(**{f"{which}scale": "log"})
-        elif is_angle[k] and unit == "rad":
-            ticks = np.multiply(QUARTERS[0], math.pi)
-            axes.set(**{f"{which}ticks": ticks, f"{which}ticklabels": QUARTERS[1]})
-    if all(is_angle):
+        x, y = np.transpose(curve["points"])
+        axes.plot(x, y, gid="threshold", zorder=4, **look)
+    first, second = answer.axes
+    _label_axis(axes, "x", first, answer.units[0], is_pad=own is not None)
+    _label_axis(axes, "y", second, answer.units[1], is_pad=own is not None)
+    if _is_half_turn(first) and _is_half_turn(second):
         axes.set_aspect("equal")
-    if own and all(a.low <= at <= a.high for a, at in zip(answer.axes, own, strict=True)):
+    if own and first.low <= own[0] <= first.high and second.low <= own[1] <= second.high:
         axes.plot(
             *own,
             "o",
@@ -81,7 +75,26 @@ def _finish_axes(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
         )
     if not curves:
         return []
-    return [Line2D([], [], label="threshold, continued", color=THRESHOLD, linewidth=1.8)]
+    return [Line2D([], [], label="threshold, continued", **look)]
+
+
+def _is_half_turn(axis: Axis) -> bool:
+    """Whether an axis goes from 0 to pi, as that of an angle does."""
+    return (axis.low, axis.high) == (0.0, math.pi)
+
+
+def _label_axis(axes: Axes, which: str, axis: Axis, unit: str, is_pad: bool) -> None:
+    """Limits, label, scale and ticks of the x or y axis."""
+    label = symbol(axis.name) if is_pad else literal(axis.name)
+    if unit not in ("", "1"):
+        label += f" [{unit}]"
+    axes.set(**{f"{which}lim": (axis.low, axis.high), f"{which}label": label})
+    if axis.log:
+        axes.set(**{f"{which}scale": "log"})
+    elif _is_half_turn(axis) and unit == "rad":
+        quarters, labels = QUARTERS
+        ticks = np.multiply(quarters, math.pi)
+        axes.set(**{f"{which}ticks": ticks, f"{which}ticklabels": labels})
 
 
 def map_drawing(name: str, answer: Map, own: Own = None, level: float | None = None) -> Drawing:
@@ -90,30 +103,32 @@ def map_drawing(name: str, answer: Map, own: Own = None, level: float | None = N
     own: the numbers of a pad, which is marked; level: a value of the quantity whose curve
     is drawn thick.
     """
-    contours = own is not None and answer.quantity is not None
+    with_contours = own is not None and answer.quantity is not None
     with style():
-        figure = Figure(figsize=(SINGLE, 3.2 if contours else 3.6))
+        figure = Figure(figsize=(SINGLE, 3.2 if with_contours else 3.6))
         axes = figure.add_subplot(facecolor="0.85")
-        if contours:
-            handles, what, text = _contours(axes, answer, level)
-        else:
-            handles, what, text = _cells(axes, answer)
-        handles += _finish_axes(axes, answer, own)
+        drawn = _contours(axes, answer, level) if with_contours else _cells(axes, answer)
+        handles = [*drawn.handles, *_finish_axes(axes, answer, own)]
         if handles:
             figure.legend(handles=handles, loc="outside upper center", ncols=2)
-    title = f"{what} of {name} over {answer.axes[0].name} and {answer.axes[1].name}"
-    return Drawing(figure, f"{title}: {text}.", title, origin(__name__))
+    title = f"{drawn.name} of {name} over {answer.axes[0].name} and {answer.axes[1].name}"
+    return Drawing(figure, f"{title}: {drawn.extent}.", title, origin(__name__))
 
 
-Drawn = tuple[list[Any], str, str]
-"""What stands in the legend, the name of what is drawn, and its extent in words."""
+class _Drawn(NamedTuple):
+    """What stands in the legend, the name of what is drawn, and its extent in words."""
+
+    handles: list[Patch]
+    name: str
+    extent: str
 
 
-def _cells(axes: Axes, answer: Map) -> Drawn:
+def _cells(axes: Axes, answer: Map) -> _Drawn:
     """Verdicts, hatched where no equilibrium is admissible."""
     x = answer.axes[0].values
     y = answer.axes[1].values
-    colours = [COLOUR_OF.get(verdict, VERDICT_COLOURS[4]) for verdict in answer.verdicts]
+    beyond = VERDICT_COLOURS[NAMES.index(BEYOND)]
+    colours = [COLOUR_OF.get(verdict, beyond) for verdict in answer.verdicts]
     axes.pcolormesh(
         x,
         y,
@@ -132,16 +147,15 @@ def _cells(axes: Axes, answer: Map) -> Drawn:
             handles.append(Patch(fc=colour, ec="k", lw=0.5, label=f"{verdict} ({percent})"))
             sentences.append(f"{verdict} {percent}")
     if answer.admissible is not None:
-        far = ~answer.admissible & (answer.codes != NAMES.index("beyond a fold"))
-        if far.any():
-            axes.contourf(
-                x, y, far.T.astype(float), [0.5, 1.5], hatches=["////"], colors="none", zorder=1.5
-            )
+        is_hatched = ~answer.admissible & (answer.codes != NAMES.index(BEYOND))
+        if is_hatched.any():
+            mask = is_hatched.T.astype(float)
+            axes.contourf(x, y, mask, [0.5, 1.5], hatches=["////"], colors="none", zorder=1.5)
             handles.append(Patch(fc="none", ec="k", hatch="////", lw=0.5, label="not admissible"))
-    return handles, "Verdict", ", ".join(sentences)
+    return _Drawn(handles, "Verdict", ", ".join(sentences))
 
 
-def _contours(axes: Axes, answer: Map, level: float | None) -> Drawn:
+def _contours(axes: Axes, answer: Map, level: float | None) -> _Drawn:
     """Labelled contours of the quantity over filled ones; grey where there is no value."""
     assert answer.quantity is not None
     x = answer.axes[0].values
@@ -160,5 +174,5 @@ def _contours(axes: Axes, answer: Map, level: float | None) -> Drawn:
     span = "no value"
     if known.size:
         span = f"{known.min():.4g} to {known.max():.4g} {unit}"
-    extent = f"{span}, on {100 * known.size / values.size:.1f} % of the area"
-    return [], words.capitalize(), extent
+    percent = f"{100 * known.size / values.size:.1f} %"
+    return _Drawn([], words.capitalize(), f"{span}, on {percent} of the area")

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,14 +27,20 @@ from squeal.plots.style import (
     literal,
     origin,
     style,
+    write_beside,
 )
 from squeal.results.eigenvalues import ModeShape
 
 LARGEST = 0.35  # drawn size of the largest of x, y, w theta, in half lengths
 LARGEST_OF_NODES = 0.08  # of the body's size: the largest displacement of nodes as drawn
 SHARP = 0.77  # cosine of the least angle between faces whose edge is drawn
-RING, RED = "#3498DB", "#C8380E"
-NAME: Any = {"textcoords": "offset points", "fontsize": 7, "color": RED}
+RING = "#3498DB"  # of eigenvalues that decay
+RED = "#C8380E"  # of what grows
+NAME: Any = {"fontsize": 7, "color": RED}
+NAMED = 6  # growing modes that are named in the complex plane
+LISTED = 100  # eigenvalues in the alternative text
+IN_PHASE = 1e-6  # of the largest part of a shape: imaginary parts below are rounding
+MOST_POINTS = 15_000  # of nodes without faces: as many as show a shape
 PHASES: dict[str, dict[str, Any]] = {
     "rest": {"color": "0.6"},
     "first phase": {"color": RED},
@@ -50,7 +56,7 @@ def exaggeration(w: float) -> str:
 
 def is_real(shape: np.ndarray) -> bool:
     """True for a shape whose parts all move in phase; rounding leaves imaginary parts."""
-    return bool(np.abs(shape.imag).max() < 1e-6)
+    return bool(np.abs(shape.imag).max() < IN_PHASE)
 
 
 def outlines(slenderness: float, rest: np.ndarray, shape: np.ndarray) -> list[np.ndarray]:
@@ -60,13 +66,15 @@ def outlines(slenderness: float, rest: np.ndarray, shape: np.ndarray) -> list[np
     The phases are opposite ones, or a quarter turn apart for a complex shape.
     """
     corners = np.array([1, slenderness]) * [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]
+    second_phase = -1.0 if is_real(shape) else 1j
     lines = []
-    for phase in (0.0, 1.0, -1.0 if is_real(shape) else 1j):
+    for phase in (0.0, 1.0, second_phase):
         # in half lengths w theta is the angle itself
         x, y, theta = rest + LARGEST * (shape * phase).real
         c = np.cos(theta)
         s = np.sin(theta)
-        lines.append(corners @ np.array([[c, s], [-s, c]]) + [x, y])
+        rotation = np.array([[c, s], [-s, c]])  # of rows
+        lines.append(corners @ rotation + [x, y])
     return lines
 
 
@@ -103,44 +111,45 @@ def draw_eigenvalues(axes: Axes, roots: Sequence[Eigenvalue]) -> None:
     shown = [root for root in roots if root.value.imag >= -root.rounding]
     upper = np.array([root.value for root in shown], dtype=complex)
     grows = np.array([root.kind in GROWING for root in shown], dtype=bool)
-    for points, marker, colour in ((upper[~grows], "o", RING), (upper[grows], "s", RED)):
-        hertz_of_points = points.imag / math.tau
-        axes.scatter(points.real, hertz_of_points, 26, marker=marker, fc="none", ec=colour)
+    y = upper.imag / math.tau
+    for which, marker, colour in ((~grows, "o", RING), (grows, "s", RED)):
+        axes.scatter(upper.real[which], y[which], 26, marker=marker, fc="none", ec=colour)
     reach = max(1.0, 1.2 * float(np.abs(upper.real).max(initial=0.0)))
     axes.set(xlim=(-reach, reach), ylim=frequency_limits(upper))
     axes.set(xlabel="growth rate [1/s]", ylabel="frequency [Hz]")
-    for root in sorted(upper[grows & (upper.imag > 0.0)], key=lambda r: -r.real)[:6]:
+    flutter = upper[grows & (upper.imag > 0.0)]
+    for root in sorted(flutter, key=lambda r: -r.real)[:NAMED]:
         point = (root.real, root.imag / math.tau)
-        axes.annotate(hertz(root.imag), point, (-5, 0), ha="right", va="center", **NAME)
+        write_beside(axes, hertz(root.imag), point, (-5, 0), **NAME)
 
 
 def pad_figure(
     pad: Pad, q: Sequence[float], shapes: Sequence[ModeShape], roots: Sequence[Eigenvalue]
 ) -> Figure:
     """Eigenvalues of a pad about its equilibrium q (x, y, theta), and the shape of each mode."""
-    slender = pad.h / pad.w
+    slenderness = pad.h / pad.w
     rest = np.array([0.0, (pad.y0 + q[1]) / pad.w, pad.theta0 + q[2]])
-    moved = [np.array([1.0, 1.0, pad.w]) * one.shape for one in shapes]
-    lines = [outlines(slender, rest, shape) for shape in moved]
+    scaled = [np.array([1.0, 1.0, pad.w]) * mode.shape for mode in shapes]  # x, y, w theta
+    lines = [outlines(slenderness, rest, shape) for shape in scaled]
     growing_rates = {root.growth_rate for root in roots if root.kind in GROWING}
     corners = np.concatenate(list(itertools.chain(*lines)))
     left, lowest = corners.min(axis=0) - 0.08
     right, top = corners.max(axis=0) + 0.08
-    bottom = min(lowest, -slender - 0.12)
+    bottom = min(lowest, -slenderness - 0.12)
     with style():
         figure = Figure(figsize=(DOUBLE, 0.5 + 1.3 * len(shapes)))
         grid = figure.add_gridspec(len(shapes), 2, width_ratios=[1.5, 1.0])
         draw_eigenvalues(figure.add_subplot(grid[:, 0]), roots)
-        for k, (one, three) in enumerate(zip(shapes, lines, strict=True)):
+        for k, mode in enumerate(shapes):
             axes = figure.add_subplot(grid[k, 1])
-            draw_surface(axes, -slender, left, right, bottom)
-            draw_pad(axes, three)
-            name = f"mode {one.number}: {hertz(math.tau * one.frequency_hz)}"
-            if one.growth_rate:
-                name += f", ${one.growth_rate:+.4g}$ 1/s"
-            axes.set_title(name, pad=2.0, color=RED if one.growth_rate in growing_rates else "k")
+            draw_surface(axes, -slenderness, left, right, bottom)
+            draw_pad(axes, lines[k])
+            name = f"mode {mode.number}: {hertz(math.tau * mode.frequency_hz)}"
+            if mode.growth_rate:
+                name += f", ${mode.growth_rate:+.4g}$ 1/s"
+            axes.set_title(name, pad=2.0, color=RED if mode.growth_rate in growing_rates else "k")
             axes.set(xlim=(left, right), ylim=(bottom, top))
-        handles, names = legend_of_phases(moved)
+        handles, names = legend_of_phases(scaled)
         names[1] += f" ({exaggeration(pad.w)})"
         figure.legend(handles, names, loc="outside upper center", ncols=3, columnspacing=1.2)
     return figure
@@ -155,9 +164,9 @@ def modes_drawing(name: str, roots: Sequence[Eigenvalue], figure: Figure | None 
         with style():
             drawn = Figure(figsize=(SINGLE, 3.0))
             draw_eigenvalues(drawn.add_subplot(), roots)
-    listed = ", ".join(f"{e.value.real:.4g} {e.value.imag:+.4g}i" for e in roots[:100])
-    if len(roots) > 100:
-        listed += f", and {len(roots) - 100} more"
+    listed = ", ".join(f"{e.value.real:.4g} {e.value.imag:+.4g}i" for e in roots[:LISTED])
+    if len(roots) > LISTED:
+        listed += f", and {len(roots) - LISTED} more"
     text = f"Eigenvalues of {name} in the complex plane{shapes}; in rad/s: {listed}."
     return Drawing(drawn, text, f"Eigenvalues of {name}", origin(__name__))
 
@@ -186,26 +195,21 @@ def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> 
     """
     faces = [corners_of(face) for face in outer_faces(where.cells)]
     edges = outline(where, faces)
-    # as many points as show a shape
-    shown = slice(None, None, 1 if faces else 1 + len(where.places) // 15_000)
-    u = displacements(where, shape)[shown]
-    rest = where.places[shown]
-    ends = np.array([where.places.min(axis=0), where.places.max(axis=0)])
-    size = float(np.ptp(ends, axis=0).max()) or 1.0
-    # a box that holds the nodes at every phase, and is no plate
-    half = np.maximum(np.ptp(ends, axis=0), 0.08 * size) / 2 + LARGEST_OF_NODES * size
-    box = np.transpose(ends.mean(axis=0) + np.array([-1.0, 1.0])[:, None] * half)
+    step = 1 if faces else 1 + len(where.places) // MOST_POINTS
+    u = displacements(where, shape)[::step]
+    rest = where.places[::step]
     amplitude = np.linalg.norm(u, axis=1)
-    dot = float(np.clip(6e3 / len(rest), 0.3, 12.0))
+    box = _box(where.places)
+    dot = float(np.clip(6e3 / len(rest), 0.3, 12.0))  # points squared, the smaller the more
     with style():
         figure = Figure(figsize=(DOUBLE, 2.5))
         figure.set_layout_engine("none")
         panels = ((0.0, 1.0, "(a) largest motion"), (0.45, 1j, "(b) a quarter of a period later"))
         for left, phase, title in panels:
             axes: Any = figure.add_axes((left, 0.0, 0.45, 0.85), projection="3d")
-            axes.set_box_aspect(tuple(half), zoom=1.5)
+            axes.set_box_aspect(tuple(box.half), zoom=1.5)
             axes.set_axis_off()
-            moved = rest + LARGEST_OF_NODES * size * (u * phase).real
+            moved = rest + box.largest_motion * (u * phase).real
             if faces:
                 axes.add_collection3d(Line3DCollection(edges, colors="0.55", linewidths=0.4))
                 drawn = _coloured_faces(faces, moved, amplitude)
@@ -213,13 +217,33 @@ def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> 
             else:
                 drawn = axes.scatter(*moved.T, c=amplitude, clip_on=False, s=dot, lw=0)
             drawn.set(clim=(0.0, 1.0))
-            axes.set(xlim=box[0], ylim=box[1], zlim=box[2])
+            axes.set(xlim=box.limits[0], ylim=box.limits[1], zlim=box.limits[2])
             figure.text(left + 0.225, 0.82, title, ha="center")
         bar = figure.colorbar(drawn, cax=figure.add_axes((0.92, 0.15, 0.012, 0.6)))
         bar.set_label("amplitude [largest]")
         figure.text(0.5, 0.93, literal(words), ha="center")
     text = f"Shape of a mode of {name}: {words}."
     return Drawing(figure, text, f"Mode of {name}", origin(__name__))
+
+
+class _Box(NamedTuple):
+    """A box that holds the nodes at every phase: half its sides (3,), its limits (3, 2), and the
+    largest displacement as drawn."""
+
+    half: NDArray
+    limits: NDArray
+    largest_motion: float
+
+
+def _box(places: NDArray) -> _Box:
+    """The box about the places (nodes, 3); that of a plate is no plate itself."""
+    ends = np.array([places.min(axis=0), places.max(axis=0)])
+    sides = np.ptp(ends, axis=0)
+    size = float(sides.max()) or 1.0
+    largest_motion = LARGEST_OF_NODES * size
+    half = np.maximum(sides, 0.08 * size) / 2 + largest_motion
+    limits = np.transpose(ends.mean(axis=0) + np.array([-1.0, 1.0])[:, None] * half)
+    return _Box(half, limits, largest_motion)
 
 
 def _coloured_faces(

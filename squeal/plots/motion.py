@@ -24,6 +24,7 @@ from squeal.simulation.observers import LAST, Event
 
 POSITION = NORMAL_REACTION[1]
 SHOWN = 1e-4  # of the largest amplitude: the foot of a spectrum
+STRONG = 0.01  # of the largest amplitude: lines above it set the range of frequencies
 _SCALES = {"F_n": "brake force", "w": "half length"}
 
 
@@ -56,10 +57,17 @@ class Run:
     @cached_property
     def timeline(self) -> list[Interval]:
         """Contact states in order, with the located times of their changes."""
-        first = next((e.source for e in self.events), max(self.shares, key=self.shares.__getitem__))
-        states = [first, *(event.target for event in self.events)]
-        times = [0.0, *(event.t for event in self.events), self.stop]
-        return list(map(Interval, times, times[1:], states))
+        if self.events:
+            state = self.events[0].source
+        else:
+            state = max(self.shares, key=self.shares.__getitem__)
+        start = 0.0
+        intervals = []
+        for event in self.events:
+            intervals.append(Interval(start, event.t, state))
+            start = event.t
+            state = event.target
+        return [*intervals, Interval(start, self.stop, state)]
 
     @cached_property
     def states_met(self) -> list[str]:
@@ -78,11 +86,10 @@ def pieces(
     """
     curves: dict[str, list[np.ndarray]] = {}
     for start, stop, state in timeline:
-        inside = (t > start) & (t < stop)
+        is_inside = (t > start) & (t < stop)
         first, last = np.interp([start, stop], t, values)
-        times = [start, *t[inside], stop, np.nan]
-        piece = np.array([times, [first, *values[inside], last, np.nan]])
-        curves.setdefault(state, []).append(piece)
+        piece = [[start, *t[is_inside], stop, np.nan], [first, *values[is_inside], last, np.nan]]
+        curves.setdefault(state, []).append(np.array(piece))
     return {state: tuple(np.concatenate(parts, axis=1)) for state, parts in curves.items()}
 
 
@@ -106,39 +113,41 @@ class Looks(NamedTuple):
 
     @staticmethod
     def of(run: Run) -> Looks:
-        """The looks of a run."""
+        """The looks of a run, those of the states in which any time was spent."""
         law = contact_law(run.model)
         palette = colours(run.model)
         timeline = run.timeline
         partial = law.state_name(LEAD)
-        has_one_partial_state = partial == law.state_name(TRAIL)
-        if has_one_partial_state:
-            timeline = [_with_edge(one, partial, run.history) for one in timeline]
+        if partial == law.state_name(TRAIL):  # one state for both edges
+            timeline = [_with_edge(interval, partial, run.history) for interval in timeline]
+        met = {interval.state for interval in timeline if interval.stop > interval.start}
         states: dict[str, StateLook] = {}
         for state in run.states_met:
             label = state_label(state)
             meaning = law.meanings[state]
-            states[state] = StateLook(label, meaning, palette[state])
+            if state in met:
+                states[state] = StateLook(label, meaning, palette[state])
             for edge, edge_state in (("leading", LEAD), ("trailing", TRAIL)):
-                states[f"{state} {edge}"] = StateLook(
-                    label=rf"{label}$_{edge[0]}$",
-                    meaning=f"{meaning}, {edge} edge",
-                    colour=STATE_COLOURS[edge_state],
-                )
-        met = {one.state for one in timeline if one.stop > one.start}
-        return Looks(timeline, {name: look for name, look in states.items() if name in met})
+                if f"{state} {edge}" in met:
+                    states[f"{state} {edge}"] = StateLook(
+                        label=rf"{label}$_{edge[0]}$",
+                        meaning=f"{meaning}, {edge} edge",
+                        colour=STATE_COLOURS[edge_state],
+                    )
+        return Looks(timeline, states)
 
 
-def _with_edge(one: Interval, partial: str, history: dict[str, np.ndarray]) -> Interval:
+def _with_edge(interval: Interval, partial: str, history: dict[str, np.ndarray]) -> Interval:
     """An interval of partial contact with the edge that touches in its middle; others as they
     are."""
-    if one.state != partial:
-        return one
+    if interval.state != partial:
+        return interval
     position = history["delta"]
-    known = np.isfinite(position)
-    middle = 0.5 * (one.start + one.stop)
-    is_leading = np.interp(middle, history["t"][known], position[known]) < 0
-    return one._replace(state=f"{partial} {'leading' if is_leading else 'trailing'}")
+    is_known = np.isfinite(position)
+    middle = 0.5 * (interval.start + interval.stop)
+    at_middle = np.interp(middle, history["t"][is_known], position[is_known])
+    edge = "leading" if at_middle < 0 else "trailing"
+    return interval._replace(state=f"{partial} {edge}")
 
 
 def trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> None:
@@ -159,15 +168,16 @@ def trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> No
 
 def strip(axes: Axes, looks: Looks) -> None:
     """The second cue: each state has a row of its own, so position tells it without colour."""
-    rows = list(reversed(looks.states.items()))
-    for row, (state, look) in enumerate(rows):
+    labels = []
+    for row, (state, look) in enumerate(reversed(looks.states.items())):
+        labels.append(look.label)
         bars = []  # begin and length, ms
-        for one in looks.timeline:
-            if one.state == state:
-                bars.append((1e3 * one.start, 1e3 * (one.stop - one.start)))
+        for start, stop, other in looks.timeline:
+            if other == state:
+                bars.append((1e3 * start, 1e3 * (stop - start)))
         axes.broken_barh(bars, (row - 0.4, 0.8), facecolor=look.colour, linewidth=0.0, gid=state)
-    axes.set_yticks(range(len(rows)), [look.label for _, look in rows])
-    axes.set_ylim(-0.6, len(rows) - 0.4)
+    axes.set_yticks(range(len(labels)), labels)
+    axes.set_ylim(-0.6, len(labels) - 0.4)
     axes.set_ylabel("state")
     axes.set_xlabel(r"time $t$ [ms]")
     axes.tick_params(axis="y", length=0.0)
@@ -194,29 +204,31 @@ def alternative_text(run: Run) -> str:
 def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency: float) -> None:
     """Amplitudes over frequency of the run's last part; `frequency` (Hz, or 0) is marked."""
     t = run.history["t"]
-    late = slice(-int(LAST * len(t)), None)
-    values = np.array([run.history[signal.name][late] for signal in forces]).T
+    last_samples = slice(-int(LAST * len(t)), None)
+    values = np.array([run.history[signal.name][last_samples] for signal in forces]).T
     frequencies, amplitudes = spectrum(values, float(t[1] - t[0]), finer=8)
-    kilohertz = frequencies[1:] / 1e3
+    kilohertz = frequencies[1:] / 1e3  # without the mean, at 0
     amplitudes = amplitudes[1:]
     top = max(float(amplitudes.max()), 1e-12)
     for signal, column, colour in zip(forces, amplitudes.T, ("black", "0.55"), strict=False):
         axes.plot(
             kilohertz,
-            np.maximum(column, 1e-3 * SHOWN * top),
+            np.maximum(column, 1e-3 * SHOWN * top),  # zeros have no logarithm
             color=colour,
             label=f"${signal.symbol}$",
             gid=f"spectrum {signal.name}",
         )
-    strong = kilohertz[(amplitudes >= 0.01 * top).any(axis=1)]
-    axes.set_xlim(0.0, min(1.5 * float(strong[-1]), float(kilohertz[-1])))
+    is_strong = (amplitudes >= STRONG * top).any(axis=1)
+    highest = float(kilohertz[is_strong][-1])
+    axes.set_xlim(0.0, min(1.5 * highest, float(kilohertz[-1])))
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(numticks=9))
     axes.set(ylim=(SHOWN * top, 3.0 * top), xlabel="frequency [kHz]", ylabel="amplitude$/F_n$")
-    known = f"; strongest line of the motion at {frequency:.0f} Hz" if frequency else ""
-    axes.set_title(f"({letter}) spectrum of the last quarter{known}", loc="left", pad=3.0)
+    title = f"({letter}) spectrum of the last quarter"
     if frequency:
+        title += f"; strongest line of the motion at {frequency:.0f} Hz"
         axes.axvline(frequency / 1e3, color="0.6", linewidth=0.5, zorder=0)
+    axes.set_title(title, loc="left", pad=3.0)
     if len(forces) > 1:
         axes.legend(loc="upper right")
 
@@ -231,13 +243,7 @@ def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
     text = alternative_text(run)
     shown = run
     if POSITION not in law.plotted:
-        history = run.history
-        contacts = {model.state_name(state): state for state in model.states}
-        contact = np.array([contacts[name] for name in history["state"]], dtype=float).T
-        at = pose(np, (history["x"], history["y"], history["theta"]))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            _, position = law.resultant(model.c, at, contact)
-        shown = replace(run, history=history | {POSITION.name: position / model.pad.w})
+        shown = _with_position(run, model)
         text += f" A third panel shows the {POSITION.words} over the half length."
     forces = [signal for signal in law.plotted if signal.is_force]
     panels = [*forces, POSITION]
@@ -250,9 +256,9 @@ def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
         for k in range(1, len(panels)):
             axes.append(figure.add_subplot(grid[k], sharex=first))
         below = figure.add_subplot(grid[-2], sharex=first)
-        for one, signal, letter in zip(axes, panels, "abc", strict=False):
-            trace(one, shown, signal, letter, looks)
-            one.tick_params(labelbottom=False)
+        for panel, signal, letter in zip(axes, panels, "abc", strict=False):
+            trace(panel, shown, signal, letter, looks)
+            panel.tick_params(labelbottom=False)
         strip(below, looks)
         last = figure.add_subplot(grid[-1])
         _spectrum(last, shown, forces, "abcd"[len(panels)], frequency)
@@ -260,7 +266,20 @@ def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
         handles = first.get_lines()[: len(looks.states)]
         names = [f"{look.label}: {look.meaning}" for look in looks.states.values()]
         figure.legend(handles, names, loc="outside upper center", ncols=4)
-    known = f"its strongest line is at {frequency:.0f} Hz" if frequency else "no line stands out"
-    text += f" A last panel shows the spectrum of the forces in the last quarter; {known}."
+    line = "no line stands out"
+    if frequency:
+        line = f"its strongest line is at {frequency:.0f} Hz"
+    text += f" A last panel shows the spectrum of the forces in the last quarter; {line}."
     title = f"Motion of the scene {run.name}: forces, contact and spectrum"
     return Drawing(figure, text, title, origin(__name__, run.provenance))
+
+
+def _with_position(run: Run, model: PadModel) -> Run:
+    """The same run with the position of the normal reaction over w in its history."""
+    history = run.history
+    state_of_name = {model.state_name(state): state for state in model.states}
+    contact = np.array([state_of_name[name] for name in history["state"]], dtype=float).T
+    at = pose(np, (history["x"], history["y"], history["theta"]))
+    with np.errstate(divide="ignore", invalid="ignore"):  # without contact there is no reaction
+        _, position = contact_law(run.model).resultant(model.c, at, contact)
+    return replace(run, history=history | {POSITION.name: position / model.pad.w})

@@ -8,8 +8,9 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from squeal.io.writing import Answer, Mark
+from squeal.io.writing import Answer, Column, Mark
 from squeal.plots.conditions import draw_matrix
 from squeal.plots.energy import draw_terms
 from squeal.plots.maps import COLOUR_OF
@@ -45,21 +46,34 @@ def draw_panel(answer: Answer, axes: Axes, **look: Any) -> None:
         return
     panel = answer.panel
     columns = answer.table().columns
-    names = [column.name for column in columns]
-    x = panel.x if isinstance(panel.x, str) else names[panel.x]
-    y = panel.y if isinstance(panel.y, str) else names[panel.y]
+    x_column = _column(columns, panel.x)
+    y_column = _column(columns, panel.y)
+    x = x_column.name
+    y = y_column.name
     rows = [row for row in answer.to_records() if row[x] is not None and row[y] is not None]
-    axes.set_xlabel(literal(columns[names.index(x)].head))
-    axes.set_ylabel(literal(columns[names.index(y)].head))
+    axes.set_xlabel(literal(x_column.head))
+    axes.set_ylabel(literal(y_column.head))
     if panel.mark is Mark.BARS:
         _draw_bars(axes, rows, x, y, panel.each, **look)
     elif panel.mark is Mark.LINES:
         _draw_lines(axes, rows, x, y, panel.each, **look)
     elif panel.mark is Mark.STEPS:
-        axes.step([row[x] for row in rows], [row[y] for row in rows], where="post", **look)
+        axes.step(_cells(rows, x), _cells(rows, y), where="post", **look)
     else:
         points = {"marker": ".", "linestyle": ""} | look
-        axes.plot([row[x] for row in rows], [row[y] for row in rows], **points)
+        axes.plot(_cells(rows, x), _cells(rows, y), **points)
+
+
+def _column(columns: Sequence[Column], named: str | int) -> Column:
+    """A column by its name or by its place."""
+    if isinstance(named, int):
+        return columns[named]
+    return next(column for column in columns if column.name == named)
+
+
+def _cells(rows: Sequence[Row], name: str) -> list[Any]:
+    """The values of a column."""
+    return [row[name] for row in rows]
 
 
 def _draw_bars(axes: Axes, rows: Sequence[Row], x: str, y: str, each: str, **look: Any) -> None:
@@ -69,7 +83,7 @@ def _draw_bars(axes: Axes, rows: Sequence[Row], x: str, y: str, each: str, **loo
         axes.set_title(literal(f"{each} {rows[0][each]}" if rows else each), loc="left")
     labels = [literal(str(row[x])) for row in rows]
     places = range(len(rows))
-    axes.barh(places, [row[y] for row in rows], **look)
+    axes.barh(places, _cells(rows, y), **look)
     axes.set_yticks(places, labels)
     axes.invert_yaxis()
     axes.set_xlabel(axes.get_ylabel())
@@ -78,26 +92,31 @@ def _draw_bars(axes: Axes, rows: Sequence[Row], x: str, y: str, each: str, **loo
 
 def _draw_lines(axes: Axes, rows: Sequence[Row], x: str, y: str, each: str, **look: Any) -> None:
     """A line for each value of the column `each`, or one."""
-    kinds = dict.fromkeys(row[each] if each else "" for row in rows)
-    for kind in kinds:
-        mine = [row for row in rows if not each or row[each] == kind]
-        label = {"label": f"{each} {kind}"} if each else {}
-        axes.plot([row[x] for row in mine], [row[y] for row in mine], **(label | look))
+    if not each:
+        axes.plot(_cells(rows, x), _cells(rows, y), **look)
+        return
+    rows_of: dict[Any, list[Row]] = {}
+    for row in rows:
+        rows_of.setdefault(row[each], []).append(row)
+    for value, of_line in rows_of.items():
+        label = {"label": f"{each} {value}"} | look
+        axes.plot(_cells(of_line, x), _cells(of_line, y), **label)
 
 
 def _draw_map(answer: Map, axes: Axes, **look: Any) -> None:
     """The quantity of a map, else its verdicts in their colours."""
     first, second = answer.axes
+    values: NDArray[Any] = answer.codes
     if answer.quantity is not None:
-        values: Any = answer.quantity[2]
+        _, _, values = answer.quantity
         own: dict[str, Any] = {}
     else:
-        values = answer.codes
         colours = [COLOUR_OF[verdict] for verdict in answer.verdicts]
         own = {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
     axes.pcolormesh(first.values, second.values, values.T, shading="nearest", **(own | look))
-    for axis, way in ((first, "x"), (second, "y")):
-        limits = {f"{way}lim": (axis.low, axis.high), f"{way}label": literal(axis.name)}
-        axes.set(**limits)
-        if axis.log:
-            axes.set(**{f"{way}scale": "log"})
+    axes.set(xlim=(first.low, first.high), xlabel=literal(first.name))
+    axes.set(ylim=(second.low, second.high), ylabel=literal(second.name))
+    if first.log:
+        axes.set_xscale("log")
+    if second.log:
+        axes.set_yscale("log")

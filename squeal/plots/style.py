@@ -10,6 +10,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squeal.io.provenance import Provenance, digest
@@ -154,6 +155,25 @@ def frequency_limits(values: np.ndarray) -> tuple[float, float]:
         margin = 0.1 * (high - low)
         return low - margin, high + margin
     return 0.0, 1.1 * high or 1.0
+
+
+def write_beside(
+    axes: Axes, text: str, point: tuple[float, float], offset: tuple[float, float], **look: Any
+) -> None:
+    """A text on that side of a point to which an offset (in points) leads from it."""
+    right, up = offset
+    vertical = "center"
+    if up:
+        vertical = "bottom" if up > 0 else "top"
+    axes.annotate(
+        text,
+        point,
+        offset,
+        textcoords="offset points",
+        ha="left" if right > 0 else "right",
+        va=vertical,
+        **look,
+    )
 
 
 def hertz(omega: float) -> str:

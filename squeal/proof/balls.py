@@ -17,20 +17,26 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
+Factors = float | complex | NDArray
+"""Real or complex numbers that numpy broadcasts."""
+Ball = Any
+"""A `flint.arb`."""
 EPS = float(np.finfo(float).eps)
 TINY = float(np.finfo(float).tiny)
 AS_GIVEN = "as given"
 HALF_ULP = "half an ulp"
 
 
-def size(X: Any) -> Floats:
+def size(X: Factors) -> Floats:
     """Upper bounds of the absolute values of real or complex entries."""
     sizes = np.abs(X)
-    return sizes * (1.0 + 4.0 * EPS) if np.iscomplexobj(X) else sizes
+    if np.iscomplexobj(X):
+        return sizes * (1.0 + 4.0 * EPS)
+    return sizes
 
 
 def upper(X: Any, terms: int) -> Any:
-    """Upper bounds of sums of that many non-negative products, from their computed values."""
+    """Upper bounds of sums of that many non-negative products, from their computed values X."""
     return X * (1.0 + (terms + 8) * EPS) + (terms + 8) * TINY
 
 
@@ -51,11 +57,11 @@ class Balls:
         Radii, at least 0.
     """
 
-    mid: Any
+    mid: NDArray
     rad: Floats
 
     @staticmethod
-    def exact(X: Any) -> Balls:
+    def exact(X: NDArray) -> Balls:
         """The matrix itself."""
         return Balls(X, np.zeros(X.shape))
 
@@ -79,20 +85,20 @@ class Balls:
         index = np.ix_(rows, rows)
         return Balls(self.mid[index], self.rad[index])
 
-    def scaled(self, exponents: Any) -> Balls:
-        """Entries times powers of two; what underflows is covered by the radius."""
+    def scaled(self, exponents: int | NDArray[np.intp]) -> Balls:
+        """Entries times 2^exponents; what underflows is covered by the radius."""
         mid = _shifted(self.mid, exponents)
-        lost = _shifted(mid, -exponents) != self.mid
         rad = np.ldexp(self.rad, exponents)
-        rad = rad + TINY * (lost | ((self.rad > 0.0) & (rad < TINY)))
-        return Balls(mid, rad)
+        midpoint_underflows = _shifted(mid, -exponents) != self.mid
+        radius_underflows = (self.rad > 0.0) & (rad < TINY)
+        return Balls(mid, rad + TINY * (midpoint_underflows | radius_underflows))
 
     def plus(self, other: Balls) -> Balls:
         """The sum."""
         mid = self.mid + other.mid
         return Balls(mid, upper(self.rad + other.rad + EPS * size(mid), 2))
 
-    def times(self, factors: Any) -> Balls:
+    def times(self, factors: Factors) -> Balls:
         """Entries times real or complex numbers, broadcast."""
         mid = self.mid * factors
         rad = self.rad * size(factors) + 4.0 * EPS * size(mid)
@@ -101,12 +107,14 @@ class Balls:
     def __matmul__(self, other: Balls) -> Balls:
         terms = self.mid.shape[1]
         mid = self.mid @ other.mid
-        is_complex = np.iscomplexobj(mid)
-        # a complex product sums 2 n real ones in each part; both parts cost a factor sqrt(2)
-        share = (1.5 if is_complex else 0.5) * (terms + 4) * EPS
+        units = 0.5  # u = eps / 2
+        if np.iscomplexobj(mid):
+            # each part sums 2 n real products, and both parts together cost a factor sqrt(2)
+            units = 1.5
+        rounding = units * (terms + 4) * EPS  # of the product, as a share of |self| |other|
         left = size(self.mid)
         right = size(other.mid)
-        rad = left @ upper(other.rad + share * right, 2)
+        rad = left @ upper(other.rad + rounding * right, 2)
         if not self.is_exact:
             rad = rad + self.rad @ upper(right + other.rad, 2)
         return Balls(mid, upper(rad, 4 * terms))
@@ -116,19 +124,20 @@ class Balls:
         return upper(size(self.mid) + self.rad, 2)
 
 
-def _shifted(X: NDArray, exponents: Any) -> NDArray:
-    """Real or complex entries times powers of two."""
+def _shifted(X: NDArray, exponents: int | NDArray[np.intp]) -> NDArray:
+    """Real or complex entries times 2^exponents."""
     if np.iscomplexobj(X):
         return np.asarray(np.ldexp(X.real, exponents) + 1j * np.ldexp(X.imag, exponents))
     return np.asarray(np.ldexp(X, exponents))
 
 
-def middle_and_radius(ball: Any) -> tuple[float, float]:
-    """A double and how far the numbers of a ball (`flint.arb`) may lie from it."""
+def middle_and_radius(ball: Ball) -> tuple[float, float]:
+    """A double near the middle of a ball, and how far the numbers of the ball may lie from it."""
     middle = float(ball.mid())
-    if (ball - middle).is_zero():
+    deviation = ball - middle
+    if deviation.is_zero():
         return middle, 0.0
-    return middle, float(np.nextafter(float((ball - middle).abs_upper()), np.inf))
+    return middle, float(np.nextafter(float(deviation.abs_upper()), np.inf))
 
 
 def half_widths(X: NDArray, data: str) -> Floats:
@@ -153,15 +162,16 @@ def half_widths(X: NDArray, data: str) -> Floats:
     if data == AS_GIVEN:
         return np.zeros(X.shape)
     if data == HALF_ULP:
-        return np.where(X == 0.0, 0.0, np.spacing(np.abs(X)) / 2.0 + 5e-324)
+        smallest = 5e-324  # a double, so that half of the smallest is not lost
+        return np.where(X == 0.0, 0.0, np.spacing(np.abs(X)) / 2.0 + smallest)
     match = re.fullmatch(r"(\d+) digits", data)
     if match is None:
         raise ValueError(f"{data}: is no kind of data; {AS_GIVEN}, {HALF_ULP} or '10 digits' is")
     sizes = np.abs(X)
     # a logarithm just below a whole number counts as that
-    leading = np.floor(np.log10(np.where(sizes > 0.0, sizes, 1.0)) + 1e-9)
-    places = leading - int(match[1]) + 1
-    return np.where(X == 0.0, 0.0, upper(0.5 * 10.0**places, 100))
+    leading_power = np.floor(np.log10(np.where(sizes > 0.0, sizes, 1.0)) + 1e-9)
+    last_power = leading_power - int(match[1]) + 1
+    return np.where(X == 0.0, 0.0, upper(0.5 * 10.0**last_power, 100))
 
 
 def doubles(X: NDArray[Any]) -> NDArray[Any]:
@@ -208,18 +218,21 @@ class Quadratic:
 
         Raises ValueError unless the matrices are square, of one size, of entries that doubles hold.
         """
-        first = np.asarray(M)
-        given = [first, np.zeros(first.shape) if C is None else np.asarray(C), np.asarray(K)]
+        mass = np.asarray(M)
+        damping = np.zeros(mass.shape) if C is None else np.asarray(C)
+        given = [mass, damping, np.asarray(K)]
         for X in given:
-            if X.ndim != 2 or X.shape != (len(first), len(first)) or X.dtype.kind not in "biufc":
+            if X.ndim != 2 or X.shape != (len(mass), len(mass)) or X.dtype.kind not in "biufc":
                 raise ValueError(f"matrices: shape {X.shape}, {X.dtype}; (n, n) are required")
-        floats = [doubles(X) for X in given]
+        mass, damping, stiffness = (doubles(X) for X in given)
+        is_symmetric = np.array_equal(mass, mass.T) and np.array_equal(stiffness, stiffness.T)
+        is_skew = np.array_equal(damping, -damping.T)
         with np.errstate(all="ignore"):
-            mass, damping, stiffness = (Balls(X, half_widths(X, data)) for X in floats)
-        real = not any(np.iscomplexobj(X) for X in floats)
-        symmetric = real and all(np.array_equal(X.mid, X.mid.T) for X in (mass, stiffness))
-        skew = real and np.array_equal(damping.mid, -damping.mid.T)
-        return Quadratic(mass, damping, stiffness, data, symmetric, skew)
+            balls = [Balls(X, half_widths(X, data)) for X in (mass, damping, stiffness)]
+        quadratic = Quadratic(balls[0], balls[1], balls[2], data)
+        if not quadratic.is_real:
+            return quadratic
+        return replace(quadratic, symmetric=is_symmetric, skew=is_skew)
 
     @property
     def n(self) -> int:

@@ -42,71 +42,121 @@ Ball = Any
 """A `flint.arb`."""
 Polynomial = Any
 """A `flint.arb_poly` in t."""
-UNITS = ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))  # slopes of the unknowns
-FRICTION = 3  # its number among the unknowns x, y, theta, mu
-BITS = 106  # of the arithmetic: thresholds are known to all digits of a double
-ORDER = 8  # of the Taylor polynomials
-CONTRACTION = 0.3  # of boxes that widths aim at
-ROUNDS = 4  # of wider boxes
-OVERLAP = 1e-6  # of its half width: how far a cell begins before the end of the last one
-NARROWEST = 1e-12  # of the first cell: a cell that is not halved
-SHARP = 1e-14  # of friction: how well it is known where roots change
-CONTACT = 10.0  # times that: where the contact changes, in the state before
-CONTACT_BEYOND = 200.0  # the same in the state beyond
+UNITS = ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))
+"""Slopes of the unknowns x, y, theta and mu by themselves."""
+FRICTION = 3
+"""The index of mu among the unknowns x, y, theta, mu."""
+BITS = 106
+"""Precision of the arithmetic: twice that of a double, so that thresholds are known to all its
+digits."""
+ORDER = 8
+"""Degree of the Taylor polynomials in t; their coefficient of this order is Lagrange's ball."""
+CONTRACTION = 0.3
+"""The width of a cell is chosen such that Krawczyk's operator contracts by about this factor."""
+ROUNDS = 4
+"""How many boxes, each wider than the last, are tried for a cell."""
+OVERLAP = 1e-6
+"""How far a cell begins before the end of the last one, as a share of its half width."""
+NARROWEST = 1e-12
+"""A cell is halved until it is this share of the width first tried."""
+SHARP = 1e-14
+"""The friction of a change of the roots is known once its radius is this share of the range."""
+CONTACT = 10.0
+"""Where the contact changes: so many times `SHARP`, in a cell of the state before it."""
+CONTACT_BEYOND = 200.0
+"""The same in a cell of the state beyond it, whose boxes are wider."""
 MOST_CELLS = 400
-MOST_PARTS = 400  # of a cell in which signs are looked at
-NEAR = 1e-13  # of t: what is not told apart
-SHRINKING = 8.0  # a cell around a bracket is so many times as wide
+"""After so many cells the branch counts as lost."""
+MOST_PARTS = 400
+"""Into so many parts a cell is divided at most to find the signs of a polynomial."""
+NEAR = 1e-13
+"""An interval of t that is not divided any more."""
+SHRINKING = 8.0
+"""A cell around a bracketed change of contact is so many times as wide as the bracket."""
 LOST = "the equilibrium is not enclosed"
 UNRESOLVED = "the contact changes in a way that is not resolved"
 
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """A part of the curve of equilibria: exactly one in a box at each |t| <= 1.
+    """A part of the curve of equilibria: at each |t| <= 1 exactly one lies in a box around P(t).
 
-    state: which contact points touch; pivot: the unknown that is m + h t; middle, half: m and h;
-    places (4): polynomials P(t); box (4,): how far from them no other equilibrium lies; loose (4,):
-    how far from them the equilibrium may lie; slopes (3, 4): of F by the unknowns, polynomials;
-    start, end: the part of t that belongs to the branch; opened: from which t on
-    the next cell may hold instead.
+    Attributes
+    ----------
+    state : State
+        Which contact points touch.
+    pivot : int
+        The index of the unknown that parametrises the cell, m + h t.
+    middle, half : float
+        m and h.
+    centre : tuple of 4 polynomials
+        P(t), approximately the equilibrium.
+    unique_within : ndarray (4,)
+        How far from P(t) no second equilibrium lies.
+    radii : ndarray (4,)
+        How far from P(t) the equilibrium may lie.
+    slopes : (3, 4) polynomials
+        Slopes of the loads F by the unknowns, over the whole tube.
+    start, end : float
+        The interval of t that belongs to the branch.
+    overlap_from : float
+        From this t on the next cell may hold the equilibrium instead.
     """
 
     state: State
     pivot: int
     middle: float
     half: float
-    places: tuple[Polynomial, ...]
-    box: Floats
-    loose: Floats
+    centre: tuple[Polynomial, ...]
+    unique_within: Floats
+    radii: Floats
     slopes: tuple[tuple[Polynomial, ...], ...]
     start: float = -1.0
-    opened: float = 1.0
+    overlap_from: float = 1.0
     end: float = 1.0
 
     def at(self, t: Ball) -> list[Ball]:
-        """Balls (4) of the unknowns over a ball of t."""
-        pairs = zip(self.places, self.loose.tolist(), strict=True)
-        return [place(t) + flint.arb(0, loose) for place, loose in pairs]
+        """Balls (4) that hold the unknowns at all t of a ball."""
+        pairs = zip(self.centre, self.radii.tolist(), strict=True)
+        return [polynomial(t) + flint.arb(0, radius) for polynomial, radius in pairs]
+
+    def at_end(self) -> list[Ball]:
+        """Balls (4) of the unknowns where the next cell takes over."""
+        return self.at(_between(self.overlap_from, self.end))
 
     def direction(self, t: float) -> Floats:
-        """About how the unknowns (4,) change with t."""
-        return np.array([float(place.derivative()(t).mid()) for place in self.places])
+        """Derivatives (4,) of the unknowns by t, approximate."""
+        return np.array([float(p.derivative()(t).mid()) for p in self.centre])
 
-    def share(self, value: Ball) -> Ball:
+    def t_of(self, value: Ball) -> Ball:
         """The t at which the pivot has a value."""
         return (value - self.middle) / self.half
 
     def holds(self, point: Sequence[Ball]) -> bool:
-        """Whether its equilibria are those in a small box (4 balls) of the unknowns."""
-        t = self.share(point[self.pivot])
+        """Whether an equilibrium in a small box (4 balls) of the unknowns is one of this cell.
+
+        It is if the box lies where the cell has no second equilibrium.
+        """
+        t = self.t_of(point[self.pivot])
         if not abs(t) <= 1:
             return False
-        own = zip(self.places, self.box.tolist(), point, strict=True)
-        for i, (place, reach, ball) in enumerate(own):
-            if i != self.pivot and not flint.arb(0, reach).contains(ball - place(t)):
+        for i in _others(self.pivot):
+            deviation = point[i] - self.centre[i](t)
+            if not flint.arb(0, float(self.unique_within[i])).contains(deviation):
                 return False
         return True
+
+
+class ContactChange(NamedTuple):
+    """Where in a cell the contact changes.
+
+    points: the contact points whose gaps change their sign; low: up to this t the state of the cell
+    holds; high: from this t on the gaps have the other sign (1 where they do not reach it).
+    """
+
+    points: list[int]
+    low: float
+    high: float
 
 
 class PadBranch:
@@ -148,14 +198,14 @@ class PadBranch:
             yield self._about_origin()
             return
         point = self._start
-        x, y, theta = (flint.arb(v) for v in point[:3].tolist())
-        gaps = self.model.law.gaps(self._c, pose(Functions, (x, y, theta)))
-        state = State(*(float(gap.mid()) < 0.0 for gap in gaps))
+        state = self._contact_state(point)
         tangent = self._tangent(point, state)
         if tangent is None:
             self.reason = LOST
             return
-        ahead = tangent if tangent[FRICTION] > 0.0 else -tangent
+        ahead = tangent
+        if tangent[FRICTION] <= 0.0:
+            ahead = -tangent
         last: Cell | None = None
         limit = np.inf  # of a half width, along the curve
         for _ in range(MOST_CELLS):
@@ -164,7 +214,8 @@ class PadBranch:
                 self.reason = f"{LOST} beyond mu = {point[FRICTION]:.9g}"
                 return
             limit = np.inf
-            change = self._first_change(cell, last is None or last.state == state)
+            same_state = last is None or last.state == state
+            change = self._first_change(cell, same_state)
             if change is None:
                 yield cell
                 last = cell
@@ -173,37 +224,43 @@ class PadBranch:
                 if point[FRICTION] > self.high or ahead[FRICTION] <= 0.0:
                     return
                 continue
-            points, low, high = change
-            if cell.direction(low)[FRICTION] <= 0.0:
-                yield replace(cell, end=low)
+            if cell.direction(change.low)[FRICTION] <= 0.0:
+                # a fold comes before the change of contact
+                yield replace(cell, end=change.low)
                 return
-            there = cell.at(_between(low, high))
-            friction = float(there[FRICTION].mid())
-            if not self.is_sharp(there[FRICTION], CONTACT):
-                # a narrow cell around it knows better where it is
-                share = min(SHRINKING * (high - low), 0.5)
-                limit = share * float(np.linalg.norm(cell.direction(low)))
-                if low > cell.start:
-                    last = replace(cell, opened=low, end=low)
+            friction = cell.at(_between(change.low, change.high))[FRICTION]
+            if not self.is_sharp(friction, CONTACT):
+                # up to the change by this cell, then again by a narrow one, which encloses the
+                # friction of the change more sharply
+                share = min(SHRINKING * (change.high - change.low), 0.5)
+                limit = share * float(np.linalg.norm(cell.direction(change.low)))
+                if change.low > cell.start:
+                    last = replace(cell, overlap_from=change.low, end=change.low)
                     yield last
-                    point = self._near(cell, low)
-                ahead = cell.direction(low)
+                    point = self._near(cell, change.low)
+                ahead = cell.direction(change.low)
                 continue
-            turned = None
-            if len(points) == 1:
-                state = state.flip(points[0])
-                point = self._near(cell, high)
-                turned = self._beyond(point, state, points[0])
-            if turned is None:
-                self.reason = f"{UNRESOLVED} near mu = {friction:.9g}"
+            ahead_beyond = None
+            if len(change.points) == 1:
+                state = state.flip(change.points[0])
+                point = self._near(cell, change.high)
+                ahead_beyond = self._beyond(point, state, change.points[0])
+            if ahead_beyond is None:
+                self.reason = f"{UNRESOLVED} near mu = {float(friction.mid()):.9g}"
                 return
-            last = replace(cell, opened=low, end=high)
+            last = replace(cell, overlap_from=change.low, end=change.high)
             yield last
-            ahead = turned
+            ahead = ahead_beyond
             if ahead[FRICTION] <= 0.0:
-                self.turn = (float(there[FRICTION].lower()), float(there[FRICTION].upper()))
+                self.turn = (float(friction.lower()), float(friction.upper()))
                 return
         self.reason = f"{LOST} beyond mu = {point[FRICTION]:.9g} within {MOST_CELLS} cells"
+
+    def _contact_state(self, point: Floats) -> State:
+        """Which contact points touch at a point (4,): those whose gaps are negative."""
+        x, y, theta = (flint.arb(v) for v in point[:FRICTION].tolist())
+        gaps = self.model.law.gaps(self._c, pose(Functions, (x, y, theta)))
+        return State(*(float(gap.mid()) < 0.0 for gap in gaps))
 
     def _next(
         self,
@@ -213,80 +270,111 @@ class PadBranch:
         limit: float,
         last: Cell | None,
     ) -> Cell | None:
-        """A cell from a point on that is as wide as possible, None if there is none.
+        """The widest cell that starts at a point; None if none continues the last cell.
 
-        ahead (4,): the direction of the curve; limit: of the half width, along it; last: the cell
-        to be continued.
+        It is halved until Krawczyk's operator contracts and the cell joins the last one.
+
+        Parameters
+        ----------
+        point : ndarray (4,)
+            An approximate equilibrium.
+        state : State
+            The contact state of the cell.
+        ahead : ndarray (4,)
+            The direction of the curve.
+        limit : float
+            The largest half width, as a length along the curve.
+        last : Cell or None
+            The cell to be continued.
         """
         chosen = self._pivot(point, state, ahead)
         if chosen is None:
             return None
         pivot, widest = chosen
-        turn = 1.0 if ahead[pivot] > 0.0 else -1.0
+        sense = 1.0 if ahead[pivot] > 0.0 else -1.0
         half = min(widest, limit / float(np.linalg.norm(ahead)))
         half *= abs(ahead[pivot])
         narrowest = NARROWEST * half
-        wide = 1e-15 * np.abs(point)  # points are doubles
+        reach = 1e-15 * np.abs(point)  # points are doubles
         if last is not None and last.state != state:
-            entry = last.at(_between(last.opened, last.end))
-            radii = np.array([float(ball.rad()) for ball in entry])
-            wide += 16.0 * (radii + radii[pivot] * np.abs(ahead / ahead[pivot]))
-            half = max(half, SHRINKING * float(wide[pivot]))
-        while half > max(narrowest, wide[pivot]):
-            h = turn * half
-            overlap = max(OVERLAP * half, wide[pivot])
-            middle = point[pivot] + turn * (half - overlap)
-            try:
-                cell = self._cell(point, pivot, middle, h, state, wide)
-            except (ArithmeticError, ValueError):  # a ball to be divided by holds zero
-                cell = None
-            joined = None if cell is None else _joined(cell, last)
-            if joined is not None:
-                return joined
+            # the box has to hold the whole enclosure of the change of contact, which is as wide
+            # along the curve as the bracket of the change
+            radii = np.array([float(ball.rad()) for ball in last.at_end()])
+            reach += 16.0 * (radii + radii[pivot] * np.abs(ahead / ahead[pivot]))
+            half = max(half, SHRINKING * float(reach[pivot]))
+        while half > max(narrowest, reach[pivot]):
+            overlap = max(OVERLAP * half, reach[pivot])
+            middle = point[pivot] + sense * (half - overlap)
+            cell = self._cell(point, pivot, middle, sense * half, state, reach)
+            if cell is not None:
+                joined = _joined(cell, last)
+                if joined is not None:
+                    return joined
             half /= 2.0
         return None
 
     def _pivot(self, point: Floats, state: State, ahead: Floats) -> tuple[int, float] | None:
-        """The unknown by which the curve is best parametrised, and half of the width of a cell in
-        multiples of `ahead`."""
+        """The index of the unknown by which the curve is best parametrised, and half the width of a
+        cell, in multiples of `ahead`.
+
+        At a distance h along `ahead` the slopes are J + h J', so that Y = J^-1 leaves
+        |1 - Y J| = h |J^-1 J'|, with a spectral radius of `CONTRACTION` at the half width. Friction
+        is preferred unless another unknown allows cells that are 1.2 times as wide.
+        """
         flint.ctx.cap = 2
         pairs = zip(point.tolist(), ahead.tolist(), strict=True)
         series = [flint.arb_series([value, slope]) for value, slope in pairs]
-        jets = self._jets(series, state)
-        entries = [[_coefficients(slope, 2) for slope in jet.slopes] for jet in jets]
-        J = np.array([[float(c[0].mid()) for c in row] for row in entries])
-        change = np.array([[float(c[1].mid()) for c in row] for row in entries])
+        J = np.zeros((3, 4))
+        J_change = np.zeros((3, 4))
+        for row, jet in enumerate(self._jets(series, state)):
+            for column, slope in enumerate(jet.slopes):
+                value, change = _coefficients(slope, 2)
+                J[row, column] = float(value.mid())
+                J_change[row, column] = float(change.mid())
+        most = np.inf  # a little more than half the way to the highest friction
+        if ahead[FRICTION] > 0.0:
+            to_end = max(self.high - point[FRICTION], 0.0) * 0.51 + NARROWEST
+            most = to_end / ahead[FRICTION]
         best: tuple[int, float] | None = None
-        to_end = max(self.high - point[FRICTION], 0.0) * 0.51 + NARROWEST
-        most = to_end / ahead[FRICTION] if ahead[FRICTION] > 0.0 else np.inf
         for pivot in (FRICTION, 0, 1, 2):
-            others = [i for i in range(4) if i != pivot]
+            others = _others(pivot)
             try:
-                turned = np.abs(np.linalg.solve(J[:, others], change[:, others]))
+                departure = np.abs(np.linalg.solve(J[:, others], J_change[:, others]))
             except np.linalg.LinAlgError:
                 continue
-            if not np.isfinite(turned).all() or not ahead[pivot]:
+            if not np.isfinite(departure).all() or not ahead[pivot]:
                 continue
-            rate = float(np.max(np.abs(np.linalg.eigvals(turned))))
-            half = CONTRACTION / rate if rate > 0.0 else np.inf
-            half = min(half, most)
+            radius = float(np.max(np.abs(np.linalg.eigvals(departure))))
+            half = most
+            if radius > 0.0:
+                half = min(CONTRACTION / radius, most)
             if np.isfinite(half) and (best is None or half > 1.2 * best[1]):
                 best = (pivot, half)
         return best
 
     def _tangent(self, point: Floats, state: State) -> Floats | None:
-        """The direction of the curve, of either sign."""
+        """The direction (4,) of the curve, of either sign; None if it is not defined.
+
+        It is the null vector of the slopes J (3, 4), by Cramer's rule: entry i is (-1)^i times the
+        determinant of J without column i.
+        """
         jets = self._doubles(point, state)
         if jets is None:
             return None
         J = jets[1]
-        columns = [np.delete(J, i, axis=1) for i in range(4)]
-        cross = np.array([(-1) ** i * np.linalg.det(X) for i, X in enumerate(columns)])
-        largest = float(np.max(np.abs(cross)))
-        return cross / largest if largest > 0.0 and np.isfinite(largest) else None
+        null_vector = np.zeros(4)
+        for i in range(4):
+            null_vector[i] = (-1) ** i * np.linalg.det(J[:, _others(i)])
+        largest = float(np.max(np.abs(null_vector)))
+        if not (largest > 0.0 and np.isfinite(largest)):
+            return None
+        return null_vector / largest
 
     def _beyond(self, point: Floats, state: State, changed: int) -> Floats | None:
-        """The direction of the curve in which the gap of a point gets the sign of the state."""
+        """The direction of the curve in which the gap of a point gets the sign of the state.
+
+        None if the gap does not change along the curve.
+        """
         tangent = self._tangent(point, state)
         if tangent is None:
             return None
@@ -294,82 +382,93 @@ class PadBranch:
         flint.ctx.cap = 2
         x, y, theta, _ = (flint.arb_series([a, b]) for a, b in pairs)
         gap = self.model.law.gaps(self._c, pose(Functions, (x, y, theta)))[changed]
-        rise = float(_coefficients(gap, 2)[1].mid())
-        if rise == 0.0:
+        gap_slope = float(_coefficients(gap, 2)[1].mid())
+        if gap_slope == 0.0:
             return None
-        return tangent if (rise < 0.0) == state[changed] else -tangent
+        closes = gap_slope < 0.0
+        return tangent if closes == state[changed] else -tangent
 
-    def _first_change(self, cell: Cell, settled: bool) -> tuple[list[int], float, float] | None:
-        """The contact points whose gaps do not have the sign of the state from a first t on, that t
-        and one from which on they have the other; None if there are none.
+    def _first_change(self, cell: Cell, same_state: bool) -> ContactChange | None:
+        """Where a gap first loses the sign that the contact state asks of it, None if none does.
 
-        Unless `settled` the signs may be open in the beginning.
+        Gaps that may do so at the same t are one change. Unless the cell before has the
+        `same_state`, the gap that changed there has no certain sign yet at the start of this cell:
+        that is no change if the interval of friction is sharp.
         """
         law = self.model.law
 
         def gaps(u: Sequence[Any]) -> list[Any]:
             return list(law.gaps(self._c, pose(Functions, tuple(u[:FRICTION]))))
 
-        found: tuple[list[int], float, float] | None = None
-        for i, gap in enumerate(self._polynomials(cell.places, cell.loose, gaps)):
-            right = -1 if cell.state[i] else 1
+        first: ContactChange | None = None
+        for i, gap in enumerate(self._polynomials(cell.centre, cell.radii, gaps)):
+            sign_of_state = -1 if cell.state[i] else 1
             pieces = signs(gap, cell.start, 1.0)
-            if not settled and pieces[0].sign != right:
-                first = next((piece.low for piece in pieces if piece.sign == right), 1.0)
-                there = cell.at(_between(cell.start, first))[FRICTION]
-                if not self.is_sharp(there, CONTACT_BEYOND):
-                    return [i], cell.start, first
-                pieces = [piece for piece in pieces if piece.low >= first]
-            wrong = next((k for k, piece in enumerate(pieces) if piece.sign != right), None)
-            if wrong is None:
+            if not same_state and pieces[0].sign != sign_of_state:
+                certain_from = _first_with_sign(pieces, sign_of_state)
+                friction = cell.at(_between(cell.start, certain_from))[FRICTION]
+                if not self.is_sharp(friction, CONTACT_BEYOND):
+                    return ContactChange([i], cell.start, certain_from)
+                pieces = [piece for piece in pieces if piece.low >= certain_from]
+            others = [piece for piece in pieces if piece.sign != sign_of_state]
+            if not others:
                 continue
-            low = pieces[wrong].low
-            beyond = [piece.low for piece in pieces[wrong:] if piece.sign == -right]
-            high = beyond[0] if beyond else 1.0
-            if found is None or low < found[1]:
-                found = ([i], low, high)
-            elif low <= found[2]:
-                found = ([*found[0], i], found[1], max(high, found[2]))
-        return found
+            low = others[0].low
+            high = _first_with_sign(others, -sign_of_state)
+            if first is None or low < first.low:
+                first = ContactChange([i], low, high)
+            elif low <= first.high:
+                first = ContactChange([*first.points, i], first.low, max(high, first.high))
+        return first
 
     def is_sharp(self, friction: Ball, times: float = 1.0) -> bool:
-        """Whether a place is known as well as it has to be, or so many times worse."""
+        """Whether a friction is known to `SHARP` of the range, or to so many times that."""
         return float(friction.rad()) <= times * SHARP * self.high
 
     def _cell(
-        self, guess: Floats, pivot: int, middle: float, half: float, state: State, wide: Floats
+        self, guess: Floats, pivot: int, middle: float, half: float, state: State, reach: Floats
     ) -> Cell | None:
         """A cell around a value of the pivot, None if no box is mapped into itself.
 
-        wide (4,): how far its box reaches at least.
+        reach (4,): how far its box reaches at least.
         """
-        others = [i for i in range(4) if i != pivot]
-        found = self._newton(guess, pivot, middle, state)
-        if found is None:
+        try:
+            return self._contracted(guess, pivot, middle, half, state, reach)
+        except (ArithmeticError, ValueError):  # a ball to be divided by holds zero
             return None
-        point, Y = found
-        places = self._taylor(point, pivot, half, state, Y)
-        exact = np.zeros(4)
-        loads = self._polynomials(places, exact, lambda u: list(self._loads(u, state)))
-        miss = [_largest(_combined(row, loads)) for row in Y.tolist()]
-        least = 1e-18 * np.abs(point[others]) + wide[others]
-        box = 2.0 * np.array(miss) + least
+
+    def _contracted(
+        self, guess: Floats, pivot: int, middle: float, half: float, state: State, reach: Floats
+    ) -> Cell | None:
+        """The same by Krawczyk's operator: the box is widened until its image lies within.
+
+        A box e of deviations has the image |Y F(P)| + |1 - Y J(P + box)| e.
+        """
+        others = _others(pivot)
+        newton = self._newton(guess, pivot, middle, state)
+        if newton is None:
+            return None
+        point, Y = newton
+        centre = self._taylor(point, pivot, half, state, Y)
+        loads = self._polynomials(centre, np.zeros(4), lambda u: list(self._loads(u, state)))
+        residuals = np.array([_largest(_combined(row, loads)) for row in Y.tolist()])  # |Y F(P)|
+        box = 2.0 * residuals + (1e-18 * np.abs(point[others]) + reach[others])
         for _ in range(ROUNDS):
             if not np.isfinite(box).all():
                 return None
-            loose = np.zeros(4)
-            loose[others] = box
-            slopes = self._slopes(places, loose, state)
-            turned = np.zeros((3, 3))
+            radii = np.zeros(4)
+            radii[others] = box
+            slopes = self._slopes(centre, radii, state)
+            contraction = np.zeros((3, 3))  # |1 - Y J|
             for i, row in enumerate(Y.tolist()):
                 for j, unknown in enumerate(others):
                     product = _combined(row, [slopes[k][unknown] for k in range(3)])
-                    turned[i, j] = _largest(int(i == j) - product)
-            image = upper(np.array(miss) + turned @ box, 8)
+                    contraction[i, j] = _largest(int(i == j) - product)
+            image = upper(residuals + contraction @ box, 8)
             if np.all(image < box):
-                reach = loose.copy()
-                loose[others] = image
-                return Cell(state, pivot, middle, half, places, reach, loose, slopes)
+                unique_within = radii.copy()
+                radii[others] = image
+                return Cell(state, pivot, middle, half, centre, unique_within, radii, slopes)
             if not np.all(image < 2.0 * box):
                 return None
             box = 2.0 * image
@@ -378,26 +477,26 @@ class PadBranch:
     def narrow(self, cell: Cell, middle: float, half: float) -> Cell | None:
         """A narrower cell of the same equilibria, None if there is none."""
         t = flint.arb((middle - cell.middle) / cell.half)
-        guess = np.array([float(place(t).mid()) for place in cell.places])
-        try:
-            narrow = self._cell(guess, cell.pivot, middle, half, cell.state, np.zeros(4))
-        except (ArithmeticError, ValueError):  # a ball to be divided by holds zero
-            return None
+        guess = np.array([float(polynomial(t).mid()) for polynomial in cell.centre])
+        narrow = self._cell(guess, cell.pivot, middle, half, cell.state, np.zeros(4))
         if narrow is None or not cell.holds(narrow.at(flint.arb(0))):
             return None
         return narrow
 
     def _near(self, cell: Cell, t: float) -> Floats:
-        """The unknowns (4,) at a place of a cell, to rounding."""
+        """The unknowns (4,) at a t of a cell, to rounding."""
         guess = np.array([float(ball.mid()) for ball in cell.at(flint.arb(t))])
-        found = self._newton(guess, cell.pivot, float(guess[cell.pivot]), cell.state)
-        return guess if found is None else found[0]
+        newton = self._newton(guess, cell.pivot, float(guess[cell.pivot]), cell.state)
+        if newton is None:
+            return guess
+        return newton[0]
 
     def _newton(
         self, guess: Floats, pivot: int, value: float, state: State
     ) -> tuple[Floats, Floats] | None:
-        """An approximate equilibrium (4,) and the inverse of the slopes by the other unknowns."""
-        others = [i for i in range(4) if i != pivot]
+        """Newton's method with the pivot held at a value: an approximate equilibrium (4,) and Y
+        (3, 3), the inverse of the slopes by the other unknowns. None if it fails."""
+        others = _others(pivot)
         point = guess.copy()
         point[pivot] = value
         for _ in range(12):
@@ -418,35 +517,41 @@ class PadBranch:
     def _taylor(
         self, point: Floats, pivot: int, half: float, state: State, Y: Floats
     ) -> tuple[Polynomial, ...]:
-        """Approximate polynomials of the unknowns in t."""
-        known = [[flint.arb(value)] for value in point.tolist()]
-        others = [i for i in range(4) if i != pivot]
-        for order in (0, 0, *range(1, ORDER + 1)):  # the place itself is made more precise first
+        """Approximate Taylor polynomials (4) of the unknowns in t.
+
+        Newton's method order by order: the coefficients of an order shift by -Y times that of
+        F(P(t)). Order 0 comes twice: the point, known to doubles, first becomes more precise.
+        """
+        terms = [[flint.arb(value)] for value in point.tolist()]
+        for order in (0, 0, *range(1, ORDER + 1)):
             if order:
-                for i, coefficients in enumerate(known):
-                    coefficients.append(flint.arb(half if i == pivot and order == 1 else 0))
+                for unknown_terms in terms:
+                    unknown_terms.append(flint.arb(0))
+            if order == 1:
+                terms[pivot][1] = flint.arb(half)
             flint.ctx.cap = order + 1
-            series = [flint.arb_series(coefficients) for coefficients in known]
-            loads = self._loads(series, state)
-            miss = [_coefficients(load, order + 1)[order].mid() for load in loads]
-            for i, row in zip(others, Y.tolist(), strict=True):
-                shift = sum((y * one for y, one in zip(row, miss, strict=True)), flint.arb(0))
-                known[i][order] = (known[i][order] - shift).mid()
-        return tuple(flint.arb_poly(coefficients) for coefficients in known)
+            loads = self._loads([flint.arb_series(known) for known in terms], state)
+            residuals = [_coefficients(load, order + 1)[order].mid() for load in loads]
+            for i, row in zip(_others(pivot), Y.tolist(), strict=True):
+                shift = flint.arb(0)
+                for factor, residual in zip(row, residuals, strict=True):
+                    shift += factor * residual
+                terms[i][order] = (terms[i][order] - shift).mid()
+        return tuple(flint.arb_poly(known) for known in terms)
 
     def _about_origin(self) -> Cell:
         """The only cell of a linear model."""
         half = (self.high - self.low) / 2.0
         middle = self.low + half
         half *= 1.0 + OVERLAP
-        places = (flint.arb_poly([0]),) * FRICTION + (flint.arb_poly([middle, half]),)
-        loose = np.zeros(4)
+        centre = (flint.arb_poly([0]),) * FRICTION + (flint.arb_poly([middle, half]),)
+        radii = np.zeros(4)
         state = self.model.full
-        slopes = self._slopes(places, loose, state)
-        return Cell(state, FRICTION, middle, half, places, loose, loose, slopes)
+        slopes = self._slopes(centre, radii, state)
+        return Cell(state, FRICTION, middle, half, centre, radii, radii, slopes)
 
     def _doubles(self, point: Floats, state: State) -> tuple[Floats, Floats] | None:
-        """Loads (3,) and their slopes (3, 4), approximate."""
+        """Loads F (3,) and their slopes J (3, 4) in doubles; None where they are not finite."""
         jets = [Jet(v, unit) for v, unit in zip(point.tolist(), UNITS, strict=True)]
         on = tuple(int(touches) for touches in state)
         c = self.model.c._replace(mu=jets[FRICTION])
@@ -456,7 +561,9 @@ class PadBranch:
             return None
         F = np.array([Jet.of(v).value for v in loads], dtype=float)
         J = np.array([Jet.of(v).slopes for v in loads], dtype=float)
-        return (F, J) if np.isfinite(F).all() and np.isfinite(J).all() else None
+        if not (np.isfinite(F).all() and np.isfinite(J).all()):
+            return None
+        return F, J
 
     def _loads(self, unknowns: Sequence[Any], state: State) -> tuple[Any, ...]:
         """Loads (3) of balls, series or jets of the unknowns in one contact state."""
@@ -465,50 +572,65 @@ class PadBranch:
         return net_loads(Functions, c, self.model.law, tuple(unknowns[:FRICTION]), on)
 
     def _jets(self, unknowns: Sequence[Any], state: State) -> list[Jet]:
-        """The same with slopes by the unknowns."""
+        """The same loads with their slopes by the unknowns."""
         jets = [Jet(u, unit) for u, unit in zip(unknowns, UNITS, strict=True)]
         return [Jet.of(load) for load in self._loads(jets, state)]
 
     def _slopes(
-        self, places: tuple[Polynomial, ...], loose: Floats, state: State
+        self, centre: tuple[Polynomial, ...], radii: Floats, state: State
     ) -> tuple[tuple[Polynomial, ...], ...]:
         """Slopes (3, 4) of the loads by the unknowns over a tube around polynomials."""
 
         def entries(u: Sequence[Any]) -> list[Any]:
             return [slope for jet in self._jets(u, state) for slope in jet.slopes]
 
-        every = self._polynomials(places, loose, entries)
-        return tuple(tuple(every[4 * i : 4 * i + 4]) for i in range(3))
+        row_by_row = self._polynomials(centre, radii, entries)
+        return tuple(tuple(row_by_row[4 * i : 4 * i + 4]) for i in range(3))
 
     def _polynomials(
         self,
-        places: tuple[Polynomial, ...],
-        loose: Floats,
+        centre: tuple[Polynomial, ...],
+        radii: Floats,
         function: Callable[[list[Any]], list[Any]],
     ) -> list[Polynomial]:
-        """Polynomials in t of what a function gives over a tube around polynomials, see above."""
-        radii = [flint.arb(0, r) for r in loose.tolist()]
+        """Taylor polynomials in t that enclose a function over the tube P(t) + radii (4,).
+
+        The terms below `ORDER` are those about t = 0. The term of that order is taken about all
+        |t| <= 1 at once, which makes it Lagrange's remainder.
+
+        function: the list of its values from series (4) of the unknowns.
+        """
+        deviations = [flint.arb(0, radius) for radius in radii.tolist()]
         flint.ctx.cap = ORDER
-        series = [flint.arb_series(p.coeffs()) + r for p, r in zip(places, radii, strict=True)]
-        near = function(series)
+        about_zero = [flint.arb_series(p.coeffs()) for p in centre]
+        leading = function([p + e for p, e in zip(about_zero, deviations, strict=True)])
         flint.ctx.cap = ORDER + 1
-        everywhere = flint.arb_poly([flint.arb(0, 1), 1])
-        shifted = [flint.arb_series(p(everywhere).coeffs()) for p in places]
-        over = function([s + r for s, r in zip(shifted, radii, strict=True)])
+        any_base_point = flint.arb_poly([flint.arb(0, 1), 1])  # t0 + t for all |t0| <= 1
+        about_all = [flint.arb_series(p(any_base_point).coeffs()) for p in centre]
+        over_cell = function([p + e for p, e in zip(about_all, deviations, strict=True)])
         polynomials = []
-        for a, b in zip(near, over, strict=True):
-            known = _coefficients(a, ORDER)
-            polynomials.append(flint.arb_poly([*known, _coefficients(b, ORDER + 1)[ORDER]]))
+        for low_orders, all_orders in zip(leading, over_cell, strict=True):
+            remainder = _coefficients(all_orders, ORDER + 1)[ORDER]
+            polynomials.append(flint.arb_poly([*_coefficients(low_orders, ORDER), remainder]))
         return polynomials
 
 
+def _others(unknown: int) -> list[int]:
+    """The indices of the three other unknowns."""
+    return [i for i in range(4) if i != unknown]
+
+
 def _joined(cell: Cell, last: Cell | None) -> Cell | None:
-    """A cell from where the branch enters it, None if it need not go on from the last one."""
+    """A cell from where the branch enters it, None if it need not continue the last one.
+
+    It does if it holds the equilibrium at the end of the last cell, or the last one holds that at
+    the start of this cell.
+    """
     if last is None:
         return cell
-    entry = last.at(_between(last.opened, last.end))
+    entry = last.at_end()
     if cell.holds(entry):
-        start = float(cell.share(entry[cell.pivot]).lower())
+        start = float(cell.t_of(entry[cell.pivot]).lower())
         return replace(cell, start=max(start, -1.0))
     if last.state == cell.state and last.holds(cell.at(flint.arb(-1))):
         return cell
@@ -524,7 +646,7 @@ def _pad_of_balls(pad: Pad) -> Pad:
 
 
 def _coefficients(x: Any, count: int) -> list[Ball]:
-    """So many coefficients of a series, or of a constant."""
+    """So many coefficients of a series, or of a constant, with zeros where it has fewer."""
     known = x.coeffs() if isinstance(x, flint.arb_series) else [flint.arb(x)]
     return known[:count] + [flint.arb(0)] * (count - len(known))
 
@@ -544,40 +666,49 @@ def _largest(polynomial: Polynomial) -> float:
 
 
 def _between(low: float, high: float) -> Ball:
-    """A ball that holds two numbers."""
+    """A ball that holds all numbers between two."""
     return flint.arb(low).union(flint.arb(high))
 
 
 class Sign(NamedTuple):
-    """The sign 1 or -1 of a function from one t to another, 0 where it is not known."""
+    """The sign 1 or -1 of a function from t = low to high, 0 where it is not known."""
 
     low: float
     high: float
     sign: int
 
 
-def signs(polynomial: Polynomial, low: float, high: float) -> list[Sign]:
-    """The signs of a polynomial with balls as coefficients, from one |t| <= 1 to another.
+def _first_with_sign(pieces: Sequence[Sign], sign: int) -> float:
+    """Where the first piece with a sign begins; 1, the end of a cell, if none has it."""
+    for piece in pieces:
+        if piece.sign == sign:
+            return piece.low
+    return 1.0
 
-    It differs from D, the polynomial of the midpoints, by at most `miss`, the sum of the radii.
-    Where D is monotonic it is settled by its ends.
+
+def signs(polynomial: Polynomial, low: float, high: float) -> list[Sign]:
+    """The signs of a polynomial with balls as coefficients, for t from low to high in -1..1.
+
+    It differs from D, the polynomial of the midpoints, by at most the sum of the radii, the
+    `uncertainty`. An interval is halved until D is certain there, or monotonic, so that its values
+    at the ends decide.
     """
-    known = polynomial.coeffs()
-    D = flint.arb_poly([c.mid() for c in known])
-    miss = sum((c.rad() for c in known), flint.arb(0))
+    coefficients_of_balls = polynomial.coeffs()
+    D = flint.arb_poly([c.mid() for c in coefficients_of_balls])
+    uncertainty = sum((c.rad() for c in coefficients_of_balls), flint.arb(0))
     pieces: list[Sign] = []
-    waiting = [(low, high)]
+    waiting = [(low, high)]  # intervals, the leftmost last
     for _ in range(MOST_PARTS):
         if not waiting:
             break
-        a, b = waiting.pop()
-        found = _signs_of_part(D, miss, a, b)
-        if found is None:
-            middle = (a + b) / 2.0
-            waiting += [(middle, b), (a, middle)]
+        left, right = waiting.pop()
+        decided = _signs_of_part(D, uncertainty, left, right)
+        if decided is None:
+            middle = (left + right) / 2.0
+            waiting += [(middle, right), (left, middle)]
             continue
-        pieces += found
-    pieces += [Sign(a, b, 0) for a, b in waiting[::-1]]
+        pieces += decided
+    pieces += [Sign(left, right, 0) for left, right in waiting[::-1]]
     joined: list[Sign] = []
     for piece in pieces:
         if joined and joined[-1].sign == piece.sign:
@@ -587,37 +718,45 @@ def signs(polynomial: Polynomial, low: float, high: float) -> list[Sign]:
     return joined
 
 
-def _signs_of_part(D: Polynomial, miss: Ball, low: float, high: float) -> list[Sign] | None:
-    """The signs of a part; None if it has to be halved."""
+def _signs_of_part(D: Polynomial, uncertainty: Ball, low: float, high: float) -> list[Sign] | None:
+    """The signs of D, known up to the uncertainty, in an interval; None if it has to be halved.
+
+    With D(middle + half s) = c0 + c1 s + c2 s^2 + ... of |s| <= 1, D has the sign of c0 if
+    |c0| - |c1| - |c2| - ... exceeds the uncertainty, and is monotonic if
+    |c1| > 2 |c2| + 3 |c3| + ...
+    """
     middle = (low + high) / 2.0
     half = (high - low) / 2.0 * (1.0 + 4.0 * EPS) + EPS
-    own = D(flint.arb_poly([middle, half])).coeffs()
-    sizes = [abs(c) for c in own]
-    rest = sum(sizes[1:], flint.arb(0))
-    if not own or sizes[0] + rest <= miss:
+    centred = D(flint.arb_poly([middle, half])).coeffs()
+    sizes = [abs(c) for c in centred]
+    variation = sum(sizes[1:], flint.arb(0))
+    if not centred or sizes[0] + variation <= uncertainty:
         return [Sign(low, high, 0)]
-    if sizes[0] - rest > miss:
-        return [Sign(low, high, 1 if own[0] > 0 else -1)]
-    bends = sum((k * size for k, size in enumerate(sizes) if k > 1), flint.arb(0))
-    if len(own) > 1 and sizes[1] > bends:
-        return _signs_between(D, miss, low, high)
-    return [Sign(low, high, 0)] if high - low < NEAR else None
+    if sizes[0] - variation > uncertainty:
+        return [Sign(low, high, 1 if centred[0] > 0 else -1)]
+    curvature = flint.arb(0)
+    for k in range(2, len(sizes)):
+        curvature += k * sizes[k]
+    if len(centred) > 1 and sizes[1] > curvature:
+        return _signs_where_monotonic(D, uncertainty, low, high)
+    if high - low < NEAR:
+        return [Sign(low, high, 0)]
+    return None
 
 
-def _signs_between(D: Polynomial, miss: Ball, low: float, high: float) -> list[Sign]:
-    """The signs of a part in which D is monotonic."""
+def _signs_where_monotonic(D: Polynomial, uncertainty: Ball, low: float, high: float) -> list[Sign]:
+    """The same in an interval in which D is monotonic: each sign by bisection from its end."""
 
     def sign_at(t: float) -> int:
         value = D(flint.arb(t))
-        return 1 if value > miss else -1 if value < -miss else 0
+        if value > uncertainty:
+            return 1
+        if value < -uncertainty:
+            return -1
+        return 0
 
-    first = sign_at(low)
-    last = sign_at(high)
-    if first == last:
-        return [Sign(low, high, first)]
-    pieces = []
-    ends = []
-    for sign, inside, outside in ((first, low, high), (last, high, low)):
+    def last_with_sign(sign: int, inside: float, outside: float) -> float:
+        """The double farthest from `inside` at which D has the sign that it has there."""
         while sign:
             t = (inside + outside) / 2.0
             if t in (inside, outside):
@@ -626,6 +765,17 @@ def _signs_between(D: Polynomial, miss: Ball, low: float, high: float) -> list[S
                 inside = t
             else:
                 outside = t
-        ends.append(inside)
-    pieces = [Sign(low, ends[0], first), Sign(ends[0], ends[1], 0), Sign(ends[1], high, last)]
+        return inside
+
+    first = sign_at(low)
+    last = sign_at(high)
+    if first == last:
+        return [Sign(low, high, first)]
+    first_end = last_with_sign(first, low, high)
+    last_start = last_with_sign(last, high, low)
+    pieces = [
+        Sign(low, first_end, first),
+        Sign(first_end, last_start, 0),
+        Sign(last_start, high, last),
+    ]
     return [piece for piece in pieces if piece.high > piece.low]

@@ -18,16 +18,25 @@ from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 
 from squeal.proof.balls import Floats
+from squeal.proof.pieces import strong_parts
 
-PARALLEL = 0.05  # 1 - cosine of the angle up to which two vectors count as one
-NULL = 1e-2  # of the size of the restricted pencil: singular values below belong to vectors proper
-LARGEST_CHAIN = 40  # members
-FINEST = 50  # t = 2^-FINEST at the least
+PARALLEL = 0.05
+"""1 - cosine of the angle up to which two vectors count as parallel."""
+NULL = 1e-2
+"""Singular values below this share of the restricted pencil's belong to vectors proper."""
+LARGEST_CHAIN = 40
+"""Members of a group; larger ones get no basis."""
+FINEST = 50
+"""The smallest t tried is 2^-FINEST."""
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """Columns of the vectors with a basis (n, k) in their place, and the level (k,) of each."""
+    """A basis in place of the vectors of some eigenvalues.
+
+    members: the columns (k,) of these vectors; basis (n, k); levels (k,): how many steps each
+    column of the basis lies from the vectors proper, which have level 0.
+    """
 
     members: NDArray[np.intp]
     basis: NDArray
@@ -40,23 +49,30 @@ class Chain:
         return changed
 
     def shifts(self, N: Floats) -> NDArray[np.intp]:
-        """By which powers of 2 entries (n, n) grow as columns are scaled by t^level, with the t for
-        which the sums of the members' rows of N are least."""
+        """By which powers of 2 the entries (n, n) grow as columns are scaled by t^level.
+
+        t = 2^-exponent is the one that makes the largest sum of a member's row of N, the radius of
+        its disc, smallest. N holds bounds of the entries of the pencil in this basis.
+        """
         best = np.zeros(N.shape, dtype=int)
-        least = np.inf
+        smallest_radius = np.inf
         for exponent in range(FINEST):
             powers = np.zeros(len(N), dtype=int)
             powers[self.members] = exponent * self.levels
             shifts = powers[:, None] - powers
-            widest = float(np.max(np.sum(np.ldexp(N[self.members], shifts[self.members]), axis=1)))
-            if widest < least:
-                least = widest
+            scaled_rows = np.ldexp(N[self.members], shifts[self.members])
+            radius = float(np.max(np.sum(scaled_rows, axis=1)))
+            if radius < smallest_radius:
+                smallest_radius = radius
                 best = shifts
         return best
 
 
 def find_chains(A: NDArray, B: NDArray, values: NDArray, X: NDArray) -> list[Chain]:
-    """A basis for each group of eigenvalues of A - s B whose vectors are nearly parallel."""
+    """A basis for each group of eigenvalues of A - s B whose vectors are nearly parallel.
+
+    values (n,), X (n, n): computed eigenvalues and vectors.
+    """
     chains = []
     for members in _groups(values, X):
         try:
@@ -67,29 +83,18 @@ def find_chains(A: NDArray, B: NDArray, values: NDArray, X: NDArray) -> list[Cha
 
 
 def _groups(values: NDArray, X: NDArray) -> list[NDArray[np.intp]]:
-    """Indices of eigenvalues with nearly parallel vectors, groups around one place united."""
-    unit = X / np.linalg.norm(X, axis=0)
-    linked = np.abs(unit.conj().T @ unit) > 1.0 - PARALLEL
-    np.fill_diagonal(linked, False)
-    label = np.full(len(values), -1)
-    count = 0
-    for first in np.flatnonzero(linked.any(axis=0)):
-        if label[first] >= 0:
-            continue
-        waiting = [int(first)]
-        while waiting:
-            i = waiting.pop()
-            if label[i] < 0:
-                label[i] = count
-                waiting.extend(np.flatnonzero(linked[i]).tolist())
-        count += 1
-    groups = [np.flatnonzero(label == number) for number in range(count)]
+    """Indices of the eigenvalues of each group.
+
+    Eigenvalues with nearly parallel vectors are one group. Groups whose eigenvalues lie around one
+    point are united.
+    """
     united: list[NDArray[np.intp]] = []
+    groups = _parallel_groups(X)
     for group in sorted(groups, key=lambda g: float(np.abs(values[g].mean()))):
-        centre, spread = _place(values, group)
+        centre, spread = _centre_and_spread(values, group)
         for number, other in enumerate(united):
-            middle, width = _place(values, other)
-            if abs(centre - middle) <= 4.0 * (spread + width):
+            other_centre, other_spread = _centre_and_spread(values, other)
+            if abs(centre - other_centre) <= 4.0 * (spread + other_spread):
                 united[number] = np.concatenate([other, group])
                 break
         else:
@@ -97,17 +102,24 @@ def _groups(values: NDArray, X: NDArray) -> list[NDArray[np.intp]]:
     return [np.sort(group) for group in united if len(group) <= LARGEST_CHAIN]
 
 
-def _place(values: NDArray, group: NDArray[np.intp]) -> tuple[complex, float]:
-    """The middle of a group of eigenvalues and how far its members lie from it."""
-    middle = complex(values[group].mean())
-    return middle, float(np.max(np.abs(values[group] - middle)))
+def _parallel_groups(X: NDArray) -> list[NDArray[np.intp]]:
+    """Indices of the columns of X that are nearly parallel, directly or by way of others."""
+    unit = X / np.linalg.norm(X, axis=0)
+    is_parallel = np.abs(unit.conj().T @ unit) > 1.0 - PARALLEL
+    return [group for group in strong_parts(is_parallel) if len(group) > 1]
+
+
+def _centre_and_spread(values: NDArray, group: NDArray[np.intp]) -> tuple[complex, float]:
+    """The mean of a group of eigenvalues and how far its members lie from it at most."""
+    centre = complex(values[group].mean())
+    return centre, float(np.max(np.abs(values[group] - centre)))
 
 
 def _chain(A: NDArray, B: NDArray, values: NDArray, X: NDArray, members: NDArray[np.intp]) -> Chain:
     """The basis of the subspace of some eigenvalues, its columns by levels."""
-    middle, spread = _place(values, members)
-    is_real = not np.iscomplexobj(X) or abs(middle.imag) <= spread
-    sigma = middle.real if is_real else middle
+    centre, spread = _centre_and_spread(values, members)
+    is_real = not np.iscomplexobj(X) or abs(centre.imag) <= spread
+    sigma = centre.real if is_real else centre
     # a step of inverse iteration from just beside the group: vectors that are nearly parallel
     # leave directions of their span poorly known
     shift = sigma + 10.0 * max(spread, 1e-10 * abs(sigma), 1e-10)
@@ -115,8 +127,8 @@ def _chain(A: NDArray, B: NDArray, values: NDArray, X: NDArray, members: NDArray
     for _ in range(2):
         U = _orthonormal(np.linalg.solve(A - shift * B, B @ U), is_real)
     restricted = U.conj().T @ np.linalg.solve(B, A @ U) - sigma * np.eye(len(members))
-    turn, levels = _staircase(restricted)
-    return Chain(members, U @ turn, levels)
+    rotation, levels = _staircase(restricted)
+    return Chain(members, U @ rotation, levels)
 
 
 def _orthonormal(X: NDArray, is_real: bool) -> NDArray:
@@ -132,25 +144,31 @@ def _orthonormal(X: NDArray, is_real: bool) -> NDArray:
 
 def _staircase(N: NDArray) -> tuple[NDArray, NDArray[np.intp]]:
     """Unitary Q (k, k) that makes Q' N Q block triangular with small diagonal blocks, and the
-    level of each column."""
+    level (k,) of each column.
+
+    The null vectors of N come first, as level 0; then those of what is left of N without their rows
+    and columns, as level 1, and so on (the staircase form of a nilpotent matrix, by Kublanovskaya).
+    """
     k = len(N)
-    turn = np.eye(k, dtype=N.dtype)
+    Q = np.eye(k, dtype=N.dtype)
+    turned = N  # Q' N Q
     levels = np.zeros(k, dtype=int)
     small = NULL * max(float(np.linalg.norm(N, 2)), NULL)
     start = 0
     level = 0
     while start < k:
-        _, sizes, right = np.linalg.svd(N[start:, start:])
-        null = sizes <= small
-        if not null.any():
+        _, singular_values, right = np.linalg.svd(turned[start:, start:])
+        is_null = singular_values <= small
+        if not is_null.any():
             levels[start:] = level
             break
-        order = np.concatenate([np.flatnonzero(null), np.flatnonzero(~null)])
+        order = np.concatenate([np.flatnonzero(is_null), np.flatnonzero(~is_null)])
         Z = right.conj().T[:, order]
-        N = np.hstack([N[:, :start], N[:, start:] @ Z])
-        N = np.vstack([N[:start], Z.conj().T @ N[start:]])
-        turn[:, start:] = turn[:, start:] @ Z
-        levels[start : start + int(null.sum())] = level
-        start += int(null.sum())
+        turned = np.hstack([turned[:, :start], turned[:, start:] @ Z])
+        turned = np.vstack([turned[:start], Z.conj().T @ turned[start:]])
+        Q[:, start:] = Q[:, start:] @ Z
+        end = start + int(is_null.sum())
+        levels[start:end] = level
+        start = end
         level += 1
-    return turn, levels
+    return Q, levels

@@ -24,7 +24,8 @@ from squeal.proof.pieces import (
 )
 from squeal.proof.segments import BEYOND, Basis, Expansion, bases, heights, moving, neighbours
 
-POOR = 1e-6  # of the rate of a system: discs as wide come from a poor guess, or from few digits
+POOR = 1e-6
+"""Discs of this share of the rate of a system come from a poor guess, or from few digits."""
 SINGULAR = "the mass matrix is singular, or nearly so"
 UNSOLVED = "no eigenvectors could be computed"
 
@@ -69,56 +70,66 @@ def enclose(block: Quadratic, guess: Guess | None = None) -> list[Piece] | Failu
         return Failure(INFINITE)
     with np.errstate(all="ignore"):
         try:
-            own, rate, sizes = scaled(block)
-            if not own.is_finite or not np.isfinite(rate):
+            scaled_block, rate, units = scaled(block)
+            if not scaled_block.is_finite or not np.isfinite(rate):
                 return Failure(BEYOND)
             if block.is_undamped:
-                discs = _squares(own)
+                discs = _roots_of_squares(_squares(scaled_block))
+            elif guess is None:
+                discs = _first_order(scaled_block, None)
             else:
-                if guess is not None:
-                    guess = Guess(guess.values / rate, guess.shapes / sizes[:, None])
-                discs = _first_order(own, guess)
+                scaled_guess = Guess(guess.values / rate, guess.shapes / units[:, None])
+                discs = _first_order(scaled_block, scaled_guess)
         except OverflowError:
             return Failure(BEYOND)
         except (LinAlgError, ValueError):
             return Failure(UNSOLVED)
         if isinstance(discs, Failure):
             return discs
-        centres, radii, real = discs
-        if block.is_undamped:
-            centres, radii = _roots_of(centres, radii)
-            real = np.concatenate([real, real])
-        centres = centres * complex(rate)
-        radii = upper(radii * rate, 2)
+        centres = discs.centres * complex(rate)  # rad/s
+        radii = upper(discs.radii * rate, 2)
         if not (np.isfinite(centres).all() and np.isfinite(radii).all()):
             return Failure(BEYOND)
-        return pieces_of(centres, radii, block.is_real, block.is_hamiltonian, real)
+        return pieces_of(centres, radii, block.is_real, block.is_hamiltonian, discs.real)
 
 
 def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
-    """The block in another unit of time and of its coordinates, by powers of two.
+    """The block in units of time and of its coordinates that make its entries about 1.
 
-    Returns it with the rate (rad/s) that it counts as one, and the units (n,) of its coordinates.
+    Returns it with the rate (rad/s) that it counts as one, and the units (n,) of its coordinates,
+    all powers of two: the rate is about sqrt(|K| / |M|), or |C| / |M| without stiffness.
     """
     mass, damping, stiffness = (float(X.bound().max()) for X in block.parts)
-    turn = 0
+    time_exponent = 0
     if mass and stiffness:
-        turn = round((np.log2(stiffness) - np.log2(mass)) / 2.0)
+        time_exponent = round((np.log2(stiffness) - np.log2(mass)) / 2.0)
     elif mass and damping:
-        turn = round(np.log2(damping) - np.log2(mass))
-    # powers of the unit of time, shared by M and K so that none leaves the range of numbers
-    in_time = replace(block, M=block.M.scaled(turn), K=block.K.scaled(-turn))
-    entries = largest(in_time.parts)
+        time_exponent = round(np.log2(damping) - np.log2(mass))
+    # M rate^2, C rate and K, all over the rate, so that none leaves the range of doubles
+    M_of_time = block.M.scaled(time_exponent)
+    K_of_time = block.K.scaled(-time_exponent)
+    entries = largest([M_of_time, block.C, K_of_time])
     sizes = np.sqrt(entries.max(axis=0)) * np.sqrt(entries.max(axis=1))
-    own = -np.rint(np.log2(np.where(sizes > 0.0, sizes, 1.0)) / 2.0).astype(int)
-    exponents = own[:, None] + own
-    M, C, K = (X.scaled(exponents) for X in in_time.parts)
-    return replace(block, M=M, C=C, K=K), float(np.ldexp(1.0, turn)), np.ldexp(1.0, own)
+    unit_exponents = -np.rint(np.log2(np.where(sizes > 0.0, sizes, 1.0)) / 2.0).astype(int)
+    exponents = unit_exponents[:, None] + unit_exponents
+    scaled_block = replace(
+        block,
+        M=M_of_time.scaled(exponents),
+        C=block.C.scaled(exponents),
+        K=K_of_time.scaled(exponents),
+    )
+    rate = float(np.ldexp(1.0, time_exponent))
+    return scaled_block, rate, np.ldexp(1.0, unit_exponents)
 
 
 def _squares(block: Quadratic) -> Discs | Failure:
-    """Discs of s = -lambda^2 of an undamped block."""
-    M, K = block.M, block.K
+    """Discs of s = -lambda^2 of an undamped block.
+
+    With a symmetric positive definite M = L L' they are built on the vectors X = L^-T V, with the
+    orthonormal vectors V of L^-1 K L^-T.
+    """
+    M = block.M
+    K = block.K
     if block.symmetric:
         try:
             inverse = np.linalg.inv(np.linalg.cholesky(M.mid))
@@ -147,17 +158,21 @@ def _first_order(block: Quadratic, guess: Guess | None) -> Discs | Failure:
 def companion(
     M: Balls, C: Balls, K: Balls, rate: float = 1.0, unit: float = 1.0
 ) -> tuple[Balls, Balls]:
-    """A and B (2n, 2n) of the states (q, q' / rate), the rate a power of 2.
+    """A and B (2n, 2n) of B z' = A z in the states z = (q, q' / rate), the rate a power of 2.
 
-    `unit` stands where they hold no entry of M, C or K: 0 in slopes and rests.
+    A = [[0, rate], [-K / rate, -C]] and B = [[1, 0], [0, M]]. `unit` stands for the ones: 0 where
+    A and B are a derivative or a remainder, which have no such entries.
     """
-    none = np.zeros(M.mid.shape)
-    eye = unit * np.eye(len(none))
+    zero = np.zeros(M.mid.shape)
+    identity = unit * np.eye(len(zero))
     A = Balls(
-        np.block([[none, rate * eye], [-K.mid / rate, -C.mid]]),
-        np.block([[none, none], [K.rad / rate, C.rad]]),
+        np.block([[zero, rate * identity], [-K.mid / rate, -C.mid]]),
+        np.block([[zero, zero], [K.rad / rate, C.rad]]),
     )
-    B = Balls(np.block([[eye, none], [none, M.mid]]), np.block([[none, none], [none, M.rad]]))
+    B = Balls(
+        np.block([[identity, zero], [zero, M.mid]]),
+        np.block([[zero, zero], [zero, M.rad]]),
+    )
     return A, B
 
 
@@ -167,26 +182,30 @@ def _are_apart(discs: Discs) -> bool:
 
 
 def _gershgorin(A: Balls, B: Balls, basis: Basis) -> Discs | Failure:
-    """Discs with all eigenvalues of A - s B."""
-    found = moving(Expansion.constant(A), Expansion.constant(B), 0.0, basis)
-    if isinstance(found, Failure):
-        return found
-    discs = neighbours(found, 0.0)
+    """Discs with all eigenvalues of A - s B, from approximate vectors."""
+    expansion = moving(Expansion.constant(A), Expansion.constant(B), 0.0, basis)
+    if isinstance(expansion, Failure):
+        return expansion
+    discs = neighbours(expansion, 0.0)
     real = np.zeros(len(A.mid), dtype=bool)
     if basis.mirror is not None:
-        for part, (_, tall) in zip(discs.parts, heights(found, discs, 0.0), strict=True):
-            real[part] = tall == 0.0
-    return Discs(found.centres, discs.radii, real)
+        for part, (_, height) in zip(discs.parts, heights(expansion, discs, 0.0), strict=True):
+            real[part] = height == 0.0
+    return Discs(expansion.centres, discs.radii, real)
 
 
 def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:
-    """Discs of the eigenvalues of A - s B, of those that (nearly) lack vectors by chains."""
+    """Discs of the eigenvalues of A - s B, the smallest of those that a few bases give.
+
+    The bases are the computed vectors, then chains where these are nearly parallel.
+    """
     best: Discs | Failure = Failure(SINGULAR)
     with suppress(LinAlgError):
         for basis in bases(A.mid, B.mid):
             discs = _gershgorin(A, B, basis)
             if isinstance(discs, Failure):
-                best = discs if isinstance(best, Failure) else best
+                if isinstance(best, Failure):
+                    best = discs
                 continue
             if isinstance(best, Failure) or np.sum(discs.radii) < np.sum(best.radii):
                 best = discs
@@ -195,18 +214,25 @@ def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:
     return best
 
 
-def _roots_of(squares: NDArray, radii: Floats) -> tuple[NDArray[np.complex128], Floats]:
+def _roots_of_squares(squares: Discs | Failure) -> Discs | Failure:
     """Discs (2n,) of both roots lambda of s = -lambda^2 in discs (n,).
 
-    |sqrt(z) - sqrt(c)| <= sqrt|c| - sqrt(|c| - r) for z in a disc of radius r <= |c| around c; a
-    disc around zero gets a disc around zero.
+    |sqrt(z) - sqrt(c)| <= sqrt|c| - sqrt(|c| - r) = r / (sqrt|c| + sqrt(|c| - r)) for z in a disc
+    of radius r <= |c| around c; a disc that nearly reaches zero gets a disc around zero.
     """
-    sizes = np.abs(squares)
-    roots = np.sqrt(-squares.astype(complex))
-    away = radii < 0.9 * sizes
-    inner = np.sqrt(np.where(away, (sizes - radii) * (1.0 - 64.0 * EPS), 1.0))
-    shift = radii / (np.sqrt(sizes) * (1.0 - 4.0 * EPS) + inner) + 8.0 * EPS * np.abs(roots)
-    around_zero = np.sqrt(upper(sizes + radii, 8))
-    roots = np.where(away, roots, 0.0)
-    found = upper(np.where(away, shift, around_zero), 8)
-    return np.concatenate([roots, -roots]), np.concatenate([found, found])
+    if isinstance(squares, Failure):
+        return squares
+    sizes = np.abs(squares.centres)
+    roots = np.sqrt(-squares.centres.astype(complex))
+    away = squares.radii < 0.9 * sizes
+    inner = np.sqrt(np.where(away, (sizes - squares.radii) * (1.0 - 64.0 * EPS), 1.0))
+    shift = squares.radii / (np.sqrt(sizes) * (1.0 - 4.0 * EPS) + inner)
+    shift = shift + 8.0 * EPS * np.abs(roots)  # rounding of the root itself
+    around_zero = np.sqrt(upper(sizes + squares.radii, 8))
+    centres = np.where(away, roots, 0.0)
+    radii = upper(np.where(away, shift, around_zero), 8)
+    return Discs(
+        np.concatenate([centres, -centres]),
+        np.concatenate([radii, radii]),
+        np.concatenate([squares.real, squares.real]),
+    )

@@ -24,13 +24,18 @@ try:
 except ImportError:  # an extra
     flint = None
 
-WORK = 2e7  # rows^3 times bits of an entry: some two seconds
-SHORT = 200  # bits of a common denominator, up to which the characteristic polynomial is faster
-PRECISION = 96  # bits, at first
+WORK = 2e7
+"""rows^3 times bits of an entry: what takes some two seconds is not tried beyond."""
+SHORT = 200
+"""Bits of a common denominator, up to which the characteristic polynomial is faster."""
+PRECISION = 96
+"""Bits of the balls, doubled until they show the side of each root."""
 MISSING = "the exact means need python-flint, which is not installed"
 LARGE = "a component has too many rows, or entries of too many decades, for the exact means"
 SINGULAR = "M, C and K are singular together, so that every number is a root"
 Integers = list[list[int]]
+Integer = Any
+"""A `flint.fmpz`."""
 Polynomial = Any
 """A `flint.fmpz_poly`."""
 Ball = Any
@@ -38,61 +43,81 @@ Ball = Any
 
 
 def exact_roots(block: Quadratic) -> list[Piece] | Failure:
-    """The roots of the midpoints of one component, each a piece of its own."""
+    """The roots of the midpoints of one component, each a piece of its own.
+
+    Zeros are split off as a power of the variable. The rest has two parts: roots that come with
+    their negative, known by their squares, and roots off the imaginary axis.
+    """
     if not block.is_finite:
         return Failure(INFINITE)
     if flint is None:
         return Failure(MISSING)
     if block.n**3 > WORK:
         return Failure(LARGE)
-    M, C, K, turn = _integers(block)
+    M, C, K, time_exponent = _integers(block)
     if block.n**3 * _bits(M, C, K) > WORK:
         return Failure(LARGE)
-    polynomial, unit = _undamped(M, K) if block.is_undamped else _damped(M, C, K)
+    if block.is_undamped:
+        polynomial, unit = _undamped(M, K)
+    else:
+        polynomial, unit = _damped(M, C, K)
     if polynomial.degree() < 0:
         return Failure(SINGULAR)
-    zeros = next(k for k, v in enumerate(polynomial.coeffs()) if v != 0)
+    zeros = 0
+    while polynomial[zeros] == 0:
+        zeros += 1
     polynomial = polynomial.right_shift(zeros)
     with flint.ctx.workprec(PRECISION):
-        scale = flint.arb(2) ** turn / unit
+        rate = flint.arb(2) ** time_exponent  # 1/s
+        scale = rate / unit
         if block.is_undamped:
-            zeros = 2 * zeros
-            # the roots are those of -lambda^2
-            pieces = _of_squares(polynomial, -scale * flint.arb(2) ** turn)
+            zeros = 2 * zeros  # one of s = -lambda^2 is two of lambda
+            pieces = _of_squares(polynomial, -scale * rate)
         else:
-            parts = polynomial.coeffs()
-            even, odd = flint.fmpz_poly(parts[::2]), flint.fmpz_poly(parts[1::2])
-            common = even.gcd(odd)
-            pieces = _of_squares(common, scale**2)
-            pieces += _off_axis(polynomial // common(flint.fmpz_poly([0, 0, 1])), scale)
-        nothing = flint.arb(0)
-        return pieces + [_piece(nothing, nothing, "axis", True)] * zeros
+            # p(r) = even(r^2) + r odd(r^2); r and -r are roots where both vanish
+            coefficients = polynomial.coeffs()
+            even = flint.fmpz_poly(coefficients[::2])
+            odd = flint.fmpz_poly(coefficients[1::2])
+            of_opposite_roots = even.gcd(odd)
+            pieces = _of_squares(of_opposite_roots, scale**2)
+            square = flint.fmpz_poly([0, 0, 1])
+            pieces += _off_axis(polynomial // of_opposite_roots(square), scale)
+        zero = flint.arb(0)
+        return pieces + [_piece(zero, zero, "axis", True)] * zeros
 
 
 def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
-    """Integer matrices M, C, K in another unit of time, 2^-turn, rows times powers of two."""
-    sizes = [float(np.abs(X.mid).max()) for X in block.parts]
-    turn = 0
-    if sizes[0] and sizes[2]:
-        turn = round((math.log2(sizes[2]) - math.log2(sizes[0])) / 2)
-    numbers, exponents = [], []
-    for X, shift in zip(block.parts, (turn, 0, -turn), strict=True):
-        shares, powers = np.frexp(X.mid)
-        whole = np.ldexp(shares, 53).astype(np.int64)
-        trailing = np.log2(np.where(whole == 0, 1, whole & -whole)).astype(int)
-        numbers.append(whole >> trailing)
-        exponents.append(powers.astype(int) - 53 + trailing + shift)
-    used = np.array(numbers) != 0
-    lowest = np.where(used, np.array(exponents), np.iinfo(np.int64).max).min(axis=(0, 2))
-    rows = range(block.n)
+    """Integer matrices M, C, K of the same roots, and an exponent: times 2^exponent they are rad/s.
+
+    Each entry is an odd integer times a power of two, which the unit of time shifts. Each row is
+    then multiplied by the power of two that makes its smallest one 2^0.
+    """
+    largest_mass, _, largest_stiffness = (float(np.abs(X.mid).max()) for X in block.parts)
+    time_exponent = 0
+    if largest_mass and largest_stiffness:
+        time_exponent = round((math.log2(largest_stiffness) - math.log2(largest_mass)) / 2)
+    odd_numbers = []
+    exponents = []
+    for X, shift in zip(block.parts, (time_exponent, 0, -time_exponent), strict=True):
+        fractions, powers = np.frexp(X.mid)
+        whole = np.ldexp(fractions, 53).astype(np.int64)
+        lowest_bit = np.where(whole == 0, 1, whole & -whole)
+        trailing_zeros = np.log2(lowest_bit).astype(int)
+        odd_numbers.append(whole >> trailing_zeros)
+        exponents.append(powers.astype(int) - 53 + trailing_zeros + shift)
+    is_used = np.array(odd_numbers) != 0
+    unused = np.iinfo(np.int64).max
+    row_exponents = np.where(is_used, np.array(exponents), unused).min(axis=(0, 2))
     matrices = []
-    for whole, powers in zip(numbers, exponents, strict=True):
+    for odd, powers in zip(odd_numbers, exponents, strict=True):
+        shifts = np.where(odd != 0, powers - row_exponents[:, None], 0)
         matrix = []
-        for i in rows:
-            entries = zip(whole[i].tolist(), powers[i].tolist(), strict=True)
-            matrix.append([v << (e - int(lowest[i])) if v else 0 for v, e in entries])
+        for values, row_shifts in zip(odd.tolist(), shifts.tolist(), strict=True):
+            # of unbounded integers, which numpy does not have
+            matrix.append([v << bits for v, bits in zip(values, row_shifts, strict=True)])
         matrices.append(matrix)
-    return matrices[0], matrices[1], matrices[2], turn
+    M, C, K = matrices
+    return M, C, K, time_exponent
 
 
 def _bits(*matrices: Integers) -> int:
@@ -110,18 +135,27 @@ def _common_multiple(M: Integers) -> int:
 
 
 def _undamped(M: Integers, K: Integers) -> tuple[Polynomial, int]:
-    """A multiple of det(K - s M), and the unit in which its roots are counted."""
+    """A multiple of det(K - s M) in unit * s, and this unit.
+
+    It is 1, or with a diagonal M the multiple m of its entries: then the polynomial is the
+    characteristic one of the integer matrix m M^-1 K, the eigenvalues of which are m s.
+    """
     n = len(M)
     multiple = _common_multiple(M)
     if multiple:
         rows = [[v * (multiple // M[i][i]) for v in K[i]] for i in range(n)]
         return flint.fmpz_mat(rows).charpoly(), multiple
-    mass, stiffness = flint.fmpz_mat(M), flint.fmpz_mat(K)
+    mass = flint.fmpz_mat(M)
+    stiffness = flint.fmpz_mat(K)
     return _interpolated([(stiffness - s * mass).det() for s in range(n + 1)]), 1
 
 
 def _damped(M: Integers, C: Integers, K: Integers) -> tuple[Polynomial, int]:
-    """A multiple of det(s^2 M + s C + K), and the unit in which its roots are counted."""
+    """A multiple of det(r^2 M + r C + K) in unit * r, and this unit.
+
+    With a diagonal M and the multiple m of its entries it is the characteristic polynomial of the
+    first-order form [[0, 1], [-m^2 M^-1 K, -m M^-1 C]], the eigenvalues of which are m r.
+    """
     n = len(M)
     multiple = _common_multiple(M)
     if multiple:
@@ -130,21 +164,23 @@ def _damped(M: Integers, C: Integers, K: Integers) -> tuple[Polynomial, int]:
             factor = -(multiple // M[i][i])
             rows.append([v * factor * multiple for v in K[i]] + [v * factor for v in C[i]])
         return flint.fmpz_mat(rows).charpoly(), multiple
-    mass, damping, stiffness = flint.fmpz_mat(M), flint.fmpz_mat(C), flint.fmpz_mat(K)
-    values = [(s * s * mass + s * damping + stiffness).det() for s in range(2 * n + 1)]
+    mass = flint.fmpz_mat(M)
+    damping = flint.fmpz_mat(C)
+    stiffness = flint.fmpz_mat(K)
+    values = [(r * r * mass + r * damping + stiffness).det() for r in range(2 * n + 1)]
     return _interpolated(values), 1
 
 
-def _interpolated(values: list[Any]) -> Polynomial:
-    """The polynomial with integer coefficients that has values at 0, 1, 2, ..."""
-    rest = list(values)
-    for order in range(1, len(rest)):
+def _interpolated(values: list[Integer]) -> Polynomial:
+    """The polynomial with integer coefficients that has values at 0, 1, 2, ... (Newton)."""
+    differences = list(values)
+    for order in range(1, len(differences)):
         # divided differences at integers are integers
-        for k in range(len(rest) - 1, order - 1, -1):
-            rest[k] = (rest[k] - rest[k - 1]) // order
+        for k in range(len(differences) - 1, order - 1, -1):
+            differences[k] = (differences[k] - differences[k - 1]) // order
     polynomial = flint.fmpz_poly([0])
-    for node in range(len(rest) - 1, -1, -1):
-        polynomial = polynomial * flint.fmpz_poly([-node, 1]) + rest[node]
+    for node in range(len(differences) - 1, -1, -1):
+        polynomial = polynomial * flint.fmpz_poly([-node, 1]) + differences[node]
     return polynomial
 
 
@@ -153,39 +189,39 @@ def _of_squares(polynomial: Polynomial, scale: Ball) -> list[Piece]:
     if polynomial.degree() < 1:
         return []
     pieces = []
-    pair: list[tuple[Ball, Ball, Side]]
     for root, multiplicity in polynomial.complex_roots():
         square = flint.acb(root) * scale
-        is_real = square.imag == 0
-        if is_real and square.real < 0:
+        is_real_square = square.imag == 0  # exactly: FLINT gives a real root no imaginary part
+        if is_real_square and square.real < 0:
             size = (-square.real).sqrt()
-            pair = [(size * 0, size, "axis"), (size * 0, -size, "axis")]
-            real = False
-        elif is_real:
+            pair = [_piece(size * 0, size, "axis", False), _piece(size * 0, -size, "axis", False)]
+        elif is_real_square:
             size = square.real.sqrt()
-            pair = [(size, size * 0, "grows"), (-size, size * 0, "decays")]
-            real = True
+            pair = [_piece(size, size * 0, "grows", True), _piece(-size, size * 0, "decays", True)]
         else:
+            # the principal root, whose real part is positive
             value = square.sqrt()
-            pair = [(value.real, value.imag, "grows"), (-value.real, -value.imag, "decays")]
-            real = False
-        for x, y, side in pair:
-            pieces += [_piece(x, y, side, real)] * multiplicity
+            x, y = value.real, value.imag
+            pair = [_piece(x, y, "grows", False), _piece(-x, -y, "decays", False)]
+        for piece in pair:
+            pieces += [piece] * multiplicity
     return pieces
 
 
 def _off_axis(polynomial: Polynomial, scale: Ball) -> list[Piece]:
     """Pieces of the roots lambda = scale * root, scale > 0, of a polynomial without imaginary
-    roots."""
+    roots.
+
+    The precision is doubled until no ball touches the imaginary axis.
+    """
     if polynomial.degree() < 1:
         return []
     precision = PRECISION
-    roots: list[tuple[Ball, int]] = []
-    while not roots:
+    while True:
         with flint.ctx.workprec(precision):
-            found = polynomial.complex_roots()
-            if all(root.real > 0 or root.real < 0 for root, _ in found):
-                roots = found
+            roots = polynomial.complex_roots()
+            if not any(root.real.contains(0) for root, _ in roots):
+                break
         precision *= 2
     pieces = []
     for root, multiplicity in roots:
@@ -197,11 +233,13 @@ def _off_axis(polynomial: Polynomial, scale: Ball) -> list[Piece]:
 
 
 def _piece(x: Ball, y: Ball, side: Side, real: bool) -> Piece:
-    """A piece of one root in a ball."""
+    """A piece of one root x + i y in a disc of doubles."""
     centre = complex(float(x.mid()), float(y.mid()))
-    misses = [float((v - at).abs_upper()) for v, at in ((x, centre.real), (y, centre.imag))]
-    radius = np.nextafter(math.hypot(*misses) * (1.0 + 1e-15), np.inf)
-    low, high = 0.0, 0.0
+    x_error = float((x - centre.real).abs_upper())
+    y_error = float((y - centre.imag).abs_upper())
+    radius = np.nextafter(math.hypot(x_error, y_error) * (1.0 + 1e-15), np.inf)
+    low = 0.0
+    high = 0.0
     if side != "axis":
         low = float(np.nextafter(float(x.lower()), -np.inf))
         high = float(np.nextafter(float(x.upper()), np.inf))

@@ -12,19 +12,23 @@ except ImportError:  # an extra
     flint = None
 
 
+Number = Any
+"""A float, a `flint.arb` or a `flint.arb_series`; a `Jet` too where it meets one."""
+
+
 @dataclass(slots=True, eq=False)  # many are made: frozen ones take three times as long
 class Jet:
     """A number, a ball or a series of balls, and its slopes by x, y, theta and mu."""
 
-    value: Any
-    slopes: tuple[Any, ...]
+    value: Number
+    slopes: tuple[Number, ...]
 
     @staticmethod
-    def of(x: Any) -> Jet:
+    def of(x: Number) -> Jet:
         """x itself, or a constant."""
         return x if isinstance(x, Jet) else Jet(x, (0, 0, 0, 0))
 
-    def __add__(self, other: Any) -> Jet:
+    def __add__(self, other: Number) -> Jet:
         if not isinstance(other, Jet):
             return Jet(self.value + other, self.slopes)
         pairs = zip(self.slopes, other.slopes, strict=True)
@@ -33,13 +37,13 @@ class Jet:
     def __neg__(self) -> Jet:
         return Jet(-self.value, tuple([-a for a in self.slopes]))
 
-    def __sub__(self, other: Any) -> Jet:
+    def __sub__(self, other: Number) -> Jet:
         return self + (-other)
 
-    def __rsub__(self, other: Any) -> Jet:
+    def __rsub__(self, other: Number) -> Jet:
         return -self + other
 
-    def __mul__(self, other: Any) -> Jet:
+    def __mul__(self, other: Number) -> Jet:
         if not isinstance(other, Jet):
             return Jet(self.value * other, tuple([_product(a, other) for a in self.slopes]))
         slopes = []
@@ -47,14 +51,14 @@ class Jet:
             slopes.append(_sum(_product(a, other.value), _product(b, self.value)))
         return Jet(self.value * other.value, tuple(slopes))
 
-    def __truediv__(self, other: Any) -> Jet:
+    def __truediv__(self, other: Number) -> Jet:
         if not isinstance(other, Jet):
             one = self.value * 0 + 1  # the quotient of two whole numbers would be rounded
             slopes = [a if type(a) is int and a == 0 else one * a / other for a in self.slopes]
             return Jet(self.value / other, tuple(slopes))
         return self * other._inverse()
 
-    def __rtruediv__(self, other: Any) -> Jet:
+    def __rtruediv__(self, other: Number) -> Jet:
         return self._inverse() * other
 
     __radd__ = __add__
@@ -65,12 +69,12 @@ class Jet:
         value = 1 / self.value
         return self.applied(value, -(value * value))
 
-    def applied(self, value: Any, slope: Any) -> Jet:
+    def applied(self, value: Number, slope: Number) -> Jet:
         """A function of it, from its value and its slope there."""
         return Jet(value, tuple([_product(a, slope) for a in self.slopes]))
 
 
-def _sum(a: Any, b: Any) -> Any:
+def _sum(a: Number, b: Number) -> Number:
     """a + b, for free where one is the whole number 0: most slopes are."""
     if type(a) is int and a == 0:
         return b
@@ -79,10 +83,14 @@ def _sum(a: Any, b: Any) -> Any:
     return a + b
 
 
-def _product(slope: Any, factor: Any) -> Any:
+def _product(slope: Number, factor: Number) -> Number:
     """slope factor, for free where the slope is the whole number 0 or 1: most are."""
     if type(slope) is int:
-        return slope if slope == 0 else factor if slope == 1 else factor * slope
+        if slope == 0:
+            return slope
+        if slope == 1:
+            return factor
+        return factor * slope
     return slope * factor
 
 
@@ -90,21 +98,21 @@ class Functions:
     """The functions that the model's expressions need, of balls, of series of balls and of jets."""
 
     @staticmethod
-    def sin(x: Any) -> Any:
+    def sin(x: Number) -> Number:
         """The sine."""
         if isinstance(x, Jet):
             return x.applied(x.value.sin(), x.value.cos())
         return x.sin() if hasattr(x, "sin") else flint.arb(x).sin()
 
     @staticmethod
-    def cos(x: Any) -> Any:
+    def cos(x: Number) -> Number:
         """The cosine."""
         if isinstance(x, Jet):
             return x.applied(x.value.cos(), -x.value.sin())
         return x.cos() if hasattr(x, "cos") else flint.arb(x).cos()
 
     @staticmethod
-    def sqrt(x: Any) -> Any:
+    def sqrt(x: Number) -> Number:
         """The square root."""
         if isinstance(x, Jet):
             root = x.value.sqrt()

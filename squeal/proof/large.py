@@ -11,23 +11,31 @@ systems does the rest. `docs/proof.md` derives the bounds.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import LinAlgError, eigh, qr
-from scipy.sparse import block_array, csc_array, diags_array
-from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, splu
+from scipy.sparse import block_array, csc_array, diags_array, sparray
+from scipy.sparse.linalg import ArpackError, LinearOperator, SuperLU, eigs, splu
 
 from squeal.proof.balls import EPS, TINY, Balls, Floats, Quadratic, row_sums, upper
 from squeal.proof.enclosure import enclose
 from squeal.proof.pieces import Failure, Piece
 
-Matrices = tuple[csc_array, csc_array, csc_array]  # M, C, K
-MASS_SHARES = (0.5, 0.1, 0.02, 0.004)  # c of M >= c diag(M), the first that is proved
-SIGMA = 1.25  # sigma over R^2
-DAMPING = 0.01  # what damping that is not Rayleigh's may take of sigma
+Matrices = tuple[csc_array, csc_array, csc_array]
+"""M, C and K."""
+MASS_SHARES = (0.5, 0.1, 0.02, 0.004)
+"""c of M >= c diag(M), the first that is proved."""
+SIGMA = 1.25
+"""sigma over R^2."""
+DAMPING = 0.01
+"""The share of sigma that damping beyond Rayleigh's may take."""
 BEYOND_CORE = "soft modes above the band, or local damping, reach into it; try a narrower band"
-MARGINS = (1e-3, 1e-4, 1e-5, 1e-6)  # of the inertia, shares of sigma
+MARGINS = (1e-3, 1e-4, 1e-5, 1e-6)
+"""Shares of sigma by which the inertia is tried to both sides of it."""
+DEFINITE = 1e-6
+"""The diagonal of a form must exceed the sum of its row by this for the sign to count."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +88,13 @@ class _Damping(NamedTuple):
     local: Floats
 
 
-def prove_band(M: Any, C: Any | None, K: Any, radius: float, core: int = 100) -> BandProof:
+def prove_band(
+    M: ArrayLike | sparray,
+    C: ArrayLike | sparray | None,
+    K: ArrayLike | sparray,
+    radius: float,
+    core: int = 100,
+) -> BandProof:
     """Enclose all roots with |lambda| <= radius of M q'' + C q' + K q = 0.
 
     Parameters
@@ -107,9 +121,13 @@ def prove_band(M: Any, C: Any | None, K: Any, radius: float, core: int = 100) ->
             return BandProof(radius, reason=f"a factorisation failed: {error}")
 
 
-def _checked(M: Any, C: Any | None, K: Any) -> Matrices:
+def _checked(
+    M: ArrayLike | sparray, C: ArrayLike | sparray | None, K: ArrayLike | sparray
+) -> Matrices:
+    """The matrices as sparse ones of floats; ValueError for any that `prove_band` does not take."""
     mass = csc_array(M)
-    given = [mass, csc_array(mass.shape) if C is None else csc_array(C), csc_array(K)]
+    damping = csc_array(mass.shape) if C is None else csc_array(C)
+    given = [mass, damping, csc_array(K)]
     n = mass.shape[0]
     for A in given:
         if A.shape != (n, n) or A.dtype.kind not in "biuf" or not np.isfinite(A.data).all():
@@ -123,6 +141,7 @@ def _checked(M: Any, C: Any | None, K: Any) -> Matrices:
 
 
 def _proved(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -> BandProof:
+    """The same of checked matrices, in the steps that the top of the module names."""
     metric = csc_array((M + M.T) * 0.5)  # any symmetric positive definite matrix would do
     diagonal = metric.diagonal()
     if not np.all(diagonal > 0.0):
@@ -130,43 +149,42 @@ def _proved(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) 
     share = _mass_share(metric, diagonal)
     if share == 0.0:
         return BandProof(radius, reason="M is not proved to be positive definite")
-    weights = np.sqrt(diagonal)
     X, Y = _bases(metric, K, core, radius)
     k = X.shape[1]
     MX = metric @ X
     MY = metric @ Y
     sigma = SIGMA * radius**2
-    spread = _damping(metric, C, K)
-    # C' has a norm of at most DAMPING sigma / radius in this norm
-    extra = upper(spread.local * (radius / (DAMPING * sigma)), 8)
-    wider = csc_array(metric + diags_array(extra))
-    reason = _singular_values_above(wider, K, MX, MY, sigma)
+    damping = _damping(metric, C, K)
+    # N = metric + extra, so that |u' C' w| <= DAMPING sigma / radius where u and w have norm 1
+    extra = upper(damping.local * (radius / (DAMPING * sigma)), 8)
+    N = csc_array(metric + diags_array(extra))
+    reason = _singular_values_above(N, K, MX, MY, sigma)
     if reason:
         return BandProof(radius, reason=reason, core=k)
-    skewed = _norm_of(csc_array(abs(M - metric) + EPS * abs(M)), weights, share)
-    inverse = sigma * (1.0 - DAMPING - radius * abs(spread.beta))
-    inverse -= radius * (radius * (1.0 + skewed) + abs(spread.alpha))
+
+    # between U and W the smallest singular value of P(lambda) is at least that of K, less what
+    # lambda^2 M + lambda (alpha M + beta K + C') takes of it
+    skewness = _norm_of(csc_array(abs(M - metric) + EPS * abs(M)), np.sqrt(diagonal), share)
+    least = sigma * (1.0 - DAMPING - radius * abs(damping.beta))
+    least -= radius * (radius * (1.0 + skewness) + abs(damping.alpha))
     # N is a sum in floating point; it misses by no more than EPS / share of itself
-    inverse -= 32.0 * (EPS / share) * (sigma + radius * abs(spread.alpha))
-    if not inverse > 0.0:
+    least -= 32.0 * (EPS / share) * (sigma + radius * abs(damping.alpha))
+    if not least > 0.0:
         return BandProof(radius, reason="damping beyond the core is too large", core=k)
 
-    floor = ((share - 4.0 * EPS) * diagonal + extra) * (1.0 - 8.0 * EPS)
-    parts = (M, C, K)
-    fitted = [np.linalg.lstsq(MX, A @ X, rcond=None)[0] for A in parts]
-    right = _couplings(parts, X, MX, fitted, floor, radius)
-    turned = (csc_array(M.T), csc_array(C.T), csc_array(K.T))
-    fitted = [np.linalg.lstsq(MY, A @ Y, rcond=None)[0] for A in turned]
-    left = _couplings(turned, Y, MY, fitted, floor, radius)
-    added = upper(np.outer(left, right) / inverse, 8)
-
+    # the Schur complement differs from Y' P X by at most (couplings of Y) (of X) / least
+    floor = ((share - 4.0 * EPS) * diagonal + extra) * (1.0 - 8.0 * EPS)  # N >= diag(floor)
+    right = _couplings((M, C, K), X, MX, floor, radius)
+    transposed = (csc_array(M.T), csc_array(C.T), csc_array(K.T))
+    left = _couplings(transposed, Y, MY, floor, radius)
+    remainder = upper(np.outer(left, right) / least, 8)
     if not (_is_regular(Y, MX) and _is_regular(X, MY)):
         return BandProof(radius, reason="left and right vectors are nearly orthogonal", core=k)
-    balls = [_projected(Y, A, X) for A in parts]
-    balls[2] = Balls(balls[2].mid, upper(balls[2].rad + added, 2))
+    core_M, core_C, core_K = (_projected(Y, A, X) for A in (M, C, K))
+    core_K = Balls(core_K.mid, upper(core_K.rad + remainder, 2))
     if not C.nnz:
-        balls[1] = Balls.exact(np.zeros((k, k)))
-    pieces = enclose(Quadratic(balls[0], balls[1], balls[2]))
+        core_C = Balls.exact(np.zeros((k, k)))
+    pieces = enclose(Quadratic(core_M, core_C, core_K))
     if isinstance(pieces, Failure):
         return BandProof(radius, reason=pieces.reason, core=k)
     return BandProof(radius, tuple(_within(pieces, radius)), core=k)
@@ -177,9 +195,11 @@ def _within(pieces: list[Piece], radius: float) -> list[Piece]:
     found = []
     for piece in pieces:
         sizes = np.abs(piece.centres)
-        if np.all(sizes * (1.0 - 8.0 * EPS) - piece.radii > radius):
+        is_outside = np.all(sizes * (1.0 - 8.0 * EPS) - piece.radii > radius)
+        is_inside = np.all(sizes * (1.0 + 8.0 * EPS) + piece.radii < radius)
+        if is_outside:
             continue
-        if np.all(sizes * (1.0 + 8.0 * EPS) + piece.radii < radius):
+        if is_inside:
             found.append(piece)
             continue
         # each lambda has its own core here, so that neither counts nor mirror images hold
@@ -196,79 +216,91 @@ def _bases(M: csc_array, K: csc_array, core: int, radius: float) -> tuple[Floats
     """
     n = M.shape[0]
     count = min(core, n - 2)
-    found = []
     shift = -0.01 * radius**2  # left of zero, where free bodies leave K - s M regular
     start = np.random.default_rng(0).standard_normal(n)
+    spectra = []
     for A in (K, csc_array(K.T)):
         factors = _on_diagonal(csc_array(A - shift * M))
         inverse = LinearOperator((n, n), factors.solve, dtype=np.float64)
         values, vectors = eigs(A, k=count, M=M, sigma=shift, OPinv=inverse, v0=start)
         order = np.argsort(np.abs(values), kind="stable")
-        found.append((values[order], vectors[:, order]))
-    sizes = np.abs(found[0][0])
-    first = 3 * count // 4
-    gaps = sizes[first + 1 :] / sizes[first:-1]
-    cut = first + int(np.argmax(gaps)) + 1
+        spectra.append((values[order], vectors[:, order]))
+    right_values, _ = spectra[0]
+    sizes = np.abs(right_values)
+    last_quarter = 3 * count // 4
+    gaps = sizes[last_quarter + 1 :] / sizes[last_quarter:-1]
+    cut = last_quarter + int(np.argmax(gaps)) + 1
     scale = np.sqrt(M.diagonal())[:, None]
     bases = []
-    for values, vectors in found:
-        chosen = vectors[:, :cut]
-        once = values[:cut].imag >= 0.0
-        twice = values[:cut].imag > 0.0
-        real = np.hstack([chosen[:, once].real, chosen[:, twice].imag])
-        bases.append(qr(real * scale, mode="economic")[0] / scale)
+    for values, vectors in spectra:
+        # a complex pair spans the real and the imaginary part of one of its vectors
+        one_of_each = values[:cut].imag >= 0.0
+        one_of_each_pair = values[:cut].imag > 0.0
+        real_parts = vectors[:, :cut][:, one_of_each].real
+        imaginary_parts = vectors[:, :cut][:, one_of_each_pair].imag
+        spanning = np.hstack([real_parts, imaginary_parts])
+        bases.append(qr(spanning * scale, mode="economic")[0] / scale)
     k = min(X.shape[1] for X in bases)
     return bases[0][:, :k], bases[1][:, :k]
 
 
-def _on_diagonal(A: csc_array) -> Any:
+def _on_diagonal(A: csc_array) -> SuperLU:
     """Triangles of A, with pivots on the diagonal unless one is zero."""
     options = {"SymmetricMode": True, "Equil": False}
     return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
 def _row_product(A: csc_array, x: Floats, terms: int) -> Floats:
-    """Upper bounds of a product of non-negative arrays."""
+    """Upper bounds of a product of non-negative arrays, sums of so many terms."""
     return upper(A @ x, terms)
 
 
 def _most_in_a_row(A: csc_array) -> int:
-    return int(np.bincount(A.indices, minlength=1).max()) if A.nnz else 0
+    """The largest number of entries in a row."""
+    if not A.nnz:
+        return 0
+    return int(np.bincount(A.indices).max())
 
 
 def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None:
-    """Pivots of A, and e so that all |B - A| <= doubt are within e diag(weights^2) of L D L'.
+    """The number of negative pivots of A = L D L', and how far other matrices are from that.
 
-    SuperLU with pivots on the diagonal. Its triangles satisfy |A - L U| <= gamma |L| |U| in any
-    order of elimination (Higham, Theorem 9.3; one rounding more for the inverse of the pivot).
+    All symmetric matrices within `doubt` of A differ from L D L' by at most
+    error diag(weights^2), as forms. None if A cannot be factorised so.
+
+    SuperLU pivots on the diagonal. Its triangles satisfy |A - L U| <= gamma |L| |U| in any order
+    of elimination (Higham, Theorem 9.3; one rounding more for the inverse of the pivot).
     """
     n = A.shape[0]
     factors = _on_diagonal(A)
     if not np.array_equal(factors.perm_r, factors.perm_c):
-        return None
+        return None  # a pivot off the diagonal
     L = csc_array(factors.L)
     U = csc_array(factors.U)
     pivots = U.diagonal()
     if not (np.isfinite(pivots).all() and np.all(pivots != 0.0)):
         return None
-    scaled = csc_array(diags_array(pivots) @ L.T)
-    apart = abs(U - scaled)
-    size_l = abs(L)
+    # |A - L D L'| <= gamma |L| |U| + |L| |U - D L'|
+    DLt = csc_array(diags_array(pivots) @ L.T)
     terms = max(_most_in_a_row(L), _most_in_a_row(csc_array(L.T))) + 8
     gamma = terms * EPS  # twice gamma of Higham, which holds products D L' too
-    inverse = np.empty(n)
+    right = csc_array(abs(U - DLt) + gamma * (abs(U) + abs(DLt)))
+    left = abs(L)
+    # the norm of a matrix E scaled by 1 / weights is at most the largest sum of a row of the mean
+    # of |E| and its transpose
+    inverse = np.empty(n)  # 1 / weights in the order of elimination
     inverse[factors.perm_c] = 1.0 / weights
-    mixed = csc_array(apart + gamma * (abs(U) + abs(scaled)))
-    mixed_t = csc_array(mixed.T)
-    size_lt = csc_array(size_l.T)
-    rows = _row_product(size_l, _row_product(mixed, inverse, terms), terms)
-    columns = _row_product(mixed_t, _row_product(size_lt, inverse, terms), terms)
-    # a symmetric matrix has the norm of its scaled row sums; the mean with its transpose has less
-    sums = 0.5 * (rows + columns) * inverse
-    own = _row_product(doubt, 1.0 / weights, _most_in_a_row(doubt) + 1) / weights
-    lost = n * terms * TINY * (1.0 + np.max(np.abs(pivots))) / np.min(weights) ** 2  # underflow
-    error = float(upper(np.max(sums) + np.max(own) + lost, terms + 8))
-    return _Inertia(int(np.sum(pivots < 0.0)), error) if np.isfinite(error) else None
+    rows = _row_product(left, _row_product(right, inverse, terms), terms)
+    left_t = csc_array(left.T)
+    right_t = csc_array(right.T)
+    columns = _row_product(right_t, _row_product(left_t, inverse, terms), terms)
+    of_factors = 0.5 * (rows + columns) * inverse
+    of_doubt = _row_product(doubt, 1.0 / weights, _most_in_a_row(doubt) + 1) / weights
+    underflow = n * terms * TINY * (1.0 + np.max(np.abs(pivots))) / np.min(weights) ** 2
+    error = float(upper(np.max(of_factors) + np.max(of_doubt) + underflow, terms + 8))
+    if not np.isfinite(error):
+        return None
+    return _Inertia(int(np.sum(pivots < 0.0)), error)
 
 
 def _mass_share(M: csc_array, diagonal: Floats) -> float:
@@ -283,60 +315,97 @@ def _mass_share(M: csc_array, diagonal: Floats) -> float:
     return 0.0
 
 
-def _singular_values_above(N: csc_array, K: csc_array, MX: Floats, MY: Floats, sigma: float) -> str:
-    """Why K between {u: MX' u = 0} and {w: MY' w = 0} may have a singular value below sigma.
+class _Form(NamedTuple):
+    """A symmetric matrix (m, m), how far the true one may lie from it, entry by entry, and the
+    diagonal (m,) of the matrix of the norm."""
 
-    They are those in the norm of N.
+    T: csc_array
+    doubt: csc_array
+    diagonal: Floats
+
+    @property
+    def weights(self) -> Floats:
+        """Lower bounds (m,) of the roots of the diagonal."""
+        return np.sqrt(self.diagonal) * (1.0 - 4.0 * EPS)
+
+
+class _InertiaOfAll(NamedTuple):
+    """Number of negative eigenvalues that a matrix T and all within `gap` weights^2 of it have."""
+
+    negative: int
+    gap: float
+
+
+def _singular_values_above(N: csc_array, K: csc_array, MX: Floats, MY: Floats, sigma: float) -> str:
+    """Why K between {u: MX' u = 0} and {w: MY' w = 0} may have a singular value below sigma, in the
+    norm of N; empty if it has none.
+
     In p = (u + w)/sqrt 2 and d = (u - w)/sqrt 2 the form sigma (u'Nu + w'Nw) + 2 u'Kw has the
-    matrix T below. On the constraints it has n - k negative eigenvalues if and only if no singular
-    value is smaller; with the constraints as a border, n + k (Haynsworth).
+    matrix T of `_form`. On the constraints it has n - k negative eigenvalues if and only if no
+    singular value is smaller; with the constraints as a border B, n + k. The inertia of T with the
+    border is that of T and that of the Schur complement -B' T^-1 B (Haynsworth).
     """
     n, k = MX.shape
-    mean = csc_array((K + K.T) * 0.5)
+    form = _form(N, K, sigma)
+    inertia = _inertia_of_all(form, sigma)
+    if inertia is None:
+        return "a singular value lies too near to sigma for the rounding of the inertia"
+    border = np.vstack([np.hstack([MX, MY]), np.hstack([MX, -MY])])
+    negative_of_complement = _negative(_schur_complement(form, border, inertia.gap))
+    if negative_of_complement is None:
+        return "the border of the inertia is not definite enough"
+    if inertia.negative + negative_of_complement != n + k:
+        return BEYOND_CORE
+    return ""
+
+
+def _form(N: csc_array, K: csc_array, sigma: float) -> _Form:
+    """T (2n, 2n) = [[sigma N + S, A], [A', sigma N - S]] with K = S - A, S = S', A = -A'."""
+    symmetric = csc_array((K + K.T) * 0.5)
     skew = csc_array((K.T - K) * 0.5)
     shifted = csc_array(sigma * N)
-    T = csc_array(block_array([[shifted + mean, skew], [skew.T, shifted - mean]]))
-    sizes = csc_array(abs(shifted) + abs(mean) + abs(skew))
+    T = csc_array(block_array([[shifted + symmetric, skew], [skew.T, shifted - symmetric]]))
+    sizes = csc_array(abs(shifted) + abs(symmetric) + abs(skew))
     doubt = csc_array(block_array([[sizes, abs(skew)], [abs(skew.T), sizes]])) * (4.0 * EPS)
-    both = np.concatenate([N.diagonal(), N.diagonal()])
-    weights = np.sqrt(both) * (1.0 - 4.0 * EPS)
-    negative = -1
-    gap = 0.0
+    diagonal = np.concatenate([N.diagonal(), N.diagonal()])
+    return _Form(T, doubt, diagonal)
+
+
+def _inertia_of_all(form: _Form, sigma: float) -> _InertiaOfAll | None:
+    """The inertia of T, if it is the same a margin of sigma above and below; None if not."""
     for margin in MARGINS:
         shift = margin * sigma
-        moved = diags_array(shift * both)
-        sums = np.abs(T.diagonal()) + shift * both
-        more = csc_array(doubt + diags_array(4.0 * EPS * sums))
-        above = _inertia(csc_array(T + moved), more, weights)
-        below = _inertia(csc_array(T - moved), more, weights)
+        moved = diags_array(shift * form.diagonal)
+        sums = np.abs(form.T.diagonal()) + shift * form.diagonal
+        doubt = csc_array(form.doubt + diags_array(4.0 * EPS * sums))
+        above = _inertia(csc_array(form.T + moved), doubt, form.weights)
+        below = _inertia(csc_array(form.T - moved), doubt, form.weights)
         if above is None or below is None:
             continue
         gap = (shift - max(above.error, below.error)) * (1.0 - 8.0 * EPS)
         if gap > 0.0 and above.negative == below.negative:
-            negative = above.negative
-            break
-    if negative < 0:
-        return "a singular value lies too near to sigma for the rounding of the inertia"
+            return _InertiaOfAll(above.negative, gap)
+    return None
 
-    border = np.vstack([np.hstack([MX, MY]), np.hstack([MX, -MY])])
-    factors = _on_diagonal(T)
+
+def _schur_complement(form: _Form, border: Floats, gap: float) -> Balls:
+    """-B' T^-1 B with a border B (m, j) of a matrix T none of whose eigenvalues is below the gap.
+
+    With any Z near T^-1 B and R = B - T Z it is -(Z'B + B'Z - Z'TZ) - R' T^-1 R, where the last
+    term is at most |R_i| |R_j| / gap, in the norm of the weights.
+    """
+    factors = _on_diagonal(form.T)
     Z = factors.solve(border)
-    Z += factors.solve(border - T @ Z)
-    product = _sparse_times(T, doubt, Z)
-    left = Balls.exact(Z.T)
-    middle = left @ product
-    edge = left @ Balls.exact(border)
-    twice = Balls(edge.mid + edge.mid.T, upper(edge.rad + edge.rad.T + EPS * abs(edge.mid), 3))
-    S = twice.plus(middle.times(-1.0)).times(-1.0)
-    missed = upper(abs(border - product.mid) + product.rad + EPS * abs(border), 4)
-    lengths = np.sqrt(upper(((missed / weights[:, None]) ** 2).sum(axis=0), 2 * n + 4))
-    S = Balls(S.mid, upper(S.rad + np.outer(lengths, lengths) / gap, 8))
-    found = _negative(S)
-    if found is None:
-        return "the border of the inertia is not definite enough"
-    if negative + found != n + k:
-        return BEYOND_CORE
-    return ""
+    Z += factors.solve(border - form.T @ Z)
+    TZ = _sparse_times(form.T, form.doubt, Z)
+    Zt = Balls.exact(Z.T)
+    ZtB = Zt @ Balls.exact(border)
+    twice = Balls(ZtB.mid + ZtB.mid.T, upper(ZtB.rad + ZtB.rad.T + EPS * abs(ZtB.mid), 3))
+    S = twice.plus((Zt @ TZ).times(-1.0)).times(-1.0)
+    residual = upper(abs(border - TZ.mid) + TZ.rad + EPS * abs(border), 4)
+    squares = ((residual / form.weights[:, None]) ** 2).sum(axis=0)
+    lengths = np.sqrt(upper(squares, len(residual) + 4))
+    return Balls(S.mid, upper(S.rad + np.outer(lengths, lengths) / gap, 8))
 
 
 def _sparse_times(A: csc_array, doubt: csc_array, Z: Floats) -> Balls:
@@ -351,73 +420,92 @@ def _sparse_times(A: csc_array, doubt: csc_array, Z: Floats) -> Balls:
 
 
 def _negative(S: Balls) -> int | None:
-    """Number of negative eigenvalues of all symmetric matrices in the balls, None if unknown."""
-    values, V = eigh((S.mid + S.mid.T) / 2.0)
-    V = V / np.sqrt(np.abs(values))
+    """Number of negative eigenvalues of all symmetric matrices in the balls, None if unknown.
+
+    V' S V with the scaled eigenvectors V is nearly diagonal, with entries of about +-1; by
+    Gershgorin's theorem its eigenvalues have the signs of the diagonal where that exceeds the rest
+    of its row. By Sylvester's law S has as many of each sign.
+    """
+    values, vectors = eigh((S.mid + S.mid.T) / 2.0)
+    V = vectors / np.sqrt(np.abs(values))
     form = Balls.exact(V.T) @ (S @ Balls.exact(V))
-    others = row_sums(form.bound() - np.diag(form.bound().diagonal()))
-    room = np.abs(form.mid.diagonal()) - form.rad.diagonal() - others
-    if not np.all(room > 1e-6):
+    bounds = form.bound()
+    off_diagonal = row_sums(bounds - np.diag(bounds.diagonal()))
+    diagonal = form.mid.diagonal()
+    dominance = np.abs(diagonal) - form.rad.diagonal() - off_diagonal
+    if not np.all(dominance > DEFINITE):
         return None
-    return int(np.sum(form.mid.diagonal() < 0.0))
+    return int(np.sum(diagonal < 0.0))
 
 
 def _damping(M: csc_array, C: csc_array, K: csc_array) -> _Damping:
-    """Rayleigh's part of C by least squares, and what is left of each row and column."""
+    """Rayleigh's part of C by least squares, and what is left of each row and column.
+
+    alpha and beta solve the normal equations of |C - alpha M - beta K| with each coordinate in
+    units of its mass.
+    """
     n = M.shape[0]
     if not C.nnz:
         return _Damping(0.0, 0.0, np.zeros(n))
     scale = diags_array(1.0 / np.sqrt(M.diagonal()))
-    a, b, c = (csc_array(scale @ A @ scale) for A in (M, K, C))
-    mixed = a.multiply(b).sum()
-    normal = np.array([[a.multiply(a).sum(), mixed], [mixed, b.multiply(b).sum()]])
+    m, k, c = (csc_array(scale @ A @ scale) for A in (M, K, C))
+    mixed = m.multiply(k).sum()
+    normal = np.array([[m.multiply(m).sum(), mixed], [mixed, k.multiply(k).sum()]])
     units = np.sqrt(normal.diagonal())
-    sides = np.array([a.multiply(c).sum(), b.multiply(c).sum()]) / units
+    sides = np.array([m.multiply(c).sum(), k.multiply(c).sum()]) / units
     alpha, beta = np.linalg.solve(normal / np.outer(units, units), sides) / units
     left = abs(C - alpha * M - beta * K)
     sizes = abs(C) + abs(alpha) * abs(M) + abs(beta) * abs(K)
-    left = csc_array(left + 8.0 * EPS * sizes)
-    across = csc_array(left.T)
-    terms = _most_in_a_row(left) + _most_in_a_row(across) + 8
+    bounds = csc_array(left + 8.0 * EPS * sizes)
+    transposed = csc_array(bounds.T)
+    terms = _most_in_a_row(bounds) + _most_in_a_row(transposed) + 8
     ones = np.ones(n)
-    local = np.maximum(_row_product(left, ones, terms), _row_product(across, ones, terms))
+    local = np.maximum(_row_product(bounds, ones, terms), _row_product(transposed, ones, terms))
     return _Damping(float(alpha), float(beta), local)
 
 
 def _norm_of(sizes: csc_array, weights: Floats, share: float) -> float:
-    """A bound of |A| in the norm of M for all |A| <= sizes, entry by entry."""
-    terms = _most_in_a_row(sizes) + _most_in_a_row(csc_array(sizes.T)) + 8
+    """A bound of |A| in the norm of M >= share diag(weights^2) for all |A| <= sizes, by entries.
+
+    The 2-norm is at most the root of the largest sums of a row and of a column.
+    """
+    transposed = csc_array(sizes.T)
+    terms = _most_in_a_row(sizes) + _most_in_a_row(transposed) + 8
     rows = _row_product(sizes, 1.0 / weights, terms) / weights
-    columns = _row_product(csc_array(sizes.T), 1.0 / weights, terms) / weights
+    columns = _row_product(transposed, 1.0 / weights, terms) / weights
     norm = np.sqrt(np.max(rows)) * np.sqrt(np.max(columns)) / share
     return float(upper(norm, terms))
 
 
-def _couplings(
-    parts: Matrices, X: Floats, MX: Floats, fitted: list[Floats], floor: Floats, radius: float
-) -> Floats:
+def _couplings(matrices: Matrices, X: Floats, MX: Floats, floor: Floats, radius: float) -> Floats:
     """Bounds (k,) of u' P(lambda) x_j over all |u| = 1 (norm of N >= diag(floor)) with u' MX = 0.
 
-    What is a multiple of MX adds nothing; `fitted` (k, k) takes it out.
+    A multiple of MX adds nothing, so that the best fit of each product by MX is taken out.
     """
-    none = csc_array(parts[0].shape)
+    exact = csc_array(matrices[0].shape)
     total = np.zeros(X.shape[1])
-    for A, fit, power in zip(parts, fitted, (2, 1, 0), strict=True):
-        product = _sparse_times(A, none, X)
-        known = Balls.exact(MX) @ Balls.exact(fit)
-        missed = product.plus(known.times(-1.0)).bound()
-        scaled = missed / np.sqrt(floor)[:, None]
+    for A, power in zip(matrices, (2, 1, 0), strict=True):
+        fit = np.linalg.lstsq(MX, A @ X, rcond=None)[0]
+        product = _sparse_times(A, exact, X)
+        fitted = Balls.exact(MX) @ Balls.exact(fit)
+        residual = product.plus(fitted.times(-1.0)).bound()
+        scaled = residual / np.sqrt(floor)[:, None]
         squares = upper((scaled**2).sum(axis=0), len(floor) + 8)
         total = upper(total + radius**power * upper(np.sqrt(squares), 8), 8)
     return total
 
 
 def _projected(Y: Floats, A: csc_array, X: Floats) -> Balls:
+    """Y' A X."""
     return Balls.exact(Y.T) @ _sparse_times(A, csc_array(A.shape), X)
 
 
 def _is_regular(Y: Floats, MX: Floats) -> bool:
-    """Whether Y' MX is regular, so that X and the vectors w with MY' w = 0 span everything."""
+    """Whether G = Y' MX is regular, so that X and the vectors w with MY' w = 0 span everything.
+
+    It is if R G, with an approximate inverse R, differs from 1 by less than 1 in a norm.
+    """
     G = Balls.exact(Y.T) @ Balls.exact(MX)
-    test = Balls.exact(np.linalg.inv(G.mid)) @ G
-    return bool(np.max(row_sums(Balls(test.mid - np.eye(len(Y.T)), test.rad).bound())) < 0.5)
+    RG = Balls.exact(np.linalg.inv(G.mid)) @ G
+    deviation = Balls(RG.mid - np.eye(Y.shape[1]), RG.rad)
+    return bool(np.max(row_sums(deviation.bound())) < 0.5)

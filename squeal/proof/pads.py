@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from squeal.proof.branches import (
     Cell,
     PadBranch,
     Polynomial,
+    Sign,
     signs,
 )
 
@@ -38,12 +39,18 @@ try:
 except ImportError:  # an extra
     flint = None
 
-DEGREE = 2 * ORDER  # of polynomials along a cell; higher powers become part of a ball
-SAME = 1e-8  # of friction: a threshold so close to a change of the count is that change
-NARROWINGS = 9  # of a cell
-SLOW = 0.25  # of a cell: what is left of it after a narrowing without progress
-COST_OF_SLOW = 3  # of `NARROWINGS`, of such a one
-WIDE = 0.1  # of t: a part that is halved before it is narrowed
+DEGREE = 2 * ORDER
+"""Degree of polynomials along a cell; higher powers become part of a ball."""
+SAME = 1e-8
+"""A printed threshold is a change of the count that lies within this share of the friction."""
+NARROWINGS = 9
+"""How often a cell is narrowed where signs stay open."""
+SLOW = 0.25
+"""A narrowing that leaves open more than this share of the cell counts as slow."""
+COST_OF_SLOW = 3
+"""So many of the `NARROWINGS` are used up by a slow one."""
+WIDE = 0.1
+"""An open interval of t wider than this is halved before its cell is narrowed."""
 COEFFICIENTS_OPEN = "what grows cannot be counted"
 TOUCHES = "roots meet without crossing the axis"
 WIDE_FOLD = "the friction at which the branch turns back is not enclosed closely"
@@ -93,10 +100,15 @@ class Part(NamedTuple):
     growing: int | None
     folds: bool = False
 
+    @property
+    def friction(self) -> Ball:
+        """The friction over all t of the part."""
+        return self.cell.at(_span(self))[FRICTION]
+
 
 @dataclass
 class Event:
-    """A place where the number of growing roots may change.
+    """An interval of friction in which the number of growing roots may change.
 
     low, high: of friction; before, after: numbers of growing roots; parts: those whose signs are
     open; is_fold: whether the branch turns back.
@@ -136,24 +148,33 @@ def prove_pad(
         A rate, 1/s, above 0. Where roots meet without crossing the axis it is shown only that they
         grow more slowly than this; elsewhere the result says 0.
     """
-    walk = _Walk(branch, claims, fold, growth_below)
-    terms_of_series = flint.ctx.cap  # which the walk sets
+    comparison = _Comparison(branch, claims, fold, growth_below)
+    terms_of_series = flint.ctx.cap  # which the comparison sets
     try:
         with flint.ctx.workprec(BITS):
-            problem = walk.first_problem()
+            problem = comparison.first_problem()
     finally:
         flint.ctx.cap = terms_of_series
-    growth = growth_below if walk.roots_met else 0.0
-    known = (walk.until, tuple(walk.places), growth)
+    proof = PadProof(
+        status="proved",
+        until=comparison.until,
+        places=tuple(comparison.places),
+        growth_below=growth_below if comparison.roots_met else 0.0,
+    )
     if problem is None:
-        return PadProof("proved", *known)
-    reaches = first_loss is not None and walk.until > first_loss
-    status = "proved" if problem.status == "open" and reaches else problem.status
-    return PadProof(status, *known, problem.reason, problem.where)
+        return proof
+    if problem.status == "refuted" or first_loss is None or comparison.until <= first_loss:
+        proof = replace(proof, status=problem.status)
+    return replace(proof, reason=problem.reason, where=problem.where)
 
 
-class _Walk:
-    """The way along the branch, until it ends or something is open or refuted."""
+class _Comparison:
+    """The counts of growing roots along the branch against the claims, up to the end of the branch
+    or to what is open or refuted.
+
+    `waiting` are the claims not met yet; `until`, `places` and `roots_met` (whether roots meet
+    somewhere without crossing the axis) become the result.
+    """
 
     def __init__(
         self, branch: PadBranch, claims: Sequence[Claim], fold: float | None, growth_below: float
@@ -164,7 +185,7 @@ class _Walk:
         self.waiting = list(claims)
         self.until = branch.low
         self.places: list[tuple[float, float]] = []
-        self.roots_met = False  # whether roots meet somewhere without crossing
+        self.roots_met = False
         pad = branch.model.pad
         self.mass = (pad.m, pad.m, pad.I)
         self.is_damped = branch.model.damping is not None or branch.fall is not None
@@ -176,45 +197,45 @@ class _Walk:
         Returns what is open or refuted first, None if all is proved. Fills `places`, the intervals
         of the thresholds met, `until`, the friction reached, and `roots_met`.
         """
-        count: int | None = None
-        open_parts: list[Part] = []
-        change: Ball | None = None  # friction at which the contact changes
+        count: int | None = None  # of the last part in which it is known
+        open_parts: list[Part] = []  # since that part
+        seam: Ball | None = None  # the friction at which a new cell began since that part
         for cell in self.branch.cells():
-            for part in self._parts(cell):
+            for part in self._parts_between(cell, cell.start, cell.end, NARROWINGS):
                 if part.growing is None:
                     open_parts.append(part)
                     continue
                 if count is None and open_parts:
                     return Problem("open", COEFFICIENTS_OPEN, self.branch.low)
                 if count is not None and (open_parts or part.growing != count):
-                    event = self._event(open_parts, change, part, count)
-                    problem = self._judged(event)
+                    event = self._event(open_parts, seam, part, count)
+                    problem = self._problem_of_event(event)
                     if problem is not None:
                         return problem
                     if event.is_fold:
-                        return self._at_end(event)
+                        return self._problem_at_fold(event)
                 open_parts = []
-                change = None
+                seam = None
                 count = part.growing
                 self.until = max(self.until, _low(part.cell.at(flint.arb(part.high))[FRICTION]))
                 if self.until >= self.branch.high:
                     self.until = self.branch.high
-                    return self._at_end(None)
-            change = cell.at(flint.arb(cell.opened).union(flint.arb(cell.end)))[FRICTION]
+                    return self._problem_at_highest_friction()
+            seam = cell.at_end()[FRICTION]
         if self.branch.turn is not None:
             low, high = self.branch.turn
-            return self._at_end(Event(low, high, count or 0, count or 0, [], True))
+            return self._problem_at_fold(Event(low, high, count or 0, count or 0, [], True))
         if self.branch.reason:
             return Problem("open", self.branch.reason, self.until)
         return Problem("open", COEFFICIENTS_OPEN, self.until)
 
     def _event(
-        self, open_parts: Sequence[Part], change: Ball | None, part: Part, count: int
+        self, open_parts: Sequence[Part], seam: Ball | None, part: Part, count: int
     ) -> Event:
-        """What happens between the last part with a count and the next one."""
-        balls = [one.cell.at(_span(one))[FRICTION] for one in open_parts]
-        if change is not None:
-            balls.append(change)
+        """What happens between the last part with a known `count` and the next such `part`."""
+        balls = [one.friction for one in open_parts]
+        if seam is not None:
+            balls.append(seam)
         if not balls:  # the counts of two parts that meet differ, which cannot be
             balls.append(part.cell.at(flint.arb(part.low))[FRICTION])
         low = min(_low(ball) for ball in balls)
@@ -224,96 +245,108 @@ class _Walk:
             event.is_fold = bool(part.cell.direction(part.high)[FRICTION] < 0.0)
         return event
 
-    def _judged(self, event: Event) -> Problem | None:
-        """What is wrong with an event, None if it is one that is printed, or none at all."""
+    def _problem_of_event(self, event: Event) -> Problem | None:
+        """Compare an event with the claims that lie in it.
+
+        The count has to rise by as much as they say. An event without claims, in which the count
+        does not change, is allowed if its roots grow more slowly than `growth_below`.
+        """
         middle = (event.low + event.high) / 2.0
-        problem = self._passed(event.low)
+        problem = self._problem_of_passed_claim(event.low)
         if problem is not None or event.is_fold:
             return problem
         reach = SAME * max(abs(middle), 1e-3 * self.branch.high)
-        mine = [claim for claim in self.waiting if claim.mu <= event.high + reach]
-        rise = sum(claim.rise for claim in mine)
+        claims = [claim for claim in self.waiting if claim.mu <= event.high + reach]
+        rise = sum(claim.rise for claim in claims)
         if event.after - event.before != rise:
-            words = f"{event.before} roots grow before and {event.after} beyond"
-            if not mine:
-                words += ", which is not listed"
-            return Problem("refuted", words, middle)
-        for claim in mine:
+            reason = f"{event.before} roots grow before and {event.after} beyond"
+            if not claims:
+                reason += ", which is not listed"
+            return Problem("refuted", reason, middle)
+        for claim in claims:
             self.places.append((min(event.low, claim.mu), max(event.high, claim.mu)))
-        self.waiting = self.waiting[len(mine) :]
-        if not mine and event.parts:
+        self.waiting = self.waiting[len(claims) :]
+        if not claims and event.parts:
             self.roots_met = True
             if not all(self._is_slow(part, event.before) for part in event.parts):
                 return Problem("open", TOUCHES, middle)
         return None
 
-    def _passed(self, mu: float) -> Problem | None:
-        """What is wrong if a printed threshold was passed without any change."""
+    def _problem_of_passed_claim(self, mu: float) -> Problem | None:
+        """Refuted if a claim lies below a friction up to which the count did not change."""
         reach = SAME * max(abs(mu), 1e-3 * self.branch.high)
         if self.waiting and self.waiting[0].mu < mu - reach:
-            words = "the number of growing roots does not change at a threshold"
-            return Problem("refuted", words, self.waiting[0].mu)
+            reason = "the number of growing roots does not change at a threshold"
+            return Problem("refuted", reason, self.waiting[0].mu)
         return None
 
-    def _at_end(self, turn: Event | None) -> Problem | None:
-        """What is wrong where the branch turns back, or reaches the highest friction."""
-        end = self.branch.high if turn is None else turn.low
-        problem = self._passed(end)
+    def _problem_at_highest_friction(self) -> Problem | None:
+        """Refuted if a claim was passed, or if the branch was said to turn back before."""
+        end = self.branch.high
+        problem = self._problem_of_passed_claim(end)
         if problem is not None:
             return problem
-        if turn is None:
-            if self.fold is not None and self.fold < end * (1.0 - SAME):
-                return Problem("refuted", "the branch does not turn back", self.fold)
-            return None
-        self.until = turn.low
-        reach = SAME * end
-        if self.fold is None or not turn.low - reach <= self.fold <= turn.high + reach:
-            return Problem("refuted", "the branch turns back", end)
-        if turn.high - turn.low > 2.0 * reach:
-            return Problem("open", WIDE_FOLD, end)
+        if self.fold is not None and self.fold < end * (1.0 - SAME):
+            return Problem("refuted", "the branch does not turn back", self.fold)
         return None
 
-    def _parts(self, cell: Cell) -> list[Part]:
-        """The parts of a cell in which no root reaches the axis, and those between them."""
-        return self._parts_between(cell, cell.start, cell.end, NARROWINGS)
+    def _problem_at_fold(self, turn: Event) -> Problem | None:
+        """Compare the friction at which the branch turns back with the claimed one."""
+        problem = self._problem_of_passed_claim(turn.low)
+        if problem is not None:
+            return problem
+        self.until = turn.low
+        reach = SAME * turn.low
+        if self.fold is None or not turn.low - reach <= self.fold <= turn.high + reach:
+            return Problem("refuted", "the branch turns back", turn.low)
+        if turn.high - turn.low > 2.0 * reach:
+            return Problem("open", WIDE_FOLD, turn.low)
+        return None
 
     def _parts_between(self, cell: Cell, low: float, high: float, narrowings: int) -> list[Part]:
         """The parts from low to high in which no root reaches the axis, and those between them.
 
         A part where the signs stay open is divided again, `narrowings` times at most.
         """
-        K, C = self._matrices(cell)
-        coefficients = _characteristic(self.mass, K, C)
-        determinant = coefficients[0]  # of K: a fold where it vanishes
-        conditions = [
-            determinant,
-            _hurwitz(coefficients) if self.is_damped else _discriminant(coefficients),
-        ]
-        found = [signs(_reduced(condition), low, high) for condition in conditions]
-        edges = sorted({edge for pieces in found for piece in pieces for edge in piece[:2]})
-        parts: list[Part] = []
-        for a, b in itertools.pairwise(edges):
-            here = [_sign_within(pieces, a, b) for pieces in found]
-            if all(here):
-                middle = flint.arb((a + b) / 2.0)
-                values = [coefficient(middle) for coefficient in coefficients]
-                count = _growing(values, here[1], self.is_damped)
-                parts.append(Part(cell, a, b, count, here[0] == 0))
-            elif parts and parts[-1].growing is None:
-                folds = parts[-1].folds or here[0] == 0
-                parts[-1] = Part(cell, parts[-1].low, b, None, folds)
-            else:
-                parts.append(Part(cell, a, b, None, here[0] == 0))
         refined: list[Part] = []
-        for part in parts:
-            slow = part.high - part.low > SLOW * (high - low)
-            left = narrowings - (COST_OF_SLOW if slow else 1)
-            is_sharp = self.branch.is_sharp(part.cell.at(_span(part))[FRICTION])
-            if part.growing is None and left >= 0 and not is_sharp:
+        for part in self._parts_by_signs(cell, low, high):
+            is_slow = part.high - part.low > SLOW * (high - low)
+            left = narrowings - (COST_OF_SLOW if is_slow else 1)
+            if part.growing is None and left >= 0 and not self.branch.is_sharp(part.friction):
                 refined += self._refined(part, left)
             else:
                 refined.append(part)
         return refined
+
+    def _parts_by_signs(self, cell: Cell, low: float, high: float) -> list[Part]:
+        """The same with the signs as this cell gives them.
+
+        A root reaches the axis only where det K vanishes, at zero, or where the second condition
+        does, as a pair; see the top of the module. Between their zeros one count holds for all t.
+        """
+        K, C = self._matrices(cell)
+        coefficients = _characteristic(self.mass, K, C)
+        condition_of_pairs = _hurwitz if self.is_damped else _discriminant
+        signs_of_det_K = signs(_reduced(coefficients[0]), low, high)
+        signs_of_pairs = signs(_reduced(condition_of_pairs(coefficients)), low, high)
+        edges: set[float] = set()
+        for piece in signs_of_det_K + signs_of_pairs:
+            edges |= {piece.low, piece.high}
+        parts: list[Part] = []
+        for left, right in itertools.pairwise(sorted(edges)):
+            sign_of_det_K = _sign_within(signs_of_det_K, left, right)
+            sign_of_pairs = _sign_within(signs_of_pairs, left, right)
+            folds = sign_of_det_K == 0
+            if sign_of_det_K and sign_of_pairs:
+                middle = flint.arb((left + right) / 2.0)
+                values = [coefficient(middle) for coefficient in coefficients]
+                count = _growing(values, sign_of_pairs, self.is_damped)
+                parts.append(Part(cell, left, right, count))
+            elif parts and parts[-1].growing is None:
+                parts[-1] = parts[-1]._replace(high=right, folds=parts[-1].folds or folds)
+            else:
+                parts.append(Part(cell, left, right, None, folds))
+        return parts
 
     def _refined(self, part: Part, narrowings: int) -> list[Part]:
         """The parts of a part, by narrower cells around it; itself where there are none."""
@@ -322,29 +355,34 @@ class _Walk:
             return [part]
         width = part.high - part.low
         middle = part.low + width / 2.0
-        pieces = [(part.low, part.high)]
+        intervals = [(part.low, part.high)]
         if width > WIDE:
-            pieces = [(part.low, middle), (middle, part.high)]
-        found: list[Part] = []
-        for low, high in pieces:
-            share = max(0.6 * (high - low), NEAR)
+            intervals = [(part.low, middle), (middle, part.high)]
+        refined: list[Part] = []
+        for low, high in intervals:
+            share = max(0.6 * (high - low), NEAR)  # somewhat more than half its width
             center = cell.middle + cell.half * (low + high) / 2.0
             narrow = self.branch.narrow(cell, center, cell.half * share)
             if narrow is None:
-                found.append(Part(cell, low, high, None, part.folds))
+                refined.append(Part(cell, low, high, None, part.folds))
                 continue
-            start, end = (_end(narrow, cell, t) for t in (low, high))
-            found += self._parts_between(narrow, start, end, narrowings)
-        return found
+            start = _t_in_narrow(narrow, cell, low)
+            end = _t_in_narrow(narrow, cell, high)
+            refined += self._parts_between(narrow, start, end, narrowings)
+        return refined
 
     def _matrices(self, cell: Cell) -> tuple[list[list[Polynomial]], list[list[Polynomial]]]:
-        """K and C along a cell."""
+        """K and C (3, 3) along a cell, of the motion about the equilibrium.
+
+        Where friction falls with the speed of sliding, C has in its first column the loads' slope
+        by friction times that fall.
+        """
         K = [[-slope for slope in row[:FRICTION]] for row in cell.slopes]
         damping = self.branch.model.damping or ((0.0,) * 3,) * 3
         C = [[flint.arb_poly([float(v)]) for v in row] for row in damping]
         if self.branch.fall is not None:
             share, rate = self.branch.fall
-            friction = cell.places[FRICTION] + flint.arb(0, float(cell.loose[FRICTION]))
+            friction = cell.centre[FRICTION] + flint.arb(0, float(cell.radii[FRICTION]))
             for i in range(3):
                 C[i][0] = C[i][0] - cell.slopes[i][FRICTION] * friction * (share * rate)
         return K, C
@@ -356,7 +394,8 @@ class _Walk:
 
         K, C = self._matrices(part.cell)
         span = _span(part)
-        damping, stiffness = (_balls([[entry(span) for entry in row] for row in X]) for X in (C, K))
+        damping = _values_over(C, span)
+        stiffness = _values_over(K, span)
         mass = Balls.exact(np.diag([float(v) for v in self.mass]))
         finding = enclosed(Quadratic(mass, damping, stiffness, AS_GIVEN))
         if finding.failure is not None:
@@ -379,16 +418,19 @@ def _high(ball: Ball) -> float:
     return float(np.nextafter(float(ball.upper()), np.inf))
 
 
-def _end(narrow: Cell, cell: Cell, t: float) -> float:
-    """The share of a narrow cell that is t in a wide one, of the same pivot."""
-    place = float(narrow.share(cell.middle + flint.arb(cell.half) * t).mid())
-    return min(max(place, -1.0), 1.0)
+def _t_in_narrow(narrow: Cell, cell: Cell, t: float) -> float:
+    """The t in -1..1 of a narrow cell that is t in a wide one, of the same pivot."""
+    t_narrow = float(narrow.t_of(cell.middle + flint.arb(cell.half) * t).mid())
+    return min(max(t_narrow, -1.0), 1.0)
 
 
-def _sign_within(pieces: Sequence[Any], low: float, high: float) -> int:
+def _sign_within(pieces: Sequence[Sign], low: float, high: float) -> int:
     """The sign over an interval that no piece ends within."""
     middle = (low + high) / 2.0
-    return next((piece.sign for piece in pieces if piece.low <= middle <= piece.high), 0)
+    for piece in pieces:
+        if piece.low <= middle <= piece.high:
+            return piece.sign
+    return 0
 
 
 def _reduced(polynomial: Polynomial) -> Polynomial:
@@ -405,25 +447,28 @@ def _product(a: Polynomial, b: Polynomial) -> Polynomial:
 
 
 def _characteristic(
-    mass: Sequence[float], K: Sequence[Sequence[Any]], C: Sequence[Sequence[Any]]
+    mass: Sequence[float], K: Sequence[Sequence[Polynomial]], C: Sequence[Sequence[Polynomial]]
 ) -> list[Polynomial]:
     """Coefficients, by rising power, of det(K - s M) in s, or of det(K + C r + M r^2) in r.
 
-    The former where C is zero.
+    The former where C is zero. Each is a polynomial in t.
     """
-    damped = any(entry.length() for row in C for entry in row)
-    entries: list[list[list[Any]]] = []
+    is_damped = any(entry.length() for row in C for entry in row)
+    entries: list[list[list[Polynomial]]] = []  # each by powers of s, or of r
     for i in range(3):
         row = []
         for j in range(3):
-            diagonal = flint.arb_poly([float(mass[i]) if i == j else 0.0])
-            row.append([K[i][j], C[i][j], diagonal] if damped else [K[i][j], -diagonal])
+            mass_entry = flint.arb_poly([float(mass[i]) if i == j else 0.0])
+            if is_damped:
+                row.append([K[i][j], C[i][j], mass_entry])
+            else:
+                row.append([K[i][j], -mass_entry])
         entries.append(row)
-    total: list[Any] = []
+    determinant: list[Polynomial] = []  # by the first row
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         minor = _minus(_times(entries[1][j], entries[2][k]), _times(entries[1][k], entries[2][j]))
-        total = _minus(_times(entries[0][i], minor), [-c for c in total])
-    return total
+        determinant = _minus(_times(entries[0][i], minor), [-c for c in determinant])
+    return determinant
 
 
 def _times(a: Sequence[Polynomial], b: Sequence[Polynomial]) -> list[Polynomial]:
@@ -443,9 +488,10 @@ def _minus(a: Sequence[Polynomial], b: Sequence[Polynomial]) -> list[Polynomial]
     return [x - y for x, y in pairs]
 
 
-def _discriminant(roots: Sequence[Polynomial]) -> Polynomial:
-    """Of a cubic."""
-    d, c, b, a = roots
+def _discriminant(coefficients: Sequence[Polynomial]) -> Polynomial:
+    """The discriminant b^2 c^2 + 18 a b c d - 4 (a c^3 + b^3 d) - 27 a^2 d^2 of the cubic
+    a s^3 + b s^2 + c s + d, zero where two roots meet."""
+    d, c, b, a = coefficients
     bc = _product(b, c)
     ad = _product(a, d)
     first = _product(bc, bc + 18 * ad)
@@ -453,62 +499,93 @@ def _discriminant(roots: Sequence[Polynomial]) -> Polynomial:
     return first - 4 * cubes - 27 * _product(ad, ad)
 
 
-def _hurwitz(roots: Sequence[Polynomial]) -> Polynomial:
-    """Hurwitz's last determinant but one."""
-    n = len(roots) - 1
+def _hurwitz(coefficients: Sequence[Polynomial]) -> Polynomial:
+    """Hurwitz's last determinant but one, zero where two roots are opposite.
+
+    Its entry in row i and column j, from 1 on, is the coefficient of the power n - 2 j + i.
+    """
+    n = len(coefficients) - 1
     zero = flint.arb_poly([0])
     rows = []
     for i in range(1, n):
-        indices = [n - 2 * j + i for j in range(1, n)]
-        rows.append([roots[k] if 0 <= k <= n else zero for k in indices])
+        row = []
+        for j in range(1, n):
+            power = n - 2 * j + i
+            row.append(coefficients[power] if 0 <= power <= n else zero)
+        rows.append(row)
     return _determinant(rows)
 
 
 def _determinant(rows: Sequence[Sequence[Polynomial]]) -> Polynomial:
-    """By minors of the first rows, each once."""
+    """The determinant of a square matrix (n, n), by minors of its first rows.
+
+    `minors` has those of the rows so far by their columns, so that none is computed twice; the
+    zeros of a Hurwitz matrix are left out.
+    """
     n = len(rows)
-    minors: dict[tuple[int, ...], Any] = {(): flint.arb_poly([1])}
+    zero = flint.arb_poly([0])
+    minors: dict[tuple[int, ...], Polynomial] = {(): flint.arb_poly([1])}
     for row in rows:
-        larger: dict[tuple[int, ...], Any] = {}
+        larger: dict[tuple[int, ...], Polynomial] = {}
         for columns, minor in minors.items():
             for j in range(n):
                 if j in columns or not row[j].length():
                     continue
                 key = tuple(sorted((*columns, j)))
                 sign = (-1) ** (len(columns) - key.index(j))
-                larger[key] = larger.get(key, flint.arb_poly([0])) + sign * _product(row[j], minor)
+                larger[key] = larger.get(key, zero) + sign * _product(row[j], minor)
         minors = larger
-    return minors.get(tuple(range(n)), flint.arb_poly([0]))
+    return minors.get(tuple(range(n)), zero)
 
 
-def _growing(values: Sequence[Ball], second: int, damped: bool) -> int | None:
-    """How many roots grow, from the coefficients at one place; None if a sign is open."""
-    if damped:
+def _growing(values: Sequence[Ball], sign_of_pairs: int, is_damped: bool) -> int | None:
+    """How many roots grow, None if a sign is open.
+
+    Without damping lambda = +-sqrt(-s): a complex pair of s has two growing roots, a negative s
+    one, a positive s none.
+
+    Parameters
+    ----------
+    values : sequence of balls
+        The coefficients of `_characteristic` at one t.
+    sign_of_pairs : int
+        The sign of the discriminant of an undamped pad.
+    is_damped : bool
+        Whether the coefficients are those of lambda.
+    """
+    if is_damped:
         return _right_half_plane(values)
-    if second < 0:  # one real s, and a pair
-        last = values[0] * -values[3]
-        return None if last.contains(0) else 2 if last > 0 else 3
-    # three real s = -lambda^2; Descartes' rule counts the negative ones exactly
-    turned = [value if k % 2 == 0 else -value for k, value in enumerate(values)]
-    if any(value.contains(0) for value in turned):
+    if sign_of_pairs < 0:
+        # one s is real; its sign is that of the product of all three, -d / a
+        product = values[0] * -values[3]
+        if product.contains(0):
+            return None
+        return 2 if product > 0 else 3
+    # three s are real; by Descartes' rule the signs of p(-s) change once for each negative one
+    reflected = [value if k % 2 == 0 else -value for k, value in enumerate(values)]
+    if any(value.contains(0) for value in reflected):
         return None
-    return _sign_changes(turned)
+    return _sign_changes(reflected)
 
 
 def _right_half_plane(values: Sequence[Ball]) -> int | None:
-    """Routh's count of the roots with a positive real part."""
-    upper = list(values[::-1][::2])
-    lower = list(values[::-1][1::2])
-    column = [upper[0]]
-    while lower:
-        column.append(lower[0])
-        if lower[0].contains(0):
+    """How many roots of a polynomial have a positive real part: the changes of sign in the first
+    column of Routh's array. None if one of these signs is open.
+
+    values: its coefficients, by rising power.
+    """
+    upper_row = list(values[::-1][::2])
+    lower_row = list(values[::-1][1::2])
+    column = [upper_row[0]]
+    while lower_row:
+        column.append(lower_row[0])
+        if lower_row[0].contains(0):
             return None
-        padded = [*lower, flint.arb(0)]
-        ratio = upper[0] / lower[0]
-        following = [upper[k] - ratio * padded[k] for k in range(1, len(upper))]
-        upper = lower
-        lower = following
+        padded = [*lower_row, flint.arb(0)]
+        ratio = upper_row[0] / lower_row[0]
+        next_row = [upper_row[k] - ratio * padded[k] for k in range(1, len(upper_row))]
+        upper_row = lower_row
+        lower_row = next_row
     if any(value.contains(0) for value in column):
         return None
     return _sign_changes(column)
@@ -523,8 +600,11 @@ def _sign_changes(values: Sequence[Ball]) -> int:
     return sum(1 for a, b in itertools.pairwise(signs_of_values) if a != b)
 
 
-def _balls(rows: Sequence[Sequence[Ball]]) -> Balls:
-    """A matrix of balls of doubles from one of `flint.arb`."""
-    pairs = [[middle_and_radius(ball) for ball in row] for row in rows]
-    both = np.array(pairs)
-    return Balls(both[..., 0].copy(), both[..., 1].copy())
+def _values_over(matrix: Sequence[Sequence[Polynomial]], span: Ball) -> Balls:
+    """Balls of doubles that hold a matrix of polynomials (3, 3) at all t of a ball."""
+    middles = np.zeros((3, 3))
+    radii = np.zeros((3, 3))
+    for i, row in enumerate(matrix):
+        for j, entry in enumerate(row):
+            middles[i, j], radii[i, j] = middle_and_radius(entry(span))
+    return Balls(middles, radii)

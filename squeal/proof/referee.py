@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -164,27 +164,30 @@ def enclosed(system: Quadratic, answer: RootList | None = None) -> Finding:
 
 def _with_free_motions(system: Quadratic, finding: Finding) -> Finding:
     """The same with motions marked that are free within the data."""
+    if not system.is_real:
+        return finding
     parts = list(finding.parts)
     for number, rows in enumerate(components(system)):
         part = parts[number]
-        if (
-            not isinstance(part, Failure)
-            and system.is_real
-            and any(piece.side == "unknown" for piece in part)
-        ):
+        if isinstance(part, Failure):
+            continue
+        if any(piece.side == "unknown" for piece in part):
             block, _, _ = scaled(system.block(rows))
             parts[number] = with_free_motions(block, part)
     return replace(finding, parts=parts)
 
 
 def _made_exact(system: Quadratic, finding: Finding) -> Finding:
-    """The same with exact roots of the components that are not sharp.
+    """The same with exact roots of the components of which it leaves something open.
 
-    It is the same unless the balls are within the last digit of the doubles.
+    Unless the data are known to the last digit the given doubles mean nothing by themselves, and
+    the finding stays as it is.
     """
-    wide = any(np.any(X.rad > half_widths(X.mid, HALF_ULP)) for X in system.parts)
-    if wide or not system.is_real:
+    if not system.is_real:
         return finding
+    for X in system.parts:
+        if np.any(X.rad > half_widths(X.mid, HALF_ULP)):
+            return finding
     from squeal.proof.exact import exact_roots  # here, since few systems need python-flint
 
     parts = list(finding.parts)
@@ -197,8 +200,10 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
             parts[number] = exact
         elif isinstance(part, Failure) and part.reason != exact.reason:
             parts[number] = Failure(f"{part.reason}; {exact.reason}")
-    data = AS_GIVEN if any(p.by == "exact" for p in Finding(parts, "").pieces) else finding.data
-    return Finding(parts, data)
+    found = Finding(parts, finding.data)
+    if found.by == "exact":
+        return replace(found, data=AS_GIVEN)
+    return found
 
 
 def prove_roots(system: Quadratic, answer: RootList) -> Proof:
@@ -209,6 +214,8 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
     balls, or for their midpoints, as `data` of the result says. Refuted is what no system in the
     balls allows.
 
+    Enclosures come first; what they leave open is asked of the exact roots of the given doubles.
+
     Parameters
     ----------
     system : Quadratic
@@ -218,20 +225,22 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
     """
     finding = _with_free_motions(system, enclosed(system, answer))
     proof = judge_finding(finding, answer)
-    # a list without a verdict is asked for what its verdict may be, and what may be a free motion
-    # within the data is asked whether it is one of the very numbers that are given
-    is_settled = len(proof.verdicts) == 1 and all(p.side != "free" for p in finding.pieces)
-    if proof.status == "refuted" or (proof.status == "proved" and is_settled):
+    if proof.status == "refuted":
+        return proof
+    # without a listed verdict the possible ones are narrowed down to one, and whether a motion
+    # that is free within the data is free exactly shows in the given doubles
+    has_free_motions = any(p.side == "free" for p in finding.pieces)
+    if proof.status == "proved" and len(proof.verdicts) == 1 and not has_free_motions:
         return proof
     exact = _made_exact(system, finding)
-    second = judge_finding(exact, answer)
-    if second.status == "refuted" and second.data != system.data:
-        # the given doubles refute it, others within the data may not
-        has_free = any(p.side == "free" for p in finding.pieces)
-        reason = FREE if has_free else f"{LAST_DIGITS}: {second.reason}"
-        known = finding if has_free else exact  # what all systems within the data have in common
-        return _open(known, reason, second.where, second.errors)
-    return second
+    exact_proof = judge_finding(exact, answer)
+    if exact_proof.status != "refuted" or exact_proof.data == system.data:
+        return exact_proof
+    # the given doubles refute it, others within the data may not
+    if has_free_motions:
+        return _open(finding, FREE, exact_proof.where, exact_proof.errors)
+    reason = f"{LAST_DIGITS}: {exact_proof.reason}"
+    return _open(exact, reason, exact_proof.where, exact_proof.errors)
 
 
 def judge(
@@ -274,21 +283,23 @@ def judge(
     >>> judge([[1.0]], [[0.5]], [[4.0]], [-0.25 + 1.98j, -0.25 - 1.98j], 1e-3).reason
     'no root lies within the error of a listed one'
     """
-    printed = RootList.of(values, math.inf if errors is None else errors, verdict, shapes)
+    claimed_errors = math.inf if errors is None else errors
+    printed = RootList.of(values, claimed_errors, verdict, shapes)
     return prove_roots(Quadratic.of(M, C, K, data), printed)
 
 
 def unstable_count(system: Quadratic) -> Count:
     """How many roots have a positive real part, for every system in the balls or its midpoints."""
     finding = enclosed(system)
-    lower, most = _bounds(finding, system.n)
-    if lower != most:
+    least, most = _bounds(finding, system.n)
+    if least != most:
         finding = _made_exact(system, finding)
-        lower, most = _bounds(finding, system.n)
+        least, most = _bounds(finding, system.n)
     reason = ""
-    if lower != most:
+    if least != most:
         reason = finding.failure.reason if finding.failure else LAST_DIGITS
-    return Count(lower, most, finding.by if finding.pieces else None, finding.data, reason)
+    by = finding.by if finding.pieces else None
+    return Count(least, most, by, finding.data, reason)
 
 
 def _bounds(finding: Finding, n: int) -> tuple[int, int]:
@@ -300,14 +311,20 @@ def _bounds(finding: Finding, n: int) -> tuple[int, int]:
 
 
 def _open(finding: Finding, reason: str, where: complex | None, errors: Floats) -> Proof:
-    pieces = finding.pieces
-    growth, verdicts = math.inf, frozenset[str]()
-    if finding.failure is None:
-        growth = growth_bound(finding.deciding)
-        verdicts = possible_verdicts(finding.deciding)
-    return Proof(
-        "open", finding.by, growth, finding.data, reason, where, errors, verdicts, tuple(pieces)
+    """A proof that is open for a reason, with what the finding says nevertheless."""
+    proof = Proof(
+        status="open",
+        by=finding.by,
+        data=finding.data,
+        reason=reason,
+        where=where,
+        errors=errors,
+        pieces=tuple(finding.pieces),
     )
+    if finding.failure is not None:
+        return proof
+    growth = growth_bound(finding.deciding)
+    return replace(proof, growth_below=growth, verdicts=possible_verdicts(finding.deciding))
 
 
 def growth_bound(pieces: Sequence[Piece]) -> float:
@@ -322,103 +339,124 @@ def possible_verdicts(pieces: Sequence[Piece]) -> frozenset[str]:
     Where none grows it is `marginal` if one lies on the imaginary axis, else `stable`.
     """
     verdicts: set[str] = set()
-    surely = [piece.low for piece in pieces if piece.side == "grows"]
-    leading = max(surely, default=-math.inf)
-    unknown = [p for p in pieces if p.side not in ("grows", "decays", "axis")]
+    certain_growth = [piece.low for piece in pieces if piece.side == "grows"]
+    leading = max(certain_growth, default=-math.inf)
     for piece in pieces:
-        if piece.side in ("axis", "decays") or piece.high < leading:
-            continue
-        if piece.real is not True:
+        may_lead = piece.side not in ("axis", "decays") and piece.high >= leading
+        if may_lead and piece.real is not True:
             verdicts.add("flutter")
-        if piece.real is not False:
+        if may_lead and piece.real is not False:
             verdicts.add("divergence")
-    if not surely:
-        on_axis = any(piece.side == "axis" for piece in pieces)
-        if on_axis or unknown:
-            verdicts.add("marginal")
-        if not on_axis:
-            verdicts.add("stable")
+    if certain_growth:
+        return frozenset(verdicts)
+    sides = {piece.side for piece in pieces}
+    if "axis" in sides:
+        verdicts.add("marginal")
+        return frozenset(verdicts)
+    if sides & {"free", "unknown"}:
+        verdicts.add("marginal")
+    verdicts.add("stable")
     return frozenset(verdicts)
 
 
 def judge_finding(finding: Finding, answer: RootList) -> Proof:
     """Compare a list and a verdict with what is known of the roots."""
-    errors = np.full(len(answer.values), math.inf)
     failure = finding.failure
     if failure is not None:
-        return _open(finding, failure.reason, None, errors)
-    pieces = finding.pieces
+        return _open(finding, failure.reason, None, np.full(len(answer.values), math.inf))
     with np.errstate(all="ignore"):
-        status, reason, where = _compare(pieces, answer, errors)
-    deciding = finding.deciding
-    verdicts = possible_verdicts(deciding)
-    if status != "refuted" and answer.verdict is not None and verdicts != {answer.verdict}:
-        if answer.verdict not in verdicts:
-            status = "refuted"
-            reason = f"the verdict is {' or '.join(sorted(verdicts))}, not {answer.verdict}"
-            where = None
-        elif status == "proved":
-            status = "open"
-            vague = max(
-                (p for p in deciding if p.side == "unknown"), key=lambda p: p.high, default=None
-            )
-            where = None if vague is None else complex(vague.centres[0])
-            reason = f"the verdict may be {' or '.join(sorted(verdicts))}"
-            if vague is None:
-                reason = FREE
-    growth = growth_bound(deciding)
-    return Proof(
-        status, finding.by, growth, finding.data, reason, where, errors, verdicts, tuple(pieces)
+        comparison = _compare(finding.pieces, answer)
+    verdicts = possible_verdicts(finding.deciding)
+    proof = Proof(
+        status=comparison.status,
+        by=finding.by,
+        growth_below=growth_bound(finding.deciding),
+        data=finding.data,
+        reason=comparison.reason,
+        where=comparison.where,
+        errors=comparison.errors,
+        verdicts=verdicts,
+        pieces=tuple(finding.pieces),
     )
+    if proof.status == "refuted" or answer.verdict is None or verdicts == {answer.verdict}:
+        return proof
+    possible = " or ".join(sorted(verdicts))
+    if answer.verdict not in verdicts:
+        reason = f"the verdict is {possible}, not {answer.verdict}"
+        return replace(proof, status="refuted", reason=reason, where=None)
+    if proof.status == "open":
+        return proof
+    unknown = [piece for piece in finding.deciding if piece.side == "unknown"]
+    if not unknown:
+        return replace(proof, status="open", reason=FREE, where=None)
+    fastest = max(unknown, key=lambda piece: piece.high)
+    reason = f"the verdict may be {possible}"
+    return replace(proof, status="open", reason=reason, where=complex(fastest.centres[0]))
 
 
-def _compare(
-    pieces: Sequence[Piece], answer: RootList, errors: Floats
-) -> tuple[Status, str, complex | None]:
-    """Status of a list of all roots, the reason and the place; fills in the proved `errors`."""
-    values, claimed = answer.values, answer.errors
-    centres = np.concatenate([piece.centres for piece in pieces] or [np.zeros(0, complex)])
-    radii = np.concatenate([piece.radii for piece in pieces] or [np.zeros(0)])
-    if not (np.isfinite(values).all() and np.all(claimed >= 0.0)):
-        return "refuted", "a value of the list is not finite", None
-    owner = np.repeat(np.arange(len(pieces)), [piece.count for piece in pieces])
-    joined = touching(centres, radii, centres, radii) | (owner[:, None] == owner)
-    parts = strong_parts(joined)
-    groups = len(parts)
-    sizes = np.array([len(part) for part in parts], dtype=int)
-    label = np.empty(len(centres), dtype=int)
-    for group, part in enumerate(parts):
-        label[part] = group
+class _Comparison(NamedTuple):
+    """Status of a list of roots, its reason, the root concerned, and the proved errors (m,)."""
+
+    status: Status
+    reason: str
+    where: complex | None
+    errors: Floats
+
+
+def _compare(pieces: Sequence[Piece], answer: RootList) -> _Comparison:
+    """Assign each listed value to a group of discs that meet, which holds as many roots as discs.
+
+    The list is proved if each group has as many values nearest to it as it has roots, and if no
+    root of the group lies farther from its value than the claimed error.
+    """
+    values = answer.values
+    unproved = np.full(len(values), math.inf)
+    if not (np.isfinite(values).all() and np.all(answer.errors >= 0.0)):
+        return _Comparison("refuted", "a value of the list is not finite", None, unproved)
+    centres = np.concatenate([np.zeros(0, complex), *(piece.centres for piece in pieces)])
+    radii = np.concatenate([np.zeros(0), *(piece.radii for piece in pieces)])
+    distances = np.abs(values[:, None] - centres)
     if len(values) != len(centres):
         # a list of another length is wrong whatever its errors are
-        at = None
+        reason = f"{len(values)} roots are listed, there are {len(centres)}"
+        farthest = None
         if len(centres):
-            gaps = np.abs(values[:, None] - centres).min(axis=0, initial=math.inf)
-            at = complex(centres[int(np.argmax(gaps - radii))])
-        return "refuted", f"{len(values)} roots are listed, there are {len(centres)}", at
-    meets = touching(values, claimed, centres, radii)
-    of_group = label[:, None] == np.arange(groups)
-    reached = meets.astype(np.float32) @ of_group.astype(np.float32) > 0.0
-    lost = np.flatnonzero(~reached.any(axis=1))
+            gaps = distances.min(axis=0, initial=math.inf) - radii
+            farthest = complex(centres[int(np.argmax(gaps))])
+        return _Comparison("refuted", reason, farthest, unproved)
+    if not len(values):
+        return _Comparison("proved", "", None, unproved)
+    piece_of = np.repeat(np.arange(len(pieces)), [piece.count for piece in pieces])
+    is_joined = touching(centres, radii, centres, radii) | (piece_of[:, None] == piece_of)
+    groups = strong_parts(is_joined)
+    sizes = np.array([len(group) for group in groups], dtype=int)
+    group_of = np.empty(len(centres), dtype=int)
+    for number, group in enumerate(groups):
+        group_of[group] = number
+
+    is_met = touching(values, answer.errors, centres, radii)  # values by discs
+    in_group = group_of[:, None] == np.arange(len(groups))  # discs by groups
+    reaches = is_met.astype(np.float32) @ in_group.astype(np.float32) > 0.0  # values by groups
+    lost = np.flatnonzero(~reaches.any(axis=1))
     if lost.size:
         value = complex(values[lost[0]])
-        return "refuted", "no root lies within the error of a listed one", value
-    for group in np.flatnonzero(reached.sum(axis=0) < sizes).tolist():
-        place = complex(centres[label == group][0])
-        return "refuted", "a root is missing from the list", place
-    away = np.abs(values[:, None] - centres)
-    nearest = label[np.argmin(away - radii, axis=1)] if len(values) else label
-    for group in np.flatnonzero(np.bincount(nearest, minlength=groups) != sizes).tolist():
-        place = complex(centres[label == group][0])
-        return "open", "listed values cannot be told apart", place
-    farthest = np.where(nearest[:, None] == label, away + radii, 0.0).max(axis=1, initial=0.0)
-    errors[:] = upper(farthest, 8)
-    wide = np.flatnonzero(errors > claimed)
-    if wide.size:
-        worst = int(wide[np.argmax(errors[wide] - claimed[wide])])
-        return (
-            "open",
-            "a root is not known to the error of its listed value",
-            complex(values[worst]),
-        )
-    return "proved", "", None
+        reason = "no root lies within the error of a listed one"
+        return _Comparison("refuted", reason, value, unproved)
+    lacking = np.flatnonzero(reaches.sum(axis=0) < sizes)
+    if lacking.size:
+        root = complex(centres[groups[lacking[0]][0]])
+        return _Comparison("refuted", "a root is missing from the list", root, unproved)
+    nearest = group_of[np.argmin(distances - radii, axis=1)]
+    unequal = np.flatnonzero(np.bincount(nearest, minlength=len(groups)) != sizes)
+    if unequal.size:
+        root = complex(centres[groups[unequal[0]][0]])
+        return _Comparison("open", "listed values cannot be told apart", root, unproved)
+    in_nearest = nearest[:, None] == group_of  # values by discs
+    errors = upper(np.where(in_nearest, distances + radii, 0.0).max(axis=1, initial=0.0), 8)
+    too_large = np.flatnonzero(errors > answer.errors)
+    if too_large.size:
+        excess = errors[too_large] - answer.errors[too_large]
+        worst = complex(values[too_large[np.argmax(excess)]])
+        reason = "a root is not known to the error of its listed value"
+        return _Comparison("open", reason, worst, errors)
+    return _Comparison("proved", "", None, errors)

@@ -17,6 +17,7 @@ from squeal.io.coordinates import DIRECTIONS, Coordinates
 from squeal.io.tables import number_in, read_table
 from squeal.io.writing import Answer, Column, Panel, Table, columns
 from squeal.linear.matrices import dense, given_matrix
+from squeal.linear.system import labels_of
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import SystemSource
 from squeal.schema import POSITIVE, Place, Positive, public
@@ -38,13 +39,22 @@ def mac(X: ArrayLike, Y: ArrayLike) -> NDArray[np.float64]:
     Returns
     -------
     array (m, k)
-        `|x^H y|^2 / (x^H x  y^H y)`; a shape of zeros is refused (InputError).
+        `|x^H y|^2 / (x^H x  y^H y)`.
+
+    Raises
+    ------
+    InputError
+        For a shape of zeros, or rows that are not the same: by number, or by their labels (pandas).
 
     Examples
     --------
     >>> mac([[1, 1], [1, -1]], [[2j], [0]]).round(3).tolist()
     [[0.5], [0.5]]
     """
+    labels_x = labels_of(X)
+    labels_y = labels_of(Y)
+    if labels_x and labels_y and labels_x[0] != labels_y[0]:
+        raise InputError("mac: X and Y: other labels of their rows are not allowed; reindex one")
     units = []
     for name, Z in {"X": X, "Y": Y}.items():
         columns_of = np.asarray(Z)[:, None] if np.ndim(Z) == 1 else Z

@@ -7,20 +7,24 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from squeal.io.writing import Column, columns, number
+from squeal.linear.eigen import Eigenvalue
 
 OPEN = "open: "  # how a criterion begins where what is known decides nothing
 UNSURE = "not certified: others may be missing"
 MOVED = "how far the reduction of components moves this is not known, a higher cutoff tells"
+
+
+def _finite_condition(root: Eigenvalue) -> float | None:
+    """The condition number; None where roots coalesce and it is infinite, which JSON cannot say."""
+    return root.condition if root.condition < math.inf else None
+
 
 ROOT = (
     Column("real", "1/s", lambda root: root.value.real),
     Column("imag", "rad/s", lambda root: root.value.imag),
     *columns("frequency_hz damping_ratio%"),
     Column("residual", shown=lambda root: number(root.residual, 2)),
-    # infinite where roots coalesce, which JSON cannot say
-    Column(
-        "condition", value=lambda e: e.condition if e.condition < math.inf else None, hidden=True
-    ),
+    Column("condition", value=_finite_condition, hidden=True),
 )
 """Columns of an eigenvalue, and its keys in JSON."""
 ERROR = Column("error", "1/s", shown=lambda e: "-" if e.error is None else number(e.error, 2))
@@ -58,23 +62,26 @@ def onset_column(parameter: str) -> Column:
 def basis_text(basis: Mapping[str, Any], errors: bool = False, counted: bool = False) -> str:
     """A reduced system for people; `errors`: whether those of components are given beside it,
     `counted`: whether roots of the full system are."""
-    if basis["method"] == "components":
+    method = basis["method"]
+    size = basis["size"]
+    rows = basis["rows"]
+    if method == "components":
         text = (
-            f"{basis['size']} rows reduced from {basis['rows']}, modes of components up to "
+            f"{size} rows reduced from {rows}, modes of components up to "
             f"{basis['cutoff_hz']:g} Hz; counts are of the reduced system"
         )
         return text if errors else f"{text}\n{MOVED}"
-    if basis["method"] == "modal":
+    if method == "modal":
         text = (
             f"first look: real modes up to {basis['real_modes_hz']:.4g} Hz and their corrections, "
-            f"{basis['size']} vectors"
+            f"{size} vectors"
         )
         if not counted:
             text += "; not certified: nothing was counted"
     else:
         text = (
-            f"basis of {basis['size']} vectors ({basis['method']}), {len(basis['samples'])} "
-            f"solutions of all {basis['rows']} rows; worst residual there {basis['residual']:.2g}"
+            f"basis of {size} vectors ({method}), {len(basis['samples'])} solutions of all {rows} "
+            f"rows; worst residual there {basis['residual']:.2g}"
         )
     if basis["spurious"]:
         text += f"; {basis['spurious']} roots that the full problem has not are left out"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from operator import attrgetter
 from typing import Any
@@ -72,6 +72,11 @@ def _of_worst(name: str, unit: str = "", percent: bool = False) -> Column:
         return None if condition.worst is None else getattr(condition.worst, name)
 
     return Column(name, unit, value, percent=percent)
+
+
+def _value_of(parameter: str) -> Callable[[Condition], float]:
+    """What gives the value of a parameter at a condition."""
+    return lambda condition: condition.parameters[parameter]
 
 
 GROWTH = (
@@ -144,15 +149,19 @@ class Conditions(Answer):
     @property
     def modes(self) -> list[ModePropensity]:
         """The modes that grow somewhere, by number: by their lowest frequency where they grow."""
-        places: dict[int, list[tuple[ModeAtCondition, Condition]]] = {}
+        conditions: dict[int, list[Condition]] = {}  # where each mode grows
+        rows: dict[int, list[ModeAtCondition]] = {}  # and how it does so there
         for condition in self.conditions:
             for row in condition.modes:
                 assert row.mode is not None
-                places.setdefault(row.mode, []).append((row, condition))
+                conditions.setdefault(row.mode, []).append(condition)
+                rows.setdefault(row.mode, []).append(row)
         modes = []
-        for mode, grown in sorted(places.items()):
-            fastest, condition = max(grown, key=lambda place: place[0].growth_rate)
-            hertz = [row.frequency_hz for row, _ in grown]
+        for mode, grown in sorted(rows.items()):
+            rates = [row.growth_rate for row in grown]
+            index = rates.index(max(rates))
+            fastest = grown[index]
+            hertz = [row.frequency_hz for row in grown]
             propensity = ModePropensity(
                 mode=mode,
                 low_hz=min(hertz),
@@ -162,7 +171,7 @@ class Conditions(Answer):
                 frequency_hz=fastest.frequency_hz,
                 growth_rate=fastest.growth_rate,
                 damping_ratio=fastest.damping_ratio,
-                at=condition.parameters,
+                at=conditions[mode][index].parameters,
             )
             modes.append(propensity)
         return modes
@@ -191,18 +200,20 @@ class Conditions(Answer):
     @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
         """How many conditions have no answer, or an equilibrium that the model does not mean."""
-        unsolved = [one for one in self.conditions if one.reason]
-        inadmissible = [one for one in self.conditions if not one.admissible]
+        unsolved = [condition for condition in self.conditions if condition.reason]
+        inadmissible = [condition for condition in self.conditions if not condition.admissible]
         lines = []
-        for found, words in (
-            (unsolved, f"have no answer: {unsolved[0].reason}" if unsolved else ""),
-            (inadmissible, "have no equilibrium that the model means"),
-        ):
-            if found:
-                count = f"{len(found)} of {len(self.conditions)} conditions"
-                first = at_parameters(found[0].parameters)
-                lines.append(f"conditions: {count}, the first of them {first}, {words}")
+        if unsolved:
+            lines.append(self._warning(unsolved, f"have no answer: {unsolved[0].reason}"))
+        if inadmissible:
+            lines.append(self._warning(inadmissible, "have no equilibrium that the model means"))
         return tuple(lines)
+
+    def _warning(self, found: Sequence[Condition], words: str) -> str:
+        """What is to be said of some conditions, with their number and the first of them."""
+        count = f"{len(found)} of {len(self.conditions)} conditions"
+        first = at_parameters(found[0].parameters)
+        return f"conditions: {count}, the first of them {first}, {words}"
 
     @property
     def conclusion(self) -> str:
@@ -233,15 +244,12 @@ class Conditions(Answer):
         others = [column.name for column in OUTCOME]
         axes = []
         for name in self.axes:
-
-            def value(condition: Condition, name: str = name) -> float:
-                return condition.parameters[name]
-
-            axes.append(Column(parameter_heading(name, others), value=value))
+            heading = parameter_heading(name, others)
+            axes.append(Column(heading, value=_value_of(name)))
         return Table((*axes, *OUTCOME), self.conditions, "conditions", rank=attrgetter("rank"))
 
     def _table_of_modes(self) -> Table:
-        table = (
+        columns_of_mode = (
             *columns("mode low_hz high_hz unstable propensity% frequency_hz"),
             Column("growth_rate", "1/s"),
             *columns("damping_ratio%"),
@@ -251,7 +259,7 @@ class Conditions(Answer):
             "modes that grow, matched from one condition to the next by MAC and frequency, within "
             f"{100 * self.tolerance:g} %"
         )
-        return Table(table, self.modes, title, rank=attrgetter("propensity"))
+        return Table(columns_of_mode, self.modes, title, rank=attrgetter("propensity"))
 
     def parts(self) -> Sequence[str | Table]:
         parts: list[str | Table] = [f"{self.name}\n{self.conclusion}"]

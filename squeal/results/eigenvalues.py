@@ -54,8 +54,9 @@ def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape,
     upper = [root for root in spectrum.eigenvalues if root.value.imag > 0.0]
     shapes = []
     for mode, root in enumerate([*faster, *upper], 1):
-        scaled = np.asarray(levers) * root.right
-        shape = root.right / scaled[int(np.argmax(np.abs(scaled)))]
+        comparable = np.asarray(levers) * root.right
+        largest = int(np.argmax(np.abs(comparable)))
+        shape = root.right / comparable[largest]
         shapes.append(ModeShape(mode, root.frequency_hz, root.growth_rate, shape))
     return tuple(shapes)
 
@@ -87,7 +88,8 @@ class Eigenvalues(Answer):
     than 400 rows counted, that none of the extent is missing; proof: what is known of that, as JSON
     holds it, and proof_line in words; unstable: the modes that grow, the fastest first; shapes:
     mode shapes as JSON holds them; details: what else the JSON object says, M, C and K among it;
-    notes: lines for people; beside: what grows outside of the extent, in words.
+    notes: lines for people; beside: what grows outside of the extent, in words; depends: whether
+    anything depends on the parameter, so that its value is worth naming.
 
     Examples
     --------
@@ -118,6 +120,7 @@ class Eigenvalues(Answer):
     source: Source | None = None
     proof: Mapping[str, Any] | None = None
     proof_line: str = ""
+    depends: bool = True
 
     @property
     def values(self) -> NDArray[np.complex128]:
@@ -142,8 +145,10 @@ class Eigenvalues(Answer):
         if not numbers:
             return ""
         mode = "mode" if len(numbers) == 1 else "modes"
+        within = "the error of the reduction"
         known_by = self.details.get("known_by")
-        within = f"what {known_by} leave open" if known_by else "the error of the reduction"
+        if known_by:
+            within = f"what {known_by} leave open"
         return f"growth of {mode} {', '.join(map(str, numbers))} is within {within}"
 
     def mode_of(self, mode: UnstableMode) -> int | None:
@@ -212,32 +217,40 @@ class Eigenvalues(Answer):
     @property
     def conclusion(self) -> str:
         """The verdict in a line."""
-        at = f"{self.parameter} = {number(self.value, 4)}"
-        if self.extent:
-            at = f"{self.extent}, {at}"
         if self.unstable:
-            return self._growth_at(at)
+            modes = "1 unstable mode"
+            if len(self.unstable) > 1:
+                modes = f"{len(self.unstable)} unstable modes"
+            return self._with_place(modes) + f": {self._fastest()}"
         if self.verdict == "stable":
-            return f"Stable, {at}"
+            return self._with_place("Stable")
         if self.verdict == "marginal":
-            return f"Marginal, {at}: nothing grows, not all decays"
+            return self._with_place("Marginal") + ": nothing grows, not all decays"
         if self.open or self.criterion.startswith(OPEN):
             reason = self.open or self.criterion.removeprefix(OPEN)
-            return f"Open, {at}: {reason}"
+            return self._with_place("Open") + f": {reason}"
         what = "growing mode" if self.eigenvalues else "root"
-        return f"No {what} was found, {at}; {self.completeness}"
+        return self._with_place(f"No {what} was found") + f"; {self.completeness}"
 
-    def _growth_at(self, at: str) -> str:
-        """How many modes grow at a value, and the fastest of them, in a line."""
+    def _with_place(self, words: str) -> str:
+        """Words, and after them the region and the value of the parameter that they hold for."""
+        if self.extent:
+            words += f", {self.extent}"
+        if self.depends:
+            words += f", {self.parameter} = {number(self.value, 4)}"
+        return words
+
+    def _fastest(self) -> str:
+        """The size of the mode that grows fastest, in words."""
         fastest = self.unstable[0]
         if fastest.frequency_hz:
             damping = 100 * fastest.damping_ratio
             size = f"{fastest.frequency_hz:.4g} Hz, damping {damping:.2g} %"
         else:
             size = f"{fastest.kind}, growth {fastest.growth_rate:.4g} 1/s"
-        if len(self.unstable) == 1:
-            return f"1 unstable mode, {at}: {size}"
-        return f"{len(self.unstable)} unstable modes, {at}: the fastest {size}"
+        if len(self.unstable) > 1:
+            size = f"the fastest {size}"
+        return size
 
     @property
     def completeness(self) -> str:
@@ -271,16 +284,18 @@ class Eigenvalues(Answer):
             *columns("kind frequency_hz"),
             Column("growth_rate", "1/s"),
         ]
-        if ERROR in self.columns:
-            cells: dict[int | None, str] = {
-                number: ERROR.cell(root) for number, root in self.of_modes
-            }
+        if ERROR in self.columns:  # the eigenvalue of a mode knows its error, the mode does not
+            errors: dict[int | None, str] = {}
+            for number_of_mode, root in self.of_modes:
+                errors[number_of_mode] = ERROR.cell(root)
 
-            def error_of(mode: UnstableMode) -> str:  # its eigenvalue knows it, the mode does not
-                return cells.get(self.mode_of(mode), "-")
+            def error_of(mode: UnstableMode) -> str:
+                return errors.get(self.mode_of(mode), "-")
 
             table.append(replace(ERROR, shown=error_of))
-        table += [*columns("damping_ratio%"), onset_column(self.parameter)]
+        table += columns("damping_ratio%")
+        if self.depends:
+            table.append(onset_column(self.parameter))
         nothing = "no unstable mode is listed"
         return Table(tuple(table), self.unstable, "unstable modes", nothing, rounded_growth)
 
@@ -294,7 +309,8 @@ class Eigenvalues(Answer):
         if self.open and self.unstable:
             notes.append(self.open)
         notes += self.notes[1:]
-        if self.unstable and all(mode.onset is None for mode in self.unstable):
+        onset_is_unknown = all(mode.onset is None for mode in self.unstable)
+        if self.unstable and self.depends and onset_is_unknown:
             notes.append(f"from which {self.parameter} on: --sweep and `squeal thresholds` tell")
         return [head, *self.notes[:1], self.table(), count, self.growing, *notes]
 

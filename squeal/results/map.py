@@ -60,7 +60,8 @@ class Axis:
         10.0
         """
         if self.log:
-            low, high = np.log10(self.low), np.log10(self.high)
+            low = np.log10(self.low)
+            high = np.log10(self.high)
             return 10.0 ** (low + (high - low) * share)
         return self.low + (self.high - self.low) * share
 
@@ -112,14 +113,17 @@ class Map(Answer):
         if self.admissible is not None:
             columns.append(("admissible", "", 1 * self.admissible))
         names = [name for name, _, _ in columns]
-        grid = np.meshgrid(*(axis.values for axis in self.axes), indexing="ij")
-        parameters = [
-            (parameter_heading(axis.name, names), unit, values)
-            for axis, unit, values in zip(self.axes, self.units, grid, strict=True)
-        ]
-        columns = parameters + columns
-        rows = zip(*(values.ravel().tolist() for _, _, values in columns), strict=True)
-        return Table(in_order((name, unit) for name, unit, _ in columns), list(rows))
+        first, second = self.axes
+        grid = np.meshgrid(first.values, second.values, indexing="ij")
+        heads = []
+        cells = []
+        for axis, unit, values in zip(self.axes, self.units, grid, strict=True):
+            heads.append((parameter_heading(axis.name, names), unit))
+            cells.append(values.ravel().tolist())
+        for name, unit, values in columns:
+            heads.append((name, unit))
+            cells.append(values.ravel().tolist())
+        return Table(in_order(heads), list(zip(*cells, strict=True)))
 
     def parts(self) -> Sequence[str | Table]:
         a, b = self.axes

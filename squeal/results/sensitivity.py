@@ -6,8 +6,8 @@ import cmath
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from operator import itemgetter
-from typing import Any
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,21 @@ from squeal.io.writing import Answer, Mark, Panel, Table, in_order, number, plai
 from squeal.linear.paths import mode_numbers
 
 DEGREE = math.pi / 180
+STEP = 0.01  # of a parameter's value: the small step whose effect is shown
+
+
+class _EffectOnMode(NamedTuple):
+    """What a small step of a parameter does to a mode, as a row of the table has it; `change` is
+    the step in words, `rank` tells which rows of a long table are shown."""
+
+    mode: int
+    frequency_hz: float
+    growth_rate: float
+    parameter: str
+    change: str
+    growth_change: float
+    frequency_change: float
+    rank: tuple[bool, float] = (False, 0.0)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -85,37 +100,40 @@ class Sensitivity(Answer):
         by_growth = upper[np.argsort(-roots[upper].real, kind="stable")]
         rows = []
         for i in by_growth.tolist():
-            rate = roots[i].real
-            # a long table is cut by the last cell: the strongest effects on growing modes remain
-            for k, row in enumerate(self._effects_on_mode(i)):
-                rank = (True, -k) if rate > 0.0 else (False, rate)
-                rows.append((*row, rank))
+            for k, effect in enumerate(self._effects_on_mode(i)):
+                # of a long table the strongest effects on growing modes are shown
+                rank = (True, -k) if effect.growth_rate > 0.0 else (False, effect.growth_rate)
+                rows.append(effect._replace(rank=rank))
         heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s")]
         heads += [("parameter", ""), ("change", ""), ("dRe", "1/s"), ("df", "Hz")]
         title = "what a small change of a parameter does to each mode"
         nothing = "no root" if self.values else "no parameter is named"
-        return Table(in_order(heads), rows, title, nothing, itemgetter(-1))
+        return Table(in_order(heads), rows, title, nothing, attrgetter("rank"))
 
-    def _effects_on_mode(self, i: int) -> list[tuple[Any, ...]]:
-        """A row for each parameter: what a small step moves the eigenvalue i, the strongest first.
-
-        The cells are number, frequency (Hz) and growth rate (1/s) of the mode, the parameter, its
-        step in words, and the change of growth rate and frequency.
-        """
+    def _effects_on_mode(self, i: int) -> list[_EffectOnMode]:
+        """What a small step of each parameter does to the eigenvalue i, the strongest first."""
         root = complex(self.at[i])
         mode = int(mode_numbers(np.asarray(self.at, complex))[i])
-        rows = []
+        effects = []
         for name, slopes in self.slopes.items():
             step, words = self.step(name)
             if not step:
                 continue
-            change = np.full(2, np.nan)
-            if np.isfinite(slopes[i]):
-                change = step * np.array([slopes[i].real, slopes[i].imag / math.tau])
-            of_mode = (mode, root.imag / math.tau, root.real)
-            rows.append((*of_mode, name, words, *change.tolist()))
-        rows.sort(key=_effect)
-        return rows
+            slope = complex(slopes[i])
+            if not cmath.isfinite(slope):
+                slope = complex(math.nan, math.nan)
+            effect = _EffectOnMode(
+                mode=mode,
+                frequency_hz=root.imag / math.tau,
+                growth_rate=root.real,
+                parameter=name,
+                change=words,
+                growth_change=step * slope.real,
+                frequency_change=step * (slope.imag / math.tau),
+            )
+            effects.append(effect)
+        effects.sort(key=lambda effect: _strength(effect.growth_change))
+        return effects
 
     def _table_of_loss(self) -> Table:
         """How far a small step of each parameter moves the first loss, the strongest first.
@@ -126,11 +144,9 @@ class Sensitivity(Answer):
         for name, slopes in self.slopes.items():
             step, words = self.step(name)
             if step:
-                rows.append((name, words, *(step * slopes).tolist()))
-        rows.sort(key=_effect)
-        # a long table is cut by the last cell; where all are alike it keeps the order of above
-        same_rank = (False, 0.0)
-        ranked = [(*row, same_rank) for row in rows]
+                value_change, frequency_change = (step * slopes).tolist()
+                rows.append((name, words, value_change, frequency_change))
+        rows.sort(key=lambda row: _strength(row[2]))
         if self.at is None:
             moved = ("dRe", "1/s")
             title = "stability is not lost: nothing moves its loss"
@@ -140,7 +156,7 @@ class Sensitivity(Answer):
             title = f"what moves the first loss ({self.kind} at {self.parameter} = {self.at:.6g})"
             if_empty = "no other parameter"
         heads = [("parameter", ""), ("change", ""), moved, ("df", "Hz")]
-        return Table(in_order(heads), ranked, title, if_empty, itemgetter(-1))
+        return Table(in_order(heads), rows, title, if_empty)
 
     def step(self, name: str) -> tuple[float, str]:
         """A small step of a parameter in its unit, and in words.
@@ -154,7 +170,7 @@ class Sensitivity(Answer):
         """
         if self.units[name] == "rad":
             return DEGREE, "1 degree"
-        step = 0.01 * self.values[name]
+        step = STEP * self.values[name]
         if not step and not self.units[name]:
             return 1.0, "1"
         return step, "1 %"
@@ -173,9 +189,10 @@ class Sensitivity(Answer):
         if self.condition is None:
             return [self.table()]
         numbers = mode_numbers(np.asarray(self.at))
-        near = np.flatnonzero((0.01 * self.condition**2 >= 1.0) & (np.imag(self.at) >= 0.0))
+        # a change of 1 / condition^2 makes a mode coalesce: derivatives hold far below it
+        is_near = STEP * self.condition**2 >= 1.0
         lines = []
-        for i in near.tolist():
+        for i in np.flatnonzero(is_near & (np.imag(self.at) >= 0.0)).tolist():
             lines.append(
                 f"mode {numbers[i]} nearly coalesces with another one: its derivatives hold for "
                 f"changes far below {number(100 * self.condition[i] ** -2, 2)} %"
@@ -184,10 +201,12 @@ class Sensitivity(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         if self.what == "threshold":
+            if not self.slopes:
+                return {"sensitivity": None}
             loss: dict[str, Any] = {"mu": self.at, "value": self.at, "kind": self.kind}
-            for key, k in (("parameters", 0), ("frequency_hz", 1)):
+            for k, key in enumerate(("parameters", "frequency_hz")):
                 loss[key] = {name: plain(float(pair[k])) for name, pair in self.slopes.items()}
-            return {"sensitivity": loss if self.slopes else None}
+            return {"sensitivity": loss}
         rows = []
         for name, slopes in self.slopes.items():
             moved: list[dict[str, float] | None] = []
@@ -201,7 +220,6 @@ class Sensitivity(Answer):
         return {"sensitivity": rows, "sensitivity_condition": condition}
 
 
-def _effect(row: tuple[Any, ...]) -> float:
-    """A key that sorts rows by the size of their last but one cell, the change: NaN first, then
-    the largest."""
-    return -float(np.nan_to_num(abs(row[-2]), nan=np.inf))
+def _strength(change: float) -> float:
+    """A key that sorts changes by their size: what is not finite first, then the largest."""
+    return -float(np.nan_to_num(abs(change), nan=np.inf))

@@ -104,10 +104,34 @@ class Step:
         rates = [(root.growth_rate, root.rounding) for root in self.eigenvalues]
         return max(rates, default=None)
 
+    def error_text(self) -> str:
+        """What rounding leaves of the largest growth rate, for people."""
+        if self.fastest is None:
+            return "0"
+        _, error = self.fastest
+        return number(error, 2)
+
+    def verdict_text(self) -> str:
+        """The verdict for people, or why there is none."""
+        if self.verdict:
+            return self.verdict
+        return "no equilibrium on the branch" if self.roots is None else "-"
+
     @property
     def unstable_count(self) -> int:
         """The number of roots that grow."""
         return sum(root.kind in GROWING for root in self.eigenvalues)
+
+    def root_of_mode(self) -> dict[int, Eigenvalue]:
+        """The root of each mode that is known: of a pair the upper one, of two real ones that which
+        grows faster."""
+        roots: dict[int, Eigenvalue] = {}
+        for root, mode in zip(self.eigenvalues, self.numbers, strict=True):
+            if not mode or root.value.imag < 0.0:
+                continue
+            if mode not in roots or root.growth_rate > roots[mode].growth_rate:
+                roots[mode] = root
+        return roots
 
     def how(self, root: Eigenvalue) -> str:
         """Whether a root of a first look is corrected or estimated."""
@@ -119,8 +143,11 @@ class Step:
         """Frequencies of the upper roots that vibrate, or of those that grow, in a line."""
         hertz = []
         for root in self.eigenvalues:
-            listed = root.kind in GROWING if only_growing else root.value.imag > 0.0
-            if root.value.imag >= 0.0 and listed:
+            if only_growing:
+                is_listed = root.kind in GROWING and root.value.imag >= 0.0
+            else:
+                is_listed = root.value.imag > 0.0
+            if is_listed:
                 hertz.append(root.frequency_hz)
         hertz.sort()
         text = ", ".join(map(number, hertz[:LISTED])) or "-"
@@ -129,12 +156,15 @@ class Step:
         return text
 
     def to_dict(self, parameter: str) -> dict[str, Any]:
-        rows = Table(ROOT, self.eigenvalues).records()
-        for k, (row, root) in enumerate(zip(rows, self.eigenvalues, strict=True)):
-            row = {"mode": self.numbers[k]} | row
-            rows[k] = {key: value for key, value in row.items() if value is not None}
+        """The step as JSON holds it; what is not known of a root is left out."""
+        rows = []
+        for k, record in enumerate(Table(ROOT, self.eigenvalues).records()):
+            row = {"mode": self.numbers[k]} | record
+            known = {key: value for key, value in row.items() if value is not None}
             if self.corrected is not None:
-                rows[k] |= {"error": root.rounding, "corrected": bool(self.corrected[k])}
+                known["error"] = self.eigenvalues[k].rounding
+                known["corrected"] = bool(self.corrected[k])
+            rows.append(known)
         document = parameter_entry(parameter, self.value)
         document["eigenvalues"] = None if self.roots is None else rows
         document |= picked(self, "verdict spurious")
@@ -178,14 +208,17 @@ class SweptMode:
         interval = None
         for (low, before), (high, after) in itertools.pairwise(path):
             if after.kind in GROWING and before.kind not in GROWING:
-                decay = min(before.growth_rate, 0.0)
-                onset = low + (high - low) * decay / (decay - after.growth_rate)
+                rate_before = min(before.growth_rate, 0.0)  # one within rounding counts as zero
+                share = rate_before / (rate_before - after.growth_rate)
+                onset = low + (high - low) * share
                 interval = (low, high)
                 break
+        _, first = path[0]
+        _, last = path[-1]
         return SweptMode(
             mode=mode,
-            first_hz=path[0][1].frequency_hz,
-            last_hz=path[-1][1].frequency_hz,
+            first_hz=first.frequency_hz,
+            last_hz=last.frequency_hz,
             growth_rate=fastest.growth_rate,
             at=at,
             onset=onset,
@@ -199,6 +232,19 @@ class _Row(NamedTuple):
     step: Step
     root: Eigenvalue | None
     mode: int | None
+
+    def how(self) -> str | None:
+        """Whether the root of a first look is corrected or estimated; None without one."""
+        return None if self.root is None else self.step.how(self.root)
+
+
+def _of_root(column: Column) -> Column:
+    """The column of an eigenvalue in a table of `_Row`, empty in a line without one."""
+
+    def value(row: _Row) -> object:
+        return None if row.root is None else column.of(row.root)
+
+    return Column(column.name, column.unit, value)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -236,14 +282,17 @@ class Sweep(Answer):
         inadmissible = [step.value for step in self.steps if step.admissible is False]
         uncertified = [step.value for step in self.steps if step.certified is False]
         lines = []
-        for values, words in (
-            (inadmissible, "have no equilibrium that the model means"),
-            (uncertified, f"are {UNSURE}"),
-        ):
-            if values:
-                count = f"{len(values)} of {len(self.steps)} values of {self.parameter}"
-                lines.append(f"sweep: {count}, the first of them {values[0]:.6g}, {words}")
+        if inadmissible:
+            words = "have no equilibrium that the model means"
+            lines.append(self._warning(inadmissible, words))
+        if uncertified:
+            lines.append(self._warning(uncertified, f"are {UNSURE}"))
         return tuple(lines)
+
+    def _warning(self, values: Sequence[float], words: str) -> str:
+        """What is to be said of some values, with their number and the first of them."""
+        count = f"{len(values)} of {len(self.steps)} values of {self.parameter}"
+        return f"sweep: {count}, the first of them {values[0]:.6g}, {words}"
 
     def named(self, names: Mapping[int, str]) -> Sweep:
         """The same with names of modes by their numbers.
@@ -261,17 +310,12 @@ class Sweep(Answer):
     @property
     def modes(self) -> tuple[SweptMode, ...]:
         """Each mode by its number."""
-        steps = {step.value: step for step in (*self.steps, self.own) if step is not None}
+        steps = {step.value: step for step in self.steps}
+        if self.own is not None:
+            steps[self.own.value] = self.own
         paths: dict[int, list[tuple[float, Eigenvalue]]] = {}
         for value, step in sorted(steps.items()):
-            roots: dict[int, Eigenvalue] = {}
-            for root, mode in zip(step.eigenvalues, step.numbers, strict=True):
-                if not mode or root.value.imag < 0.0:
-                    continue
-                # of two real ones that which grows faster
-                if mode not in roots or root.growth_rate > roots[mode].growth_rate:
-                    roots[mode] = root
-            for mode, root in roots.items():
+            for mode, root in step.root_of_mode().items():
                 paths.setdefault(mode, []).append((value, root))
         return tuple(SweptMode.of(mode, path) for mode, path in sorted(paths.items()))
 
@@ -313,45 +357,35 @@ class Sweep(Answer):
         >>> len(squeal.sweep(pair, [0.0, 0.5]).table().rows)  # four roots each
         8
         """
-
-        def of_root(column: Column) -> Column:
-            """The column of an eigenvalue, empty in a line without one."""
-            return Column(
-                column.name,
-                column.unit,
-                lambda row: None if row.root is None else column.of(row.root),
-            )
-
-        others = [Column("contact", value=lambda row: row.step.contact)]
-        others.append(Column("mode", value=attrgetter("mode")))
-        if self.names:
-            others.append(Column("name", value=lambda row: self.names.get(row.mode)))
-        for column in ROOT:
-            if column.name not in ("damping_ratio", "condition"):
-                others.append(of_root(column))
-        if self.is_first_look:
-            others.append(of_root(Column("error", "1/s", attrgetter("rounding"))))
-            others.append(
-                Column(
-                    "how", value=lambda row: None if row.root is None else row.step.how(row.root)
-                )
-            )
-        others.append(Column("verdict", value=lambda row: row.step.verdict))
+        columns = self._columns()
+        name = parameter_heading(self.parameter, [column.name for column in columns])
         rows = []
         for step in self.steps:
             if not step.eigenvalues:
                 rows.append(_Row(step, None, None))
             for root, mode in zip(step.eigenvalues, step.numbers, strict=True):
                 rows.append(_Row(step, root, mode))
-        name = parameter_heading(self.parameter, [column.name for column in others])
-        return Table([Column(name, value=lambda row: row.step.value), *others], rows)
+        return Table([Column(name, value=lambda row: row.step.value), *columns], rows)
+
+    def _columns(self) -> list[Column]:
+        """The columns of a `_Row` behind that of the parameter."""
+        columns = [
+            Column("contact", value=lambda row: row.step.contact),
+            Column("mode", value=attrgetter("mode")),
+        ]
+        if self.names:
+            columns.append(Column("name", value=lambda row: self.names.get(row.mode)))
+        for column in ROOT:
+            if column.name not in ("damping_ratio", "condition"):
+                columns.append(_of_root(column))
+        if self.is_first_look:
+            columns.append(_of_root(Column("error", "1/s", attrgetter("rounding"))))
+            columns.append(Column("how", value=_Row.how))
+        columns.append(Column("verdict", value=lambda row: row.step.verdict))
+        return columns
 
     def _table_of_values(self) -> Table:
         """A row for each value; a long table shows those beside a change of the unstable count."""
-
-        def verdict(step: Step) -> str:
-            return step.verdict or ("no equilibrium on the branch" if step.roots is None else "-")
-
         table = [Column(self.parameter, value=attrgetter("value"))]
         if any(step.contact is not None for step in self.steps):
             table.append(Column("contact"))
@@ -361,11 +395,11 @@ class Sweep(Answer):
             Column("largest real, 1/s", value=lambda step: step.fastest and step.fastest[0]),
         ]
         if self.is_first_look:
-            error = Column(
-                "error, 1/s", shown=lambda step: number(step.fastest[1] if step.fastest else 0.0, 2)
-            )
-            table += [error, Column("corrected", value=lambda step: int(np.sum(step.corrected)))]
-        table.append(Column("verdict", value=verdict))
+            table += [
+                Column("error, 1/s", shown=Step.error_text),
+                Column("corrected", value=lambda step: int(np.sum(step.corrected))),
+            ]
+        table.append(Column("verdict", value=Step.verdict_text))
         beside_change: set[int] = set()
         for before, after in itertools.pairwise(self.steps):
             if before.unstable_count != after.unstable_count:

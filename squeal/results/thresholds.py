@@ -11,7 +11,7 @@ import numpy as np
 
 from squeal.io.writing import Answer, Column, Panel, Table, located, number, picked
 from squeal.linear import CriticalPoint, Crossing, UnstableMode
-from squeal.linear.eigen import assigned
+from squeal.linear.roots import assigned
 from squeal.results.columns import parameter_entry
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import Source
@@ -80,13 +80,14 @@ class Thresholds(Answer):
         """
         modes = found.unstable
         begun = [crossing for crossing in self.crossings if crossing.mu <= found.value]
-        if not modes or len(begun) != len(modes) or any(c.direction != "up" for c in begun):
+        all_upwards = all(crossing.direction == "up" for crossing in begun)
+        if not modes or len(begun) != len(modes) or not all_upwards:
             return {}
         of_modes = np.array([mode.frequency_hz or 0 for mode in modes])
         of_crossings = np.array([crossing.frequency_hz or 0 for crossing in begun])
+        distances = np.abs(of_modes[:, None] - of_crossings)
         onsets = {}
-        nearest = assigned(np.abs(of_modes[:, None] - of_crossings))
-        for mode, k in zip(modes, nearest, strict=True):
+        for mode, k in zip(modes, assigned(distances), strict=True):
             onsets[mode] = {"onset": begun[k].mu, "interval": begun[k].interval}
         return onsets
 

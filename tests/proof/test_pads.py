@@ -71,7 +71,7 @@ def test_wide_balls_have_the_count_of_each_polynomial_in_them():
         squares = rng.uniform(0.1, 1.0, 3) * rng.choice([-1.0, 1.0], 3)
         coefficients = -np.poly(squares)[::-1]
         balls = [flint.arb(float(c), 0.99 * abs(float(c))) for c in coefficients]
-        found = _growing(balls, 1, damped=False)
+        found = _growing(balls, 1, is_damped=False)
         if found is not None:
             counted += 1
             assert found == np.sum(squares < 0.0)
@@ -201,7 +201,7 @@ def test_stiffness_along_cells_is_that_of_the_model():
     for stem in ("b1-a", "b2-b", "b2-c", "b2-d"):
         model, start, state = without_friction(scene_of(stem))
         cell = next(iter(PadBranch(model, start, 0.0, 0.1).cells()))
-        t = cell.share(flint.arb(float(start[cell.pivot]) if cell.pivot < 3 else 0.0))
+        t = cell.t_of(flint.arb(float(start[cell.pivot]) if cell.pivot < 3 else 0.0))
         K = linearise(model, start, state).K
         for row, expected in zip(cell.slopes, K.tolist(), strict=True):
             for slope, value in zip(row[:3], expected, strict=True):

@@ -46,6 +46,14 @@ def test_mac_of_known_vectors():
     assert squeal.mac(SINES, SINES) == pytest.approx(np.eye(N), abs=1e-12)
 
 
+def test_mac_refuses_rows_with_other_labels():
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame({"mode 1": [1.0, 2.0]}, index=["x", "y"])
+    assert squeal.mac(frame, frame)[0, 0] == pytest.approx(1.0)
+    with pytest.raises(squeal.InputError, match="labels of their rows"):
+        squeal.mac(frame, frame.loc[["y", "x"]])
+
+
 def test_shuffled_frequencies_find_their_modes_and_leave_the_others(chain):
     order = [4, 0, 3, 2]
     answer = squeal.eigenvalues(squeal.read_system(chain))

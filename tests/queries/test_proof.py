@@ -36,7 +36,7 @@ def test_a_defective_pair_that_rounding_parts_is_open():
     assert proof(found)["status"] == "open"
     assert "last digits" in proof(found)["reason"]
     assert "4 roots, open: " in str(found)
-    assert found.conclusion.startswith("Open, ")
+    assert found.conclusion.startswith("Open: ")
 
 
 def test_a_defective_pair_of_integers_is_proved_as_given():

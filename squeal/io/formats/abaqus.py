@@ -53,6 +53,7 @@ def _blocks(text: str) -> list[_Block]:
     if "*" not in text:
         blocks[0].entries = text
         return blocks
+    # lines that begin with *, and what stands between them
     for part in re.split(r"(?m)^[ \t]*(\*.*)$", text):
         if not part.startswith("*"):
             blocks[-1].entries += part
@@ -67,7 +68,8 @@ def _blocks(text: str) -> list[_Block]:
 
 
 def _matrix(path: Path, block: _Block) -> MatrixFile:
-    """The matrix of a block. Raises ValueError."""
+    """The matrix of a block of the file at `path`, whose rows a file .dof beside it may name.
+    Raises ValueError."""
     lines = [line for line in io.StringIO(block.entries) if line.strip()]
     width = len(lines[0].split())
     if width not in (3, 5):
@@ -80,8 +82,10 @@ def _matrix(path: Path, block: _Block) -> MatrixFile:
         values = float(scale[1]) * values
         if digits is not None:
             digits -= 1  # a product may lose up to one
+    symmetric = None  # where no keyword says so
     kind = re.search(r"TYPE\s*=\s*(UN)?SYMMETRIC", block.keywords)
-    symmetric = None if kind is None else kind[1] is None
+    if kind:
+        symmetric = kind[1] is None
     if width == 5:
         return labelled_matrix(path, positions, values, symmetric, digits)
     if positions.min() < 1:

@@ -51,6 +51,8 @@ def send_full() -> None:
 
 
 def _read(path: Path) -> dict[str, MatrixFile]:
+    """K and M without the rows that are constrained, by their names; what the file lacks is left
+    out."""
     from ansys.mapdl.reader import read_binary
 
     with suppress(ImportError):  # Windows has no such limits
@@ -66,7 +68,7 @@ def _read(path: Path) -> dict[str, MatrixFile]:
     for i, (node, freedom) in enumerate(rows.tolist()):
         if (node, freedom) not in constrained:
             free.append(i)
-            labels.append((node, freedom + 1))
+            labels.append((node, freedom + 1))  # Ansys counts from 0, labels count from 1
     matrices = {}
     for name, matrix in {"K": stiffness, "M": mass}.items():
         if matrix is not None:

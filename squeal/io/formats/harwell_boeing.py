@@ -3,6 +3,7 @@
 No right-hand sides are read. A file .mapping beside it, which HBMAT writes, names the rows.
 """
 
+import math
 import re
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from squeal.io.formats.matrix_file import (
 
 def read_harwell_boeing(path: Path) -> MatrixFile:
     """The matrix of a file of this format. Raises ValueError."""
+    # a title, the numbers of lines of each part, type and sizes, the formats of the parts
     lines = path.read_text(encoding="ascii").splitlines()
     if len(lines) < 5 or len(lines[2].split()) < 4:
         raise ValueError("the header is missing")
@@ -30,22 +32,27 @@ def read_harwell_boeing(path: Path) -> MatrixFile:
     is_complex = kind[0] == "C"
     symmetry = kind[1]
     rows, columns, count = map(int, sizes[:3])
-    line_counts = [*lines[1].split(), "0", "0", "0", "0", "0"]
-    has_right_sides = int(line_counts[4]) > 0
-    formats = lines[3]
+    line_counts = lines[1].split()
+    has_right_sides = len(line_counts) > 4 and int(line_counts[4]) > 0
     body = lines[5:] if has_right_sides else lines[4:]
+    formats = lines[3]  # of pointers, of indices and of values, each in 16 columns
     words, body = _read_fields(body, formats, columns + 1)
     pointers = np.array(words, np.int64) - 1
     words, body = _read_fields(body, formats[16:], count)
     indices = np.array(words, np.int64) - 1
-    words, _ = _read_fields(body, formats[32:], 2 * count if is_complex else count)
-    values = np.array(words, float)
     if is_complex:
-        values = values.view(complex)
+        words, _ = _read_fields(body, formats[32:], 2 * count)
+        values = np.array(words, float).view(complex)  # real and imaginary parts in turn
+    else:
+        words, _ = _read_fields(body, formats[32:], count)
+        values = np.array(words, float)
     matrix = csc_array((values, indices, pointers), shape=(rows, columns))
     check_indices(matrix)
-    if symmetry != "U":  # the format asks for one triangle; some programs write both
-        matrix = complete_triangle(matrix, 1 if symmetry == "S" else -1)
+    # of S and Z, skew-symmetric, the format asks for one triangle; some programs write both
+    if symmetry == "S":
+        matrix = complete_triangle(matrix, 1)
+    elif symmetry == "Z":
+        matrix = complete_triangle(matrix, -1)
     labels = read_labels(path.with_suffix(".mapping"), rows)
     return MatrixFile(
         matrix, labels, numbered=has_internal_nodes(labels), digits=written_digits(words)
@@ -62,13 +69,13 @@ def _read_fields(lines: list[str], fortran_format: str, count: int) -> tuple[lis
         )
     per_line = max(1, min(int(edit[1] or 1), count))
     width = int(edit[2])
-    line_count = -(-count // per_line)
+    line_count = math.ceil(count / per_line)
     used = [line.upper().replace("D", "E") for line in lines[:line_count]]
     too_few = f"fewer numbers than the {count} of the header"
     if not 0 < line_count <= len(lines) or count > sum(map(len, used)):
         raise ValueError(too_few)
     fields = " ".join(used).split()
-    if len(fields) != count:  # they touch each other
+    if len(fields) != count:  # fields touch each other, and are told apart by their width
         line_width = per_line * width
         text = "".join(line[:line_width].ljust(line_width) for line in used)
         fields = [text[start : start + width].strip() for start in range(0, count * width, width)]

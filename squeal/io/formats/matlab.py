@@ -105,21 +105,26 @@ def _decompress(content: bytes) -> bytes:
 
 
 def _elements(data: bytes, order: str) -> list[_Element]:
-    """The data elements that follow each other in some bytes. Raises ValueError."""
+    """The data elements that follow each other in some bytes. Raises ValueError.
+
+    A tag of 8 bytes holds type and size; what follows is padded to whole words of 8 bytes, but for
+    compressed data. Of up to 4 bytes the tag holds size and type in its first half, and the data in
+    the second one.
+    """
     elements = []
     position = 0
     while position < len(data):
         kind, size = np.frombuffer(data[position : position + 8], f"{order}u4").tolist()
         start = position + 8
-        is_small = kind >> 16
-        if is_small:  # the tag holds size, type and the data themselves
-            size = kind >> 16
+        small_size = kind >> 16
+        if small_size:
+            size = small_size
             kind &= 0xFFFF
             end = start
             start -= 4
         elif kind == ElementType.COMPRESSED:
             end = start + size
-        else:  # padded to whole words
+        else:
             end = start + size + -size % 8
         content = data[start : min(start + size, end)]
         if not 1 <= kind <= 18 or len(content) != size:
@@ -138,7 +143,7 @@ def _array(data: bytes, order: str, prefix: str) -> Iterator[tuple[str, Matrix]]
     flags, dimensions, name, *parts = _elements(data, order)
     flag_word, _ = np.frombuffer(flags.data, f"{order}u4").tolist()
     shape = np.frombuffer(dimensions.data, f"{order}i4").tolist()
-    array_class = flag_word & 0xFF
+    array_class = flag_word & 0xFF  # the lowest byte; the flags stand in the next one
     is_complex = bool(flag_word >> 11 & 1)
     full_name = prefix + name.data.decode("latin-1")
     if not full_name or len(shape) != 2:
@@ -161,7 +166,11 @@ def _array(data: bytes, order: str, prefix: str) -> Iterator[tuple[str, Matrix]]
 
 
 def _numbers(parts: list[_Element], order: str, is_complex: bool) -> tuple[list[NDArray], NDArray]:
-    """The indices of an array, none of a full one, and its values. Raises ValueError."""
+    """The indices of an array, none of a full one, and its values. Raises ValueError.
+
+    `parts` are the indices of rows and the starts of columns of a sparse array, the real parts, and
+    the imaginary parts of a complex one.
+    """
     arrays = [np.frombuffer(part.data, order + NUMBER_TYPES[part.kind]) for part in parts]
     imaginary = arrays.pop() if is_complex else None
     *indices, values = arrays
@@ -173,7 +182,11 @@ def _numbers(parts: list[_Element], order: str, is_complex: bool) -> tuple[list[
 def _struct(
     parts: list[_Element], order: str, full_name: str, count: int
 ) -> Iterator[tuple[str, Matrix]]:
-    """Names and matrices in the fields of `count` structs. Raises ValueError, LookupError."""
+    """Names and matrices in the fields of `count` structs. Raises ValueError, LookupError.
+
+    `parts` are the width of a name, the names padded to it, and the fields, those of the first
+    struct first.
+    """
     name_width, padded_names, *fields = parts
     width = int(np.frombuffer(name_width.data, f"{order}i4")[0])
     if width < 1 or len(padded_names.data) % width:

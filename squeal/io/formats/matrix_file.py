@@ -116,7 +116,8 @@ def labelled_matrix(
     symmetric: bool | None,
     digits: int | None,
 ) -> MatrixFile:
-    """The matrix whose rows and columns are named by node and degree of freedom.
+    """The matrix whose rows and columns are named by node and degree of freedom, as it stands in
+    the file at `path`, which warnings name.
 
     `positions` (entries, 4): node and degree of freedom of the row, then of the column. Rows are
     sorted by their labels. Raises ValueError.

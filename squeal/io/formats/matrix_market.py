@@ -17,9 +17,14 @@ VALUE_COLUMNS = {"pattern": 0, "complex": 2}  # one of any other type of entry
 
 
 def read_matrix_market(path: Path) -> MatrixFile:
-    """The matrix of a file of this format. Raises ValueError."""
+    """The matrix of a file of this format. Raises ValueError.
+
+    Its first line reads `%%MatrixMarket matrix coordinate real symmetric`, for example. Behind
+    comments a line of sizes follows, and then the entries: row, column and value, or in an array
+    the values alone, column by column.
+    """
     with path.open(encoding="utf-8") as stream:
-        banner = [*stream.readline().lower().split(), "", "", "", "", ""]
+        banner = [*stream.readline().lower().split(), "", "", "", "", ""]  # may be cut off
         kind, layout, entry_type, symmetry = banner[1:5]
         if kind != "matrix" or layout not in ("coordinate", "array") or symmetry not in SYMMETRIES:
             allowed = f"matrix, coordinate or array, {', '.join(SYMMETRIES)} are read"
@@ -42,8 +47,10 @@ def read_matrix_market(path: Path) -> MatrixFile:
         count = sizes[2]
     elif general:
         count = rows * columns
+    elif skew:  # the lower triangle without its diagonal
+        count = rows * (rows - 1) // 2
     else:
-        count = rows * (rows - 1 if skew else rows + 1) // 2
+        count = rows * (rows + 1) // 2
     if len(parts) != count:
         raise ValueError(f"{len(parts)} entries; {count} are required")
     if entry_type == "integer" and np.any(parts != np.round(parts)):

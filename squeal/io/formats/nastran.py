@@ -22,6 +22,9 @@ def read_dmig(path: Path) -> dict[str, UnbuiltMatrix]:
     """Cards DMIG, in small, large or free fields. Raises ValueError.
 
     Each matrix is built only when it is picked: a punch file of EXTOUT also holds rectangular ones.
+    A head card has the fields name, 0, form, type, type of the result, polar; a card of a column
+    has name, node and degree of freedom of the column, an empty one, and then node, degree of
+    freedom, real and imaginary part of each row.
     """
     cards = _dmig_cards(path.read_text(encoding="latin-1"))
     heads = {card[0]: card for card in cards if card[1] == "0"}
@@ -69,7 +72,8 @@ def _card_fields(line: str) -> tuple[str, list[str]]:
 
 
 def _build_dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFile:
-    """The matrix that a head card announces. Raises InputError, ValueError."""
+    """The matrix that a head card announces, from the cards of its columns among all `cards`.
+    Raises InputError, ValueError."""
     name = head[0]
     form = head[2]
     type_in = head[3]
@@ -81,19 +85,20 @@ def _build_dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFi
         )
     entries = _dmig_entries(name, cards)
     text = " ".join(word or "0" for entry in entries for word in entry).replace("D", "E")
-    words = re.sub(r"([\d.])([+-])", r"\1E\2", text).split()
+    words = re.sub(r"([\d.])([+-])", r"\1E\2", text).split()  # 1.5+3 is 1.5E+3
     if len(words) != 6 * len(entries):
         raise ValueError(f"a field of {name} is no number")
-    table = np.array(words, dtype=float).reshape(-1, 6)
+    table = np.array(words, dtype=float).reshape(-1, 6)  # in the order of `_dmig_entries`
     positions = table[:, :4]
     if np.any(positions != np.round(positions)):
         raise ValueError(f"nodes and degrees of freedom of {name} must be whole numbers")
     values: NDArray = table[:, 4]
-    if polar not in ("", "0"):
+    if polar not in ("", "0"):  # magnitude, and phase in degrees
         values = values * np.exp(1j * np.radians(table[:, 5]))
     elif type_in in COMPLEX_TYPES:
         values = values + 1j * table[:, 5]
-    digits = written_digits(word for i, word in enumerate(words) if i % 6 >= 4)
+    value_words = (word for i, word in enumerate(words) if i % 6 >= 4)
+    digits = written_digits(value_words)
     return labelled_matrix(path, positions.astype(np.int64), values, form == SYMMETRIC, digits)
 
 

@@ -36,9 +36,12 @@ from squeal.results.sweep import Sweep
 from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.first_look import FirstLook
 
-ONSET_ROWS = 40  # up to so many rows the onset of each unstable mode is computed
-SHOWN_ROWS = 100  # matrices and mode shapes of larger systems are not printed
-SAME = 1e-6  # of |lambda|: one root, computed in two ways
+ONSET_ROWS = 40
+"""Up to so many rows the onset of each unstable mode is computed."""
+SHOWN_ROWS = 100
+"""Matrices and mode shapes of systems with more rows are not printed."""
+SAME = 1e-6
+"""Two roots within this share of |lambda| are one, computed in two ways."""
 
 
 def system_eigenvalues(
@@ -112,6 +115,7 @@ def system_eigenvalues(
         source=SystemSource(file, analysis.selection),
         proof=statement.to_dict(),
         proof_line=proof_line,
+        depends=analysis.depends_on_parameter,
     )
 
 
@@ -191,10 +195,12 @@ def _description(analysis: SystemAnalysis, roots: SystemRoots) -> str:
     system = analysis.system
     values = []
     for name, value in system.parameters.items():
+        if name == system.parameter and not analysis.depends_on_parameter:
+            continue
         text = "that of each root" if name in system.follows else f"{value:g}"
         values.append(f"{name} = {text}")
     freedom = "degree" if system.n == 1 else "degrees"
-    lines = [f"{system.n} {freedom} of freedom, {', '.join(values)}"]
+    lines = [", ".join([f"{system.n} {freedom} of freedom", *values])]
     if analysis.joined:
         errors_are_known = any(root.error is not None for root in roots.eigenvalues)
         lines.append(f"  {basis_text(analysis.joined, errors_are_known)}")

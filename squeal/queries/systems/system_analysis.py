@@ -74,13 +74,15 @@ class SystemAnalysis:
         """The system that is analysed."""
         return self.file.system
 
-    def warn_of_unused_parameter(self) -> None:
-        """Warn where no matrix depends on the swept parameter: every value has the same answer.
+    @property
+    def depends_on_parameter(self) -> bool:
+        """Whether a matrix depends on the free parameter, or what presses components may."""
+        return self.system.parameter in self.system.names or self.file.assembly is not None
 
-        What presses components may depend on it without a matrix that does.
-        """
+    def warn_of_unused_parameter(self) -> None:
+        """Warn where nothing depends on the swept parameter: every value has the same answer."""
         parameter = self.system.parameter
-        if parameter not in self.system.names and self.file.assembly is None:
+        if not self.depends_on_parameter:
             Place(self.system.name or "system").warn(
                 f"no matrix depends on {parameter}; the answer is the same at every value of it"
             )
