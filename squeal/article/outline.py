@@ -39,22 +39,29 @@ class Outline:
 
     @property
     def curves(self) -> list[tuple[np.ndarray, tuple[int, int]]]:
-        """Segments joined: points (n, 2) of each curve and the codes on its two sides."""
-        ways: dict[tuple[int, ...], dict[Any, list[Any]]] = defaultdict(lambda: defaultdict(list))
+        """Segments joined: points (n, 2) of each curve and the codes on its two sides.
+
+        Segments between the same two codes form a graph; each curve is a walk that uses up its
+        segments, from an open end first, the closed curves last.
+        """
+        graphs: dict[tuple[int, ...], dict[Any, list[Any]]] = defaultdict(lambda: defaultdict(list))
         for (a, b), sides in zip(self.segments.tolist(), np.sort(self.sides).tolist(), strict=True):
-            for start, end in ((tuple(a), tuple(b)), (tuple(b), tuple(a))):
-                ways[tuple(sides)][start].append(end)
+            neighbours = graphs[tuple(sides)]
+            neighbours[tuple(a)].append(tuple(b))
+            neighbours[tuple(b)].append(tuple(a))
         curves = []
-        for (low, high), way in ways.items():
-            ends = [point for point, next_ones in way.items() if len(next_ones) != 2]
-            for start in [*ends, *way]:  # closed curves are what is left after the open ones
-                line = [start]
-                while way[line[-1]]:
-                    here = line[-1]
-                    line.append(way[here].pop())
-                    way[line[-1]].remove(here)
-                if len(line) > 1:
-                    curves.append((np.array(line), (low, high)))
+        for (low, high), neighbours in graphs.items():
+            ends = [point for point, others in neighbours.items() if len(others) != 2]
+            for start in [*ends, *neighbours]:
+                here = start
+                curve = [start]
+                while neighbours[here]:
+                    following = neighbours[here].pop()
+                    neighbours[following].remove(here)
+                    curve.append(following)
+                    here = following
+                if len(curve) > 1:
+                    curves.append((np.array(curve), (low, high)))
         return curves
 
     def to_dict(self) -> dict[str, Any]:
@@ -69,10 +76,12 @@ class Outline:
     @staticmethod
     def from_dict(plain: dict[str, Any]) -> Outline:
         """An outline from what `to_dict` gave."""
-        segments, polygons = (np.array(plain[key], dtype=float) for key in ("segments", "polygons"))
-        sides, codes = (np.array(plain[key], dtype=int) for key in ("sides", "codes"))
-        shapes = segments.reshape(-1, 2, 2), sides.reshape(-1, 2), polygons.reshape(-1, 4, 2)
-        return Outline(*shapes, codes)
+        return Outline(
+            segments=np.array(plain["segments"], dtype=float).reshape(-1, 2, 2),
+            sides=np.array(plain["sides"], dtype=int).reshape(-1, 2),
+            polygons=np.array(plain["polygons"], dtype=float).reshape(-1, 4, 2),
+            codes=np.array(plain["codes"], dtype=int),
+        )
 
     def regrouped(self, group_of: np.ndarray) -> Outline:
         """The outline of group_of[code] in place of the code."""
@@ -82,10 +91,10 @@ class Outline:
 
     @property
     def area(self) -> dict[int, float]:
-        """Area of each code that occurs."""
+        """Area of each code that occurs, by the shoelace formula."""
         x, y = np.moveaxis(self.polygons, -1, 0)
-        ahead = np.roll(x, -1, axis=1) * y - x * np.roll(y, -1, axis=1)
-        areas = np.abs(ahead.sum(axis=1)) / 2
+        cross = np.roll(x, -1, axis=1) * y - x * np.roll(y, -1, axis=1)
+        areas = np.abs(cross.sum(axis=1)) / 2
         return {int(c): float(areas[self.codes == c].sum()) for c in np.unique(self.codes)}
 
 
@@ -96,23 +105,28 @@ def _shares(
     share of the edge; one half elsewhere, and everywhere without `at`."""
     along_x = np.full((len(x) - 1, len(y)), 0.5)
     along_y = np.full((len(x), len(y) - 1), 0.5)
-    if at is None:
-        return along_x, along_y
+    # the grid points before a change along x, and along y
     ix, jx = np.nonzero(codes[1:] != codes[:-1])
     iy, jy = np.nonzero(codes[:, 1:] != codes[:, :-1])
-    first = np.concatenate([codes[ix, jx], codes[iy, jy]])
-    start = np.array([np.concatenate([x[ix], x[iy]]), np.concatenate([y[jx], y[jy]])])
-    step = np.zeros_like(start)
-    step[0, : len(ix)] = x[ix + 1] - x[ix]
-    step[1, len(ix) :] = y[jy + 1] - y[jy]
-    low = np.zeros(len(first))
+    count_x = len(ix)
+    if at is None or count_x + len(iy) == 0:
+        return along_x, along_y
+    i = np.concatenate([ix, iy])
+    j = np.concatenate([jx, jy])
+    code_before = codes[i, j]
+    start = np.array([x[i], y[j]])
+    edge = np.zeros_like(start)
+    edge[0, :count_x] = x[ix + 1] - x[ix]
+    edge[1, count_x:] = y[jy + 1] - y[jy]
+    low = np.zeros(len(i))
     width = 1.0
-    for _ in range(20 if len(first) else 0):  # places to a millionth of an edge
+    for _ in range(20):  # halved to a millionth of an edge
         width /= 2
-        low = low + width * (at(start + (low + width) * step) == first)
+        not_yet_changed = at(start + (low + width) * edge) == code_before
+        low = low + width * not_yet_changed
     share = low + width / 2
-    along_x[ix, jx] = share[: len(ix)]
-    along_y[iy, jy] = share[len(ix) :]
+    along_x[ix, jx] = share[:count_x]
+    along_y[iy, jy] = share[count_x:]
     return along_x, along_y
 
 
@@ -125,22 +139,29 @@ def outline(
 ) -> Outline:
     """Trace a map with codes (n1, n2) at x (n1,), y (n2,); `ends` are (low, high) of both axes.
 
-    Features smaller than the grid are not seen; corners are cut within one square of it.
+    A square whose corners have one code belongs to it whole. Another is cut: from its centre, the
+    mean of the places at which the code changes on its edges, a segment leads to each of these, and
+    each corner owns the piece between its two edges. Features smaller than the grid are not seen;
+    corners are cut within one square of it.
     """
-    along_x, along_y = (np.pad(v, 1, mode="edge") for v in _shares(x, y, codes, at))
+    inner_x, inner_y = _shares(x, y, codes, at)
     # the outer points stand for the strips between them and the ends
-    x, y = (np.concatenate([[e[0]], v, [e[1]]]) for e, v in zip(ends, (x, y), strict=True))
-    codes = np.pad(codes, 1, mode="edge")
+    along_x = np.pad(inner_x, 1, mode="edge")
+    along_y = np.pad(inner_y, 1, mode="edge")
+    padded = np.pad(codes, 1, mode="edge")
+    (first_x, last_x), (first_y, last_y) = ends
+    xs = np.concatenate([[first_x], x, [last_x]])
+    ys = np.concatenate([[first_y], y, [last_y]])
     # of each square the codes of its corners, counterclockwise from the lower left one
-    four = np.array([codes[:-1, :-1], codes[1:, :-1], codes[1:, 1:], codes[:-1, 1:]])
+    four = np.array([padded[:-1, :-1], padded[1:, :-1], padded[1:, 1:], padded[:-1, 1:]])
     mixed = (four != four[0]).any(axis=0)
-    runs, run_codes = _runs(x, y, np.where(mixed, -1, four[0]))
+    boxes, box_codes = _boxes(xs, ys, np.where(mixed, -1, four[0]))
     i, j = np.nonzero(mixed)
     at_corner = four[:, i, j]
-    left = x[i]
-    right = x[i + 1]
-    low = y[j]
-    high = y[j + 1]
+    left = xs[i]
+    right = xs[i + 1]
+    low = ys[j]
+    high = ys[j + 1]
     corners = np.array([[left, low], [right, low], [right, high], [left, high]])
     # on each edge the place of a change, (edge, coordinate, square), from the lower edge on; equal
     # to the last bit in both squares that share the edge, so that their segments join
@@ -152,29 +173,42 @@ def outline(
             [left, low + along_y[i, j] * (high - low)],
         ]
     )
+    # the codes at both ends of each edge
     beside = np.array([at_corner, np.roll(at_corner, -1, axis=0)])
     changes = beside[0] != beside[1]
     centre = (places * changes[:, None]).sum(axis=0) / changes.sum(axis=0)
-    pieces = [np.array([corners[k], places[k], centre, places[k - 1]]) for k in range(4)]
-    segments = [np.array([places[k], centre])[:, :, changes[k]] for k in range(4)]
+    segments = []
+    sides = []
+    pieces = []
+    for k in range(4):
+        changed = np.array([places[k], centre])[:, :, changes[k]]
+        piece = np.array([corners[k], places[k], centre, places[k - 1]])
+        segments.append(np.moveaxis(changed, -1, 0))
+        sides.append(beside[:, k, changes[k]].T)
+        pieces.append(np.moveaxis(piece, -1, 0))
     return Outline(
-        np.concatenate([np.moveaxis(one, -1, 0) for one in segments]),
-        np.concatenate([beside[:, k, changes[k]].T for k in range(4)]),
-        np.concatenate([runs, *(np.moveaxis(one, -1, 0) for one in pieces)]),
-        np.concatenate([run_codes, at_corner.ravel()]),
+        segments=np.concatenate(segments),
+        sides=np.concatenate(sides),
+        polygons=np.concatenate([boxes, *pieces]),
+        codes=np.concatenate([box_codes, at_corner.ravel()]),
     )
 
 
-def _runs(x: np.ndarray, y: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Squares of one code merged along y into rectangles; squares of code -1 are left out."""
+def _boxes(x: np.ndarray, y: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Squares of one code merged along y into rectangles (n, 4, 2), and their codes (n,).
+
+    Squares of code -1 are left out.
+    """
     boxes = []
     codes_of = []
     for i, column in enumerate(codes):
         starts = np.concatenate([[0], np.flatnonzero(np.diff(column)) + 1])
         stops = np.append(starts[1:], len(column))
+        left = x[i]
+        right = x[i + 1]
         for a, b in zip(starts, stops, strict=True):
             if column[a] >= 0:
-                boxes.append([[x[i], y[a]], [x[i + 1], y[a]], [x[i + 1], y[b]], [x[i], y[b]]])
+                boxes.append([[left, y[a]], [right, y[a]], [right, y[b]], [left, y[b]]])
                 codes_of.append(column[a])
     return np.array(boxes).reshape(-1, 4, 2), np.array(codes_of, dtype=int)
 
@@ -202,22 +236,25 @@ def mark(
         axes.text(x / unit, y / unit, name, fontsize=size, bbox=box, **look)
 
 
-def draw_areas(axes: Axes, areas: Outline, colours: Sequence[str], unit: Any = 1.0) -> None:
+def draw_areas(
+    axes: Axes, areas: Outline, colours: Sequence[str], unit: float | tuple[float, float] = 1.0
+) -> None:
     """Areas in the colours of their codes and the curves between them, coordinates over `unit`.
 
     unit: a number, or one for each axis.
     """
-    unit = np.asarray(unit)
-    for k in np.unique(areas.codes):
-        boxes = areas.polygons[areas.codes == k] / unit
-        closed = np.concatenate([boxes, boxes[:, :1]], axis=1)
-        ways = [Path.MOVETO, *[Path.LINETO] * (boxes.shape[1] - 1), Path.CLOSEPOLY]
+    scale = np.asarray(unit)
+    for code in np.unique(areas.codes):
+        polygons = areas.polygons[areas.codes == code] / scale
+        closed = np.concatenate([polygons, polygons[:, :1]], axis=1)
+        # how the pen goes to each point of a polygon
+        strokes = [Path.MOVETO, *[Path.LINETO] * (polygons.shape[1] - 1), Path.CLOSEPOLY]
         # one path, which is drawn faster than many; a stroke of its own colour hides the hairlines
         # that viewers leave between polygons
-        area = Path(closed.reshape(-1, 2), np.tile(ways, len(boxes)))
-        patch = PathPatch(area, color=colours[k], lw=0.4, joinstyle="round", zorder=1)
+        area = Path(closed.reshape(-1, 2), np.tile(strokes, len(polygons)))
+        patch = PathPatch(area, color=colours[code], lw=0.4, joinstyle="round", zorder=1)
         axes.add_artist(patch)  # add_patch would look for the limits of each line
         axes.update_datalim(area.vertices)
-    lines = [curve / unit for curve, _ in areas.curves]
-    look: Any = {"colors": "black", "linewidths": 0.6, "capstyle": "round"}
-    axes.add_collection(LineCollection(lines, zorder=2, **look))
+    lines = [curve / scale for curve, _ in areas.curves]
+    collection = LineCollection(lines, colors="black", linewidths=0.6, capstyle="round", zorder=2)
+    axes.add_collection(collection)

@@ -53,7 +53,8 @@ def read_json(kind: type[T], file: Path) -> T:
 
 
 def call(function: Callable[..., T], words: Sequence[str]) -> T:
-    """What a function makes of some words, each as its parameter's annotation wants it.
+    """What a function makes of some words of a command line, each as its parameter's annotation
+    wants it; the last parameter may take several.
 
     A class with a method `read` reads the file of that name; others, Path or str, take the word.
     Raises InputError where there are too many words or too few, or a file is refused.
@@ -68,11 +69,18 @@ def call(function: Callable[..., T], words: Sequence[str]) -> T:
         ) from None
     kinds = [parameter.annotation for parameter in signature.parameters.values()]
     kinds += kinds[-1:] * (len(words) - len(kinds))
-    given = zip(kinds, words, strict=False)
-    return function(*(k.read(Path(w)) if hasattr(k, "read") else k(w) for k, w in given))
+    arguments = []
+    for kind, word in zip(kinds, words, strict=False):  # those with a default may be left out
+        reads_file = hasattr(kind, "read")
+        arguments.append(kind.read(Path(word)) if reads_file else kind(word))
+    return function(*arguments)
 
 
 def _from(kind: Any, value: Any, at: Place) -> Any:
+    """A JSON value as a type wants it: a class, a union, a literal, a tuple or a dictionary.
+
+    at: the place in the file that a message names. Raises InputError where it does not fit.
+    """
     origin = typing.get_origin(kind)
     inner = typing.get_args(kind)
     if kind is Any:
@@ -107,11 +115,14 @@ def _member(kinds: tuple[Any, ...], value: Any) -> Any:
 
 
 def _record(kind: Any, value: dict[str, Any], at: Place) -> Any:
-    fields = {f.name: f.default is dataclasses.MISSING for f in dataclasses.fields(kind)}
-    needed = {name for name, required in fields.items() if required}
-    for key in sorted((value.keys() - fields.keys()) | (needed - value.keys())):
-        known = "unknown key" if key in value else "missing"
-        raise (at / key).refuse(f"{known}; {kind.__name__} has {', '.join(sorted(fields))}")
+    """A record from its keys, of which none may be unknown and none without default missing."""
+    fields = {field.name for field in dataclasses.fields(kind)}
+    needed = {f.name for f in dataclasses.fields(kind) if f.default is dataclasses.MISSING}
+    wrong = (value.keys() - fields) | (needed - value.keys())
+    if wrong:
+        key = min(wrong)
+        fault = "unknown key" if key in value else "missing"
+        raise (at / key).refuse(f"{fault}; {kind.__name__} has {', '.join(sorted(fields))}")
     hints = _hints(kind)
     return kind(**{key: _from(hints[key], entry, at / key) for key, entry in value.items()})
 

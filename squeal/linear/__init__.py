@@ -4,23 +4,14 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 `system(mu) -> (M, C, K)` and get thresholds and onsets of modes.
 """
 
-from squeal.linear.eigen import (
-    GROWING,
-    VERDICTS,
-    Eigenvalue,
-    Judgement,
-    Spectrum,
-    UnstableMode,
-    complex_eigenvalues,
-    judge,
-    verdict,
-)
+from squeal.linear.eigen import Eigenvalue, Spectrum, UnstableMode, complex_eigenvalues
 from squeal.linear.events import Crossing
 from squeal.linear.map_verdicts import damped_verdicts, sum_verdicts, undamped_verdicts
 from squeal.linear.paths import unstable_modes
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import Matrices, SystemFunction
 from squeal.linear.thresholds import CriticalPoint, Thresholds, thresholds
+from squeal.linear.verdicts import GROWING, VERDICTS, Judgement, judge, verdict
 
 # fmt: off
 __all__ = [

@@ -21,16 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError, MatrixError
-from squeal.linear.eigen import (
-    DIVERGENCE,
-    FLUTTER,
-    Codes,
-    UnstableCount,
-    kinds,
-    left_vectors,
-    root_rounding,
-    square_roots,
-)
 from squeal.linear.matrices import (
     EPS,
     ILL,
@@ -46,7 +36,9 @@ from squeal.linear.matrices import (
     reduce,
     unit_diagonal,
 )
-from squeal.linear.system import SystemFunction, TermSystem, matrices_of, with_slopes
+from squeal.linear.roots import left_vectors, root_rounding, square_roots
+from squeal.linear.system import SystemFunction, matrices_of, with_slopes
+from squeal.linear.verdicts import DIVERGENCE, FLUTTER, Codes, UnstableCount, kinds
 
 ComplexArray = NDArray[np.complex128]
 Bools = NDArray[np.bool_]
@@ -261,17 +253,19 @@ class SpectrumAtParameter:
         """At least and at most how many roots lambda (two for a pair) grow, rounding considered."""
         z = self.roots
         rounding = 2 * self.rounding  # that of two which are close, see `close`
+        per_root = np.ones(len(z))
         has_close_root = self.close.sum(axis=1) > 1
         if self.problem is DAMPED:
             certain = z.real > rounding
             possible = z.real > -rounding
+            per_root += np.sign(z.imag) * ~self.real  # those below the real axis come with others
         elif self.problem is GYROSCOPIC:  # z = -i lambda
             certain = z.imag < -rounding
             possible = has_close_root
         else:  # each complex s and each negative one gives a growing root
             certain = (np.abs(z.imag) > rounding) | (z.real < -rounding)
             possible = has_close_root | (z.real < rounding)
-        return int(np.sum(certain)), int(np.sum(certain | possible))
+        return int(per_root[certain].sum()), int(per_root[certain | possible].sum())
 
     @property
     def sure(self) -> bool:
@@ -344,7 +338,9 @@ class StandardProblem(NamedTuple):
 
 
 class Continuation:
-    """The spectrum of system(p) -> (M, C, K), real and M regular, for low <= p <= high.
+    """The spectrum of system(p) -> (M, C, K), M regular, for low <= p <= high.
+
+    Of complex matrices only roots above the real axis mean something; each stands for a pair.
 
     Examples
     --------
@@ -369,11 +365,6 @@ class Continuation:
         self.low = low
         self.high = high
         self.options = options or ContinuationOptions()
-        if isinstance(system, TermSystem) and not system.real:
-            raise InputError(
-                "thresholds: complex matrices (structural damping) are not allowed; damping by "
-                "rayleigh or ratios is"
-            )
         inner_values = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
         samples = matrices_of(system, inner_values)
         self._projections = _without_free_motions(samples)
@@ -443,7 +434,7 @@ class Continuation:
         if self._projections is None:
             return X
         P, Q = self._projections
-        return P.T @ X @ Q
+        return P.conj().T @ X @ Q
 
     def _standards(self, ps: Sequence[float]) -> list[StandardProblem]:
         given = with_slopes(self.system, ps, self.low, self.high, self.options.difference)
@@ -538,6 +529,8 @@ def _eigenvectors(A: NDArray, parts: Sequence[NDArray[np.intp]]) -> tuple[NDArra
 
 def problem_class_of(samples: Sequence[tuple[Array, Array | None, Array]]) -> ProblemClass:
     """The problem class of matrices M, C, K at some values."""
+    if any(X is not None and np.iscomplexobj(X) for sample in samples for X in sample):
+        return DAMPED
     if not any(C is not None and C.any() for _, C, _ in samples):
         return UNDAMPED
     for M, C, K in samples:
@@ -587,7 +580,7 @@ def _without_free_motions(samples: Sequence[Matrices]) -> tuple[Array, Array] | 
     k = motions.shape[1]
     if not 0 < k < len(M) or combinations.shape[1] != k:
         return None
-    if np.linalg.cond(combinations.T @ M @ motions) > 1 / ILL:
+    if np.linalg.cond(combinations.conj().T @ M @ motions) > 1 / ILL:
         return None
     P = scale * np.linalg.qr(scale * (M @ motions), "complete")[0][:, k:]
     Q = scale * np.linalg.qr(scale * (M.T @ combinations), "complete")[0][:, k:]
@@ -606,5 +599,5 @@ def _normalising(M: Array) -> tuple[Array, Array]:
                 "M: a regular matrix is required to search for all thresholds; where rows have no "
                 "mass those of a band can be given"
             ) from None
-        return np.asarray(np.linalg.inv(M), dtype=float), np.eye(len(M))
+        return np.asarray(np.linalg.inv(M)), np.eye(len(M))
     return T.T, T

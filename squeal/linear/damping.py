@@ -22,7 +22,8 @@ from squeal.linear.real_modes import real_modes
 from squeal.linear.system import Matrix, System, Term
 from squeal.numerics.differentiation import Formula
 
-MOST_DENSE = 2000  # rows up to which modal damping is a full matrix of all modes
+MOST_DENSE = 2000
+"""Rows up to which modal damping is a full matrix of all modes."""
 
 Ratios = float | Sequence[float] | Callable[[Array], Array]
 """Damping ratios: of all modes, of the first ones, or a function of frequencies (Hz)."""
@@ -128,13 +129,18 @@ def damped(
         not symmetric, positive definite.
     """
     alpha, beta = rayleigh
-    left_out = {name: set(indices) for name, indices in (own or {}).items()}
-    frequency_terms = {
-        i for i, term in enumerate(system.K) if term.factor.names & set(system.follows)
-    }
+    left_out = own or {}
     C = list(system.C)
     K = list(system.K)
     described: list[Damped] = []
+
+    def terms_without(name: str) -> set[int]:
+        """The terms of K that a kind of damping leaves out."""
+        terms = set(left_out.get(name, ()))
+        for i, term in enumerate(system.K):
+            if term.factor.names & set(system.follows):  # it depends on the frequency
+                terms.add(i)
+        return terms
 
     def describe(by: str, value: float, part: str, terms: Iterable[int]) -> None:
         for i in terms:
@@ -147,13 +153,11 @@ def damped(
             C.append(Term(system.M[i].matrix, factor))
         describe("rayleigh", alpha, "M", mass_terms)
     if beta:
-        without = frequency_terms | left_out.get("rayleigh", set())
-        stiffness, stiffness_terms = structure_stiffness(system, without)
+        stiffness, stiffness_terms = structure_stiffness(system, terms_without("rayleigh"))
         C.append(Term(beta * stiffness))
         describe("rayleigh", beta, "K", stiffness_terms)
     if structural:
-        without = frequency_terms | left_out.get("structural", set())
-        stiffness, stiffness_terms = structure_stiffness(system, without)
+        stiffness, stiffness_terms = structure_stiffness(system, terms_without("structural"))
         K.append(Term(structural * stiffness, Modulus(imaginary=True)))
         describe("structural", structural, "K", stiffness_terms)
     result = dataclasses.replace(system, C=tuple(C), K=tuple(K))
@@ -170,36 +174,37 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
     there are modes, and for one ratio of more than 2000 rows.
     """
     n = system.n
-    K = structure_stiffness(undamped)[0]
+    K, _ = structure_stiffness(undamped)
     M = undamped.frozen().at()[0]
-    count = n
-    if not callable(ratios) and (np.ndim(ratios) or n > MOST_DENSE):
-        count = len(np.atleast_1d(ratios))
-        if np.ndim(ratios) == 0 or count > n:
+    is_large = n > MOST_DENSE
+    if callable(ratios):
+        # of a large system only the modes in the range of the table are computed
+        omega, modes = real_modes(K, M, n, ratios if is_large else None)
+        zeta = ratios(omega / math.tau)
+    else:
+        is_list = np.ndim(ratios) > 0
+        count = len(np.atleast_1d(ratios)) if is_list or is_large else n
+        if count > n or (is_large and not is_list):
             raise InputError(
                 f"damping.ratios: {count} ratios of {n} rows are not allowed; a list of one for "
                 "each of the first modes is, or a table of frequencies"
             )
-    table = ratios if callable(ratios) and n > MOST_DENSE else None
-    omega, modes = real_modes(K, M, count, table)
-    if callable(ratios):
-        zeta = ratios(omega / math.tau)
-    elif np.ndim(ratios) and len(omega) < count:
-        raise InputError(
-            f"damping.ratios: {count} ratios of {len(omega)} modes are not allowed; the other rows "
-            "have no mass"
-        )
-    else:
+        omega, modes = real_modes(K, M, count, None)
+        if is_list and len(omega) < count:
+            raise InputError(
+                f"damping.ratios: {count} ratios of {len(omega)} modes are not allowed; the other "
+                "rows have no mass"
+            )
         zeta = np.broadcast_to(np.asarray(ratios, dtype=float), len(omega))
-    known = np.isfinite(zeta)
-    if not known.any():
+    is_damped = np.isfinite(zeta)
+    if not is_damped.any():
         raise InputError("damping.ratios: no mode of the structure lies in the table's range")
-    U = (M @ modes[:, known]) * np.sqrt(2 * zeta * omega)[known]
-    first, last = omega[known][[0, -1]] / math.tau
+    U = (M @ modes[:, is_damped]) * np.sqrt(2 * zeta * omega)[is_damped]
+    first, last = omega[is_damped][[0, -1]] / math.tau
     description = Damped(
-        of=f"{known.sum()} modes ({first:.6g} Hz, {last:.6g} Hz)",
+        of=f"{is_damped.sum()} modes ({first:.6g} Hz, {last:.6g} Hz)",
         by="ratios",
-        value=zeta[known].tolist(),
+        value=zeta[is_damped].tolist(),
     )
     if n <= MOST_DENSE:
         return dataclasses.replace(system, C=(*system.C, Term(U @ U.T))), description

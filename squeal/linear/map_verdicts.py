@@ -7,16 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.linear.eigen import (
-    DIVERGENCE,
-    FLUTTER,
-    MARGINAL,
-    STABLE,
-    VERDICTS,
-    Codes,
-    decide,
-    roots_of,
-)
 from squeal.linear.matrices import (
     ROUNDING,
     Array,
@@ -24,6 +14,8 @@ from squeal.linear.matrices import (
     first_order,
     invariants,
 )
+from squeal.linear.roots import roots_of
+from squeal.linear.verdicts import DIVERGENCE, FLUTTER, MARGINAL, STABLE, VERDICTS, Codes, decide
 
 CHUNK = 8192  # matrices per pass: temporaries of 64 kB stay in the cache and in malloc's pool
 

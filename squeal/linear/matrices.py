@@ -146,8 +146,8 @@ def _are_rounded(given: np.ndarray, doubles: np.ndarray) -> bool:
     return bool(np.any(given.astype(object) != doubles.astype(object)))
 
 
-def _square(name: str, value: ArrayLike, n: int | None = None) -> Array:
-    matrix = dense(given_matrix(value, name, real=True))
+def _square(name: str, value: ArrayLike, n: int | None = None, real: bool = True) -> NDArray:
+    matrix = dense(given_matrix(value, name, real))
     if matrix.shape[0] != matrix.shape[1] or not matrix.size:
         raise InputError(f"{name}: shape {matrix.shape}; a square matrix is required")
     if n is not None and len(matrix) != n:
@@ -155,16 +155,19 @@ def _square(name: str, value: ArrayLike, n: int | None = None) -> Array:
     return matrix
 
 
-def checked(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> tuple[Array, Array | None, Array]:
-    """The matrices as float arrays of one shape (n, n); a C of zeros becomes None.
+def checked(
+    M: ArrayLike, C: ArrayLike | None, K: ArrayLike, real: bool = True
+) -> tuple[Array, Array | None, Array]:
+    """The matrices as float arrays of one shape (n, n), complex ones unless `real`; a C of zeros
+    becomes None.
 
     Raises InputError for anything that is not a square, finite matrix of the size of M.
     """
-    mass = _square("M", M)
-    damping = None if C is None else _square("C", C, len(mass))
+    mass = _square("M", M, real=real)
+    damping = None if C is None else _square("C", C, len(mass), real)
     if damping is not None and not damping.any():
         damping = None
-    return mass, damping, _square("K", K, len(mass))
+    return mass, damping, _square("K", K, len(mass), real)
 
 
 def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:

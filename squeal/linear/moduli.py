@@ -195,8 +195,22 @@ class Modulus:
     def curvature(
         self, parameters: Mapping[str, float], name: str, low: float, high: float
     ) -> float:
-        """No bound of the second derivative is known."""
-        return math.inf
+        """A bound of |second derivative| over low to high; inf by the frequency, and where factor
+        and loss depend on the parameter."""
+        if name in FREQUENCY:
+            return math.inf
+        if self.loss is not None and name in self.loss.names and not self.table:
+            if name in self.factor.names:
+                return math.inf
+            bend = self.loss.curvature(parameters, name, low, high)
+            return abs(self.factor.value(parameters)) * bend
+        storage = 1.0
+        loss = 0.0
+        if self.table:
+            storage, loss = (dual.value for dual in self.table(parameters["frequency"]))
+        elif self.loss:
+            loss = self.loss.value(parameters)
+        return abs(storage * (1 + 1j * loss)) * self.factor.curvature(parameters, name, low, high)
 
     def _dual(self, parameters: Mapping[str, float], name: str) -> Dual:
         """The value, and its derivative by the parameter of that name (none of an empty name)."""

@@ -22,19 +22,13 @@ from squeal.linear.continuation import (
     SpectrumAtParameter,
     hermite_cubic,
 )
-from squeal.linear.eigen import (
-    FLUTTER,
-    ComplexArray,
-    UnstableMode,
-    assigned,
-    complex_eigenvalues,
-    growing,
-    ordered,
-)
+from squeal.linear.eigen import UnstableMode, complex_eigenvalues, growing
 from squeal.linear.events import Crossing
+from squeal.linear.roots import ComplexArray, assigned, ordered
 from squeal.linear.steps import Step
 from squeal.linear.system import SystemFunction, matrices_at
 from squeal.linear.thresholds import Thresholds
+from squeal.linear.verdicts import FLUTTER
 
 Indices = NDArray[np.intp]
 

@@ -28,12 +28,13 @@ from squeal.linear.continuation import (
     ContinuationOptions,
     SpectrumAtParameter,
 )
-from squeal.linear.eigen import UnstableCount
-from squeal.linear.events import Event, bracket_by_sign, guesses_of, located, window_guesses
+from squeal.linear.event_guesses import guesses_of, window_guesses
+from squeal.linear.events import Event, bracket_by_sign, located
 from squeal.linear.matrices import Change, dense
 from squeal.linear.moduli import Modulus, Tabulated
 from squeal.linear.steps import Guess, Step, may_exchange_partner, near_coalescences
 from squeal.linear.system import SystemFunction, TermSystem
+from squeal.linear.verdicts import UnstableCount
 from squeal.numerics.differentiation import Formula
 
 Interval = tuple[float, float]

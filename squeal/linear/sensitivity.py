@@ -18,10 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.eigen import ComplexArray, Eigenvalue
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import EPS, Array, Change, Matrix, Values, applied, inertia
+from squeal.linear.roots import ComplexArray
 
-ONE_ROOT = math.sqrt(EPS)  # relative: roots that are closer are one to rounding
+ONE_ROOT = math.sqrt(EPS)
+"""Roots that lie closer than this share of their size are one to rounding."""
 
 
 def _term_sizes(
@@ -93,12 +95,14 @@ def sensitivities(
     z = np.array([e.value for e in eigenvalues], dtype=complex)
     x = np.array([e.right for e in eigenvalues], complex).reshape(-1, n).T
     y = np.array([e.left for e in eigenvalues], complex).reshape(-1, n).T
-    W = y.conj().T @ inertia(matrices, z, x)
+    W = y.conj().T @ inertia(matrices, z, x)  # y_i^H P'(z_j) x_j
     weight = np.abs(W.diagonal())
     real_modes = _real_mode_products(matrices[0], z, x, y)
     rounding = 100 * EPS * np.maximum(real_modes, _term_sizes(inertia, matrices, z, x, y))
+    # of a root of zero, where a real mode has no weight either, the condition is 1
+    compared = np.where(z, real_modes, weight)
     condition = np.full(len(z), np.inf)
-    np.divide(np.where(z, real_modes, weight), weight, out=condition, where=weight > rounding)
+    np.divide(compared, weight, out=condition, where=weight > rounding)
     clusters = []
     for roots in np.unique(np.abs(z[:, None] - z) <= ONE_ROOT * np.abs(z), axis=0):
         block = W[np.ix_(roots, roots)]
@@ -107,16 +111,21 @@ def sensitivities(
     slopes = {}
     for name, change in changes.items():
         F = y.conj().T @ applied(change, z, x)
-        slopes[name] = np.zeros_like(z)
-        for roots, block, regular in clusters:
+        slopes_of_roots = np.zeros_like(z)
+        for cluster in clusters:
+            roots = cluster.roots
             forces = F[np.ix_(roots, roots)]
-            if regular:
-                rates = np.linalg.solve(block, -forces)
-                slopes[name][roots] = np.linalg.eigvals(rates) if len(rates) > 1 else rates[0]
-            else:
+            if not cluster.regular:
                 sizes = _term_sizes(applied, change, z[roots], x[:, roots], y[:, roots])
                 separates = np.abs(forces).max() > 100 * EPS * sizes.max()
-                slopes[name][roots] = np.inf if separates else 0.0
+                slopes_of_roots[roots] = np.inf if separates else 0.0
+                continue
+            rates = np.linalg.solve(cluster.block, -forces)
+            if len(rates) == 1:
+                slopes_of_roots[roots] = rates[0]
+            else:
+                slopes_of_roots[roots] = np.linalg.eigvals(rates)
+        slopes[name] = slopes_of_roots
     return slopes, condition
 
 
@@ -147,7 +156,9 @@ class Singular(NamedTuple):
         inverse = (Vh[:-1].conj().T / sizes[:-1]) @ U[:, :-1].conj().T
 
         def solve(b: ComplexArray, adjoint: bool) -> ComplexArray:
-            return np.asarray((inverse.conj().T if adjoint else inverse) @ b)
+            if adjoint:
+                return np.asarray(inverse.conj().T @ b)
+            return np.asarray(inverse @ b)
 
         return Singular(root, right=Vh[-1].conj(), left=U[:, -1], solve=solve)
 

@@ -28,12 +28,10 @@ from squeal.linear.continuation import (
     SpectrumAtParameter,
     hermite_cubic,
 )
-from squeal.linear.eigen import (
-    assigned,
-)
 from squeal.linear.matrices import (
     Array,
 )
+from squeal.linear.roots import assigned
 
 
 @dataclass(frozen=True, eq=False)

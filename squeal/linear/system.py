@@ -155,6 +155,7 @@ class System:
                 parameters = kind_of(Mapping[str, float]).read(parameters, where)
             parameter = TEXT.read(parameter, Place("System", "parameter"))
             name = TEXT.read(name, Place("System", "name"))
+        # of a frozen class, whose attributes nobody else sets
         vars(self).update(
             parameters=parameters or {},
             parameter=parameter,
@@ -168,9 +169,9 @@ class System:
             self._check_terms()
             if from_terms:
                 return
-            free, supports = without_supports(self)
+            without, supports = without_supports(self)
         if supports.size:
-            vars(self).update(vars(free))
+            vars(self).update(vars(without))
             Place("System", "K").warn(supported(supports))
 
     def _complete_parameters(self) -> None:
@@ -416,18 +417,18 @@ class System:
         are no terms."""
         if not terms:
             return None
-        zeros = np.zeros
-        convert = np.asarray
+        as_matrix = np.asarray
+        total: Matrix = np.zeros((self.n, self.n))
         if any(is_sparse(term.matrix) for term in self.terms):
             from scipy.sparse import csc_array
 
-            zeros = convert = csc_array
-        total: Matrix = zeros((self.n, self.n))
+            as_matrix = csc_array
+            total = csc_array((self.n, self.n))
         with np.errstate(over="ignore", invalid="ignore"):
             for term in terms:
                 factor = factor_of(term)
                 if factor:
-                    total = total + factor * convert(term.matrix)
+                    total = total + factor * as_matrix(term.matrix)
         return total
 
 
@@ -496,13 +497,15 @@ def _refuse_other_labels(labels: Mapping[str, list[object]]) -> None:
 def matrices_of(system: SystemFunction, ps: Sequence[float]) -> list[tuple[Array, Array, Array]]:
     """M, C (zero without damping) and K, arrays (n, n), at each value.
 
-    Raises InputError where the system gives no square, finite, real matrices of one size.
+    Raises InputError where the system gives no square, finite matrices of one size, or a function
+    complex ones.
     """
     many = getattr(system, "many", None)
+    real = not isinstance(system, System) or system.real
     given = many(list(ps)) if many else [matrices_at(system, p) for p in ps]
     matrices = []
     for M, C, K in given:
-        mass, damping, stiffness = checked(M, C, K)
+        mass, damping, stiffness = checked(M, C, K, real)
         matrices.append((mass, np.zeros_like(mass) if damping is None else damping, stiffness))
     return matrices
 

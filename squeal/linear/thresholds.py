@@ -26,7 +26,6 @@ from squeal.linear.continuation import (
     SpectrumAtParameter,
     hermite_cubic,
 )
-from squeal.linear.eigen import GROWING
 from squeal.linear.events import Crossing, Event, hertz_of, located
 from squeal.linear.matrices import LightMassError
 from squeal.linear.search import (
@@ -38,6 +37,7 @@ from squeal.linear.search import (
 )
 from squeal.linear.steps import Guess
 from squeal.linear.system import SystemFunction
+from squeal.linear.verdicts import GROWING
 
 
 @dataclass(frozen=True)

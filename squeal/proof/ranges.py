@@ -32,6 +32,7 @@ from squeal.proof.segments import (
     Expansion,
     bases,
     moving,
+    tallies_above,
     tallies_of_squares,
     tallies_of_values,
 )
@@ -87,16 +88,24 @@ class Terms:
     def __post_init__(self) -> None:
         if flint is None:
             raise ImportError("ranges need python-flint", name="flint")
-        balls = {}
+        balls: dict[str, list[Balls]] = {name: [] for name in "MCK"}
         for name in "MCK":
-            matrices = [doubles(np.asarray(term.matrix)) for term in getattr(self, name)]
-            balls[name] = [Balls(X, half_widths(X, self.data)) for X in matrices]
+            for term in getattr(self, name):
+                X = doubles(np.asarray(term.matrix))
+                if not X.imag.any():
+                    X = X.real
+                balls[name].append(Balls(X, half_widths(X, self.data)))
         object.__setattr__(self, "_balls", balls)
 
     @property
     def n(self) -> int:
         """Number of rows."""
         return len(self._balls["M"][0].mid)
+
+    @property
+    def is_real(self) -> bool:
+        """True if no entry is complex."""
+        return not any(np.iscomplexobj(X.mid) for name in "MCK" for X in self._balls[name])
 
     @property
     def is_symmetric(self) -> bool:
@@ -180,7 +189,7 @@ class Bounds(NamedTuple):
 
     least, most: bounds of how many grow; doubtful: of so many it is not certain that they grow, and
     they may grow faster than a rate; not_decaying: at least so many grow, or decay by no more than
-    it.
+    it. Of complex matrices only roots above the real axis count, as two each.
     """
 
     least: int
@@ -200,7 +209,7 @@ class Bounds(NamedTuple):
 
 def bounds_between(terms: Terms, low: float, high: float, rate: float) -> Bounds:
     """The numbers of one component at all values between two."""
-    roots = 2 * terms.n
+    roots = 4 * terms.n  # complex ones may all lie above the real axis
     known = Bounds(0, roots, roots, 0)
     try:
         M, C, K = terms.expanded(low, high)
@@ -217,7 +226,9 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> Bounds
             if isinstance(found, Failure):
                 known = known._replace(reason=found.reason)
                 continue
-            if terms.is_undamped:
+            if not terms.is_real:
+                each = tallies_above(found, half, terms.is_undamped)
+            elif terms.is_undamped:
                 each = tallies_of_squares(found, half)
             else:
                 each = tallies_of_values(found, half, terms.is_symmetric and terms.is_skew)

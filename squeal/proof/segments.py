@@ -293,18 +293,55 @@ def tallies_of_values(found: Moving, half: float, is_hamiltonian: bool) -> list[
         is_own = _stays_within(found, discs, half, -found.centres.conj(), -found.speeds.conj())
     each = []
     for part, own in zip(discs.parts, is_own.tolist(), strict=True):
-        low = float(lows[part].min())
-        high = float(highs[part].max())
-        side: Side = "unknown"
         if own and len(part) == 1:
             each.append(Tally(1, 0.0, 0.0, "axis"))
             continue
-        if low > 0.0:
-            side = "grows"
-        elif high < 0.0:
-            side = "decays"
-        each.append(Tally(len(part), low, high, side))
+        each.append(_tally(len(part), float(lows[part].min()), float(highs[part].max())))
     return each
+
+
+def _tally(number: int, low: float, high: float) -> Tally:
+    """So many roots, which grow or decay if both bounds of their real parts say so."""
+    side: Side = "unknown"
+    if low > 0.0:
+        side = "grows"
+    elif high < 0.0:
+        side = "decays"
+    return Tally(number, low, high, side)
+
+
+def tallies_above(found: Moving, half: float, are_squares: bool) -> list[Tally]:
+    """What those roots lambda of complex matrices do that lie above the real axis; each counts as
+    two, since it stands for a pair.
+
+    Of eigenvalues s = -lambda^2, if `are_squares`, each has one such root, i sqrt(s), which grows
+    if Im s < 0. Where the eigenvalues are lambda, those that may lie below may not be there.
+    """
+    discs = neighbours(found, half)
+    lows, highs = _bounds_of(found.centres.real, found.speeds.real, discs.radii, half)
+    bottoms, tops = _bounds_of(found.centres.imag, found.speeds.imag, discs.radii, half)
+    each = []
+    for part in discs.parts:
+        low = float(lows[part].min())
+        high = float(highs[part].max())
+        bottom = float(bottoms[part].min())
+        top = float(tops[part].max())
+        slowest = low if bottom > 0.0 else -np.inf
+        fastest = high
+        if are_squares:
+            slowest = _growth_above(low, high, top)
+            fastest = -_growth_above(low, high, -bottom)
+        elif top < 0.0:
+            continue
+        each.append(_tally(2 * len(part), slowest, fastest))
+    return each
+
+
+def _growth_above(low: float, high: float, top: float) -> float:
+    """A lower bound of Re i sqrt(s), of s of real parts from low to high and Im s <= top."""
+    if top < 0.0:
+        return _growth(high, -top) * (1.0 - 8.0 * EPS)
+    return -_growth(low, top) * (1.0 + 8.0 * EPS)
 
 
 def tallies_of_squares(found: Moving, half: float) -> list[Tally]:

@@ -212,7 +212,7 @@ def advise(
     space = ParameterSpace.of(subject, "advise", mu_max)
     own = space.subject
     steps = _steps(space, tolerances or {})
-    changes = []
+    changes = []  # of each parameter the lowered value, then the raised one
     for name, step in steps.items():
         changes.append({name: space.values[name] - step})
         changes.append({name: space.values[name] + step})
@@ -233,14 +233,16 @@ def advise(
         moved = _change_of_critical(nominal, outcome, mu_max)
         changed.append(replace(outcome, value=value, change=moved))
     levers = []
-    for k, (name, step) in enumerate(steps.items()):
+    for (name, step), lowered, raised in zip(
+        steps.items(), changed[::2], changed[1::2], strict=True
+    ):
         lever = ParameterEffect(
             parameter=name,
             unit=space.units[name],
             value=space.values[name],
             step=step,
-            lowered=changed[2 * k],
-            raised=changed[2 * k + 1],
+            lowered=lowered,
+            raised=raised,
         )
         levers.append(lever)
     levers.sort(key=lambda lever: -max(abs(change or 0.0) for change in lever.changes))

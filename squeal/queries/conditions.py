@@ -20,7 +20,8 @@ from squeal.errors import ComputationError
 from squeal.io.processes import counted, one_thread
 from squeal.io.scene import Scene
 from squeal.linear import GROWING
-from squeal.linear.eigen import ACCEPTED, Eigenvalue
+from squeal.linear.eigen import Eigenvalue
+from squeal.linear.verdicts import ACCEPTED
 from squeal.queries.compare import Mode, assigned_pairs, pairing_costs
 from squeal.queries.options import Band, Progress, Subject, Values, refuse_options
 from squeal.queries.pads.equilibrium import analyse
@@ -32,10 +33,14 @@ if TYPE_CHECKING:  # pads start without the solvers of systems
     from squeal.queries.systems.system_analysis import SystemAnalysis
     from squeal.sparse.reduction import Reduction
 
-MOST = 100_000  # conditions
-TOLERANCE = 0.1  # of the frequency: what differs by more from one value to the next is another mode
-UNLIKE = 1.0  # cost of a pair from which on its shapes or frequencies are not those of one mode
-SERVED = 24  # conditions at which a reduced system has to be good
+MOST = 100_000
+"""The largest number of conditions."""
+TOLERANCE = 0.1
+"""What differs by more than this share of its frequency at the next value is another mode."""
+UNLIKE = 1.0
+"""The cost of a pair from which on its shapes or frequencies are not those of one mode."""
+SERVED = 24
+"""The number of conditions at which a reduced system has to be good."""
 AT = Place("conditions", "axes")
 Changes = Mapping[str, float]
 
@@ -245,7 +250,10 @@ def _links(
 def _united(
     conditions: Sequence[Condition], links: Sequence[_Link]
 ) -> dict[tuple[int, int], ModeOverConditions]:
-    """The mode over all conditions that each mode of a condition belongs to."""
+    """The mode over all conditions that each mode of a condition, by (condition, row), belongs to.
+
+    Links unite modes, the cheapest first, unless a condition would then have two of one mode.
+    """
     mode_of: dict[tuple[int, int], ModeOverConditions] = {}
     for k, condition in enumerate(conditions):
         for row in range(len(condition.rows)):
@@ -262,8 +270,10 @@ def _united(
 
 
 def _numbered(conditions: Sequence[Condition], links: Sequence[_Link]) -> tuple[Condition, ...]:
-    """The conditions with the numbers of the modes that grow somewhere: by the lowest frequency
-    at which they do."""
+    """The conditions with the numbers of the modes that grow somewhere.
+
+    They are numbered by the lowest frequency at which they grow; other modes have no number.
+    """
     lowest: dict[int, float] = {}
     unstable: dict[int, ModeOverConditions] = {}
     for (k, row), mode in _united(conditions, links).items():
@@ -293,6 +303,7 @@ def _answer(
     seated: bool = False,
     basis: Mapping[str, Any] | None = None,
 ) -> Conditions:
+    """The answer from conditions as they are solved, in the order of the grid of the axes."""
     conditions, links = _links(solved, [len(values) for values in axes.values()])
     return Conditions(
         name=name,

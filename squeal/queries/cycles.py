@@ -327,8 +327,8 @@ def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
     squared_normal_velocity = grid.states[4] ** 2
     integrands = np.array([power_of_friction, power_of_damping, squared_normal_velocity])
     weighted = integrands * grid.weights[:, None] * grid.steps.h
-    work, loss, square = weighted.sum(axis=(1, 2)).tolist()
-    return work, loss, square
+    of_friction, of_damping, square = weighted.sum(axis=(1, 2)).tolist()
+    return of_friction, of_damping, square
 
 
 def _coordinate(i: int) -> Read:

@@ -7,7 +7,7 @@ from typing import Any
 from squeal.io.scene import Scene
 from squeal.io.writing import number
 from squeal.linear import Matrices, UnstableMode, thresholds, unstable_modes
-from squeal.linear.eigen import ACCEPTED
+from squeal.linear.verdicts import ACCEPTED
 from squeal.queries.options import (
     Band,
     Modes,

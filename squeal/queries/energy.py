@@ -269,6 +269,7 @@ def _mode_terms(
     terms: Sequence[NamedTerm],
     slopes: Sequence[NDArray[np.complex128]],
 ) -> list[_ModeTerms]:
+    """Each mode with its terms, and of the slopes (m,) of each term that of the mode."""
     modes = []
     for k, (mode, root) in enumerate(roots):
         modes.append(_ModeTerms(mode, root, terms, [of_term[k] for of_term in slopes]))
@@ -357,10 +358,12 @@ def slopes_of(
     totals: dict[str, Any] = {"M": None, "C": None, "K": None}
     changes: dict[str, Any] = {}
     for k, term in enumerate(terms):
+        # the derivative of the matrices by the relative size of a term is the term itself
         scaled = term.factor * term.matrix
         total = totals[term.part]
         totals[term.part] = scaled if total is None else total + scaled
-        changes[f"term {k}"] = tuple(scaled if part == term.part else None for part in totals)
+        only_this = {"M": None, "C": None, "K": None, term.part: scaled}
+        changes[f"term {k}"] = tuple(only_this.values())
     if own is not None and system is not None:
         changes |= {name: own.derivative(name) for name in system.follows}
     slopes, _ = sensitivities((totals["M"], totals["C"], totals["K"]), changes, roots)
@@ -372,41 +375,79 @@ def slopes_of(
 def stored_and_work(
     term: NamedTerm, root: complex, right: NDArray[np.complex128]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What a term adds to D and to the work of a cycle (see the module), row by row (n,)."""
-    ahead = term.factor * (term.matrix @ right)
-    behind = np.conj(term.factor) * (term.matrix.conj().T @ right)
-    symmetric = (right.conj() * (ahead + behind)).real / 2
-    skew = (right.conj() * (ahead - behind)).imag / 2
+    """What a term adds to D and to the work of a cycle (see the module), row by row (n,).
+
+    With A the term's matrix and x the mode shape they are parts of x^H A x: that of the Hermitian
+    part of A is stored by M and K and taken by C, that of the skew part does work by M and K.
+    """
+    image = term.factor * (term.matrix @ right)  # A x
+    adjoint_image = np.conj(term.factor) * (term.matrix.conj().T @ right)  # A^H x
+    hermitian = (right.conj() * (image + adjoint_image)).real / 2
+    skew = (right.conj() * (image - adjoint_image)).imag / 2
     if term.part == "C":
-        return 0.0 * symmetric, -symmetric
+        return 0.0 * hermitian, -hermitian
     if term.part == "M":
-        return symmetric, root.imag * skew
+        return hermitian, root.imag * skew
     square = abs(root) ** 2 or 1.0
-    return symmetric / square, -root.imag * skew / square
+    return hermitian / square, -root.imag * skew / square
+
+
+class _EnergyOfMode(NamedTuple):
+    """stored (n,): energy by rows, up to a factor; growths: of each term what it adds to the growth
+    rate by rows (n,), 1/s; none of a mode that does not oscillate."""
+
+    stored: NDArray[np.float64]
+    growths: list[NDArray[np.float64]]
+
+    def growth_of_term(self, k: int) -> float | None:
+        """What a term adds to the growth rate, 1/s."""
+        if not self.growths:
+            return None
+        return float(self.growths[k].sum())
+
+    def share_of(self, mode: int, part: str, rows: Sequence[int]) -> PartShare:
+        """What the rows of a part have of the stored energy and of the growth rate."""
+        if not self.growths:
+            return PartShare(mode, part, None, None)
+        index = list(rows)
+        share = float(self.stored[index].sum()) / float(self.stored.sum())
+        growth = float(sum(growth[index].sum() for growth in self.growths))
+        return PartShare(mode, part, share, growth)
+
+
+def _energy_of_mode(terms: Sequence[NamedTerm], root: Eigenvalue) -> _EnergyOfMode:
+    """The stored energy of a mode and the work of its terms over that."""
+    stored = np.zeros(root.right.size)
+    magnitude = 0.0
+    works = []
+    for term in terms:
+        stored_in_term, work = stored_and_work(term, root.value, root.right)
+        stored = stored + stored_in_term
+        magnitude += abs(float(stored_in_term.sum()))
+        works.append(work)
+    total = float(stored.sum())
+    if root.value.imag <= 0.0 or abs(total) <= NO_CYCLE * magnitude:
+        return _EnergyOfMode(stored, [])
+    return _EnergyOfMode(stored, [work / total for work in works])
+
+
+def _check_parts(parts: Mapping[str, Sequence[int]], size: int) -> None:
+    """Raises InputError for rows that a system of this size has not."""
+    for name, rows in parts.items():
+        if any(not 0 <= row < size for row in rows):
+            words = f"must be rows from 0 to {size - 1}"
+            raise InputError(f"parts: {name}: is not allowed; it {words}")
 
 
 def _energy(
     found: Eigenvalues, modes: Sequence[_ModeTerms], parts: Mapping[str, Sequence[int]]
 ) -> Energy:
+    """The answer from the terms of each mode."""
     contributions: list[Contribution] = []
     part_shares: list[PartShare] = []
     for mode, root, terms, slopes in modes:
-        size = root.right.size
-        for name, rows in parts.items():
-            if any(not 0 <= row < size for row in rows):
-                words = f"must be rows from 0 to {size - 1}"
-                raise InputError(f"parts: {name}: is not allowed; it {words}")
-        stored = np.zeros(size)
-        magnitude = 0.0
-        works = []
-        for term in terms:
-            stored_in_term, work = stored_and_work(term, root.value, root.right)
-            stored = stored + stored_in_term
-            magnitude += abs(float(stored_in_term.sum()))
-            works.append(work)
-        total = float(stored.sum())
-        oscillates = root.value.imag > 0.0 and abs(total) > NO_CYCLE * magnitude
-        growths = [work / total for work in works] if oscillates else []
+        _check_parts(parts, root.right.size)
+        energy_of_mode = _energy_of_mode(terms, root)
         for k, (term, slope) in enumerate(zip(terms, slopes, strict=True)):
             row = Contribution(
                 mode=mode,
@@ -415,7 +456,7 @@ def _energy(
                 part=term.part,
                 term=term.name,
                 role=term.role,
-                growth=float(growths[k].sum()) if oscillates else None,
+                growth=energy_of_mode.growth_of_term(k),
                 frequency=None,
                 d_real=None,
                 d_hz=None,
@@ -429,11 +470,5 @@ def _energy(
                 )
             contributions.append(row)
         for name, rows in parts.items():
-            if not oscillates:
-                part_shares.append(PartShare(mode, name, None, None))
-                continue
-            index = list(rows)
-            share = float(stored[index].sum()) / total
-            growth = float(sum(growth_of_term[index].sum() for growth_of_term in growths))
-            part_shares.append(PartShare(mode, name, share, growth))
+            part_shares.append(energy_of_mode.share_of(mode, name, rows))
     return Energy(found.name, tuple(contributions), tuple(part_shares))

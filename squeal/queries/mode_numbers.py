@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from squeal.linear.continuation import SpectrumAtParameter
-from squeal.linear.paths import Loss, mode_numbers, mode_numbers_at, track_modes
+from squeal.linear.paths import Indices, Loss, mode_numbers, mode_numbers_at, track_modes
 from squeal.results.sweep import Step
 
-MANY = 10**6  # values at which roots may be looked at between those of a sweep
+MANY = 10**6
+"""At so many values between those of a sweep roots may be computed."""
 
 
 def assign_mode_numbers(
@@ -45,45 +46,56 @@ def assign_mode_numbers(
     reference : Step
         The step at the reference value.
     """
-    paths = [mode_numbers(np.asarray(step.roots)) for step in steps]
-    losses: list[Loss] = []
-    if at is not None:
-        followed, losses = track_modes(at, [step.value for step in steps], spare)
+    if at is None:
+        paths = [mode_numbers(np.asarray(step.roots)) for step in steps]
+        losses: list[Loss] = []
+    else:
+        tracked, losses = track_modes(at, [step.value for step in steps], spare)
         paths = []
-        for step, numbers in zip(steps, followed, strict=True):
+        for step, numbers in zip(steps, tracked, strict=True):
             paths.append(mode_numbers_at(at(step.value), numbers, np.asarray(step.roots)))
     reference = 0
     for k, step in enumerate(steps):
         if step.value == own_value:
             reference = k
             break
-    number_of: dict[int, int] = {}  # of each path the number of the mode
-    for path, number in zip(
-        paths[reference].tolist(), _by_frequency(steps[reference]), strict=True
-    ):
-        if path:
-            number_of.setdefault(path, number)
+    number_of = _number_of_paths(paths, reference, steps[reference])
+    numbered = []
+    for step, paths_of_step in zip(steps, paths, strict=True):
+        modes = [number_of.get(path, 0) for path in paths_of_step.tolist()]
+        numbered.append(replace(step, modes=np.array(modes, dtype=int)))
+    losses_by_number = []
+    for loss in losses:
+        modes = sorted(number_of[path] for path in loss.modes if path in number_of)
+        fewest = 2 if loss.kind == "meet" else 1
+        if len(modes) >= fewest:
+            losses_by_number.append(loss._replace(modes=tuple(modes)))
+    return numbered, tuple(losses_by_number), numbered[reference]
+
+
+def _number_of_paths(paths: Sequence[Indices], reference: int, step: Step) -> dict[int, int]:
+    """The number of the mode of each eigenvalue path.
+
+    Parameters
+    ----------
+    paths : sequence of array of int (m,)
+        Of each step the paths of its roots, 0 where one is not known.
+    reference : int
+        The index of the step whose modes are numbered by rising frequency; others follow as they
+        appear.
+    step : Step
+        That step.
+    """
+    number_of: dict[int, int] = {}
+    if step.roots is not None:  # else the branch does not reach its value
+        by_frequency = mode_numbers(step.roots).tolist()
+        for path, number in zip(paths[reference].tolist(), by_frequency, strict=True):
+            if path:
+                number_of.setdefault(path, number)
     highest = max(number_of.values(), default=0)
     for paths_of_step in paths:
         for path in paths_of_step.tolist():
             if path and path not in number_of:
                 highest += 1
                 number_of[path] = highest
-    numbered = []
-    for step, paths_of_step in zip(steps, paths, strict=True):
-        modes = [number_of.get(path, 0) for path in paths_of_step.tolist()]
-        numbered.append(replace(step, modes=np.array(modes, dtype=int)))
-    kept = []
-    for loss in losses:
-        modes = sorted(number_of[path] for path in loss.modes if path in number_of)
-        fewest = 2 if loss.kind == "meet" else 1
-        if len(modes) >= fewest:
-            kept.append(loss._replace(modes=tuple(modes)))
-    return numbered, tuple(kept), numbered[reference]
-
-
-def _by_frequency(step: Step) -> list[int]:
-    """The number of each root's mode by rising frequency; none where the branch does not reach."""
-    if step.roots is None:
-        return []
-    return mode_numbers(step.roots).tolist()
+    return number_of

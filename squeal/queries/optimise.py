@@ -19,8 +19,9 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
-from squeal.linear.eigen import ComplexArray, Eigenvalue
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array
+from squeal.linear.roots import ComplexArray
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import TermSystem
 from squeal.queries.options import Band, RandomNumbers, Region, seed_of
@@ -258,8 +259,10 @@ class _Search:
     def minimise_from(self, start: Array) -> _Evaluation:
         """The evaluation of the least largest growth rate that a search from q = start comes to.
 
-        The unknowns v = (q, t) hold the limit t in units of the steepest slope at the start, so
-        that all of them are about one.
+        The largest of several rates has kinks where the leading root changes. So the limit t is
+        minimised under the constraints t >= g_i(q) of all leading roots, which are smooth. The
+        unknowns v = (q, t) hold t in units of the steepest slope at the start, so that all of them
+        are about one.
         """
         from scipy.optimize import minimize
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 from squeal.errors import InputError
 from squeal.linear.events import Crossing
 from squeal.linear.matrices import dense
-from squeal.linear.moduli import Tabulated
+from squeal.linear.moduli import Modulus, Tabulated
 from squeal.linear.system import Term as SystemTerm
 from squeal.linear.system import TermSystem
 from squeal.model.equations import PadModel
@@ -21,7 +22,7 @@ from squeal.queries.systems.proofs import HALF_ULP, Statement
 from squeal.results.columns import OPEN
 
 if TYPE_CHECKING:  # scenes start without the referee
-    from squeal.proof.ranges import Factor, Terms
+    from squeal.proof.ranges import Factor, Term, Terms
     from squeal.proof.referee import Count, Proof
 
 NO_BALLS = "python-flint is not installed (`pip install 'squeal[proof]'` brings it)"
@@ -219,12 +220,27 @@ def _rise_within(crossings: Sequence[Crossing], interval: Interval) -> int:
     return sum(_rise(crossing) for crossing in crossings if low <= crossing.mu <= high)
 
 
-def _factor(term: SystemTerm, system: TermSystem) -> Factor | None:
-    """The factor of a term as a function of the parameter, of balls; None where it is 1."""
+def _terms(term: SystemTerm, system: TermSystem) -> Iterator[Term]:
+    """A term as one over balls of the parameter; that of a modulus and that of its loss."""
+    from squeal.proof.ranges import Term
+
     factor = term.factor
-    if not factor.names and factor.value({}) == 1.0:
+    matrix = dense(term.matrix)
+    if isinstance(factor, Formula):
+        yield Term(matrix, _product([factor], system))
+        return
+    assert isinstance(factor, Modulus)
+    if factor.imaginary:
+        matrix = 1j * matrix
+    yield Term(matrix, _product([factor.factor], system))
+    if factor.loss is not None:
+        yield Term(1j * matrix, _product([factor.factor, factor.loss], system))
+
+
+def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
+    """A product of formulas as a function of the parameter, of balls; None where it is 1."""
+    if all(not formula.names and formula.value({}) == 1.0 for formula in formulas):
         return None
-    assert isinstance(factor, Formula)  # real systems have no modulus, tables no enclosure
     import flint
 
     values = dict(system.parameters)
@@ -232,7 +248,17 @@ def _factor(term: SystemTerm, system: TermSystem) -> Factor | None:
     def as_ball(x: object) -> object:
         return x if isinstance(x, flint.arb_series) else flint.arb(x)
 
-    return lambda ball: factor.over(values | {system.parameter: ball}, as_ball)
+    def product(ball: Any) -> Any:
+        factors = [each.over(values | {system.parameter: ball}, as_ball) for each in formulas]
+        return math.prod(factors[1:], start=factors[0])
+
+    return product
+
+
+def _has_table(term: SystemTerm) -> bool:
+    """True if the factor of a term is tabulated over a parameter or over the frequency."""
+    factor = term.factor
+    return isinstance(factor, Tabulated) or (isinstance(factor, Modulus) and bool(factor.table))
 
 
 def vague_interval(intervals: Iterable[Interval], extent: float) -> Interval | None:
@@ -249,7 +275,7 @@ def vague_interval(intervals: Iterable[Interval], extent: float) -> Interval | N
 def system_statement(
     system: TermSystem, crossings: Sequence[Crossing], low: float, high: float, fastest: float
 ) -> tuple[RangeStatement, list[Interval]]:
-    """What is proved of all thresholds of a real system, and the intervals in which they lie.
+    """What is proved of all thresholds of a small system, and the intervals in which they lie.
 
     fastest: the largest |lambda| at the lower end of the range, rad/s. Without a proof there are no
     intervals.
@@ -261,7 +287,7 @@ def system_statement(
     rises = [_rise_within(crossings, interval) for interval in intervals]
 
     def prove() -> Proof:
-        if any(isinstance(term.factor, Tabulated) for term in system.terms):
+        if any(_has_table(term) for term in system.terms):
             return Proof("open", reason="tables over a parameter have no enclosure")
         try:
             terms = _terms_in_balls(system)
@@ -289,11 +315,11 @@ def _terms_in_balls(system: TermSystem) -> Terms:
 
     Raises ImportError without the library of ball arithmetic.
     """
-    from squeal.proof.ranges import Term, Terms
+    from squeal.proof.ranges import Terms
 
     parts = []
     for terms in system.parts:
-        parts.append([Term(dense(term.matrix), _factor(term, system)) for term in terms])
+        parts.append([each for term in terms for each in _terms(term, system)])
     M, C, K = parts
     return Terms(M, C, K, HALF_ULP)
 

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
-from squeal.linear.eigen import decide
 from squeal.linear.system import TermSystem
+from squeal.linear.verdicts import decide
 from squeal.queries import sample_journal
 from squeal.queries.options import RandomNumbers, seed_of
 from squeal.queries.pads.equilibrium import analyse
@@ -267,11 +267,10 @@ def scatter(
     indices = options["indices"]
     require_spreads(spreads)
     space = ParameterSpace.of(subject, "scatter", mu_max, of)
+    dimensions = 2 * len(spreads) if indices else len(spreads)
+    points = points_of_unit_cube(design, samples, dimensions, seed)
     if indices:
-        unit = points_of_unit_cube(design, samples, 2 * len(spreads), seed)
-        points = points_for_indices(unit)
-    else:
-        points = points_of_unit_cube(design, samples, len(spreads), seed)
+        points = points_for_indices(points)
     changes = parameters_at(space, spreads, points)
     computer = _computer(space, of, mu_max, EigenvalueSelection(band, None, None), changes)
     question = (of, mu_max, band, spreads, design, seed, indices, samples)
@@ -282,10 +281,8 @@ def scatter(
         rows = rows[: 2 * samples]  # A and B are the samples, the others repeat their columns
     computed = [row for row in rows if row.reason is None]
     if not computed:
-        reasons = [row.reason for row in rows if row.kind != NO_PAD]
-        reason = (reasons[0] if reasons else None) or NO_EQUILIBRIUM
-        raise ComputationError(f"no sample can be computed: {reason}")
-    computed.sort(key=lambda row: (math.isnan(row.value), row.value))
+        raise ComputationError(f"no sample can be computed: {_first_reason(rows)}")
+    computed.sort(key=lambda row: (math.isnan(row.value), row.value))  # without a threshold last
     no_pad = sum(row.kind == NO_PAD for row in rows)
     failed = len(rows) - len(computed) - no_pad
     stable = sum(_is_stable(row, of, space.at) for row in computed)
@@ -309,6 +306,14 @@ def scatter(
     )
 
 
+def _first_reason(rows: Sequence[Sample]) -> str:
+    """Why the first sample that is a pad at all could not be computed."""
+    for row in rows:
+        if row.kind != NO_PAD:
+            return row.reason or NO_EQUILIBRIUM
+    return NO_EQUILIBRIUM
+
+
 def _is_stable(row: Sample, of: Literal["threshold", "growth"], mu: float) -> bool:
     """True if a computed sample is stable at the friction or free parameter `mu`, its own."""
     if of == "growth":
@@ -325,8 +330,12 @@ def _indices_of(
     """
     values = []
     for row in rows:
-        value = mu_max if math.isnan(row.value) else row.value
-        values.append(value if row.reason is None else math.inf)
+        if row.reason is not None:
+            values.append(math.inf)
+        elif math.isnan(row.value):
+            values.append(mu_max)
+        else:
+            values.append(row.value)
     table = np.array(values).reshape(len(names) + 2, samples)
     return sobol_indices(names, table, seed, same=ROUNDING)
 
@@ -360,23 +369,23 @@ def _computed(
     """
     size = CHUNK if isinstance(subject, Scene) else 1
     chunks = [changes[start : start + size] for start in range(0, len(changes), size)]
-    samples: dict[int, list[Sample]] = {}
+    known: dict[int, list[Sample]] = {}  # by number of the chunk
     if journal is not None:
         digest = sample_journal.digest_of_question(subject, question)
-        samples = sample_journal.read_or_begin(Path(journal), digest)
-    missing = [number for number in range(len(chunks)) if number not in samples]
-    done = sum(len(chunk) for chunk in samples.values())
-    tasks = [chunks[number] for number in missing]
-    for number, chunk in zip(missing, mapped(_samples, tasks, workers, computer), strict=True):
-        samples[number] = chunk
-        done += len(chunk)
+        known = sample_journal.read_or_begin(Path(journal), digest)
+    missing = [number for number in range(len(chunks)) if number not in known]
+    done = sum(len(samples) for samples in known.values())
+    computed = mapped(_samples, [chunks[number] for number in missing], workers, computer)
+    for number, samples in zip(missing, computed, strict=True):
+        known[number] = samples
+        done += len(samples)
         if journal is not None:
-            sample_journal.append(Path(journal), number, chunk)
+            sample_journal.append(Path(journal), number, samples)
         if progress is not None:
             progress(done, len(changes))
     in_order = []
     for number in range(len(chunks)):
-        in_order += samples[number]
+        in_order += known[number]
     return in_order
 
 

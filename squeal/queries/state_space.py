@@ -19,7 +19,8 @@ from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.schema import public
 
-MOST_ROWS = 2000  # of a state space, which is dense
+MOST_ROWS = 2000
+"""The most rows of a system of which a state space, which is dense, is made."""
 STATES = ["x", "y", "theta", "x_dot", "y_dot", "theta_dot"]
 
 
@@ -96,6 +97,7 @@ def state_space(subject: Subject, mu: float | None = None, loop: str | None = No
 
 
 def _of_pad(scene: Scene, mu: float | None) -> StateSpace:
+    """The state space of a pad about its sliding equilibrium."""
     analysis = analyse(scene if mu is None else scene.replace(mu=mu))
     for words in analysis.warnings:
         warnings.warn(words, InputWarning, stacklevel=4)
@@ -133,7 +135,7 @@ def _ports_of_loop(system: System, loop: str, changes: dict[str, float]) -> _Por
 
 
 def _refuse_unless_linear(term: Term, loop: str, parameters: dict[str, float]) -> None:
-    """Raises InputError."""
+    """Raises InputError where a parameter does not enter a factor linearly."""
     if term.factor.curvature(parameters, loop, -1.0, 1.0) != 0.0:
         raise InputError(
             f"loop: the factor {term.factor.text} is not linear in {loop}, which is no gain then"
@@ -148,21 +150,22 @@ def _factored(matrix: Array) -> tuple[Array, Array]:
     """
     left = []
     right = []
-    rest = matrix
+    remainder = matrix
     noise = 4 * EPS * len(matrix) * np.linalg.norm(matrix)
-    while np.abs(rest).max() > noise:
-        row, column = np.unravel_index(np.abs(rest).argmax(), rest.shape)
-        left.append(rest[:, column])
-        right.append(rest[row] / rest[row, column])
-        rest = rest - np.outer(left[-1], right[-1])
+    while np.abs(remainder).max() > noise:
+        row, column = np.unravel_index(np.abs(remainder).argmax(), remainder.shape)
+        left.append(remainder[:, column])
+        right.append(remainder[row] / remainder[row, column])
+        remainder = remainder - np.outer(left[-1], right[-1])
     return np.array(left).T, np.array(right)
 
 
 def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> StateSpace:
     """The system between its ports. Raises InputError.
 
-    In the null vectors of M, q = V1 a + V2 b: motions b have no mass, and the states are a, a' and
-    those of b that a damper holds.
+    In the singular vectors of M, q = V1 a + V2 b: the m motions a have mass, motions b have none.
+    With z = (a, a', b) the system is E z' = A z + B u, its first rows saying that a' is the rate of
+    a. The states are a, a' and those of b that a damper holds.
     """
     M, C, K = system.arrays(changes)
     n = system.n
@@ -172,8 +175,9 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
         raise InputError(f"{system.name}: complex matrices have no real state space")
     left, masses, right = np.linalg.svd(M)
     m = rank_of(masses)
-    if m == n:
-        left = right = np.eye(n)
+    if m == n:  # the rows themselves serve
+        left = np.eye(n)
+        right = np.eye(n)
     unit = masses[0] or 1.0
     mass, damping, stiffness = (left.T @ (matrix / unit) @ right.T for matrix in (M, C, K))
     displacements = ports.displacements @ right.T
@@ -210,6 +214,7 @@ class _Descriptor(NamedTuple):
 
 
 def _solved(given: _Descriptor, name: str) -> StateSpace:
+    """The state space where E is regular."""
     A = np.linalg.solve(given.E, given.A)
     B = np.linalg.solve(given.E, given.B)
     return control.ss(A, B, given.outputs, np.zeros((len(given.outputs), B.shape[1])), name=name)

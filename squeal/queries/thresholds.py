@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
@@ -13,13 +12,13 @@ import numpy as np
 from squeal.equilibrium import Path
 from squeal.equilibrium.damping import damped_model
 from squeal.equilibrium.statics import excursion
-from squeal.errors import ComputationError, InputError, MatrixError
+from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.linear import GROWING, CriticalPoint, Crossing, SystemFunction
 from squeal.linear import thresholds as located_thresholds
 from squeal.linear.continuation import ContinuationOptions
-from squeal.linear.eigen import STIFF, hidden
 from squeal.linear.matrices import checked, reduce
+from squeal.linear.roots import STIFF, hides_slow_roots
 from squeal.linear.system import TermSystem
 from squeal.queries.options import (
     Band,
@@ -123,7 +122,7 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     if path is not None and path.mu_end <= 0.0:
         raise ComputationError(f"no threshold can be given: {path.end}")
     M, C, K = checked(*system(0.0))
-    if path is not None and hidden(reduce(M, C, K), C, K):
+    if path is not None and hides_slow_roots(reduce(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
     answer = _without_proof(scene, high, system, path)
     if prove is False:
@@ -313,7 +312,7 @@ def system_thresholds_with_proof(
 ) -> Thresholds:
     """Every threshold of the selected roots of a system, and what the referee says of them.
 
-    The referee proves the thresholds of a real system of few rows whose entries are given, and
+    The referee proves the thresholds of a system of few rows whose entries are given, and
     counts growing roots beside those of other small real systems. If it refutes the list, the
     search is repeated with a step that ends at the value in question.
 
@@ -337,14 +336,14 @@ def system_thresholds_with_proof(
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.known import thresholds_as_known
     from squeal.queries.systems.sensitivity import widened_by_reduction
-    from squeal.queries.systems.thresholds import system_thresholds
+    from squeal.queries.systems.thresholds import thresholds_among_all
 
     system = analysis.system
     selection = analysis.selection
     assembly = analysis.file.assembly
     can_be_proved = (
         system.n <= PROVED_ROWS
-        and system.real
+        and not system.follows
         and assembly is None
         and not analysis.file.assumptions
     )
@@ -357,14 +356,12 @@ def system_thresholds_with_proof(
     analysis.warn_of_unused_parameter()
     looked_at: list[float] = []
     for _ in range(SEARCHES):
-        answer = system_thresholds(system, high, low, selection, workers, looked_at=looked_at)
+        answer, every = thresholds_among_all(
+            system, high, low, selection, workers, looked_at=looked_at
+        )
         refuted_at = None
-        if can_be_proved and lists_all and prove is not False:
-            answer, refuted_at = _proved_system(system, answer)
-        elif can_be_proved and answer.certified and prove is not False:
-            with suppress(MatrixError):  # where some rows have no mass all cannot be searched
-                every = system_thresholds(system, high, low, workers=workers, looked_at=looked_at)
-                answer, refuted_at = _proved_part(system, every, answer)
+        if can_be_proved and every is not None and prove is not False:
+            answer, refuted_at = _proved_system(system, answer, every)
         elif is_small(system) and system.real and prove is not False:
             answer, refuted_at = _counted_system(system, answer, lists_all)
         if refuted_at is None:
@@ -394,28 +391,25 @@ def _counted_not_proved(answer: Thresholds) -> Thresholds:
     return replace(answer, certified=False, proof=statement.to_dict(), proof_line=statement.words)
 
 
-def _proved_system(system: TermSystem, answer: Thresholds) -> tuple[Thresholds, float | None]:
-    """The answer with what the referee says of its whole range, and where it is refuted."""
+def _proved_system(
+    system: TermSystem, answer: Thresholds, every: Sequence[Crossing]
+) -> tuple[Thresholds, float | None]:
+    """The answer with what the referee says of its whole range, and where it is refuted.
+
+    every: all crossings, of which the answer may list those of a band or region.
+    """
     from squeal.queries.ranges import system_statement
     from squeal.queries.systems.all_roots import roots_of_all
 
     roots = roots_of_all(system, EigenvalueSelection(), {system.parameter: answer.low})
     fastest = float(np.max(np.abs(roots), initial=0.0))
-    statement, intervals = system_statement(
-        system, answer.crossings, answer.low, answer.high, fastest
-    )
-    return with_statement(answer, statement, intervals), statement.refuted_at
-
-
-def _proved_part(
-    system: TermSystem, every: Thresholds, answer: Thresholds
-) -> tuple[Thresholds, float | None]:
-    """The answer of a band or region with what the referee says of all thresholds of the range, of
-    which it lists a part, and where that is refuted."""
-    whole, refuted_at = _proved_system(system, every)
-    return replace(
-        answer, certified=whole.certified, proof=whole.proof, proof_line=whole.proof_line
-    ), refuted_at
+    statement, intervals = system_statement(system, every, answer.low, answer.high, fastest)
+    proved = with_statement(answer, statement, intervals)
+    unconfirmed = answer.details["unconfirmed"]
+    if unconfirmed:
+        doubts = [*proved.details["doubts"], *unconfirmed]
+        proved = replace(proved, certified=False, details={**proved.details, "doubts": doubts})
+    return proved, statement.refuted_at
 
 
 def _counted_system(

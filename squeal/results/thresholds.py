@@ -11,7 +11,7 @@ import numpy as np
 
 from squeal.io.writing import Answer, Column, Panel, Table, located, number, picked
 from squeal.linear import CriticalPoint, Crossing, UnstableMode
-from squeal.linear.eigen import assigned
+from squeal.linear.roots import assigned
 from squeal.results.columns import parameter_entry
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import Source

@@ -139,10 +139,14 @@ def count_roots(
     factor that is no longer needed. Raises ComputationError if P is singular everywhere.
     """
     finest = NODES[-1]
+    end = finest
     mirrored = problem.real and disc.centre.imag == 0.0  # the lower half mirrors the upper one
-    end = finest // 2 + 1 if mirrored else finest
-    # what rounding of single precision spoils does not fit
-    precisions = (True, False) if problem.n <= SINGLE_ROWS else (False,)
+    if mirrored:
+        end = finest // 2 + 1
+    precisions = [False]
+    if problem.n <= SINGLE_ROWS:
+        # single precision first: what its rounding spoils does not fit
+        precisions.insert(0, True)
     factor = reusable
     for single in precisions:
         logarithms = np.full(finest, np.nan, dtype=complex)
@@ -152,6 +156,7 @@ def count_roots(
                 if not np.isnan(logarithms[k]):
                     continue
                 report(f"counting the roots: determinant of {nodes}")
+                # log det P without the factors of the known roots
                 node = disc.centre + disc.radius * cmath.exp(2j * math.pi * k / finest)
                 node, factor = factorise_at(problem, node, single, factor)
                 logarithms[k] = factor.logarithm() - np.sum(np.log(node - known))
@@ -180,14 +185,17 @@ def _winding(logarithms: ComplexArray) -> int | None:
     steps -= math.pi * np.round(steps / math.pi)
     turns = float(np.sum(steps)) / (2 * math.pi)
     largest_step = float(np.max(np.abs(steps)))
-    if round(turns) and abs(turns - round(turns)) < 0.25:
-        return round(turns) if largest_step < math.pi / 4 else None
-    if not largest_step < math.pi / 8 or round(2 * turns):
+    has_turns = round(turns) != 0 and abs(turns - round(turns)) < 0.25
+    if has_turns and largest_step < math.pi / 4:
+        return round(turns)
+    if has_turns or not largest_step < math.pi / 8 or round(2 * turns):
         return None
     # an analytic function has no negative powers; those of a root near the outline fall off slowly
     phase = predicted + np.cumsum(np.append(0.0, steps[:-1]))
     negative_powers = np.fft.fft(logarithms.real + 1j * phase)[-2:] / nodes
-    return 0 if np.all(np.abs(negative_powers) < NEGATIVE_POWERS) else None
+    if not np.all(np.abs(negative_powers) < NEGATIVE_POWERS):
+        return None
+    return 0
 
 
 def disc_around(region: Rectangle, known: ComplexArray, reach: float) -> Disc:

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.errors import InputError
-from squeal.linear.eigen import Eigenvalue, assumed_rounding
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import is_sparse
 from squeal.linear.system import Term, TermSystem
+from squeal.linear.verdicts import assumed_rounding
 from squeal.numerics.differentiation import Formula
 from squeal.schema import Place
 from squeal.sparse.components import Component
@@ -140,15 +141,14 @@ class Assembly:
         slope = np.add.outer(z, z) * (left.conj().T @ M @ right)
         if C is not None:
             slope += left.conj().T @ C @ right
-        bounds = root_error_bounds(z, slope, *self.lack(z, right, left, system.parameters))
+        lack = self.lack(z, right, left, system.parameters)
+        bounds = root_error_bounds(z, slope, lack.known, lack.uncertainty)
         is_undamped = system.real and not system.C
         by_reduction = np.where(bounds.stay_on_axis & is_undamped, 0.0, bounds.errors)
         with_rounding = np.maximum(bounds.errors, assumed_rounding(z, is_undamped))
         errors = {}
-        for value, error, moved in zip(
-            z.tolist(), with_rounding.tolist(), by_reduction.tolist(), strict=True
-        ):
-            errors[value] = _RootError(error, moved)
+        for k, value in enumerate(z.tolist()):
+            errors[value] = _RootError(float(with_rounding[k]), float(by_reduction[k]))
             errors[value.conjugate()] = errors[value]
         return errors
 
@@ -159,7 +159,7 @@ class Assembly:
 
         What a component lacks moves inside with the other nodes held, above the cutoff: K, at the
         component's own parameters, alone meets the residuals there but for what contracts by
-        `(|z| / cutoff)^2`.
+        q = `(|z| / cutoff)^2`. The series of further terms is at most q / (1 - q) of the first.
 
         Examples
         --------

@@ -7,6 +7,7 @@ above are represented by their static answer to the inertia of the constraint mo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -191,10 +192,13 @@ class Component:
             coriolis.append(Term(gyroscopic, Formula(of_speed)))
             softening.append(Term(centrifugal, Formula(f"({formula.text}) * {of_speed}")))
         needed = {name: values[name] for name in formula.names if name in values}
+        stiffness = self.system.K
+        if not preloaded:
+            stiffness = (*stiffness, *softening)
         system = replace(
             self.system,
             C=(*self.system.C, *coriolis),
-            K=self.system.K if preloaded else (*self.system.K, *softening),
+            K=stiffness,
             parameters={**self.system.parameters, **needed},
         )
         return replace(self, system=system)
@@ -213,10 +217,10 @@ class Component:
         rows = self.rows_of(np.unique(self.nodes[self.directions >= 0]))
         n = self.system.n
         cross = coo_array((n, n)).tocsc()
-        for to, of in zip(*np.nonzero(np.abs(of_node) > EPS), strict=True):
-            have_both = (rows[:, to] >= 0) & (rows[:, of] >= 0)
-            where = (rows[have_both, to], rows[have_both, of])
-            entries = np.full(np.count_nonzero(have_both), of_node[to, of])
+        for i, j in zip(*np.nonzero(np.abs(of_node) > EPS), strict=True):
+            have_both = (rows[:, i] >= 0) & (rows[:, j] >= 0)
+            where = (rows[have_both, i], rows[have_both, j])
+            entries = np.full(np.count_nonzero(have_both), of_node[i, j])
             cross = cross + coo_array((entries, where), shape=(n, n)).tocsc()
         return cross
 
@@ -253,25 +257,23 @@ class Component:
         >>> small.rows, small.nodes.tolist()  # a row of node 2, and a mode inside
         (2, ['2', ''])
         """
-        from scipy.sparse import block_diag, csc_array
+        from scipy.sparse import block_diag
 
-        self.rows_of(nodes)
+        self.rows_of(nodes)  # which refuses unknown ones
         is_boundary = np.isin(self.nodes, np.asarray(nodes).astype(str))
         boundary = np.flatnonzero(is_boundary)
         interior = np.flatnonzero(~is_boundary)
-        basis = _unit_columns(self.system.n, boundary)
         matrices = [term.matrix for term in self.system.terms]
         if not all(_is_hermitian(A) for A in matrices):
             matrices += [A.conj().T for A in matrices]
         if len(interior):
             factor, basis = self._craig_bampton(boundary, interior, cutoff)
-            inside = [csc_array(A)[interior] for A in matrices]
-            solved = [factor.solve(A @ basis) for A in inside]
-            lacks = np.block([[basis.T @ (A.conj().T @ x) for x in solved] for A in inside])
+            lacks = _interior_products(matrices, basis, interior, factor)
         else:
+            basis = _unit_columns(self.system.n, boundary)
             size = len(matrices) * len(boundary)
             lacks = np.zeros((size, size))
-        if self.lacks is not None:
+        if self.lacks is not None:  # of an earlier reduction
             repeated = block_diag([basis] * (len(self.lacks) // self.system.n), "csc")
             lacks = lacks + repeated.T @ self.lacks @ repeated
         modes = basis.shape[1] - len(boundary)
@@ -318,7 +320,8 @@ class Component:
             ) from None
         constraint = _unit_columns(self.system.n, boundary)
         constraint[interior] = -factor.solve(K[interior][:, boundary].toarray())
-        # what modes above the cutoff add at half of it: the static answer to inertia
+        # what modes above the cutoff add at half of it: the static answer to inertia, of the
+        # motions of the boundary in which it has a share of the energy
         omega = np.pi * cutoff
         static = factor.solve((M @ constraint)[interior])
         static -= modes @ (modes.T @ (inner_M @ static))
@@ -371,7 +374,26 @@ class InteriorLack(NamedTuple):
     left_energies: Array  # S^H K^-1 S (m,)
 
 
+def _interior_products(
+    matrices: Sequence[Matrix], basis: Array, interior: Indices, factor: Factor
+) -> Array:
+    """Blocks (d, d) of V^T A^H K^-1 B V for all pairs A, B of matrices (n, n), in rows inside.
+
+    With the basis V (n, d) and the inverse of K inside they give what modes lack there, see
+    `Component.interior_lack`.
+    """
+    from scipy.sparse import csc_array
+
+    inside = [csc_array(A)[interior] for A in matrices]
+    solved = [factor.solve(B @ basis) for B in inside]
+    blocks = []
+    for A in inside:
+        blocks.append([basis.T @ (A.conj().T @ x) for x in solved])
+    return np.block(blocks)
+
+
 def _projected(terms: tuple[Term, ...], basis: Array) -> tuple[Term, ...]:
+    """The terms V^T A V of a basis V (n, d)."""
     return tuple(Term(basis.T @ (term.matrix @ basis), term.factor) for term in terms)
 
 
@@ -383,6 +405,7 @@ def _unit_columns(n: int, rows: Indices) -> Array:
 
 
 def _is_hermitian(A: Matrix) -> bool:
+    """Whether a matrix is Hermitian to half of the digits of a double."""
     return norm_of(A - A.conj().T) <= np.sqrt(EPS) * norm_of(A)
 
 

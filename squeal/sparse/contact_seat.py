@@ -181,38 +181,49 @@ def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDi
     normals = _unit_vectors("normal", contact.normal, points)
     normal = relative_displacement(normals)
     _require_at_pairs(np.diff(normal.indptr) > 0, "pairs: no row moves along the normal", points)
-    motion = contact.sliding
     radius = np.ones(len(points))
-    if motion is None and contact.axis is not None:
+    slides = True
+    if contact.sliding is not None:
+        motion = contact.sliding
+    elif contact.axis is not None:
         centres = points.places
         if centres is None:
             centres = np.mean([side.places() for side in sides], axis=0)
         axes = _unit_vectors("axis", contact.axis, points)
         motion = np.cross(axes, centres - contact.through)
         radius = np.linalg.norm(motion, axis=1)
-    slides = motion is not None
-    if not slides:  # any direction across the normal
-        motion = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    tangents = _unit_vectors("sliding", motion, points)
-    tangents = tangents - np.sum(tangents * normals, axis=1)[:, None] * normals
-    is_across = np.linalg.norm(tangents, axis=1) > np.sqrt(EPS)
-    _require_at_pairs(is_across, "sliding: is parallel to the normal", points)
-    tangents = _unit_vectors("sliding", tangents, points)
-    tangent = relative_displacement(tangents)
-    if contact.area is None:
-        area = np.ones(len(points))
-    elif np.ndim(contact.area):
-        area = np.broadcast_to(contact.area, len(points))
     else:
-        area = np.full(len(points), contact.area / len(points))
+        slides = False
+        motion = np.eye(3)[np.argmin(np.abs(normals), axis=1)]  # any direction across the normal
+    tangents = _tangents(motion, normals, points)
+    tangent = relative_displacement(tangents)
     return PairDirections(
         contact=contact,
-        area=area,
+        area=_areas(contact, len(points)),
         normal=normal,
         sliding=tangent if slides else relative_displacement(0.0 * tangents),
         across=(tangent, relative_displacement(np.cross(normals, tangents))),
         radius=radius,
     )
+
+
+def _tangents(motion: ArrayLike, normals: Array, points: ContactPoints) -> Array:
+    """Unit vectors (m, 3) along a motion, without its part along the normals (m, 3). Raises
+    InputError where both are parallel."""
+    directions = _unit_vectors("sliding", motion, points)
+    tangents = directions - np.sum(directions * normals, axis=1)[:, None] * normals
+    is_across = np.linalg.norm(tangents, axis=1) > np.sqrt(EPS)
+    _require_at_pairs(is_across, "sliding: is parallel to the normal", points)
+    return _unit_vectors("sliding", tangents, points)
+
+
+def _areas(contact: Contact, count: int) -> Array:
+    """The area of each pair: its own, an equal share of that of the contact, or 1."""
+    if contact.area is None:
+        return np.ones(count)
+    if np.ndim(contact.area):
+        return np.broadcast_to(contact.area, count)
+    return np.full(count, contact.area / count)
 
 
 class _Side:
@@ -257,6 +268,7 @@ def _unit_vectors(name: str, given: ArrayLike, points: ContactPoints) -> Array:
 
 
 def _require_at_pairs(holds: Bools, words: str, points: ContactPoints) -> None:
+    """Raises InputError with these words and the name of the first pair that does not hold."""
     if not np.all(holds):
         raise InputError(f"{words} at the pair {points.name_of(int(np.argmin(holds)))}")
 
@@ -310,7 +322,11 @@ class _PairLaws(NamedTuple):
     tangential: Array  # stiffness across the normal
 
     def forces(self, approach: Array) -> tuple[Array, Array]:
-        """Normal forces (m,) and their derivatives, both without the factor."""
+        """Normal forces (m,) and their derivatives, both without the factor.
+
+        The stiffness grows with a power of the force, dF/du = k (F / R)^e, so that
+        F = (1 - e) k u ((1 - e) k u / R)^(e / (1 - e)); R is the reference. Open pairs have none.
+        """
         share = 1 - self.exponent
         pressed = self.stiffness * np.where(self.bonded, approach, np.maximum(approach, 0.0))
         power = (share * pressed / self.reference) ** (self.exponent / share)
@@ -318,6 +334,7 @@ class _PairLaws(NamedTuple):
 
 
 def _pair_laws(directions: PairDirections, parameters: Changes) -> _PairLaws:
+    """The laws of the pairs of one contact at some parameters."""
     contact = directions.contact
     area = directions.area
     # where it slides friction is all that acts across the normal
@@ -345,42 +362,104 @@ def seat_contacts(
 ) -> tuple[list[StaticContact], Array]:
     """The contacts under the load, and the displacements (n,).
 
-    Newton's method on the laws of the pairs, which with constant stiffness passes from one set of
-    closed pairs to the next and ends where it does not change. Once a set returns, one pair changes
-    at a time, the first that violates its condition, after which none returns (Murty).
+    Raises InputError without a load where pairs may open, and where all open; ComputationError
+    where the contact is not settled.
     """
-    from scipy.sparse import vstack
-
-    load = np.concatenate([np.zeros(b.system.n) if b.load is None else b.load for b in bodies])
+    loads = []
+    for body in bodies:
+        loads.append(np.zeros(body.system.n) if body.load is None else body.load)
+    load = np.concatenate(loads)
     if not load.any() and not all(joint.contact.bonded for joint in joints):
         raise InputError("load: missing; pairs that may open are seated under the brake load")
-    parameters = structure.parameters
     K = structure.at()[2].real
-    of_contacts = [_pair_laws(joint, parameters) for joint in joints]
-    laws = _PairLaws(*(np.hstack(part) for part in zip(*of_contacts, strict=True)))
-    pushes = []  # directions of the normal force with its friction
+    pairs = _JoinedPairs.of(joints, structure.parameters)
+    seat = _seat(K, load, pairs)
+    normal_forces = seat.closed * pairs.laws.factor * seat.forces
+    contacts = []
+    start = 0
     for joint in joints:
-        friction = Formula(joint.contact.friction).value(parameters)
-        pushes.append(joint.normal + friction * joint.sliding)
-    push = vstack(pushes).T
-    normal = vstack([joint.normal for joint in joints])
-    across = vstack([joint.across[0] for joint in joints] + [joint.across[1] for joint in joints])
+        of_contact = slice(start, start + len(joint.area))
+        start = of_contact.stop
+        contacts.append(
+            StaticContact(
+                name=joint.contact.name,
+                closed=seat.closed[of_contact],
+                forces=normal_forces[of_contact],
+                pressures=normal_forces[of_contact] / joint.area,
+                stiffness=seat.closed[of_contact] * seat.slopes[of_contact],
+                constant=not joint.contact.exponent,
+            )
+        )
+    return contacts, seat.displacements
+
+
+class _JoinedPairs(NamedTuple):
+    """The pairs (m,) of all contacts in the rows of the assembly.
+
+    laws: what acts at each; normal (m, n): approach along the normal; across (2m, n): both
+    directions across it; push (n, m): where a normal force acts, its friction included.
+    """
+
+    laws: _PairLaws
+    normal: csr_array
+    across: csr_array
+    push: csr_array
+
+    @staticmethod
+    def of(joints: Sequence[PairDirections], parameters: Changes) -> _JoinedPairs:
+        """Those of some contacts at some parameters."""
+        from scipy.sparse import vstack
+
+        of_contacts = [_pair_laws(joint, parameters) for joint in joints]
+        pushes = []
+        for joint in joints:
+            friction = Formula(joint.contact.friction).value(parameters)
+            pushes.append(joint.normal + friction * joint.sliding)
+        first = [joint.across[0] for joint in joints]
+        second = [joint.across[1] for joint in joints]
+        return _JoinedPairs(
+            laws=_PairLaws(*(np.hstack(part) for part in zip(*of_contacts, strict=True))),
+            normal=vstack([joint.normal for joint in joints]),
+            across=vstack(first + second),
+            push=vstack(pushes).T,
+        )
+
+
+class _Seat(NamedTuple):
+    """The equilibrium under the load: which pairs (m,) are closed, their normal forces and the
+    slopes of these, both without the factor, and the displacements (n,)."""
+
+    closed: Bools
+    forces: Array
+    slopes: Array
+    displacements: Array
+
+
+def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
+    """Newton's method on the laws of the pairs.
+
+    With constant stiffness it passes from one set of closed pairs to the next and ends where it
+    does not change. Once a set returns, one pair changes at a time, the first that violates its
+    condition, after which none returns (Murty).
+    """
+    laws = pairs.laws
     is_nonlinear = laws.exponent.any()
     closed = np.ones(len(laws.gap), dtype=bool)
     approach = -laws.gap
-    forces = laws.stiffness * approach  # without the factor, as the slopes
+    forces = laws.stiffness * approach
     slopes = laws.stiffness
     visited: set[bytes] = set()
     one_at_a_time = False
     for _ in range(100 + len(laws.gap)):
         springs = closed * laws.factor * slopes
         tangential = np.tile(closed * laws.tangential, 2)
-        A = K + push @ normal.multiply(springs[:, None])
-        A = A + across.T @ across.multiply(tangential[:, None])
+        A = K + pairs.push @ pairs.normal.multiply(springs[:, None])
+        A = A + pairs.across.T @ pairs.across.multiply(tangential[:, None])
+        # the force that the tangent of each law has where the gap is closed
         preload = closed * laws.factor * (forces - slopes * (approach + laws.gap))
-        displacements = _solve(A, load + push @ preload)
+        displacements = _solve(A, load + pairs.push @ preload)
         before = approach
-        approach = -laws.gap - normal @ displacements
+        approach = -laws.gap - pairs.normal @ displacements
         forces, slopes = laws.forces(approach)
         now_closed = (approach > 0.0) | laws.bonded
         if not now_closed.any():
@@ -388,32 +467,14 @@ def seat_contacts(
         changed = np.flatnonzero(now_closed != closed)
         is_settled = not is_nonlinear or np.allclose(approach, before, rtol=1e-11, atol=0.0)
         if not len(changed) and is_settled:
-            break
+            return _Seat(closed, forces, slopes, displacements)
         if len(changed) and now_closed.tobytes() in visited:
             one_at_a_time = True
         if one_at_a_time and not is_nonlinear:
             now_closed[changed[1:]] = closed[changed[1:]]
         visited.add(closed.tobytes())
         closed = now_closed
-    else:
-        raise ComputationError("the contact is not settled: its set of closed pairs keeps changing")
-    normal_forces = closed * laws.factor * forces
-    contacts = []
-    start = 0
-    for joint in joints:
-        pairs = slice(start, start + len(joint.area))
-        start = pairs.stop
-        contacts.append(
-            StaticContact(
-                name=joint.contact.name,
-                closed=closed[pairs],
-                forces=normal_forces[pairs],
-                pressures=normal_forces[pairs] / joint.area,
-                stiffness=closed[pairs] * slopes[pairs],
-                constant=not joint.contact.exponent,
-            )
-        )
-    return contacts, displacements
+    raise ComputationError("the contact is not settled: its set of closed pairs keeps changing")
 
 
 def _solve(A: Matrix, right: Array) -> Array:

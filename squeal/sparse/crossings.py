@@ -28,12 +28,12 @@ from squeal.linear.continuation import (
     hermite_cubic,
     zeros_between,
 )
-from squeal.linear.eigen import assumed_rounding
 from squeal.linear.events import Event, located
 from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.search import search
 from squeal.linear.steps import Guess, near_coalescences
 from squeal.linear.system import TermSystem
+from squeal.linear.verdicts import assumed_rounding
 from squeal.sparse.compression import Compression
 from squeal.sparse.dispersive import NEAR, DispersiveReduction, frequencies
 from squeal.sparse.eigensolver import enlarged

@@ -16,6 +16,7 @@ import math
 import warnings
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.linear.eigen import Eigenvalue
@@ -42,8 +43,10 @@ from squeal.sparse.quadratic import (
     quadratic,
 )
 
-ROUNDING = 64 * EPS  # of |K|: what it does to a motion that it does not hold
-CLUSTER = 1e-7  # relative distance of roots that are too close for a vector each
+ROUNDING = 64 * EPS
+"""The share of |K| that rounding of K does to a motion that it does not hold."""
+CLUSTER = 1e-7
+"""The relative distance of roots that are too close for a vector each."""
 
 
 def dense_values(
@@ -70,9 +73,9 @@ def dense_values(
         rounding = 4 * EPS * condition
     if B is None:
         is_hermitian = np.array_equal(A, A.conj().T)
-        squares = np.linalg.eigvalsh(A) if is_hermitian else np.linalg.eigvals(A)
-        half = np.sqrt(-squares.astype(complex))
-        values = np.concatenate([half, -half])
+        squares = np.linalg.eigvalsh(A) if is_hermitian else np.linalg.eigvals(A)  # -lambda^2
+        not_decaying = np.sqrt(-squares.astype(complex))
+        values = np.concatenate([not_decaying, -not_decaying])
     else:
         state_matrix, rate = first_order(A, B)
         values = np.asarray(np.linalg.eigvals(state_matrix) * rate, dtype=complex)
@@ -89,7 +92,9 @@ def dense_values(
 
 def _nonzero(C: Matrix | None) -> Matrix | None:
     """C, or None where it is zero."""
-    return None if C is None or not C.any() else C
+    if C is None or not C.any():
+        return None
+    return C
 
 
 def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
@@ -106,49 +111,58 @@ def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
 
 
 def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
-    """All finite roots of scaled matrices (n, n), whatever M is."""
-    from scipy.linalg import eigvals
+    """All finite roots of scaled matrices (n, n), whatever M is.
 
-    damping = _nonzero(C)
+    They are the eigenvalues of a pencil F - s E in singular vectors of M: of s = -lambda^2 with
+    F = K and E = M without damping, of s = lambda in the states of `_state_pencil` with it. A
+    massless motion has an infinite eigenvalue, unless damping makes it one of the first order.
+    """
+    C_or_none = _nonzero(C)
     n = len(M)
     U, masses, Wh = np.linalg.svd(M)
     rank = rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))
     size = divisor(norm_of(K))
-    if rank == 0 and damping is not None:  # the system is of the first order
-        rate = 2.0 ** np.round(np.log2(size / norm_of(damping)))
+    if rank == 0 and C_or_none is not None:  # the system is of the first order
+        rate = 2.0 ** np.round(np.log2(size / norm_of(C_or_none)))
     else:
         rate = 2.0 ** np.round(np.log2(size / divisor(masses[0])) / 2)
     # in singular vectors of M, with the time unit 1 / rate and the force unit of K
     mass = np.diag(np.where(np.arange(n) < rank, masses, 0.0) * (rate**2 / size))
     stiffness = U.conj().T @ (K / size) @ Wh.conj().T
+    noise = noise_of(stiffness)
     infinite = n - rank
-    if damping is None:
-        F = stiffness
-        E = mass
-    else:
-        damping = U.conj().T @ (damping * (rate / size)) @ Wh.conj().T
-        F, E = _state_pencil(mass, damping, stiffness, rank)
-        if rank < n:
-            massless = np.linalg.svd(damping[rank:, rank:], compute_uv=False)
-            infinite -= rank_of(massless, norm_of(damping))
+    if C_or_none is None:
+        squares = _finite_values(stiffness, mass, infinite)
+        zeros = _count_zeros(mass, None, stiffness, noise)
+        squares[np.argsort(np.abs(squares))[: zeros // 2]] = 0.0
+        not_decaying = np.sqrt(-squares)
+        is_on_axis = (squares.imag == 0) & (squares.real > 0)
+        not_decaying = np.where(is_on_axis, 1j * np.abs(not_decaying.imag), not_decaying)
+        return np.concatenate([not_decaying, -not_decaying]) * rate
+    damping = U.conj().T @ (C_or_none * (rate / size)) @ Wh.conj().T
+    if rank < n:
+        massless = np.linalg.svd(damping[rank:, rank:], compute_uv=False)
+        infinite -= rank_of(massless, norm_of(damping))
+    values = _finite_values(*_state_pencil(mass, damping, stiffness, rank), infinite)
+    zeros = _count_zeros(mass, damping, stiffness, noise)
+    values[np.argsort(np.abs(values))[:zeros]] = 0.0
+    return values * rate
+
+
+def _finite_values(F: Matrix, E: Matrix, infinite: int) -> ComplexArray:
+    """The finite eigenvalues s = alpha / beta of F - s E (N, N), at least `infinite` of which are
+    infinite; exactly conjugate in pairs if F is real."""
+    from scipy.linalg import eigvals
+
     alpha, beta = eigvals(F, E, homogeneous_eigvals=True)
-    closeness = np.abs(beta) / np.maximum(np.abs(alpha), np.finfo(float).tiny)  # to infinity: 0
+    closeness = np.abs(beta) / np.maximum(np.abs(alpha), np.finfo(float).tiny)  # 0: infinite
     is_finite = (closeness > 4 * EPS) | (infinite == 0)  # all, if none has to be infinite
     is_finite[np.argsort(closeness)[:infinite]] = False
     values = (alpha / np.where(beta == 0, 1.0, beta))[is_finite].astype(complex)
-    if not np.iscomplexobj(F):  # the second of a pair is exactly the conjugate of the first
+    if not np.iscomplexobj(F):  # the second of a pair follows the first
         lower = np.flatnonzero(values.imag < 0)
         values[lower] = values[lower - 1].conj()
-    zeros = _count_zeros(mass, damping, stiffness, noise_of(stiffness))
-    if damping is not None:
-        values[np.argsort(np.abs(values))[:zeros]] = 0.0
-        return values * rate
-    squares = values
-    squares[np.argsort(np.abs(squares))[: zeros // 2]] = 0.0
-    half = np.sqrt(-squares)
-    is_on_axis = (squares.imag == 0) & (squares.real > 0)
-    half = np.where(is_on_axis, 1j * np.abs(half.imag), half)
-    return np.concatenate([half, -half]) * rate
+    return values
 
 
 def _state_pencil(M: Matrix, C: Matrix, K: Matrix, rank: int) -> tuple[Matrix, Matrix]:
@@ -173,24 +187,27 @@ def roots_at(
     left: bool = False,
     stiffness: float | None = None,
 ) -> Roots:
-    """Known roots, sorted, with unit right vectors and, if wanted, left ones (else NaN)."""
+    """Known roots, sorted, with unit right vectors and, if wanted, left ones (else NaN).
+
+    Roots that are too close for a vector each share those of the smallest singular values of P at
+    their mean, roots of zero the null space of K, which may carry the rounding of a matrix of a
+    greater norm `stiffness`.
+    """
     ordered = values[np.lexsort((values.real, values.imag))]
     right_vectors = np.full((len(M), len(ordered)), np.nan, dtype=complex)
     left_vectors = right_vectors.copy()
     for group in _clusters(ordered):
         mean = ordered[group].mean()
+        right: NDArray = np.zeros((len(M), 0))
+        adjoint = right
         if mean == 0.0:
             noise = noise_of(K) if stiffness is None else ROUNDING * stiffness
-            null, left_null = null_spaces(K, noise)
-            if null.shape[1]:  # a chain repeats its one vector
-                repeated = np.arange(len(group)) % null.shape[1]
-                right_vectors[:, group] = null[:, repeated]
-                left_vectors[:, group] = left_null[:, repeated]
-                continue
-        P = mean * mean * M + (0.0 if C is None else mean * C) + K
-        dimension = min(len(group), len(M))  # a root may be met more often than there are rows
-        right, adjoint = _null_vectors(P, dimension, left)
-        repeated = np.arange(len(group)) % dimension
+            right, adjoint = null_spaces(K, noise)
+        if not right.shape[1]:
+            P = mean * mean * M + (0.0 if C is None else mean * C) + K
+            dimension = min(len(group), len(M))  # a root may be met more often than there are rows
+            right, adjoint = _null_vectors(P, dimension, left)
+        repeated = np.arange(len(group)) % right.shape[1]  # a chain repeats its one vector
         right_vectors[:, group] = right[:, repeated]
         left_vectors[:, group] = adjoint[:, repeated]
     return Roots(ordered, right_vectors, left_vectors)
@@ -237,7 +254,9 @@ def _null_vectors(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray
         is_defective = residuals > max(100 * residuals[0], 1e-6 * norm_of(P))
         x[:, is_defective] = x[:, :1]
         y[:, is_defective] = y[:, :1]
-    return x, y if left else np.full_like(x, np.nan)
+    if not left:
+        y = np.full_like(x, np.nan)
+    return x, y
 
 
 def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, ...]:

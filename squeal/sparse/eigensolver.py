@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.eigen import STIFF, Eigenvalue
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import EPS, divisor
+from squeal.linear.roots import STIFF
 from squeal.linear.system import Matrix
 from squeal.sparse.argument_principle import Disc, Rectangle, Region, count_roots, disc_around
 from squeal.sparse.dense import dense_values, roots_at

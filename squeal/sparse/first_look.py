@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.linear.damping import frictionless
-from squeal.linear.eigen import ACCEPTED, Eigenvalue
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import divisor
+from squeal.linear.verdicts import ACCEPTED
 from squeal.sparse.argument_principle import Rectangle, count_roots, disc_around
 from squeal.sparse.compression import Compression
 from squeal.sparse.dense import dense_values

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import MatrixError
-from squeal.linear.eigen import Eigenvalue, ordered, root_rounding
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import EPS, norm_of
+from squeal.linear.roots import ordered, root_rounding
 from squeal.linear.system import Matrix, Term, TermSystem
 
 if TYPE_CHECKING:
@@ -172,16 +173,16 @@ def quadratic(M: Matrix, C: Matrix | None, K: Matrix) -> Quadratic:
 
 def _diagonal_scale(system: TermSystem, matrices: list[list[csc_array]]) -> Array:
     """The scale (n,) that gives K + w |C| + w^2 M a unit diagonal, w a median frequency."""
-    sizes = np.zeros((3, system.n))
-    for size, terms, parts in zip(sizes, system.parts, matrices, strict=True):
-        for term, A in zip(terms, parts, strict=True):
+    diagonals = np.zeros((3, system.n))
+    for total, terms, matrices_of_part in zip(diagonals, system.parts, matrices, strict=True):
+        for term, A in zip(terms, matrices_of_part, strict=True):
             entries = np.abs(A.diagonal())
             if A.nnz and not entries.all():  # where it is zero the column's largest entry serves
                 largest = abs(A).max(axis=0).toarray().ravel()
                 entries = np.where(entries > 0, entries, largest)
-            size += abs(term.factor.value(system.parameters)) * entries
-    mass, damping, stiffness = sizes
-    squares = stiffness / np.where(mass > 0, mass, np.inf)
+            total += abs(term.factor.value(system.parameters)) * entries
+    mass, damping, stiffness = diagonals
+    squares = stiffness / np.where(mass > 0, mass, np.inf)  # of frequencies, row by row
     squares = np.sort(squares[squares > 0])  # those of a mass that is rounding are the greatest
     if len(squares):
         square = float(squares[(len(squares) - 1) // 2])
@@ -271,9 +272,14 @@ def eigenvalues_of(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
 
 
 def _conditions(problem: Quadratic, roots: Roots) -> Array:
-    """Condition numbers (m,): the relative change of each root by relative changes of M, C, K."""
-    values, right, left = (roots.values, roots.right, roots.left)
-    image = multiply(problem.M, right * (2 * values)) + multiply(problem.C, right)
+    """Condition numbers (m,): the relative change of each root by relative changes of M, C, K.
+
+    (|z|^2 |M| + |z| |C| + |K|) |x| |y| / (|z| |y^H P'(z) x|), infinite where that vanishes.
+    """
+    values = roots.values
+    right = roots.right
+    left = roots.left
+    image = multiply(problem.M, right * (2 * values)) + multiply(problem.C, right)  # P' x
     product = np.abs(values) * np.abs(np.sum(left.conj() * image, axis=0))
     lengths = np.linalg.norm(right, axis=0) * np.linalg.norm(left, axis=0)
     conditions = np.full(len(values), np.inf)
@@ -296,17 +302,17 @@ def _rounding(
         scales = np.fmax(sizes, from_stiffness * (problem.frequency_scale / floored))
         limited = np.minimum(conditions, 1 / EPS) * sizes / scales
     # a root may meet its conjugate, also where that is not listed
-    unpaired = np.zeros(len(values), dtype=bool)
+    is_unpaired = np.zeros(len(values), dtype=bool)
     if problem.real:
-        unpaired = (values.imag != 0) & ~np.isin(values.conj(), values)
-    moved = root_rounding(
-        np.append(values, values[unpaired].conj()),
-        np.append(limited, limited[unpaired]),
-        np.append(errors, errors[unpaired]),
-        np.append(scales, scales[unpaired]),
+        is_unpaired = (values.imag != 0) & ~np.isin(values.conj(), values)
+    rounding = root_rounding(
+        np.append(values, values[is_unpaired].conj()),
+        np.append(limited, limited[is_unpaired]),
+        np.append(errors, errors[is_unpaired]),
+        np.append(scales, scales[is_unpaired]),
         2 * problem.n,
     )
-    return np.where(sizes > 0, moved[: len(values)], 0.0)
+    return np.where(sizes > 0, rounding[: len(values)], 0.0)
 
 
 def _in_given_coordinates(problem: Quadratic, scaled: ComplexArray) -> ComplexArray:

@@ -58,7 +58,9 @@ def test_spans_are_those_of_the_shares(scene, monkeypatch):
     def shares(_, pads, cells):
         pressed = -pads.y0 * pads.k1 / pads.F_n  # by an upright spring at touch
         seen.extend(np.unique(pressed.round(9)).tolist())
-        return spread, 0.5 * spread, 0.1 + 0.3 * spread
+        return ranges_study.EquilibriumShares(
+            reached=spread, stable=0.5 * spread, stable_full=0.1 + 0.3 * spread
+        )
 
     monkeypatch.setattr(ranges_study, "equilibria", shares)
     ranges = ranges_study.full(scene)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -131,7 +132,11 @@ def test_a_branch_does_not_end_where_a_step_passes_small_cycles():
 
 
 def test_intervals_of_growth():
-    points = [(0.2, "flutter"), (0.4, "restabilised"), (0.6, "divergence")]
+    points = [
+        SimpleNamespace(mu=0.2, kind="flutter"),
+        SimpleNamespace(mu=0.4, kind="restabilised"),
+        SimpleNamespace(mu=0.6, kind="divergence"),
+    ]
     assert onset._unstable(points) == ((0.2, 0.4), (0.6, onset.GREATEST))
     assert onset._unstable([]) == ()
 

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from squeal.linear.continuation import Continuation
-from squeal.linear.eigen import square_roots
-from squeal.linear.events import bracket_by_sign, guesses_of, roots_near
+from squeal.linear.event_guesses import guesses_of
+from squeal.linear.events import bracket_by_sign
+from squeal.linear.local_roots import roots_near
+from squeal.linear.roots import square_roots
 from squeal.linear.steps import Step, near_coalescences
 
 H = 1e-6

@@ -170,3 +170,39 @@ def test_dense_systems_are_proved_in_few_steps(damped):
     assert prove_thresholds(provider, 0.0, 2.0, intervals[1:], 1e-5).status == "refuted"
     spent = prove_thresholds(provider, 0.0, 2.0, intervals, 1e-5, most=5)
     assert (spent.status, "steps" in spent.reason) == ("open", True)
+
+
+def lossy(centre: float, width: float, damped: bool) -> Terms:
+    """A mode whose loss factor is negative within a window of this width, and one that decays.
+
+    With damping the stiffness is that of the roots i w + g and -1 - i w, g = width^2 / 4 - (mu -
+    centre)^2 and w = 20.
+    """
+    offset = width**2 / 4 - centre**2
+    decays = np.diag([0.0, 900.0 + 45.0j])
+    only = np.diag([1.0, 0.0])
+    C = []
+    unit = -400.0j
+    constant = 400.0 + 0.0j
+    if damped:
+        unit = -1.0 - 20.0j  # g enters K by (i w + g) (-1 - i w), and C by -g
+        constant = 400.0 - 20.0j
+        of_mu = [Term(-offset * only), Term(-2 * centre * only, lambda mu: mu)]
+        C = [Term(np.diag([1.0, 2.0])), *of_mu, Term(only, lambda mu: mu**2)]
+    K = [
+        Term(decays + (constant + offset * unit) * only),
+        Term(2 * centre * unit * only, lambda mu: mu),
+        Term(-unit * only, lambda mu: mu**2),
+    ]
+    return Terms([Term(np.eye(2))], C, K, HALF_ULP)
+
+
+@pytest.mark.parametrize("damped", [False, True])
+def test_roots_above_the_real_axis_count_in_complex_systems(damped):
+    """Those below grow throughout without damping, as the mirror images of those above."""
+    terms = lossy(0.4375, 2.0**-9, damped)
+    ends = [around(0.4375 - 2.0**-10, 1e-11), around(0.4375 + 2.0**-10, 1e-11)]
+    assert prove_thresholds(terms, 0.0, 1.0, ends, 1e-9, rises=[2, -2]).status == "proved"
+    missed = prove_thresholds(terms, 0.0, 1.0, [], 1e-9)
+    assert missed.status == "refuted"
+    assert abs(missed.where - 0.4375) < 2.0**-10

@@ -62,7 +62,9 @@ def _unsure(segment: Segment, options: Options) -> np.ndarray:
     doubt = (segment.limit == Limit.FAILED) | (wrong & (segment.limit == Limit.NONE))
     at = segment.coefficients(segment.lane)
     heights = np.array(segment.law.gaps(at, pose(np, at.place(segment.state))))
-    near = np.where(segment.on > 0, -heights, heights) < options.clear * (1.0 + at.w + at.h)
+    # another point near the surface than the one that changes
+    beyond = np.where(segment.on > 0, -heights, heights)
+    near = beyond < options.clear * (1.0 + at.w + at.h)
     near[segment.point, np.arange(len(segment.t))] = False
     doubt[segment.lane[near.any(axis=0)]] = True
     return doubt
@@ -75,17 +77,20 @@ def _motions(
     events: bool,
     options: Options,
 ) -> Arrays:
-    """What is wanted of the motions of some pads from first states (n, 6) over times (n,)."""
-    model, initial, stop = task
-    n = len(stop)
+    """What is wanted of the motions of some pads, as `simulate_many` returns it.
+
+    task : the pads, first states (n, 6) and lengths of time (n,)
+    """
+    pads_in_si, initial, duration = task
+    n = len(duration)
     taylor = heyoka()
-    numbers = vars(natural_units(model, initial.T)).values()
-    units = Units(*(np.broadcast_to(v, n) for v in numbers))  # type: ignore[arg-type]
-    model = units.scaled(model)
-    state = units.to_scaled(initial.T)
-    stop = stop / units.time
-    contact = first_contact(model, state, options)
-    state = off_level(model, state, contact, options)
+    of_unit = vars(natural_units(pads_in_si, initial.T)).values()
+    units = Units(*(np.broadcast_to(v, n) for v in of_unit))  # type: ignore[arg-type]
+    model = units.scaled(pads_in_si)
+    placed = units.to_scaled(initial.T)
+    stop = duration / units.time
+    contact = first_contact(model, placed, options)
+    state = off_level(model, placed, contact, options)
     results: Arrays = {}
 
     def put(pads: np.ndarray, segment: Segment) -> None:
@@ -127,11 +132,12 @@ def _motions(
         groups = min(int(800.0 / lengths[order[0]]) + 1, 8) if dense else n
         block, order = np.split(order, [groups * options.lanes])
         side_by_side = taylor.TaylorBatch(_some(model, block), tolerance, options=options)
-        start = contact[:, block], np.zeros(len(block)), state[:, block], stop[block]
-        segment = side_by_side.run(*start, dense)
-        doubt = _unsure(segment, options)
-        put(block, dataclasses.replace(segment, limit=np.where(doubt, Limit.FAILED, segment.limit)))
-        for i in np.unique(block[doubt]).tolist():
+        begin = np.zeros(len(block))
+        segment = side_by_side.run(contact[:, block], begin, state[:, block], stop[block], dense)
+        unsure = _unsure(segment, options)
+        limit = np.where(unsure, Limit.FAILED, segment.limit)
+        put(block, dataclasses.replace(segment, limit=limit))
+        for i in np.unique(block[unsure]).tolist():
             one = _some(model, i)
             own = Units(*(float(v[i]) for v in vars(units).values()))
             segments = list[Segment]()
@@ -211,8 +217,10 @@ def simulate_many(
         )
     whole = PadModel(model, pads.replace(**numbers), formulation, rows)  # type: ignore[arg-type]
     size = -(-count // workers)
-    parts = (slice(i, i + size) for i in range(0, count, size))
-    tasks = ((_some(whole, part), starts[part], stops[part]) for part in parts)
-    how: Any = {"tolerance": tolerance, "measure": measure, "events": events, "options": options}
-    chunks = list(mapped(partial(_motions, **how), tasks, workers))
+    parts = [slice(i, i + size) for i in range(0, count, size)]
+    tasks = [(_some(whole, part), starts[part], stops[part]) for part in parts]
+    motions = partial(
+        _motions, tolerance=tolerance, measure=measure, events=events, options=options
+    )
+    chunks = list(mapped(motions, tasks, workers))
     return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}

@@ -45,54 +45,75 @@ def margins(
     """
     n = len(numbers["h"])
     measured: list[dict[str, Case | Linear]] = [{} for _ in range(n)]
-    whole = np.ones(n, dtype=bool)
+    valid = np.ones(n, dtype=bool)
     speed = speed_limit(numbers)
     for model in models:
         stacks = [stacked(numbers, model, case, formulation) for case in CASES]
-        first = np.concatenate([starts(numbers, stack) for stack in stacks])
-        able = np.flatnonzero(np.isfinite(first).all(axis=1))
+        # the motions of all cases in one batch, those of case a first
+        states = np.concatenate([starts(numbers, stack) for stack in stacks])
+        able = np.flatnonzero(np.isfinite(states).all(axis=1))  # a start exists
         given = [stack.pad.given() for stack in stacks]
         columns = {name: np.concatenate([one[name] for one in given])[able] for name in given[0]}
-        motions = (stacks[0].pad.replace(**columns), first[able], stop, TOLERANCE, formulation)
-        how = partial(measures, calm=False)
-        arrays = simulate_many(model, *motions, measure=how, workers=workers)
+        arrays = simulate_many(
+            model,
+            stacks[0].pad.replace(**columns),
+            states[able],
+            stop,
+            TOLERANCE,
+            formulation,
+            measure=partial(measures, calm=False),
+            workers=workers,
+        )
         raised = np.full(n, np.nan)
         if model == "B2":
             raised = friction_raises(stacks[list(CASES).index("b")])
-        done = np.zeros(len(first), dtype=bool)
+        done = np.zeros(len(states), dtype=bool)
         done[able] = arrays["outcome"] == DONE
-        whole &= done.reshape(len(CASES), n).all(axis=0)
-        for row, (at, done_) in enumerate(zip(able.tolist(), done[able].tolist(), strict=True)):
-            case, i = divmod(at, n)
-            if done_:
-                name = stem(model, list(CASES)[case])
-                last = float(raised[i]) if name == "b2-b" else math.nan
-                measured[i][name] = case_of(arrays, row, float(speed[i]), last)
+        valid &= done.reshape(len(CASES), n).all(axis=0)
+        for row, motion in enumerate(able.tolist()):
+            if not done[motion]:
+                continue
+            case, i = divmod(motion, n)
+            name = stem(model, list(CASES)[case])
+            own_raised = float(raised[i]) if name == "b2-b" else math.nan
+            measured[i][name] = case_of(arrays, row, float(speed[i]), own_raised)
     table = np.full((n, len(CLAIMS)), np.nan)
-    for i in np.flatnonzero(whole).tolist():
-        one = {name: v[i] for name, v in numbers.items()}
-        pads = {"c": pad_of(one, "B2", CASES["c"])}
-        judged = measured[i] | {"b3": linear_measures(pads, MAP_POINTS)}
+    for i in np.flatnonzero(valid).tolist():
+        of_set = {name: values[i] for name, values in numbers.items()}
+        pads = {"c": pad_of(of_set, "B2", CASES["c"])}
+        of_scenes = measured[i] | {"b3": linear_measures(pads, MAP_POINTS)}
         for column, claim in enumerate(CLAIMS):
-            outcome = arrangement.outcome(claim, judged)
+            outcome = arrangement.outcome(claim, of_scenes)
             if outcome is not None:
                 table[i, column] = outcome.margin
-    return table, whole
+    return table, valid
 
 
 def price(claim: Claim, margin: float, load: float) -> float:
-    """0 for a statement that holds, else 1 to 2 by how far it fails."""
+    """0 for a statement that holds, else 1 to 2 by how far it fails.
+
+    load: F_n / (k1 w), over which some margins count.
+    """
     if margin > 0.0:
         return 0.0
-    room = -margin / (claim.ample * (load if claim.by_load else 1.0))
-    return 2.0 if not math.isfinite(room) else 1.0 + room / (1.0 + room)
+    ample = claim.ample * load if claim.by_load else claim.ample
+    failing = -margin / ample
+    if not math.isfinite(failing):
+        return 2.0
+    return 1.0 + failing / (1.0 + failing)
 
 
-def distance(table: np.ndarray, whole: np.ndarray, numbers: Numbers) -> np.ndarray:
-    """Distance (n,) of sets from the independent statements, those that were not judged aside."""
+def distance(table: np.ndarray, valid: np.ndarray, numbers: Numbers) -> np.ndarray:
+    """Distance (n,) of sets from the independent statements, from what `margins` returns.
+
+    The sum of their prices, those that were not judged aside.
+    """
+    loads = numbers["F_n"].tolist()
     total = np.zeros(len(table))
     for claim, column in zip(CLAIMS, table.T, strict=True):
-        if claim.informative:
-            pairs = zip(column.tolist(), numbers["F_n"].tolist(), strict=True)
-            total += [0.0 if math.isnan(m) else price(claim, m, load) for m, load in pairs]
-    return np.where(whole, total, FAILED)
+        if not claim.informative:
+            continue
+        for i, margin in enumerate(column.tolist()):
+            if not math.isnan(margin):
+                total[i] += price(claim, margin, loads[i])
+    return np.where(valid, total, FAILED)

@@ -34,7 +34,7 @@ from squeal.article.identify.space import LENGTH, MODELS, STOP, TIME, Numbers, s
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
-from squeal.linear.eigen import verdict
+from squeal.linear.verdicts import verdict
 from squeal.model.contact import CONSISTENT
 from squeal.model.equations import PadModel
 from squeal.queries.pads.equilibrium import at_equilibrium

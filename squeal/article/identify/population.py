@@ -44,7 +44,7 @@ from squeal.equilibrium.find import rests as rests_without_friction
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.io.writing import write_text
-from squeal.linear.eigen import verdict
+from squeal.linear.verdicts import verdict
 from squeal.model.contact import CONSISTENT, FULL, NONE, STATES, Formulation, State
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Pad, pose

@@ -58,19 +58,26 @@ class SearchResult(Record):
 def allowed(n: Numbers) -> np.ndarray:
     """True (n,) for level, released pads whose rest, taken in full contact, is as required.
 
-    In cases (c) and (d) the mean reaction acts on the trailing side for h/w < -tan(alpha) / 2.
+    The balances of force and moment give the mean reactions of cases (a) and (b) over F_n and where
+    they act, over the half length. In cases (c) and (d) the mean reaction acts on the trailing side
+    for h/w < -tan(alpha) / 2.
     """
-    slope = 6.0 * n["mu"] * n["h"]
+    friction = 6.0 * n["mu"] * n["h"]
     k2 = n["k2"]
     k_c = n["k_c"]
     depth = n["preload"] / k_c + n["lift"]
-    a = (1.0 + 3.0 / k_c + depth) / (1.0 + (4.0 + slope) / k_c)
-    b = (1.0 + (3.0 / k_c + depth) * k2) / (1.0 + (4.0 - slope) * k2 / k_c)
-    places = np.array([1.0 - 1.0 / a + slope / 3.0, 1.0 - 1.0 / b - slope / 3.0])
+    reaction_a = (1.0 + 3.0 / k_c + depth) / (1.0 + (4.0 + friction) / k_c)
+    reaction_b = (1.0 + (3.0 / k_c + depth) * k2) / (1.0 + (4.0 - friction) * k2 / k_c)
+    position_a = 1.0 - 1.0 / reaction_a + friction / 3.0
+    position_b = 1.0 - 1.0 / reaction_b - friction / 3.0
+    inside_a = (position_a > ROOM[0]) & (position_a < ROOM[1])
+    inside_b = (position_b > ROOM[0]) & (position_b < ROOM[1])
+    ratio = reaction_b / reaction_a
+    twice = (ratio > TWICE[0]) & (ratio < TWICE[1])
     flat = n["h"] < -math.tan(CASES["d"][0]) / 2.0
-    inside = ((places > ROOM[0]) & (places < ROOM[1])).all(axis=0)
-    twice = (TWICE[0] < b / a) & (b / a < TWICE[1])
-    return np.asarray(twice & flat & inside & (np.abs(n["tilt"]) < 1.0) & (n["start"] < 0.5))
+    level = np.abs(n["tilt"]) < 1.0
+    released = n["start"] < 0.5
+    return np.asarray(twice & flat & inside_a & inside_b & level & released)
 
 
 class Start:
@@ -98,12 +105,13 @@ class Start:
         self.sets = 0
 
     def distances(self, points: np.ndarray, models: tuple[Model, ...]) -> np.ndarray:
+        """Distance (n,) of points (n, dimensions) from the statements on some models."""
         numbers = decode(points, self.dimensions)
         self.sets += len(points)
-        table, whole = margins(
+        table, valid = margins(
             numbers, self.formulation, models, workers=self.workers, arrangement=self.arrangement
         )
-        return distance(table, whole, numbers)
+        return distance(table, valid, numbers)
 
     def drawn(self) -> np.ndarray:
         """Random points, if screened those that the balances allow."""
@@ -118,7 +126,8 @@ class Start:
         return np.concatenate(saved)[:FIRST]
 
     def near(self, middle: np.ndarray, names: Sequence[str], model: Model) -> np.ndarray:
-        """The nearest point by CMA-ES in some of the numbers."""
+        """The nearest point to the statements on a model, by CMA-ES from a point in some of its
+        numbers."""
         import cma
 
         free = [NAMES.index(name) for name in names]
@@ -141,13 +150,15 @@ class Start:
         return nearest
 
     def result(self) -> np.ndarray:
-        """A point near to all statements."""
+        """A point near to all statements: first to those on B2, then by the numbers of B1 alone."""
         points = self.drawn()
-        point = self.near(points[self.distances(points, ("B2",)).argmin()], NAMES, "B2")
-        points = np.tile(point, (FIRST, 1))
+        nearest = points[self.distances(points, ("B2",)).argmin()]
+        near_b2 = self.near(nearest, NAMES, "B2")
+        points = np.tile(near_b2, (FIRST, 1))
         own = [NAMES.index(name) for name in OWN]
         points[:, own] = self.random.uniform(size=(FIRST, len(OWN)))
-        return self.near(points[self.distances(points, ("B1",)).argmin()], OWN, "B1")
+        nearest = points[self.distances(points, ("B1",)).argmin()]
+        return self.near(nearest, OWN, "B1")
 
 
 def rounded(point: np.ndarray, dimensions: Sequence[Dimension] = DIMENSIONS) -> dict[str, float]:
@@ -191,18 +202,19 @@ def search(
     best = _resumed(state, seed)
     last = best.starts + starts
     while best.starts < last and (not best.numbers or time.monotonic() - begun < seconds):
-        one = Start(formulation, [seed, best.starts], workers)
+        start = Start(formulation, [seed, best.starts], workers)
         try:
-            numbers = rounded(one.result())
+            numbers = rounded(start.result())
         except KeyboardInterrupt:
             if not best.numbers:
                 raise
             tell("stopped; the best set so far follows")
             break
-        far = distance(*margins(arrays(numbers), formulation), arrays(numbers)).item()
+        table, valid = margins(arrays(numbers), formulation)
+        far = distance(table, valid, arrays(numbers)).item()
         if far < best.distance:
             best = replace(best, numbers=numbers, distance=far)
-        best = replace(best, starts=best.starts + 1, sets=best.sets + one.sets)
+        best = replace(best, starts=best.starts + 1, sets=best.sets + start.sets)
         if state is not None:
             write_text(state, to_json(best.to_dict()))
         tell(f"start {best.starts}: distance {far:.3f}, best {best.distance:.3f}, {best.sets} sets")

@@ -69,10 +69,14 @@ def decode(
 ) -> dict[str, np.ndarray]:
     """The numbers that points (n, dimensions) of the unit cube stand for."""
     numbers = {}
-    for d, u in zip(dimensions, points.T, strict=True):
-        low, high = (math.log(d.low), math.log(d.high)) if d.log else (d.low, d.high)
-        value = low + (high - low) * u
-        numbers[d.name] = np.exp(value) if d.log else value
+    for dimension, share in zip(dimensions, points.T, strict=True):
+        if dimension.log:
+            low = math.log(dimension.low)
+            high = math.log(dimension.high)
+            numbers[dimension.name] = np.exp(low + (high - low) * share)
+        else:
+            width = dimension.high - dimension.low
+            numbers[dimension.name] = dimension.low + width * share
     return numbers
 
 
@@ -82,16 +86,17 @@ def pad_of(n: Numbers, model: str, angles: tuple[Any, Any]) -> Pad:
     A level pad is a start of its own kind, so `tilt` has a range for it.
     """
     law = contact_law(model)
-    theta0 = np.copysign(np.maximum(0.0, np.abs(n["tilt"]) - 1.0), n["tilt"]) * n["F_n"]
-    common: dict[str, Any] = dict.fromkeys(("m", "w", "k1"), 1.0)
-    common |= dict.fromkeys(("L1", "L2"), n["L"])
-    common |= {name: n[name] for name in ("h", "k2", "mu", "F_n", "x0", *law.parameters)}
-    common |= {"I": n["inertia"] * (1.0 + n["h"] ** 2) / 3.0, "theta0": theta0}
-    common |= {"alpha1": angles[0], "alpha2": angles[1]}
-    if not law.absolute_gap:
-        return Pad(**common)
-    # lifted from where its springs are relaxed, and still pressed in by the preload
-    return Pad(**common | {"y0": -n["F_n"] * (n["preload"] / n["k_c"] + n["lift"])})
+    beyond_level = np.maximum(0.0, np.abs(n["tilt"]) - 1.0)
+    parameters: dict[str, Any] = {"m": 1.0, "w": 1.0, "k1": 1.0, "L1": n["L"], "L2": n["L"]}
+    for name in ("h", "k2", "mu", "F_n", "x0", *law.parameters):
+        parameters[name] = n[name]
+    parameters["I"] = n["inertia"] * (1.0 + n["h"] ** 2) / 3.0
+    parameters["theta0"] = np.copysign(beyond_level, n["tilt"]) * n["F_n"]
+    parameters["alpha1"], parameters["alpha2"] = angles
+    if law.absolute_gap:
+        # lifted from where its springs are relaxed, and still pressed in by the preload
+        parameters["y0"] = -n["F_n"] * (n["preload"] / n["k_c"] + n["lift"])
+    return Pad(**parameters)
 
 
 def stacked(n: Numbers, model: Model, case: str, formulation: Formulation) -> PadModel:
@@ -111,14 +116,14 @@ def starts(n: Numbers, pads: PadModel) -> np.ndarray:
     """
     state = np.zeros((len(n["h"]), 6))
     state[:, 0] = n["first_x"] * n["F_n"]
-    line = pads.law.absolute_gap
-    state[:, 1] = (n["lift"] if line else -n["first_y"] / (n["k3"] + n["k4"])) * n["F_n"]
-    still = np.flatnonzero(n["start"] >= 0.5)
-    if still.size:
-        few = pads.replace(**{name: v[still] for name, v in pads.pad.given().items()})
-        numbers = rest(few, np.zeros(still.size))
-        held = (numbers.gaps < 0.0).all(axis=0)
-        state[still, :3] = np.where(held, numbers.place, math.nan).T
+    height = n["lift"] if pads.law.absolute_gap else -n["first_y"] / (n["k3"] + n["k4"])
+    state[:, 1] = height * n["F_n"]
+    standing = np.flatnonzero(n["start"] >= 0.5)
+    if standing.size:
+        some = pads.replace(**{name: v[standing] for name, v in pads.pad.given().items()})
+        found = rest(some, np.zeros(standing.size))
+        full_contact = (found.gaps < 0.0).all(axis=0)
+        state[standing, :3] = np.where(full_contact, found.place, math.nan).T
     return state
 
 
@@ -133,12 +138,16 @@ def scenes_of(
     """The eight dimensionless scenes of one parameter set (n = 1): model, then case."""
 
     def scene(model: Model, case: str) -> Scene:
-        law = formulation if contact_model(model).choices else CONSISTENT
         pads = stacked(n, model, case, formulation)
         pad = Pad(**{name: float(v[0]) for name, v in pads.pad.given().items()})
-        start = tuple(starts(n, pads)[0].tolist())
-        pad = pad.replace(V=float(speed_limit(n)[0]))
-        times: Any = {"stop": stop, "samples": 2, "tolerance": tolerance}
-        return Scene(model, pad, law, initial=start, **times)
+        return Scene(
+            model,
+            pad.replace(V=float(speed_limit(n)[0])),
+            formulation if contact_model(model).choices else CONSISTENT,
+            initial=tuple(starts(n, pads)[0].tolist()),
+            stop=stop,
+            samples=2,
+            tolerance=tolerance,
+        )
 
     return {model: {case: scene(model, case) for case in CASES} for model in MODELS}

@@ -65,8 +65,11 @@ class Run(Record):
     @property
     def horizon(self) -> tuple[float, float] | None:
         """Least and greatest horizon of the double runs, None where the window ends before."""
-        found = [low for low, _ in self.double if low is not None]
-        return (min(found), max(found)) if len(found) == len(self.double) else None
+        horizons = [at_first_level for at_first_level, _ in self.double]
+        reached = [at for at in horizons if at is not None]
+        if len(reached) < len(horizons):
+            return None
+        return min(reached), max(reached)
 
     @property
     def predicted(self) -> float:
@@ -77,15 +80,19 @@ class Run(Record):
 
     def after(self, periods: float) -> float | None:
         """Error of the double run about that time, None beyond the window or the horizon."""
-        begun = self.horizon
-        if self.window < periods or (begun is not None and begun[0] < periods):
+        if self.window < periods:
+            return None
+        if self.horizon is not None and self.horizon[0] < periods:
             return None
         later = next(i for i, t in enumerate(self.times) if t >= periods * (1.0 - 1e-9))
         return self.errors.double[later]
 
     @property
     def per_impact(self) -> float:
-        """Factor by which an impact, two contact changes, multiplies an error."""
+        """Factor by which an impact, two contact changes, multiplies an error.
+
+        An error grows by exp(exponent t); the window holds changes / 2 impacts.
+        """
         return math.exp(2.0 * self.exponent * self.window / self.changes)
 
 
@@ -124,19 +131,20 @@ class Horizon(Result):
     @property
     def prediction(self) -> tuple[float, float]:
         """Least and greatest horizon over the prediction by the exponent, up to `FORETOLD`."""
-        some = [run for run in self.reached if run.stiffness <= FORETOLD]
-        ratios = [at / run.predicted for run in some for at in run.horizon or ()]
+        ratios: list[float] = []
+        for run in self.reached:
+            if run.stiffness <= FORETOLD:
+                ratios += [at / run.predicted for at in run.horizon or ()]
         return min(ratios), max(ratios)
 
     @property
     def second(self) -> tuple[float, float]:
         """Least and greatest horizon of the second method over the default path's."""
-        ratios = [
-            run.independent[0] / at
-            for run in self.reached
-            for at in run.horizon or ()
-            if run.independent[0] is not None
-        ]
+        ratios: list[float] = []
+        for run in self.reached:
+            second = run.independent[0]
+            if second is not None:
+                ratios += [second / at for at in run.horizon or ()]
         return min(ratios), max(ratios)
 
 

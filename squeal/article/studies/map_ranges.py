@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -93,12 +93,15 @@ class MapRanges(Result):
     full: Full
 
 
-def with_values(pad: Pad, ratio: Any, springs: Any, mu: Any) -> Pad:
-    """The pad with other h/w, k2/k1 (of the same sum) and mu; I grows as that of a rectangle."""
-    h = ratio * pad.w
+def with_values(pad: Pad, h_over_w: Any, k2_over_k1: Any, mu: Any) -> Pad:
+    """The pad with other h/w, k2/k1 (of the same sum) and mu; I grows as that of a rectangle.
+
+    The values are numbers, or arrays (n,) for many pads.
+    """
+    h = h_over_w * pad.w
     inertia = pad.I * (pad.w**2 + h**2) / (pad.w**2 + pad.h**2)
-    k1 = (pad.k1 + pad.k2) / (1.0 + springs)
-    return pad.replace(h=h, I=inertia, k1=k1, k2=springs * k1, mu=mu)
+    k1 = (pad.k1 + pad.k2) / (1.0 + k2_over_k1)
+    return pad.replace(h=h, I=inertia, k1=k1, k2=k2_over_k1 * k1, mu=mu)
 
 
 def _axes(cells: int) -> tuple[np.ndarray, np.ndarray]:
@@ -110,6 +113,7 @@ def _axes(cells: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _angles(cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """Both spring angles at the points of the map."""
     a1, a2 = np.meshgrid(*_axes(cells), indexing="ij")
     return a1.ravel(), a2.ravel()
 
@@ -117,46 +121,62 @@ def _angles(cells: int) -> tuple[np.ndarray, np.ndarray]:
 def _shares(pad: Pad) -> tuple[np.ndarray, np.ndarray]:
     """Shares of both readings of (23a, b) over all combinations of `VALUES`."""
     angles = _angles(CELLS)
-    shape = [len(v) for v in VALUES.values()]
+    ratios, springs, frictions = VALUES.values()
+    shape = (len(ratios), len(springs), len(frictions))
     printed = np.empty(shape)
     complete = np.empty(shape)
-    for index in np.ndindex(*shape):
-        values = (v[i] for v, i in zip(VALUES.values(), index, strict=True))
-        holds = bounds(with_values(pad, *values), angles)
-        printed[index] = holds.as_printed.mean()
-        complete[index] = holds.complete.mean()
+    for i, j, k in np.ndindex(*shape):
+        holds = bounds(with_values(pad, ratios[i], springs[j], frictions[k]), angles)
+        printed[i, j, k] = holds.as_printed.mean()
+        complete[i, j, k] = holds.complete.mean()
     return printed, complete
 
 
 def _curves(pad: Pad) -> tuple[Curve, ...]:
-    def at(angles: np.ndarray) -> np.ndarray:
+    """Around the area of the map on which the printed conditions hold."""
+
+    def holds(angles: np.ndarray) -> np.ndarray:
         return np.asarray(bounds(pad, (angles[0], angles[1])).as_printed).astype(int)
 
-    x, y = _axes(FINE)
-    codes = at(np.array(_angles(FINE)))
-    region = outline(((0.0, math.pi), (0.0, math.pi)), x, y, codes.reshape(FINE, -1), at)
-    return tuple(
-        tuple((round(x, 5), round(y, 5)) for x, y in line.tolist()) for line, _ in region.curves
-    )
+    a1, a2 = _axes(FINE)
+    codes = holds(np.array(_angles(FINE)))
+    region = outline(((0.0, math.pi), (0.0, math.pi)), a1, a2, codes.reshape(FINE, -1), holds)
+    curves: list[Curve] = []
+    for points, _ in region.curves:
+        curves.append(tuple((round(x, 5), round(y, 5)) for x, y in points.tolist()))
+    return tuple(curves)
 
 
-def equilibria(scene: Scene, pads: Pad, cells: int = COARSE) -> tuple[np.ndarray, ...]:
-    """Shares (n,) of the map on which the branch has an equilibrium, on which it is stable, and on
-    which it is so in full contact; `pads` holds parameters as arrays (n,)."""
-    angles = _angles(cells)
+class EquilibriumShares(NamedTuple):
+    """By pad, (n,) each: shares of the map on which the branch has an equilibrium, on which it is
+    stable, and on which it is so in full contact."""
+
+    reached: np.ndarray
+    stable: np.ndarray
+    stable_full: np.ndarray
+
+
+def equilibria(scene: Scene, pads: Pad, cells: int = COARSE) -> EquilibriumShares:
+    """Of the scene with the parameters of `pads`, numbers or arrays (n,)."""
+    a1, a2 = _angles(cells)
     names = ("h", "I", "k1", "k2", "mu", "k_c", "y0")
-    given = np.broadcast_arrays(*(getattr(pads, name) for name in names))
-    count = len(given[0])
-    each = len(angles[0])
-    values = np.array([*(np.tile(a, count) for a in angles), *(np.repeat(v, each) for v in given)])
-    computed = codes_at(scene, ("alpha1", "alpha2", *names), values)
+    parameters = np.broadcast_arrays(*(getattr(pads, name) for name in names))
+    count = len(parameters[0])
+    points = len(a1)
+    # all angles of the first pad, then those of the next
+    repeated = [np.repeat(values, points) for values in parameters]
+    rows = np.array([np.tile(a1, count), np.tile(a2, count), *repeated])
+    computed = codes_at(scene, ("alpha1", "alpha2", *names), rows)
     stable = np.isin(computed.codes, STABLE)
-    chosen = (
-        computed.codes != BEYOND_FOLD,
-        stable,
-        stable & (computed.contact == STATES.index(FULL)),
+
+    def share(holds: np.ndarray) -> np.ndarray:
+        return np.asarray(holds.reshape(count, points).mean(axis=1))
+
+    return EquilibriumShares(
+        reached=share(computed.codes != BEYOND_FOLD),
+        stable=share(stable),
+        stable_full=share(stable & (computed.contact == STATES.index(FULL))),
     )
-    return tuple(one.reshape(count, each).mean(axis=1) for one in chosen)
 
 
 def _span(shares: np.ndarray) -> Span:
@@ -165,12 +185,14 @@ def _span(shares: np.ndarray) -> Span:
 
 def full(scene: Scene) -> Full:
     """Stable equilibria in full contact over the sets of `SPREAD`."""
-    *grid, contact, preload = (v.ravel() for v in np.meshgrid(*SPREAD.values(), indexing="ij"))
-    pads = with_values(scene.pad, *grid)
+    grids = [grid.ravel() for grid in np.meshgrid(*SPREAD.values(), indexing="ij")]
+    ratio, springs, mu, contact, preload = grids
+    pads = with_values(scene.pad, ratio, springs, mu)
     assert pads.F_n is not None
-    pads = pads.replace(k_c=contact * pads.k1, y0=-preload * pads.F_n / pads.k1)
-    _, stable, shares = equilibria(scene, pads, COARSEST)
-    return Full.of(_span(shares), pads=shares.size, touching=_span(stable))
+    pressed = pads.replace(k_c=contact * pads.k1, y0=-preload * pads.F_n / pads.k1)
+    shares = equilibria(scene, pressed, COARSEST)
+    full_contact = shares.stable_full
+    return Full.of(_span(full_contact), pads=full_contact.size, touching=_span(shares.stable))
 
 
 def study(files: Sequence[Path]) -> MapRanges:
@@ -178,32 +200,38 @@ def study(files: Sequence[Path]) -> MapRanges:
     scene = read_scenes(files, ["b2-c"])["b2-c"]
     pad = scene.pad
     own = {"h/w": pad.h / pad.w, "k2/k1": pad.k2 / pad.k1, "mu": pad.mu}
+
+    def with_other(name: str, value: Any) -> Pad:
+        """The pad with another value of one parameter of the map."""
+        changed = own | {name: value}
+        return with_values(pad, changed["h/w"], changed["k2/k1"], changed["mu"])
+
     printed, complete = _shares(pad)
-    sparse = {n: v[np.linspace(0, len(v) - 1, SPARSE).astype(int)] for n, v in VALUES.items()}
-    each = [own | {name: v} for name, values in sparse.items() for v in values.tolist()]
-    many = with_values(pad, *(np.array([one[name] for one in each]) for name in own))
-    reached, stable, _ = (part.reshape(-1, SPARSE) for part in equilibria(scene, many))
     sweeps = {}
     for axis, (name, values) in enumerate(VALUES.items()):
-        along = [
-            bounds(with_values(pad, *(own | {name: v}).values()), _angles(CELLS))
-            for v in values.tolist()
-        ]
-        rest = tuple(i for i in range(len(VALUES)) if i != axis)
-        shapes = {v: with_values(pad, *(own | {name: v}).values()) for v in SHAPES[name]}
+        holds = [bounds(with_other(name, v), _angles(CELLS)) for v in values.tolist()]
+        others = tuple(i for i in range(len(VALUES)) if i != axis)
+        sparse = values[np.linspace(0, len(values) - 1, SPARSE).astype(int)]
+        shares = equilibria(scene, with_other(name, sparse))
         sweeps[name] = Sweep(
             own=own[name],
             values=tuple(values.tolist()),
-            printed=tuple(float(b.as_printed.mean()) for b in along),
-            complete=tuple(float(b.complete.mean()) for b in along),
-            low=tuple(printed.min(axis=rest).tolist()),
-            high=tuple(printed.max(axis=rest).tolist()),
-            sparse=tuple(sparse[name].tolist()),
-            reached=tuple(reached[axis].tolist()),
-            stable=tuple(stable[axis].tolist()),
-            shapes={f"{v:g}": _curves(one) for v, one in shapes.items()},
+            printed=tuple(float(one.as_printed.mean()) for one in holds),
+            complete=tuple(float(one.complete.mean()) for one in holds),
+            low=tuple(printed.min(axis=others).tolist()),
+            high=tuple(printed.max(axis=others).tolist()),
+            sparse=tuple(sparse.tolist()),
+            reached=tuple(shares.reached.tolist()),
+            stable=tuple(shares.stable.tolist()),
+            shapes={f"{v:g}": _curves(with_other(name, v)) for v in SHAPES[name]},
         )
-    return MapRanges(sweeps, printed.size, _span(printed), _span(complete), full(scene))
+    return MapRanges(
+        sweeps=sweeps,
+        pads=printed.size,
+        printed=_span(printed),
+        complete=_span(complete),
+        full=full(scene),
+    )
 
 
 def sentences(record: MapRanges) -> Mapping[str, bool]:

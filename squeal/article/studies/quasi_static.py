@@ -66,19 +66,19 @@ def state_curves(pad: Pad, cells: int = CELLS) -> tuple[Curve, ...]:
     angles = math.pi * (np.arange(cells) + 0.5) / cells
 
     def codes(points: np.ndarray) -> np.ndarray:
+        """1 above the curve, and 2 more where the reaction is positive."""
         above, pressed = state_sides(pad, (points[0], points[1]))
         return np.asarray(above + 2 * pressed)
 
     grid = np.array(np.meshgrid(angles, angles, indexing="ij"))
     traced = outline(ENDS, angles, angles, codes(grid), codes)
-    # the curve, where the reaction is positive
-    below = 2
-    above = 3
-    return tuple(
-        tuple((round(first, 7), round(second, 7)) for first, second in curve.tolist())
-        for curve, sides in traced.curves
-        if sides == (below, above)
-    )
+    pressed_below = 2
+    pressed_above = 3
+    curves: list[Curve] = []
+    for points, sides in traced.curves:
+        if sides == (pressed_below, pressed_above):
+            curves.append(tuple((round(a1, 7), round(a2, 7)) for a1, a2 in points.tolist()))
+    return tuple(curves)
 
 
 def case_rows(pad: Pad) -> CaseRows:

@@ -72,12 +72,13 @@ class ParameterSet(Record):
 
     def beside(self, model: str) -> dict[str, float]:
         """`lasting` of the cases in which contact goes on changing beside stable sliding."""
-        own = {case: stem(model, case) for case in CASES}
-        return {
-            case: self.lasting[name]
-            for case, name in own.items()
-            if self.lasting.get(name) and (self.growth[name] or 0.0) < 0.0
-        }
+        shares = {}
+        for case in CASES:
+            name = stem(model, case)
+            share = self.lasting.get(name, 0.0)
+            if share > 0.0 and (self.growth[name] or 0.0) < 0.0:
+                shares[case] = share
+        return shares
 
 
 class Sets(Result):
@@ -126,14 +127,14 @@ def ratios(points: Scene, line: Scene) -> dict[str, float]:
 
 def parameters(points: Scene, line: Scene) -> dict[str, float]:
     """Parameters, initial values and observation time of both models in SI units."""
-    values = points.pad.given() | line.pad.given()
-    names = ("m", "w", "h", "I", *(f"k{i}" for i in range(1, 5)), "k_c", "L1", "mu", "F_n", "V")
-    return {name: float(values[name]) for name in (*names, "x0", "y0")} | {
-        "x": line.initial[0],
-        "y1": points.initial[1],
-        "y2": line.initial[1],
-        "T": line.stop or 0.0,
-    }
+    given = points.pad.given() | line.pad.given()
+    sizes = ("m", "w", "h", "I", "k1", "k2", "k3", "k4", "k_c", "L1", "mu", "F_n", "V", "x0", "y0")
+    values = {name: float(given[name]) for name in sizes}
+    values["x"] = line.initial[0]
+    values["y1"] = points.initial[1]
+    values["y2"] = line.initial[1]
+    values["T"] = line.stop or 0.0
+    return values
 
 
 def edges_apart(line: Scene, rest: State) -> dict[str, float]:
@@ -154,43 +155,51 @@ def edges_apart(line: Scene, rest: State) -> dict[str, float]:
 
 def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     """A set from its eight scenes."""
-    b1, b2 = ({c: scenes[stem(m, c)] for c in CASES} for m in ("B1", "B2"))
+    b1 = {case: scenes[stem("B1", case)] for case in CASES}
+    b2 = {case: scenes[stem("B2", case)] for case in CASES}
     cases = measure_scenes(b1, b2)
     linear = linear_measures({case: scene.pad for case, scene in b2.items()})
     judged = judge_claims({**cases, "b3": linear})
     independent = {claim.id for claim in CLAIMS if claim.informative}
     rests = {name: contact(scenes[name]) for name in cases}
     motions = {name: motion(case, rests[name]) for name, case in cases.items()}
-    verdicts = {
-        name: analyse(scenes[name]).judgement.verdict if rest is not None else None
-        for name, rest in rests.items()
-    }
-    losses = critical_friction(b2["c"], b2["c"].pad.mu).points
-    ends = [point.mu for point in losses if point.kind in ("fold", "lift-off")]
-    late: dict[str, list[After]] = {}
-    if version("heyoka") != NOT_INSTALLED:
-        held = [name for name, rest in rests.items() if rest is not None]
-        late = {name: repeats(scenes[name], RATIO, after(scenes[name], RATIO)[0]) for name in held}
+    verdicts: dict[str, str | None] = {}  # None without a sliding equilibrium
+    late: dict[str, list[After]] = {}  # with damping, a row a repeat
+    able = version("heyoka") != NOT_INSTALLED
+    for name, rest in rests.items():
+        verdicts[name] = None
+        if rest is None:
+            continue
+        verdicts[name] = analyse(scenes[name]).judgement.verdict
+        if able:
+            late[name] = repeats(scenes[name], RATIO, after(scenes[name], RATIO).row)
+    lasting = {name: [row.lasting / row.starts for row in rows] for name, rows in late.items()}
+    thresholds = critical_friction(b2["c"], b2["c"].pad.mu).points
 
-    def those(verdict: str | None) -> dict[str, tuple[str, ...]]:
-        """The cases of that verdict, by model."""
-        return {
-            model: tuple(case for case in CASES if verdicts[stem(model, case)] == verdict)
-            for model in ("B1", "B2")
-        }
+    def cases_with(verdict: str | None) -> dict[str, tuple[str, ...]]:
+        """By model."""
+        found = {}
+        for model in ("B1", "B2"):
+            found[model] = tuple(c for c in CASES if verdicts[stem(model, c)] == verdict)
+        return found
 
-    without = those(None)
-    both = [case for case in CASES if not any(case in cases for cases in without.values())]
+    without = cases_with(None)
+    both = [case for case in CASES if case not in (*without["B1"], *without["B2"])]
+    two_points = []
+    for case in both:
+        rest = rests[stem("B2", case)]
+        assert rest is not None
+        two_points.append(edges_apart(b2[case], rest))
 
-    pairs = [(case, rest) for case in both if (rest := rests[stem("B2", case)]) is not None]
-    two = [edges_apart(b2[case], rest) for case, rest in pairs]
-
-    def mean(key: str) -> dict[str, float]:
-        """Over the cases in which both models have an equilibrium, by model and of two points."""
-        return {
-            model: sum(getattr(motions[stem(model, case)], key) for case in both) / len(both)
-            for model in ("B1", "B2")
-        } | {TWO: sum(one[key] for one in two) / len(both)}
+    def mean(share: str) -> dict[str, float]:
+        """`lost` or `apart` over the cases in which both models have an equilibrium, by model and
+        of two points."""
+        means = {}
+        for model in ("B1", "B2"):
+            own = [getattr(motions[stem(model, case)], share) for case in both]
+            means[model] = sum(own) / len(both)
+        means[TWO] = sum(one[share] for one in two_points) / len(both)
+        return means
 
     return ParameterSet(
         numbers=ratios(b1["c"], b2["c"]),
@@ -198,18 +207,14 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
         satisfied=sum(one.holds for one in judged if one.id in independent),
         failing=tuple(one.id for one in judged if not one.holds),
         hammering=hammering_cases(cases),
-        flutters=those("flutter"),
+        flutters=cases_with("flutter"),
         without=without,
-        critical=next((point.mu for point in losses if point.kind == "flutter"), None),
-        ends=ends[0] if ends else None,
+        critical=next((p.mu for p in thresholds if p.kind == "flutter"), None),
+        ends=next((p.mu for p in thresholds if p.kind in ("fold", "lift-off")), None),
         lost=mean("lost"),
         apart=mean("apart"),
-        lasting={name: rows[0].lasting / rows[0].starts for name, rows in late.items()},
-        lasting_repeats={
-            name: tuple(row.lasting / row.starts for row in rows)
-            for name, rows in late.items()
-            if len(rows) > 1
-        },
+        lasting={name: shares[0] for name, shares in lasting.items()},
+        lasting_repeats={name: tuple(s) for name, s in lasting.items() if len(s) > 1},
         growth={name: rows[0].growth for name, rows in late.items()},
         face={name: case.face for name, case in cases.items()},
     )

@@ -130,20 +130,38 @@ def modes(scene: Scene, at: Equilibrium) -> Modes:
     pad = scene.pad
     lever = np.array([1.0, 1.0, pad.w])
     shapes = []
-    for one in mode_shapes(analysis.spectrum, lever):
-        shape = lever * one.shape
-        shapes.append(ModeShape.of(one, real=_nested(shape.real), imag=_nested(shape.imag)))
-    pose = (pad.x0 + analysis.q[0], pad.y0 + analysis.q[1], pad.theta0 + analysis.q[2])
-    verdict = analysis.judgement.verdict
-    return Modes.of(at, analysis, verdict=verdict, pose=pose, modes=tuple(shapes))
+    for mode in mode_shapes(analysis.spectrum, lever):
+        shape = lever * mode.shape
+        shapes.append(
+            ModeShape(
+                frequency_hz=mode.frequency_hz,
+                growth_rate=mode.growth_rate,
+                real=_nested(shape.real),
+                imag=_nested(shape.imag),
+            )
+        )
+    x, y, theta = analysis.q
+    return Modes(
+        on_branch=at.on_branch,
+        contact=analysis.contact,
+        verdict=analysis.judgement.verdict,
+        pose=(pad.x0 + x, pad.y0 + y, pad.theta0 + theta),
+        modes=tuple(shapes),
+    )
 
 
 def examined(name: str, scene: Scene) -> SceneStability:
     """All of one scene."""
-    at, how = sliding_equilibrium(scene.pad_model)
-    equilibrium = Missing(how) if at is None else modes(scene, at)
-    own: Any = {"branch": branch(scene), "equilibrium": equilibrium}
-    return SceneStability.of(scene, scene.pad, name=name, **own)
+    found, reason = sliding_equilibrium(scene.pad_model)
+    return SceneStability(
+        name=name,
+        model=scene.model,
+        mu=scene.pad.mu,
+        w=scene.pad.w,
+        h=scene.pad.h,
+        branch=branch(scene),
+        equilibrium=Missing(reason) if found is None else modes(scene, found),
+    )
 
 
 def study(files: Sequence[Path]) -> Stability:

@@ -105,26 +105,40 @@ def grid(side: int = SIDE) -> tuple[np.ndarray, np.ndarray]:
 
 
 def kind(case: Case) -> int:
-    """The kind of a motion."""
-    return 3 if hammers(case).margin > 0.0 else len(set(case.losses))
+    """The index of a motion's kind: hammering, or how many different edges separate (0, 1, 2)."""
+    if hammers(case).margin > 0.0:
+        return KINDS.index("hammering")
+    return len(set(case.losses))
 
 
 def _map(scene: Scene, equilibrium: np.ndarray, windows: int) -> Map:
+    """The map of a scene about its equilibrium (3,), over so many observation times."""
     height, tilt = grid()
-    starts = np.append(plane(scene, equilibrium, height, tilt), [scene.initial], axis=0)
     assert scene.stop is not None
-    how = starts, windows * scene.stop, TOLERANCE, scene.formulation, measures
-    motions = simulate_many(scene.model, scene.pad, *how)
-    codes = np.array(
-        [
-            kind(case_of(motions, i)) if motions["outcome"][i] == DONE else len(KINDS) - 1
-            for i in range(len(starts))
-        ]
+    starts = plane(scene, equilibrium, height, tilt)
+    motions = simulate_many(
+        scene.model,
+        scene.pad,
+        np.append(starts, [scene.initial], axis=0),  # the reference one last
+        windows * scene.stop,
+        TOLERANCE,
+        scene.formulation,
+        measures,
     )
-    rows = tuple("".join(map(str, row)) for row in codes[:-1].reshape(SIDE, SIDE).tolist())
-    beside = codes[:-1][(height != 0.0) | (tilt != 0.0)]
-    share = {name: float(np.mean(beside == i)) for i, name in enumerate(KINDS)}
-    return Map(windows, rows, int(codes[-1]), share)
+    kinds = []
+    for i, outcome in enumerate(motions["outcome"].tolist()):
+        if outcome == DONE:
+            kinds.append(kind(case_of(motions, i)))
+        else:
+            kinds.append(KINDS.index("invalid simulation"))
+    of_map = np.array(kinds[:-1])
+    besides_equilibrium = of_map[(height != 0.0) | (tilt != 0.0)]
+    return Map(
+        windows=windows,
+        rows=tuple("".join(map(str, row)) for row in of_map.reshape(SIDE, SIDE).tolist()),
+        own=kinds[-1],
+        share={name: float(np.mean(besides_equilibrium == i)) for i, name in enumerate(KINDS)},
+    )
 
 
 def maps(scene: Scene) -> CaseMaps | Missing:
@@ -155,17 +169,18 @@ def sentences(record: Starts) -> Mapping[str, bool]:
     """What the paper says of these maps."""
     if record.left_out:
         return {}
-    permanent = KINDS[0]
-    hammering = KINDS[3]
-    b1 = [name for name in record.cases if name.startswith("b1")]
+
+    def permanent(name: str) -> float:
+        return record.share(name, "permanent contact", 10)
+
+    def hammering(name: str) -> float:
+        return record.share(name, "hammering", 10)
+
+    points = [name for name in record.cases if name.startswith("b1")]
     return {
-        "b1-permanent-contact-near-equilibrium": all(
-            record.share(name, permanent, 10) > 0.0 for name in b1
-        ),
-        "b1-hammers-from-most-in-a-c-d": all(
-            record.share(f"b1-{case}", hammering, 10) > 0.5 for case in "acd"
-        ),
-        "b2-c-hammers-from-all": record.share("b2-c", hammering, 10) == 1.0,
-        "b2-a-hammers-from-few-b-from-none": 0.0 < record.share("b2-a", hammering, 10) < 0.15
-        and record.share("b2-b", hammering, 10) == 0.0,
+        "b1-permanent-contact-near-equilibrium": all(permanent(name) > 0.0 for name in points),
+        "b1-hammers-from-most-in-a-c-d": all(hammering(f"b1-{case}") > 0.5 for case in "acd"),
+        "b2-c-hammers-from-all": hammering("b2-c") == 1.0,
+        "b2-a-hammers-from-few-b-from-none": 0.0 < hammering("b2-a") < 0.15
+        and hammering("b2-b") == 0.0,
     }

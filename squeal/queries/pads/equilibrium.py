@@ -10,8 +10,10 @@ from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.linear import Judgement, Spectrum, SystemFunction
-from squeal.linear.eigen import STIFF, decide, hidden, spectrum_of
+from squeal.linear.eigen import spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce
+from squeal.linear.roots import STIFF, hides_slow_roots
+from squeal.linear.verdicts import decide
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
 from squeal.results.sources import PadAnalysis
 
@@ -82,7 +84,7 @@ def roots_and_verdict(
     squares = np.abs(np.diag(reduced.A))  # of the frequencies of each coordinate alone
     # upright springs hold nothing along the surface: k cos^2 of a rounded 90 degrees is 1e-33 k
     has_free_coordinate = squares.min() <= EPS**2 * squares.max()
-    if not has_free_coordinate and hidden(reduced, damping, stiffness):
+    if not has_free_coordinate and hides_slow_roots(reduced, damping, stiffness):
         raise ComputationError(f"no eigenvalue can be given: {STIFF}")
     spectrum = spectrum_of(reduced)
     return spectrum, decide(spectrum.values, spectrum.rounding)

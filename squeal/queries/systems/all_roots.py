@@ -8,8 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.linear.eigen import assumed_rounding, ordered
+from squeal.linear.roots import ordered
 from squeal.linear.system import TermSystem
+from squeal.linear.verdicts import assumed_rounding
 from squeal.queries.systems.matrices import ALL_ROWS
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.dense import dense_values

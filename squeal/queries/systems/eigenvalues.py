@@ -36,9 +36,12 @@ from squeal.results.sweep import Sweep
 from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.first_look import FirstLook
 
-ONSET_ROWS = 40  # up to so many rows the onset of each unstable mode is computed
-SHOWN_ROWS = 100  # matrices and mode shapes of larger systems are not printed
-SAME = 1e-6  # of |lambda|: one root, computed in two ways
+ONSET_ROWS = 40
+"""Up to so many rows the onset of each unstable mode is computed."""
+SHOWN_ROWS = 100
+"""Matrices and mode shapes of systems with more rows are not printed."""
+SAME = 1e-6
+"""Two roots within this share of |lambda| are one, computed in two ways."""
 
 
 def system_eigenvalues(

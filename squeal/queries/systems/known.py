@@ -42,7 +42,7 @@ def data_of(file: SystemFile, system: TermSystem) -> Data | None:
     if not has_digits(system):
         radii = rounding_of_sums(system) if is_small(system) else None
         if radii is None or not any(radius.any() for radius in radii):
-            return Data()
+            return Data()  # each entry is one given number
         return Data(radii=radii, keeps_structure=_has_structure(system))
     fewest = min(term.digits for term in system.terms if term.digits is not None)
     errors = (X.toarray() for X in data_errors(system))
@@ -51,11 +51,15 @@ def data_of(file: SystemFile, system: TermSystem) -> Data | None:
 
 def _has_structure(system: TermSystem) -> bool:
     """Whether each term of M and K is symmetric, and each of C skew, at all parameters."""
-    masses, dampings, stiffnesses = system.parts
-    if not all(np.array_equal(X, -X.T) for X in (dense(term.matrix) for term in dampings)):
-        return False
-    symmetric = [dense(term.matrix) for term in (*masses, *stiffnesses)]
-    return all(np.array_equal(X, X.T) for X in symmetric)
+    for term in system.C:
+        C = dense(term.matrix)
+        if not np.array_equal(C, -C.T):
+            return False
+    for term in (*system.M, *system.K):
+        X = dense(term.matrix)
+        if not np.array_equal(X, X.T):
+            return False
+    return True
 
 
 def digits_of_files(file: SystemFile) -> str:

@@ -6,15 +6,16 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputWarning, MatrixError
 from squeal.linear import GROWING
-from squeal.linear.eigen import Eigenvalue, ordered
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import SingularTogetherError, dense
+from squeal.linear.roots import ordered
 from squeal.linear.system import Matrix
 from squeal.results.columns import OPEN
 
@@ -24,9 +25,15 @@ if TYPE_CHECKING:
 AS_GIVEN = "as given"
 HALF_ULP = "half an ulp"  # is assumed of the entries of arrays and of files with all digits
 NO_MOTION = "no motion satisfies the equations, so that none grows"
-PRINTED = 1e-6  # of |lambda|: the digits of a table
+PRINTED = 1e-6
+"""An error beyond this share of |lambda| shows in the digits of a table."""
 Known = tuple[Eigenvalue, ...]
-Words = tuple[str | None, str]
+FORBIDDEN = 1e300
+"""The cost of a pair that must not be formed."""
+Arrays = tuple[NDArray, NDArray | None, NDArray]
+"""M, C and K (n, n)."""
+VerdictAndCriterion = tuple[str | None, str]
+"""The verdict, None where it is open, and what decided it or why it is open, in words."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +54,7 @@ class Data:
         """Whether the radii are those of the rounding of sums, not of digits."""
         return self.radii is not None and self.words == HALF_ULP
 
-    def around(self, M: NDArray[Any], C: NDArray[Any] | None, K: NDArray[Any]) -> Quadratic:
+    def around(self, M: NDArray, C: NDArray | None, K: NDArray) -> Quadratic:
         """The system with each entry a ball that holds all values it may have.
 
         Raises ValueError where an entry is no double.
@@ -136,9 +143,20 @@ def counted(agrees: bool) -> Statement:
     return Statement("open", "count", reason="no count agrees, others may be missing")
 
 
+class RefereedRoots(NamedTuple):
+    """Roots with their proved errors, the verdict on them, and what is proved of the list."""
+
+    roots: Known
+    verdict: VerdictAndCriterion
+    statement: Statement
+
+
 def refereed(
-    matrices: tuple[Matrix, Matrix | None, Matrix], every: Known, words: Words, data: Data
-) -> tuple[Known, Words, Statement]:
+    matrices: tuple[Matrix, Matrix | None, Matrix],
+    roots: Known,
+    verdict: VerdictAndCriterion,
+    data: Data,
+) -> RefereedRoots:
     """The roots of a small system as far as the referee confirms them.
 
     If it refutes them, the roots that it knows itself take their place, if they pass.
@@ -147,91 +165,92 @@ def refereed(
     ----------
     matrices : (M, C, K)
         Arrays or sparse matrices (n, n), C may be None.
-    every : tuple of Eigenvalue
+    roots : tuple of Eigenvalue
         All finite roots as they were computed.
-    words : (str or None, str)
+    verdict : (str or None, str)
         The verdict on them, and what decided it.
     data : Data
         How precisely the entries of the matrices are known.
-
-    Returns
-    -------
-    every, words
-        The same of the roots that passed, with the errors that are proved.
-    statement : Statement
-        What is proved of the list.
 
     Raises
     ------
     ValueError
         Where an entry is no double.
     """
-    from squeal.proof.referee import (  # here, since scenes start without it
-        FREE,
-        RootList,
-        prove_roots,
-    )
-
     M = dense(matrices[0])
     C = None if matrices[1] is None else dense(matrices[1])
     K = dense(matrices[2])
-
     system = data.around(M, C, K)
-
-    def judge(system: Quadratic, roots: Known, verdict: str | None) -> Proof:
-        values = np.array([e.value for e in roots], dtype=complex)
-        shapes = None
-        if roots and all(len(e.right) == len(K) for e in roots):
-            shapes = np.column_stack([e.right for e in roots])
-        return prove_roots(system, RootList.of(values, math.inf, verdict, shapes))
-
-    proof = judge(system, every, words[0])
+    proof = _proof_of(system, roots, verdict[0])
     refuting = proof
     if proof.status == "open" and data.is_rounded:
         # exact numbers prove nothing of sums that were rounded, but tell a wrong list
-        refuting = judge(Data().around(M, C, K), every, words[0])
-    if refuting.status == "refuted":
-        warnings.warn(
-            f"the referee refutes the roots that were computed ({refuting.reason})",
-            InputWarning,
-            stacklevel=2,
-        )
-        refutation = refuting.reason
-        verdict = _only_verdict(refuting)
-        values = _centres(refuting.pieces)
-        found = tuple(_solved((M, C, K), z) for z in values[ordered(values)].tolist())
-        proof = judge(system, found, verdict)
-        is_empty_by_chance = not found and proof.status != "proved"  # nothing was enclosed
-        if proof.status == "refuted" or is_empty_by_chance:
-            statement = Statement("open", proof.by, None, proof.data, refutation, None)
-            return every, (None, f"{OPEN}{refutation}"), statement
-        every = found
-        words = (verdict, "roots of the referee")
-        if verdict is None:
-            words = (None, f"{OPEN}{refutation}")
+        refuting = _proof_of(Data().around(M, C, K), roots, verdict[0])
+    if refuting.status != "refuted":
+        return _as_proved(roots, verdict, proof, data)
+    warnings.warn(
+        f"the referee refutes the roots that were computed ({refuting.reason})",
+        InputWarning,
+        stacklevel=2,
+    )
+    refuted = (None, f"{OPEN}{refuting.reason}")
+    only_verdict = _only_verdict(refuting)
+    own_roots = _roots_of_pieces((M, C, K), refuting.pieces)
+    proof = _proof_of(system, own_roots, only_verdict)
+    is_empty_by_chance = not own_roots and proof.status != "proved"  # nothing was enclosed
+    if proof.status == "refuted" or is_empty_by_chance:
+        statement = Statement("open", proof.by, None, proof.data, refuting.reason, None)
+        return RefereedRoots(roots, refuted, statement)
+    if only_verdict is None:
+        return _as_proved(own_roots, refuted, proof, data)
+    return _as_proved(own_roots, (only_verdict, "roots of the referee"), proof, data)
+
+
+def _proof_of(system: Quadratic, roots: Known, verdict: str | None) -> Proof:
+    """What the referee says of all roots and the verdict on them."""
+    from squeal.proof.referee import RootList, prove_roots  # here, since scenes start without it
+
+    values = np.array([e.value for e in roots], dtype=complex)
+    shapes = None
+    if roots and all(len(e.right) == system.n for e in roots):
+        shapes = np.column_stack([e.right for e in roots])
+    return prove_roots(system, RootList.of(values, math.inf, verdict, shapes))
+
+
+def _as_proved(
+    roots: Known, verdict: VerdictAndCriterion, proof: Proof, data: Data
+) -> RefereedRoots:
+    """Roots that are not refuted, with what a proof adds to them, to the verdict and to the list.
+
+    A verdict is open if the proof leaves others. One that was open is what the proof says, unless
+    the data have few digits: what is known to these neither grows nor decays.
+    """
+    from squeal.proof.referee import FREE
+
     status = proof.status
     reason = proof.reason
-    where = None if proof.where is None else complex(proof.where)
-    if status == "open" and proof.verdicts and proof.verdicts != {words[0]}:
-        words = (None, f"{OPEN}{reason}")
-    elif status == "proved" and words[0] is None:
-        verdict = _only_verdict(proof)
-        # what is known to few digits neither grows nor decays
-        if not every:
-            words = (verdict, f"{verdict}: {NO_MOTION}")
-        elif data.words == HALF_ULP and verdict is not None:
-            words = (verdict, f"{verdict}, which is proved although rounding hides it")
+    if status == "open" and proof.verdicts and proof.verdicts != {verdict[0]}:
+        verdict = (None, f"{OPEN}{reason}")
+    elif status == "proved" and verdict[0] is None:
+        only_verdict = _only_verdict(proof)
+        if not roots:
+            verdict = (only_verdict, f"{only_verdict}: {NO_MOTION}")
+        elif data.words == HALF_ULP and only_verdict is not None:
+            criterion = f"{only_verdict}, which is proved although rounding hides it"
+            verdict = (only_verdict, criterion)
         elif any(piece.side == "free" for piece in proof.pieces):
             status = "open"
             reason = FREE
         else:
             status = "open"
-            reason = words[1].removeprefix(OPEN)
-    every = with_proved_errors(every, proof.errors)
-    if words[0] in GROWING:
-        every = with_proved_growth(every, proof.pieces)
+            reason = verdict[1].removeprefix(OPEN)
+    proved = with_proved_errors(roots, proof.errors)
+    if verdict[0] in GROWING:
+        proved = with_proved_growth(proved, proof.pieces)
     growth = proof.growth_below if proof.growth_below < math.inf else None
-    return every, words, Statement(status, proof.by, growth, proof.data, reason, where)
+    where = None if proof.where is None else complex(proof.where)
+    statement = Statement(status, proof.by, growth, proof.data, reason, where)
+    return RefereedRoots(proved, verdict, statement)
 
 
 def _only_verdict(proof: Proof) -> str | None:
@@ -251,7 +270,8 @@ def exact_spectrum(M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularToget
     from squeal.proof.exact import SINGULAR, exact_roots
     from squeal.proof.pieces import Failure
 
-    arrays = dense(M), None if C is None else dense(C), dense(K)
+    damping = None if C is None else dense(C)
+    arrays = (dense(M), damping, dense(K))
     system = Quadratic.of(*arrays, AS_GIVEN)
     if not system.is_real:
         raise unsure
@@ -264,32 +284,33 @@ def exact_spectrum(M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularToget
                 raise MatrixError(words)
             raise unsure
         pieces += part
-    values = _centres(pieces)
-    return tuple(_solved(arrays, z) for z in values[ordered(values)].tolist())
+    return _roots_of_pieces(arrays, pieces)
 
 
-def with_proved_errors(every: Known, errors: NDArray[np.float64]) -> Known:
+def with_proved_errors(roots: Known, errors: NDArray[np.float64]) -> Known:
     """Roots with the proved distances from the exact ones, where these exceed their rounding.
 
     Parameters
     ----------
-    every : tuple of m Eigenvalue
+    roots : tuple of m Eigenvalue
         The roots.
     errors : array (m,)
         How far each may lie from the exact root, 1/s; infinite where that is not known. A distance
         that shows in the printed digits becomes the listed error of the root.
     """
-    wide = []
-    for root, distance in zip(every, errors.tolist(), strict=True):
-        if distance < math.inf:
-            root = replace(root, rounding=max(root.rounding, distance))
-            if distance > PRINTED * abs(root.value):
-                root = replace(root, error=max(root.error or 0.0, distance))
-        wide.append(root)
-    return tuple(wide)
+    changed = []
+    for root, distance in zip(roots, errors.tolist(), strict=True):
+        if not distance < math.inf:
+            changed.append(root)
+            continue
+        error = root.error
+        if distance > PRINTED * abs(root.value):
+            error = max(root.error or 0.0, distance)
+        changed.append(replace(root, rounding=max(root.rounding, distance), error=error))
+    return tuple(changed)
 
 
-def with_proved_growth(every: Known, pieces: Sequence[Piece]) -> Known:
+def with_proved_growth(roots: Known, pieces: Sequence[Piece]) -> Known:
     """Roots of which those that are proved to grow say so, although their errors hide it.
 
     Each piece whose roots grow is matched with as many listed roots, the nearest to its centres;
@@ -297,38 +318,40 @@ def with_proved_growth(every: Known, pieces: Sequence[Piece]) -> Known:
     """
     growing_pieces = [piece for piece in pieces if piece.side == "grows"]
     proved = sum(piece.count for piece in growing_pieces)
-    if not proved or proved <= sum(root.value.real > root.rounding for root in every):
-        return every
+    if not proved or proved <= sum(root.value.real > root.rounding for root in roots):
+        return roots
     from scipy.optimize import linear_sum_assignment  # which pads start without
 
-    roots = list(every)
-    values = np.array([root.value for root in every])
-    is_matched = np.zeros(len(roots), dtype=bool)
+    changed = list(roots)
+    values = np.array([root.value for root in roots])
+    is_free = np.ones(len(roots), dtype=bool)
     for piece in growing_pieces:
-        distances = np.abs(piece.centres[:, None] - values)
-        distances[:, is_matched] = np.inf
-        if np.count_nonzero(~is_matched) < piece.count:
+        if np.count_nonzero(is_free) < piece.count:
             break
-        _, nearest = linear_sum_assignment(np.where(np.isinf(distances), 1e300, distances))
-        is_matched[nearest] = True
+        distances = np.abs(piece.centres[:, None] - values)
+        _, nearest = linear_sum_assignment(np.where(is_free, distances, FORBIDDEN))
+        is_free[nearest] = False
         for i in nearest.tolist():
-            growth = min(max(roots[i].value.real, piece.low), piece.high)
-            value = complex(growth, roots[i].value.imag)
-            roots[i] = replace(roots[i], value=value, grows=True)
-    return tuple(roots)
+            growth = min(max(changed[i].value.real, piece.low), piece.high)
+            value = complex(growth, changed[i].value.imag)
+            changed[i] = replace(changed[i], value=value, grows=True)
+    return tuple(changed)
 
 
-def _centres(pieces: Sequence[Piece]) -> NDArray[np.complex128]:
-    """The known roots (m,), conjugate to each other where they are."""
-    found: list[complex] = []
+def _roots_of_pieces(matrices: Arrays, pieces: Sequence[Piece]) -> Known:
+    """The roots at the centres of pieces, ordered as a spectrum: exactly real, or on the imaginary
+    axis, where that is proved."""
+    values: list[complex] = []
     for piece in pieces:
         for z in piece.centres.tolist():
             real = 0.0 if piece.side == "axis" else z.real
-            found.append(complex(real, 0.0 if piece.real else z.imag))
-    return np.array(found, dtype=complex)
+            imag = 0.0 if piece.real else z.imag
+            values.append(complex(real, imag))
+    order = ordered(np.array(values, dtype=complex))
+    return tuple(_solved(matrices, values[k]) for k in order)
 
 
-def _solved(matrices: tuple[Any, Any, Any], z: complex) -> Eigenvalue:
+def _solved(matrices: Arrays, z: complex) -> Eigenvalue:
     """A root z of (M, C, K) with its vectors, M-normalised if that is possible.
 
     The vectors are the singular ones of z^2 M + z C + K of least singular value, which over the

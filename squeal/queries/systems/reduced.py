@@ -14,8 +14,9 @@ from squeal.errors import InputError, InputWarning
 from squeal.io.processes import one_thread
 from squeal.io.writing import picked
 from squeal.linear.continuation import ProblemClass, problem_class_of
-from squeal.linear.eigen import Eigenvalue, ordered
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import norm_of
+from squeal.linear.roots import ordered
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
 from squeal.queries.systems.verdicts import rounding_of

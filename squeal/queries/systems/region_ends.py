@@ -11,8 +11,10 @@ import numpy as np
 from squeal.linear.eigen import Eigenvalue
 from squeal.sparse.argument_principle import Rectangle
 
-LOOSE = 0.1  # of the end of a region: errors above are no estimate of where a root may lie
-ROUGH = 1e-3  # of |lambda|: what roots that were seen on the way may be off
+LOOSE = 0.1
+"""Errors above this share of the end of a region are no estimate of where a root may lie."""
+ROUGH = 1e-3
+"""The share of |lambda| by which roots that were seen on the way may be off."""
 
 
 def widened_in_frequency(region: Rectangle) -> Rectangle:
@@ -30,13 +32,14 @@ def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
     below the real axis where the region begins there.
     """
     error = root.error or 0.0
-    if error > LOOSE * region.high_imag or (region.low_imag >= 0.0 and root.value.imag < 0.0):
+    begins_above_axis = region.low_imag >= 0.0
+    if error > LOOSE * region.high_imag or (begins_above_axis and root.value.imag < 0.0):
         error = 0.0
+    low_imag = region.low_imag
+    if low_imag > 0.0:  # else conjugates stand for what lies below
+        low_imag -= error
     wide = Rectangle(
-        region.low_real - error,
-        region.high_real + error,
-        region.low_imag - (error if region.low_imag > 0.0 else 0.0),  # else conjugates stand for it
-        region.high_imag + error,
+        region.low_real - error, region.high_real + error, low_imag, region.high_imag + error
     )
     return bool(wide.contains(np.array(root.value)))
 

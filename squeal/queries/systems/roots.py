@@ -10,24 +10,18 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import DAMPED, problem_class_of
-from squeal.linear.eigen import (
-    ACCEPTED,
-    STIFF,
-    Eigenvalue,
-    growing,
-    hidden,
-    ordered,
-    roots_of,
-    spectrum_of,
-)
+from squeal.linear.eigen import Eigenvalue, growing, spectrum_of
 from squeal.linear.matrices import SingularTogetherError, checked, rank_of, reduce, unit_diagonal
+from squeal.linear.roots import STIFF, hides_slow_roots, ordered, roots_of
 from squeal.linear.system import Matrix, TermSystem
+from squeal.linear.verdicts import ACCEPTED
 from squeal.queries.systems.all_roots import Changes, is_small
 from squeal.queries.systems.proofs import (
     NO_MOTION,
     NOT_COUNTED,
     Data,
     Statement,
+    VerdictAndCriterion,
     counted,
     exact_spectrum,
     refereed,
@@ -53,8 +47,10 @@ from squeal.sparse.eigensolver import DENSE_ROWS, lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
 
-REGULAR = 1e8  # condition of a stiffness below which a root of zero is one that rounding hides
-WIDER = 1.1  # than the largest growth or decay rate: the region of a band
+REGULAR = 1e8
+"""The condition of a stiffness below which a root of zero is one that rounding hides."""
+WIDER = 1.1
+"""The region of a band is so many times as wide as the largest growth or decay rate in it."""
 
 Known = tuple[Eigenvalue, ...]
 WithErrors = Callable[[Known], Known]
@@ -211,7 +207,11 @@ def _lowest_roots(problem: Quadratic, modes: int, bounded: WithErrors | None) ->
 def _roots_of_region(
     problem: Quadratic, region: Rectangle, bounded: WithErrors | None
 ) -> SystemRoots:
-    """The roots of a large system in a region, and what was seen to grow outside."""
+    """The roots of a large system in a region, and what was seen to grow outside.
+
+    With errors the region is searched a little beyond its ends, and what was found beyond them is
+    taken from the count.
+    """
     searched = region if bounded is None else widened_in_frequency(region)
     solution = modes_in(problem, searched)
     roots = solution.eigenvalues
@@ -299,45 +299,59 @@ def _roots_of_matrices(
     """
     M, C, K = matrices
     problem = quadratic(M, C, K)
-    roots, words = _reduced_spectrum(problem, matrices)
-    if words is None:
-        try:
-            roots = dense_spectrum(M, C, K)
-        except SingularTogetherError as error:
-            roots = exact_spectrum(M, C, K, error)
-        if not all(root.value for root in roots) and np.linalg.cond(unit_diagonal(K)) < REGULAR:
-            raise ComputationError(f"no eigenvalue can be given: {STIFF}")
+    roots, judged = _reduced_spectrum(problem, matrices)
+    if judged is None:
+        roots = _dense_roots(matrices)
     if bounded is not None:
         roots = bounded(roots)
         finite = tuple(root for root in roots if root.rounding < math.inf)
-        words = judge_roots(finite, complete=not any(root.open for root in finite))
+        judged = judge_roots(finite, complete=not any(root.open for root in finite))
+    if judged is None:
+        judged = judge_roots(_meaningful(roots, problem.real))
     statement: Statement | None = None
     if data is not None:
-        if words is None:
-            meaningful, _ = _upper(roots, None, problem.real)
-            words = judge_roots(roots if problem.real else meaningful)
-        roots, words, statement = refereed(matrices, roots, words, data)
-    proved = statement is not None and statement.status == "proved"
-    # of complex matrices those of falling motion mean nothing
-    upper, _ = _upper(roots, None, problem.real)
-    meaningful = roots if problem.real else upper
-    if words is None:
-        words = judge_roots(meaningful)
+        roots, judged, statement = refereed(matrices, roots, judged, data)
     if selection.rectangle is not None:
-        return _part_of_all(problem, roots, meaningful, selection, words, statement)
-    count = len(roots) if proved else _number_of_roots(problem, roots)
+        return _part_of_all(problem, roots, selection, judged, statement)
+    if statement is not None and statement.status == "proved":
+        count: int | None = len(roots)
+    else:
+        count = _number_of_roots(problem, roots)
+    selected = roots
     if selection.modes is not None or not problem.real:
-        meaningful, count = _upper(roots, count, problem.real)
-    verdict, criterion = words
+        selected, count = _upper(roots, count, problem.real)
+    verdict, criterion = judged
     notes = () if roots else (NO_MOTION,)
-    return SystemRoots(
-        meaningful, None, count, verdict, criterion, notes=notes, judged_by=statement
-    )
+    return SystemRoots(selected, None, count, verdict, criterion, notes=notes, judged_by=statement)
+
+
+def _meaningful(roots: Known, real: bool) -> Known:
+    """Those of all roots that describe a motion: of complex matrices those with Im >= 0."""
+    if real:
+        return roots
+    upper, _ = _upper(roots, None, real)
+    return upper
+
+
+def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> Known:
+    """All finite roots, where the mass-normalised system does not serve.
+
+    Raises ComputationError where rounding hides which of them are zero.
+    """
+    M, C, K = matrices
+    try:
+        roots = dense_spectrum(M, C, K)
+    except SingularTogetherError as error:
+        roots = exact_spectrum(M, C, K, error)
+    has_zeros = not all(root.value for root in roots)
+    if has_zeros and np.linalg.cond(unit_diagonal(K)) < REGULAR:
+        raise ComputationError(f"no eigenvalue can be given: {STIFF}")
+    return roots
 
 
 def _reduced_spectrum(
     problem: Quadratic, matrices: tuple[Matrix, Matrix | None, Matrix]
-) -> tuple[Known, tuple[str | None, str] | None]:
+) -> tuple[Known, VerdictAndCriterion | None]:
     """All roots from the mass-normalised system, with the verdict and what decided it.
 
     There are none, and no verdict, of complex matrices, where M is singular or not symmetric, and
@@ -349,7 +363,7 @@ def _reduced_spectrum(
     try:
         reduced = reduce(M, C, K)
         values = roots_of(reduced)
-        if hidden(reduced, C, K, values):
+        if hides_slow_roots(reduced, C, K, values):
             return (), None
         roots = spectrum_of(reduced, values).eigenvalues
         conservative = problem_class_of([checked(M, C, K)]) is not DAMPED
@@ -373,19 +387,18 @@ def _number_of_roots(problem: Quadratic, roots: Known) -> int | None:
 
 def _part_of_all(
     problem: Quadratic,
-    every: Known,
-    meaningful: Known,
+    roots: Known,
     selection: EigenvalueSelection,
-    words: tuple[str | None, str],
+    judged: VerdictAndCriterion,
     statement: Statement | None,
 ) -> SystemRoots:
     """The roots of a small system that lie in the band or region.
 
     Parameters
     ----------
-    every, meaningful : tuple of Eigenvalue
-        All roots, and those that describe a motion.
-    words : (str or None, str)
+    roots : tuple of Eigenvalue
+        All roots.
+    judged : (str or None, str)
         The verdict on all roots and what decided it. It holds for the region too if nothing grows
         in it or outside.
     statement : Statement or None
@@ -393,26 +406,33 @@ def _part_of_all(
     """
     region = selection.rectangle
     assert region is not None
-    values = np.array([root.value for root in every], dtype=complex)
+    values = np.array([root.value for root in roots], dtype=complex)
     if selection.band is not None:  # with all real parts that occur in it
         in_band = (values.imag > region.low_imag) & (values.imag < region.high_imag)
         largest = float(np.max(np.abs(values.real[in_band]), initial=0.0))
-        wide = max(WIDER * largest, region.high_real)
-        region = replace(region, low_real=-wide, high_real=wide)
-    inside = tuple(root for root in meaningful if may_lie_in(root, region))
-    outside = growing(root for root in meaningful if root not in inside)
-    disc = disc_around(region, values, 2 * float(np.max(np.abs(values), initial=0.0)))
-    proved = statement is not None and statement.status == "proved"
-    # all roots of the disc are in the list, or it is not known where the others are
-    complete = proved or count_roots(problem, disc, values) == int(np.sum(disc.contains(values)))
+        half_width = max(WIDER * largest, region.high_real)
+        region = replace(region, low_real=-half_width, high_real=half_width)
+    inside = []
+    others = []
+    for root in _meaningful(roots, problem.real):
+        if may_lie_in(root, region):
+            inside.append(root)
+        else:
+            others.append(root)
+    outside = growing(others)
+    is_complete = statement is not None and statement.status == "proved"
+    if not is_complete:
+        # without all roots of a disc around the region it is not known where the others are
+        disc = disc_around(region, values, 2 * float(np.max(np.abs(values), initial=0.0)))
+        is_complete = count_roots(problem, disc, values) == int(np.sum(disc.contains(values)))
     count = None
-    if complete:
+    if is_complete:
         count = int(np.sum(region.contains(values)))
     verdict, criterion = judge_roots(inside, complete=False)
     if verdict is None and not outside:
-        verdict, criterion = words
+        verdict, criterion = judged
     return SystemRoots(
-        eigenvalues=inside,
+        eigenvalues=tuple(inside),
         region=region,
         count=count,
         verdict=verdict,

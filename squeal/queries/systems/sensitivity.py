@@ -34,8 +34,10 @@ from squeal.sparse.quadratic import ScaledSystem
 Matrices = Mapping[str, Mapping[str, Any]]
 """Names of changes, each with the matrices dM, dC, dK (arrays or files) by the keys M, C, K."""
 OF_THE_REDUCED = "counts are of reduced components; what these move is estimated in each interval"
-ITERATIONS = 3  # of the inverse and its adjoint, for singular vectors
-NEAR = 1e-6  # relative: how far a root may lie from where it is said to cross
+ITERATIONS = 3
+"""How often the inverse and its adjoint are applied for singular vectors."""
+NEAR = 1e-6
+"""The relative distance at which a root may lie from where it is said to cross."""
 Located = TypeVar("Located", CriticalPoint, Crossing)
 
 

@@ -14,8 +14,8 @@ from squeal.errors import InputError
 from squeal.io.processes import counted, mapped
 from squeal.linear import GROWING
 from squeal.linear.continuation import ContinuationOptions, SpectrumAtParameter
-from squeal.linear.eigen import ordered
 from squeal.linear.paths import Loss, continued
+from squeal.linear.roots import ordered
 from squeal.linear.system import TermSystem
 from squeal.queries.mode_numbers import assign_mode_numbers
 from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all

@@ -20,9 +20,10 @@ from squeal.linear.continuation import (
     SpectrumAtParameter,
     problem_class_of,
 )
-from squeal.linear.eigen import ComplexArray, growing
+from squeal.linear.eigen import growing
 from squeal.linear.events import Event
 from squeal.linear.matrices import ILL, dense, unit_diagonal
+from squeal.linear.roots import ComplexArray
 from squeal.linear.search import SearchResult, cluster_events, search
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
@@ -64,8 +65,8 @@ class _Located:
         Why it is not certified, but for `unconfirmed`.
     unconfirmed, left_out : sequence of str
         What the full system did not confirm, and what leaves the band while it grows.
-    outside : int or None
-        Number of crossings outside of the band; None if they were not looked for.
+    every : sequence of Crossing or None
+        All crossings, also those outside of the band; None if they were not looked for.
     reduction : Reduction or None
         The reduced system that served.
     """
@@ -76,7 +77,7 @@ class _Located:
     doubts: Sequence[str] = ()
     unconfirmed: Sequence[str] = ()
     left_out: Sequence[str] = ()
-    outside: int | None = None
+    every: Sequence[Crossing] | None = None
     reduction: Reduction | None = None
 
 
@@ -124,6 +125,20 @@ def system_thresholds(
     InputError
         For an empty range, and for a large system or complex matrices without a band or region.
     """
+    return thresholds_among_all(system, high, low, wanted, workers, served, looked_at)[0]
+
+
+def thresholds_among_all(
+    system: TermSystem,
+    high: float,
+    low: float | None = None,
+    wanted: EigenvalueSelection | None = None,
+    workers: int = 1,
+    served: Reduction | None = None,
+    looked_at: Sequence[float] = (),
+) -> tuple[Thresholds, Sequence[Crossing] | None]:
+    """The answer of `system_thresholds`, and all crossings of the system, also those outside of the
+    band or region; None if they were not looked for."""
     selection = wanted or EigenvalueSelection()
     if not system.real and selection.rectangle is None:
         raise InputError(NO_BAND)
@@ -156,7 +171,7 @@ def system_thresholds(
     doubts: list[str] = []
     if located.certified is not None:
         doubts = [*located.doubts, *located.unconfirmed]
-    return Thresholds(
+    answer = Thresholds(
         name=system.name,
         parameter=system.parameter,
         low=low,
@@ -173,11 +188,12 @@ def system_thresholds(
             "unconfirmed": list(located.unconfirmed),
             "doubts": doubts,
             "left_out": list(located.left_out),
-            "crossings_outside": located.outside,
+            "crossings_outside": _number_outside(located),
             "basis": basis,
         },
         source=SystemSource(SystemFile(system), selection, located.reduction),
     )
+    return answer, located.every
 
 
 def _start_of_range(system: TermSystem, high: float) -> float:
@@ -193,7 +209,7 @@ def _start_of_range(system: TermSystem, high: float) -> float:
 
 def _all_roots_are_followed(system: TermSystem, selection: EigenvalueSelection, low: float) -> bool:
     """True if thresholds are searched among all roots of the system, not on a reduced one."""
-    if not (is_small(system) and system.real):
+    if not is_small(system):
         return False
     if selection.rectangle is None:
         return True
@@ -227,7 +243,9 @@ def _located_among_all(
     doubts = [words for part in every.searched for words in part.doubts or ()]
     region = selection.rectangle
     if region is None:
-        return _Located(every.points, every.crossings, every.certified, doubts)
+        return _Located(
+            every.points, every.crossings, every.certified, doubts, every=every.crossings
+        )
     events = _events_inside(every.searched, region)
     values = [low, *sorted(looked_at), high]
     continuation = BandContinuation(system, low, high, roots)
@@ -240,7 +258,7 @@ def _located_among_all(
         doubts=doubts,
         unconfirmed=comparison.unexplained,
         left_out=comparison.left_out,
-        outside=len(every.crossings) - len(events),
+        every=every.crossings,
     )
 
 
@@ -340,6 +358,11 @@ def _without_vague_certificate(located: _Located, parameter: str, extent: float)
     return replace(located, certified=False, doubts=[*located.doubts, doubt])
 
 
+def _number_outside(located: _Located) -> int | None:
+    """Of crossings outside of the band; None if they were not looked for."""
+    return None if located.every is None else len(located.every) - len(located.crossings)
+
+
 def _notes(system: TermSystem, selection: EigenvalueSelection, located: _Located) -> list[str]:
     """What is said below the list."""
     notes = [f"not confirmed on the full system: {words}" for words in located.unconfirmed]
@@ -347,8 +370,9 @@ def _notes(system: TermSystem, selection: EigenvalueSelection, located: _Located
     if system.follows:
         notes.append("each root at its own frequency")
     if selection.rectangle is not None or located.reduction is not None:
-        outside = "not looked for" if located.outside is None else f"{located.outside}"
-        notes.append(f"crossings outside {selection.words()}: {outside}")
+        outside = _number_outside(located)
+        words = "not looked for" if outside is None else f"{outside}"
+        notes.append(f"crossings outside {selection.words()}: {words}")
     if located.certified is not None:
         missed = "Very narrow unstable ranges" if system.real else "Narrow unstable ranges"
         notes.append(f"{missed} {MISSED}")

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.linear import GROWING
-from squeal.linear.eigen import ACCEPTED, Eigenvalue, assumed_rounding, decide
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.system import TermSystem
+from squeal.linear.verdicts import ACCEPTED, assumed_rounding, decide
 from squeal.results.columns import OPEN
 
 NO_ROOT = "no root"  # the verdict on a band or region without one

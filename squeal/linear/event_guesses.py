@@ -1,0 +1,291 @@
+"""Where eigenvalues may cross the line between growth and decay within a step: guesses.
+
+One root is predicted by the cubic of its real part. Of two that come close the mean and the squared
+half difference follow cubics. `events` makes the guesses exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from squeal.linear.continuation import (
+    DAMPED,
+    GYROSCOPIC,
+    UNDAMPED,
+    Bools,
+    ComplexArray,
+    Continuation,
+    hermite_cubic,
+    zeros_between,
+)
+from squeal.linear.local_roots import roots_near
+from squeal.linear.matrices import Array
+from squeal.linear.steps import Guess, RootPair, Step
+
+
+def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float | None]:
+    """Where roots may cross the line within a step, and where to divide it if that is in doubt.
+
+    Parameters
+    ----------
+    step : Step
+        The step, with its roots matched.
+    ends : (bool, bool)
+        Whether its two ends are those of the whole range.
+
+    Returns
+    -------
+    guesses : list of Guess
+        The best there are.
+    division : float or None
+        The share of the step at which to divide it first; None if the matches are good enough.
+    """
+    problem = step.before.problem
+    on_before = step.before.on_line
+    on_after = step.after.on_line[step.order]
+    passes_zero = _may_pass_zero(step)
+    # what lies on the line at one end alone has met another one, unless the range ends there, or it
+    # is a real root that passes zero, perhaps with a twin
+    range_end = (ends[0] & on_before) | (ends[1] & on_after)
+    known = step.matched & ((on_before == on_after) | passes_zero | range_end)
+    stays_on_line = on_before & on_after & ~passes_zero
+    settled = known & (_is_clear_of_line(step, passes_zero) | stays_on_line)
+    # others cross alone if their path is a cubic, else together with a second one
+    change = np.maximum(np.abs((step.ends.later_z - step.ends.z).real), step.highest - step.lowest)
+    single = known & ~settled & (np.abs(step.deviation.real) <= step.options.doubt * change)
+    guesses: list[Guess] = []
+    for k in np.flatnonzero(single).tolist():
+        guesses += _crossings_of_one(step, k, known=True)
+    doubtful = set(np.flatnonzero(~settled & ~single).tolist())
+    for pair in list(step.pairs(sorted(doubtful))):
+        guesses += _events_of_pair(step, pair)
+        doubtful.difference_update(pair.indices)
+    for k in doubtful:  # the best there is if no step can be divided any more
+        guesses += _crossings_of_one(step, k, known=False)
+    if doubtful:
+        return guesses, step.options.aside
+    may_turn = known
+    if problem is not DAMPED:
+        may_turn = known & _stays_real(step)
+    return guesses, _doubtful_turn(step, may_turn, step.highest - step.lowest)
+
+
+def _stays_real(step: Step) -> Bools:
+    """Which roots (m,) are real at both ends of a step."""
+    return step.before.real & step.after.real[step.order]
+
+
+def _path_uncertainty(step: Step) -> Array:
+    """How far the path of each root (m,) may be from its cubic, towards the line."""
+    uncertainty = 2 * np.abs(step.deviation.real)
+    if step.before.problem is DAMPED:
+        uncertainty = uncertainty + step.rounding
+    return uncertainty
+
+
+def _may_pass_zero(step: Step) -> Bools:
+    """Which roots (m,) may pass zero: real roots s = -lambda^2 of a system without damping, where a
+    mode begins or ceases to diverge."""
+    z = step.ends.z
+    if step.before.problem is not UNDAMPED:
+        return np.zeros(len(z), dtype=bool)
+    rests_at_zero = (np.abs(z) <= step.rounding) & (np.abs(step.ends.later_z) <= step.rounding)
+    uncertainty = _path_uncertainty(step)
+    around_zero = (step.lowest - uncertainty <= 0.0) & (step.highest + uncertainty >= 0.0)
+    return _stays_real(step) & around_zero & ~rests_at_zero
+
+
+def _is_clear_of_line(step: Step, passes_zero: Bools) -> Bools:
+    """Which roots (m,) stay away from the line throughout a step, as far as their paths are known.
+
+    With damping it is the imaginary axis. Without, where z is s or -i lambda, it is the real axis,
+    and a root that stays on it crosses nothing unless it passes zero.
+    """
+    if step.before.problem is DAMPED:
+        uncertainty = _path_uncertainty(step)
+        return (step.highest + uncertainty < 0.0) | (step.lowest - uncertainty > 0.0)
+    distance = np.minimum(np.abs(step.ends.z.imag), np.abs(step.ends.later_z.imag))
+    is_far = distance > 2 * np.abs(step.deviation.imag)
+    return is_far | (_stays_real(step) & ~passes_zero)
+
+
+def _doubtful_turn(step: Step, roots: Bools, change: Array) -> float | None:
+    """Where a root turns back so close to the line that its cubic does not tell whether it crosses.
+
+    The cubic c0 + c1 t + c2 t^2 + c3 t^3 through values and slopes at both ends is off by
+    t^2 (1 - t)^2 times a constant.
+
+    Parameters
+    ----------
+    step : Step
+        The step.
+    roots : array of bool (m,)
+        Which roots are looked at.
+    change : array (m,)
+        By how much the real part of each changes within the step.
+
+    Returns
+    -------
+    float or None
+        The share of the step at the first such turn.
+    """
+    # damping that passes zero for a ten-thousandth of the range needs it: else it is missed
+    c = step.cubic
+    with np.errstate(all="ignore"):
+        # both zeros of the derivative c1 + 2 c2 t + 3 c3 t^2, without cancellation
+        q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
+        t = np.stack([q / (3 * c[3]), c[1] / q])
+        deviation = np.maximum(change, np.abs(step.deviation.real))
+        error = 1.6 * (t * (1 - t)) ** 2 * deviation
+        is_near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= error
+    is_near &= roots & (t > 0) & (t < 1) & (error > step.rounding)
+    if not is_near.any():
+        return None
+    return float(t[is_near][0])
+
+
+def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:
+    """Where one root crosses the line: zeros of the cubic of its real part over the step.
+
+    k: the index of the root before the step; known: whether it is certain on which side of the line
+    the root is at both ends.
+    """
+    before = step.before
+    after = step.after
+    is_real = before.real[k] and after.real[step.order[k]]
+    if before.problem is GYROSCOPIC or (before.problem is UNDAMPED and not is_real):
+        return
+    ends = np.array([values[k] for values in step.ends])
+    path = ends.real.copy()
+    if known:  # on the line at an end of the range: the slope tells where it comes from
+        path[[0, 2]] = np.where(np.abs(path[[0, 2]]) <= step.rounding[k], 0.0, path[[0, 2]])
+    length = after.value - before.value
+    for t in zeros_between(hermite_cubic(*path)):
+        root = complex(np.polyval(hermite_cubic(*ends)[::-1], t))
+        right, left = step.vectors(t, [k])
+        yield Guess(
+            value=before.value + t * length,
+            root=root,
+            right=right,
+            left=left,
+            coalesces=False,
+            width=length,
+        )
+
+
+def _events_of_pair(step: Step, pair: RootPair) -> Iterator[Guess]:
+    """Where two roots that coalesce or separate in a step cross the line or meet on it.
+
+    The roots are mean +- sqrt(square). Damped roots that lie off the line at both ends of the step
+    cross it; where both lie on it at one end they meet on it, as undamped ones always do.
+    """
+    before = step.before
+    after = step.after
+    problem = before.problem
+    length = after.value - before.value
+    t = np.linspace(0.0, 1.0, 101)
+    mean = np.polyval(pair.mean[::-1].astype(complex), t)
+    square = np.polyval(pair.square[::-1].astype(complex), t)
+
+    def guess(i: int, root: complex, columns: list[int], coalesces: bool) -> Guess:
+        right, left = step.vectors(t[i], pair.indices)
+        return Guess(
+            value=before.value + t[i] * length,
+            root=root,
+            right=right[:, columns],
+            left=left[:, columns],
+            coalesces=coalesces,
+            width=length,
+        )
+
+    both_on_before = before.on_line[pair.indices].all()
+    both_on_after = after.on_line[step.order[pair.indices]].all()
+    if problem is DAMPED and not (both_on_before and both_on_after):
+        for i, root in _crossings(mean, square):
+            yield guess(i, root, [0, 1], coalesces=False)
+    if problem is not DAMPED or both_on_before or both_on_after:
+        for i, root in _meetings(mean, square):
+            yield guess(i, root, [0, 1], coalesces=True)
+    if problem is UNDAMPED:
+        product = (mean * mean - square).real  # of the two roots: one of them passes zero
+        passes_zero = (product[1:] * product[:-1] < 0) & (square.real[1:] >= 0)
+        for i in np.flatnonzero(passes_zero).tolist():
+            for either in (0, 1):
+                yield guess(i, 0j, [either], coalesces=False)
+
+
+def _crossings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, complex]]:
+    """Where one root of a pair crosses the imaginary axis: the index before it, and the mean there.
+
+    mean, square: mean and squared half difference of the two roots at successive values (k,).
+    """
+    half = np.sqrt(square)
+    positive = np.sum(np.stack([mean - half, mean + half]).real > 0.0, axis=0)
+    for n in np.flatnonzero(positive[1:] != positive[:-1]).tolist():
+        yield n, complex(mean[n])
+
+
+def _meetings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, complex]]:
+    """Where both roots of a pair meet on the line: the nearest index, and the mean there.
+
+    mean, square: mean and squared half difference of the two roots at successive values (k,).
+    """
+    separate = square.real > 0.0
+    for n in np.flatnonzero(separate[1:] != separate[:-1]).tolist():
+        nearer = n + int(abs(square[n + 1]) < abs(square[n]))
+        yield nearer, complex(mean[nearer])
+
+
+def window_guesses(continuation: Continuation, met: Guess, width: float) -> Iterator[Guess]:
+    """Where two roots that may meet within a step cross the line, around their closest approach.
+
+    A window of growth that opens and closes within a step has two such places.
+
+    Parameters
+    ----------
+    continuation : Continuation
+        The system along its parameter.
+    met : Guess
+        Where the two are predicted to meet.
+    width : float
+        Length of the step.
+    """
+    problem = continuation.problem
+    pair = roots_near(continuation, met.value, met.root, met.right, met.left)
+    for _ in range(3):  # go to the closest approach itself
+        centre, half = pair.closest_approach(problem)
+        if abs(centre) <= 4 * half or half >= width / 8:
+            break
+        if not abs(centre) <= width:
+            return
+        p = float(np.clip(pair.value + centre, continuation.low, continuation.high))
+        pair = pair.at(continuation, p)
+    centre, half = pair.closest_approach(problem)
+    if half == 0.0 or not np.isfinite(centre):
+        return
+    if problem is DAMPED:
+        offsets = centre + np.linspace(-8.0, 8.0, 404) * half
+        offsets = offsets[np.abs(offsets) < width]
+        offsets = np.unique(np.concatenate([offsets, np.linspace(-width, width, 101)]))
+        places = list(_crossings(*pair.extrapolate(offsets)))
+    else:
+        bend = pair.d_bend.real
+        slope = pair.d_slope.real
+        if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.noise:
+            return  # beyond rounding d has the other sign between its zeros
+        offsets = np.array([centre - half, centre + half])
+        places = []
+        for n in (0, 1):
+            if abs(offsets[n]) <= width:
+                places.append((n, complex(pair.extrapolate(offsets[n])[0])))
+    for n, root in places:
+        yield Guess(
+            value=pair.value + offsets[n],
+            root=root,
+            right=pair.right,
+            left=pair.left,
+            coalesces=problem is not DAMPED,
+            width=min(4 * half, width),
+        )

@@ -1,0 +1,230 @@
+"""One root, or two that are close, next to a given number, by quantities that stay smooth.
+
+Two that come close are examined in the 2 x 2 problem of their invariant subspace. Its mean and the
+squared half difference d = ((z1 - z2) / 2)^2 stay smooth where the two coalesce, and are well
+conditioned there although neither root is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.linear.continuation import (
+    DAMPED,
+    UNDAMPED,
+    Continuation,
+    ProblemClass,
+    StandardProblem,
+)
+from squeal.linear.matrices import EPS, Array, norm_of
+
+
+class EventFunction(NamedTuple):
+    """A real function f of the parameter that vanishes at an event, at one value of it.
+
+    value: f; slope: f'; bend: f''/2; noise: how far rounding moves f.
+    """
+
+    value: float
+    slope: float
+    bend: float
+    noise: float
+
+
+class LocalRoots(NamedTuple):
+    """One root, or two that are close, at a value of the parameter, by quantities that are smooth.
+
+    These are the mean of the two and d, the square of half their difference; of one root itself and
+    d = 0.
+
+    Attributes
+    ----------
+    value : float
+        The parameter.
+    mean, mean_slope : complex
+        The mean and its derivative by the parameter.
+    mean_noise : float
+        How far rounding moves the mean.
+    d, d_slope : complex
+        d and its derivative by the parameter.
+    d_bend : complex
+        Half of the second derivative of d, by the coupling of the two roots alone.
+    noise : float
+        How far rounding moves d.
+    right, left : array (N, 1) or (N, 2)
+        Orthonormal bases of the right and the left invariant subspace.
+    """
+
+    value: float
+    mean: complex
+    mean_slope: complex
+    mean_noise: float
+    d: complex
+    d_slope: complex
+    d_bend: complex
+    noise: float
+    right: NDArray
+    left: NDArray
+
+    @property
+    def is_single(self) -> bool:
+        """True of one root."""
+        return self.right.shape[1] == 1
+
+    def extrapolate(self, step: Array) -> tuple[NDArray, NDArray]:
+        """Mean and d at values beyond this one by `step` (...)."""
+        d = self.d + step * self.d_slope + step**2 * self.d_bend
+        return self.mean + step * self.mean_slope, d
+
+    def closest_approach(self, problem: ProblemClass) -> tuple[float, float]:
+        """Where two roots come closest, as a distance from here, and half of how long they stay
+        close; inf and 0 where they do not."""
+        coefficients = np.array([self.d_bend, self.d_slope, self.d])
+        zeros = np.roots(coefficients if problem is DAMPED else coefficients.real)
+        if len(zeros) < 2:
+            return np.inf, 0.0
+        centre = float(zeros.real.mean())
+        return centre, float(np.abs(zeros - centre).max())
+
+    def at(self, continuation: Continuation, p: float) -> LocalRoots:
+        """The same roots at p."""
+        root = self.mean + (p - self.value) * self.mean_slope
+        return roots_near(continuation, p, root, self.right, self.left)
+
+    def event_function(self, coalesces: bool) -> EventFunction:
+        """What vanishes at the event.
+
+        Of one root its real part m. Of two roots m + i w +- sqrt(d): where they meet on the line d,
+        and where one of them crosses it, so that (Re sqrt(d))^2 = m^2, the function
+        m^2 Re d + (Im d)^2 / 4 - m^4, by Re(sqrt(d))^2 Im(sqrt(d))^2 = (Im d)^2 / 4.
+        """
+        m = self.mean.real
+        dm = self.mean_slope.real
+        d = self.d
+        dd = self.d_slope
+        if self.is_single:
+            return EventFunction(m, dm, 0.0, self.mean_noise)
+        if coalesces:
+            return EventFunction(d.real, dd.real, self.d_bend.real, self.noise)
+        value = m**2 * d.real + d.imag**2 / 4 - m**4
+        slope = 2 * m * dm * d.real + m**2 * dd.real + d.imag * dd.imag / 2 - 4 * m**3 * dm
+        noise = abs(2 * m * d.real - 4 * m**3) * self.mean_noise
+        return EventFunction(value, slope, 0.0, noise + (m**2 + abs(d.imag) / 2) * self.noise)
+
+
+def roots_near(
+    continuation: Continuation,
+    p: float,
+    near: complex,
+    right: NDArray,
+    left: NDArray,
+    perturbed: StandardProblem | None = None,
+) -> LocalRoots:
+    """The root, or the two roots, of A(p) next to a given number, with slopes and errors.
+
+    On the invariant subspaces X and Y the matrix is the block (Y^H X)^-1 Y^H A X of one or two
+    rows, of which mean and squared half difference are traces.
+
+    Parameters
+    ----------
+    continuation : Continuation
+        The system along its parameter.
+    p : float
+        The parameter.
+    near : complex
+        An approximate root, or the mean of two.
+    right, left : array (N, 1) or (N, 2)
+        Approximate right and left eigenvectors of the one or the two.
+    perturbed : StandardProblem, optional
+        The problem at p with derivatives by something else than the parameter.
+    """
+    A, derivative, sizes = perturbed or continuation.matrix_and_derivative(p)
+    size = norm_of(A) or 1.0
+    # inverse iteration from beside the roots, where A - shift is regular
+    nudge = 1e-7 * max(abs(near), 1e-4 * size)
+    shift = near + nudge
+    if continuation.problem is UNDAMPED and abs(near.imag) <= nudge:
+        shift = shift.real
+        # two conjugate columns have one real part
+        right = np.asarray(right.real + right.imag)
+        left = np.asarray(left.real + left.imag)
+    shifted = A - shift * np.eye(len(A))
+    # not by the inverse: next to a coalescence its rounding hides the second vector
+    solve = partial(np.linalg.solve, shifted)
+    solve_adjoint = partial(np.linalg.solve, shifted.conj().T)
+    if len(A) > continuation.options.small:
+        from scipy.linalg import lu_factor, lu_solve
+
+        factor = lu_factor(shifted, check_finite=False)
+        solve = partial(lu_solve, factor)
+        solve_adjoint = partial(lu_solve, factor, trans=2)
+    rounds = continuation.options.rounds
+    X = _invariant_subspace(A, size, right, solve, rounds)
+    Y = _invariant_subspace(A.conj().T, size, left, solve_adjoint, rounds)
+    inverse = np.linalg.inv(Y.conj().T @ X) @ Y.conj().T
+    block = inverse @ (A @ X)
+    block_slope = inverse @ (derivative @ X)
+    # what the error of the subspaces adds to the block, to second order
+    correction = solve(A @ X - X @ block)
+    subspace_error = np.abs(inverse @ (A @ (correction - X @ (inverse @ correction))))
+    # independent roundings in the entries of A
+    entry_error = EPS * np.sqrt(np.abs(inverse) ** 2 @ (sizes**2 @ np.abs(X) ** 2))
+    error = continuation.options.sure * (entry_error + subspace_error)
+    count = len(block)
+    mean = np.trace(block) / count
+    mean_slope = np.trace(block_slope) / count
+    deviator = block - mean * np.eye(count)  # its square is d times the identity
+    deviator_slope = block_slope - mean_slope * np.eye(count)
+    return LocalRoots(
+        value=p,
+        mean=complex(mean),
+        mean_slope=complex(mean_slope),
+        mean_noise=float(error.trace() / count),
+        d=complex(np.trace(deviator @ deviator) / 2),
+        d_slope=complex(np.trace(2 * deviator @ deviator_slope) / 2),
+        d_bend=complex(np.trace(deviator_slope @ deviator_slope) / 2),
+        noise=float(np.linalg.norm(np.abs(deviator.T) * error) + np.linalg.norm(error) ** 2),
+        right=X,
+        left=Y,
+    )
+
+
+def _invariant_subspace(
+    A: NDArray, size: float, start: NDArray, solve: Callable[[NDArray], NDArray], rounds: int
+) -> NDArray:
+    """An orthonormal basis (N, 1) or (N, 2) of the invariant subspace of A next to `start`.
+
+    One step of inverse iteration, then corrections by the residual: further steps of inverse
+    iteration would make both columns one vector next to a coalescence.
+
+    Parameters
+    ----------
+    A : array (N, N)
+        The matrix.
+    size : float
+        A norm of it.
+    start : array (N, 1) or (N, 2)
+        Columns near the subspace.
+    solve : function
+        x of (A - s) x = b, for a fixed s next to the roots.
+    rounds : int
+        Half of the steps at most.
+    """
+    X = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0]
+    before = np.inf
+    for _ in range(2 * rounds):
+        image = A @ X
+        block = X.conj().T @ image
+        residual = image - X @ block
+        remaining = float(np.linalg.norm(residual))
+        if remaining <= 64 * EPS * size or remaining > 0.9 * before:
+            break
+        correction = solve(residual)
+        X = np.linalg.qr(X - correction + X @ (X.conj().T @ correction))[0]
+        before = remaining
+    return X

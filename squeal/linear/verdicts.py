@@ -1,0 +1,121 @@
+"""How flutter is decided.
+
+A root grows if its real part is greater than its rounding; if its imaginary part is greater too it
+is one of a pair (flutter), else real (divergence). That is `kinds`, of any roots. The fastest
+growing one names the verdict (`decide`). Nothing grows: `marginal` if some root lies within its
+rounding of the imaginary axis, else `stable`.
+
+How far rounding moves a root is computed with it (`roots.root_rounding`). Where conditions are not
+computed it is a share of |lambda| (`assumed_rounding`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from squeal.linear.matrices import (
+    Array,
+    reduce,
+)
+from squeal.linear.roots import roots_of
+
+Codes = NDArray[np.int8]
+STABLE, MARGINAL, FLUTTER, DIVERGENCE = range(4)
+VERDICTS = ("stable", "marginal", "flutter", "divergence")
+"""In the order of their int8 codes."""
+GROWING = ("flutter", "divergence")
+ACCEPTED = 1e-6
+"""The backward error up to which a root decides."""
+
+
+def assumed_rounding(values: ArrayLike, undamped: bool = False) -> Array:
+    """How far rounding may move roots (...) without known left vectors, hence without condition: a
+    share of |lambda|, greater without damping, where it parts two equal roots as a square root."""
+    share = 1e-7 if undamped else 1e-10
+    return np.asarray(share * np.abs(values))
+
+
+def kinds(values: ArrayLike, rounding: ArrayLike) -> Codes:
+    """What each of the roots lambda (...) does, as an index into `VERDICTS`.
+
+    rounding: how far rounding may move each, rad/s.
+    """
+    values = np.asarray(values)
+    growing = np.where(np.abs(values.imag) > rounding, FLUTTER, DIVERGENCE)
+    not_growing = np.where(values.real >= -np.asarray(rounding), MARGINAL, STABLE)
+    return np.where(values.real > rounding, growing, not_growing).astype(np.int8)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict, the largest real part and the rounding (rad/s) that it was held against."""
+
+    verdict: str
+    value: float
+    tolerance: float
+
+    def __str__(self) -> str:
+        size = f"{self.value:.6g} (rounding {self.tolerance:.2g})"
+        return f"{self.verdict}: largest Re lambda = {size}"
+
+
+def decide(values: ArrayLike, rounding: ArrayLike) -> Judgement:
+    """The verdict on roots lambda (m,), rad/s, of a pair at least that with Im > 0.
+
+    `rounding` (rad/s) is how far each may lie from where it was computed.
+
+    >>> decide([1j, 0.1 + 2j], 1e-9).verdict, decide([-0.1 + 1j, 1j], 1e-9).verdict
+    ('flutter', 'marginal')
+    """
+    values = np.atleast_1d(np.asarray(values, dtype=complex))
+    rounding = np.broadcast_to(rounding, values.shape)
+    each = kinds(values, rounding)
+    if np.any(each >= FLUTTER):
+        leading = int(np.argmax(np.where(each >= FLUTTER, values.real, -np.inf)))
+        name = VERDICTS[each[leading]]
+    else:
+        leading = int(np.argmax(values.real))
+        name = "marginal" if np.any(each == MARGINAL) else "stable"
+    return Judgement(name, float(values[leading].real), float(rounding[leading]))
+
+
+@dataclass(frozen=True)
+class UnstableCount:
+    """How many pairs and how many real roots grow, and the fastest rate of each (1/s)."""
+
+    pairs: int
+    reals: int
+    pair_rate: float
+    real_rate: float
+
+    @property
+    def verdict(self) -> str:
+        """flutter or divergence, whichever grows faster, or quiet."""
+        if not self.roots:
+            return "quiet"
+        return "flutter" if self.pairs and self.pair_rate >= self.real_rate else "divergence"
+
+    @property
+    def roots(self) -> int:
+        """Growing roots, two for a pair."""
+        return 2 * self.pairs + self.reals
+
+
+def judge(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Judgement:
+    """The verdict on M q'' + C q' + K q = 0, with the reason; matrices as `complex_eigenvalues`.
+
+    Examples
+    --------
+    >>> judge([[1, 0], [0, 1]], None, [[2, -1], [0.25, 2]]).verdict
+    'flutter'
+    """
+    roots = roots_of(reduce(M, C, K))
+    return decide(roots.values, roots.rounding)
+
+
+def verdict(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> str:
+    """Verdict on M q'' + C q' + K q = 0 in one word, see `judge`."""
+    return judge(M, C, K).verdict
