@@ -20,7 +20,7 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (296_000, 175_000),
+    "tokens": (299_900, 175_000),
     "tokens a code line": (10.05, 9.5),
     "paired assignments per 1,000 code lines": (0.95, 3),
     "comprehensions per 1,000 code lines": (36.9, 15),
