@@ -1,7 +1,6 @@
 """Verdicts on the claims, from the measures of the cases or from their scenes."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Literal
 
 from squeal.article.cases import stem
@@ -48,15 +47,32 @@ def judge_claims(measured: Measured) -> list[JudgedClaim]:
 
     A claim that fails while the one it conflicts with holds is contradicted.
     """
+    outcomes = {}
+    for claim in CLAIMS:
+        outcomes[claim.id] = claim.rule(*(measured[scene] for scene in claim.scenes))
+    holding = {name for name, outcome in outcomes.items() if outcome.margin > 0.0}
     judged = []
     for claim in CLAIMS:
-        outcome = claim.rule(*(measured[scene] for scene in claim.scenes))
-        verdict: Verdict = "reproduced" if outcome.margin > 0.0 else "not reproduced"
-        why = {} if claim.follows else {"kind": "informative", "derivation": ""}
-        judged.append(JudgedClaim.of(claim, outcome, claim.follows, verdict=verdict, **why))
-    holding = {j.id for j in judged if j.holds}
-    lost = {c.id for c in CLAIMS if holding & set(c.conflicts)} - holding
-    return [replace(j, verdict="contradicted") if j.id in lost else j for j in judged]
+        verdict: Verdict = "not reproduced"
+        if claim.id in holding:
+            verdict = "reproduced"
+        elif holding & set(claim.conflicts):
+            verdict = "contradicted"
+        judged.append(
+            JudgedClaim(
+                id=claim.id,
+                verdict=verdict,
+                measured=outcomes[claim.id].measured,
+                where=claim.where,
+                statement=claim.statement,
+                case=claim.case,
+                scenes=claim.scenes,
+                margin=outcomes[claim.id].margin,
+                kind=claim.follows.kind if claim.follows else "informative",
+                derivation=claim.follows.derivation if claim.follows else "",
+            )
+        )
+    return judged
 
 
 def judge_scenes(b1: Mapping[str, Scene], b2: Mapping[str, Scene]) -> list[JudgedClaim]:
@@ -71,8 +87,8 @@ def measure_scenes(b1: Mapping[str, Scene], b2: Mapping[str, Scene]) -> dict[str
 
     Raises ComputationError where a motion leaves the model.
     """
-    return {
-        stem(model, case): measure(scene)
-        for model, scenes in (("B1", b1), ("B2", b2))
-        for case, scene in scenes.items()
-    }
+    measured = {}
+    for model, scenes in (("B1", b1), ("B2", b2)):
+        for case, scene in scenes.items():
+            measured[stem(model, case)] = measure(scene)
+    return measured

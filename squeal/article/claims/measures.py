@@ -65,12 +65,16 @@ class Case:
 
 
 def lost_share(shares: Mapping[State, float], watched: Sequence[bool]) -> float:
-    """Share of time in states (their shares) in which some of the watched edges is separated."""
-    return sum(
-        share
-        for state, share in shares.items()
-        if any(edge and not touches for edge, touches in zip(watched, state, strict=True))
-    )
+    """Share of time in which some of the watched edges is separated.
+
+    shares: of time by contact state; watched: whether the leading and the trailing edge count, such
+    as those that touch in the equilibrium.
+    """
+    lost: float = 0
+    for state, share in shares.items():
+        if any(edge and not touches for edge, touches in zip(watched, state, strict=True)):
+            lost += share
+    return lost
 
 
 def measure(scene: Scene) -> Case:
@@ -135,10 +139,14 @@ def rest(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None) -> Re
 def case_of(
     arrays: Mapping[str, np.ndarray], pad: int, V: float | None = None, raised: float = math.nan
 ) -> Case:
-    """The measures of one of several pads, the last two given."""
+    """The measures of one of several pads, from the arrays of `motions.measures`.
+
+    V: speed of the surface; raised: see `Case`.
+    """
 
     def span(name: str) -> Range:
-        return Range(*arrays[name][pad].tolist())
+        low, high = arrays[name][pad].tolist()
+        return Range(low, high)
 
     shares = zip(STATES, arrays["shares"][pad].tolist(), strict=True)
     return Case(
@@ -146,7 +154,10 @@ def case_of(
         separated=tuple(arrays["separated"][pad].tolist()),
         losses=arrays["losses"][pad],
         shares={state: share for state, share in shares if share > 0.0},
-        **{name: span(name) for name in ("first", "second", "together", "tilt")},
+        first=span("first"),
+        second=span("second"),
+        together=span("together"),
+        tilt=span("tilt"),
         down=float(arrays["down"][pad]),
         mean=float(arrays["mean"][pad]),
         blows=tuple(arrays["blows"][pad].tolist()),

@@ -134,6 +134,7 @@ def _times(segment: Segment) -> np.ndarray:
 
 
 def _losses(segment: Segment) -> np.ndarray:
+    """Tuples (n,) of the edges in the order in which they separate."""
     lost = segment.on[segment.point, np.arange(len(segment.point))] == 0
     losses: list[list[int]] = [[] for _ in segment.t0]
     for lane, edge in zip(segment.lane[lost].tolist(), segment.point[lost].tolist(), strict=True):
@@ -155,11 +156,15 @@ def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarr
             continue
         # in order of time, the end of each step being the begin of the next
         own = slice(start, begin[lane + 1])
-        way = np.sign(np.diff(np.append(values[:-1, own].T.ravel(), values[-1, own][-1])))
-        turns = np.flatnonzero((way[1:] != way[:-1]) & ~np.isnan(way[:-1]))
-        step, place = divmod(int(turns[0]) + 1 if turns.size else len(way), len(values) - 1)
-        t = grid.t[:, own]
-        since[lane] = t[place, step] if step < t.shape[1] else t[-1, -1]
+        signal = np.append(values[:-1, own].T.ravel(), values[-1, own][-1])
+        direction = np.sign(np.diff(signal))
+        turns = np.flatnonzero((direction[1:] != direction[:-1]) & ~np.isnan(direction[:-1]))
+        times = grid.t[:, own]
+        if turns.size == 0:
+            since[lane] = times[-1, -1]
+            continue
+        step, place = divmod(int(turns[0]) + 1, len(values) - 1)
+        since[lane] = times[place, step]
     return since
 
 
@@ -194,10 +199,12 @@ def _blows(
     impulse = (load * grid.weights[:, None] * steps.h / period).T.ravel()
     side = np.sign(moment).T.ravel()
     lane = np.repeat(steps.lane, len(load))
-    # without a force the side stays
+    # without a force the side stays: that of the last sample with one, in the same motion
     last = np.maximum.accumulate(np.where(side != 0.0, np.arange(side.size), 0))
     side = np.where(lane[last] == lane, side[last], 0.0)
-    begin = np.flatnonzero(np.append(True, (side[1:] != side[:-1]) | (lane[1:] != lane[:-1])))
+    # a blow a stretch of one side and one motion
+    changes = (side[1:] != side[:-1]) | (lane[1:] != lane[:-1])
+    begin = np.flatnonzero(np.append(True, changes))
     total = np.add.reduceat(impulse, begin)
     side = side[begin]
     lane = lane[begin]
@@ -207,11 +214,11 @@ def _blows(
         own = side == sign
         np.fmax.at(heaviest[:, edge], lane[own], total[own])
     for column, level in zip(turns.T, LEVELS, strict=True):
-        hit = (total > level) & (side != 0.0)
-        of = lane[hit]
-        where = side[hit]
-        other = (where[1:] != where[:-1]) & (of[1:] == of[:-1])
-        column[:] = np.bincount(of[1:][other], minlength=n)
+        counts = (total > level) & (side != 0.0)
+        motion = lane[counts]
+        edge_struck = side[counts]
+        turn = (edge_struck[1:] != edge_struck[:-1]) & (motion[1:] == motion[:-1])
+        column[:] = np.bincount(motion[1:][turn], minlength=n)
     return turns, heaviest
 
 
@@ -219,9 +226,11 @@ def _calm(grid: Grid, late: np.ndarray) -> np.ndarray:
     """Greatest acceleration after a time (n,) over that of the whole run, (n,)."""
     steps = grid.steps
     k = np.arange(1, len(grid.steps.series))
+    # derivative of the Taylor series of the velocities by the share of the step
     powers = np.pad(grid.shares[:, None] ** (k - 1) * k, ((0, 0), (1, 0)))
     rates = np.tensordot(powers, steps.series, 1)[:, 3:]
-    size = (rates**2).sum(axis=1) / np.maximum(steps.h, 1e-300) ** 2
-    end = np.where(grid.t >= late[steps.lane], size, 0.0)
-    whole, end = (np.maximum.reduceat(s.max(axis=0), grid.first) for s in (size, end))
-    return np.asarray(np.sqrt(end / whole))
+    squares = (rates**2).sum(axis=1) / np.maximum(steps.h, 1e-300) ** 2
+    late_squares = np.where(grid.t >= late[steps.lane], squares, 0.0)
+    greatest = np.maximum.reduceat(squares.max(axis=0), grid.first)
+    late_greatest = np.maximum.reduceat(late_squares.max(axis=0), grid.first)
+    return np.asarray(np.sqrt(late_greatest / greatest))

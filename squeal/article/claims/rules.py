@@ -7,7 +7,7 @@ the time exceeds `TOUCH`, far above the accuracy of the located contact changes.
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from squeal.article.cases import SMALL_REGION
@@ -30,6 +30,7 @@ class Outcome(NamedTuple):
 
 
 def _band(value: float, low: float, high: float) -> float:
+    """The margin of a value that must lie between two."""
     return min(value - low, high - value)
 
 
@@ -170,12 +171,15 @@ def hammers(case: Case, level: float = LEVEL) -> Outcome:
     """
     turns = case.blows[LEVELS.index(level)]
     gone = min(case.vanishes)
-    beats = turns >= TURNS and gone > TOUCH
     words = (
         f"{turns} changes of the edge struck, heaviest blows {case.heaviest[0]:.3g} and "
         f"{case.heaviest[1]:.3g} F_n T_1, least share without force at an edge {100 * gone:.3g} %"
     )
-    return Outcome(gone if beats else min(turns / TURNS - 1.0, 0.0) - max(TOUCH - gone, 0.0), words)
+    if turns >= TURNS and gone > TOUCH:
+        return Outcome(gone, words)
+    too_few_turns = min(turns / TURNS - 1.0, 0.0)
+    too_little_gone = max(TOUCH - gone, 0.0)
+    return Outcome(too_few_turns - too_little_gone, words)
 
 
 def hammering_cases(cases: Mapping[str, Case], level: float = LEVEL) -> dict[str, tuple[str, ...]]:
@@ -186,8 +190,9 @@ def hammering_cases(cases: Mapping[str, Case], level: float = LEVEL) -> dict[str
 
 def only_c_hammers(*cases: Case) -> Outcome:
     """Case c hammers in both models, no other case does. The cases of B1 come first."""
-    b1, b2 = ([hammers(case).margin for case in four] for four in (cases[:4], cases[4:]))
-    both = dict(zip("abcd", map(min, b1, b2), strict=True))
+    both = {}  # the margin by which both models hammer
+    for name, b1, b2 in zip("abcd", cases[:4], cases[4:], strict=True):
+        both[name] = min(hammers(b1).margin, hammers(b2).margin)
     margin = min(value if name == "c" else -value for name, value in both.items())
     which = ", ".join(name for name, value in both.items() if value > 0.0)
     return Outcome(margin, f"hammers with both models in: {which or 'no case'}")
@@ -195,10 +200,12 @@ def only_c_hammers(*cases: Case) -> Outcome:
 
 def more_loss_in_b1(*cases: Case) -> Outcome:
     """In more cases of B1 than of B2 the force at an edge vanishes."""
-    b1, b2 = (
-        [name for name, case in zip("abcd", four, strict=True) if max(case.vanishes) > TOUCH]
-        for four in (cases[:4], cases[4:])
-    )
+
+    def losing(four: Sequence[Case]) -> list[str]:
+        return [n for n, case in zip("abcd", four, strict=True) if max(case.vanishes) > TOUCH]
+
+    b1 = losing(cases[:4])
+    b2 = losing(cases[4:])
     words = f"an edge loses its force in {', '.join(b1) or 'no case'} of B1, in "
     return Outcome((len(b1) - len(b2)) / 4, words + f"{', '.join(b2) or 'no case'} of B2")
 
@@ -206,10 +213,12 @@ def more_loss_in_b1(*cases: Case) -> Outcome:
 def sliding_lasts(*cases: Case) -> Outcome:
     """The pad is never as fast as the surface, by x_dot; its lower face, where friction
     acts, is printed beside."""
-    slip, face = (max(getattr(case, key) for case in cases) for key in ("slip", "face"))
+    slip = max(case.slip for case in cases)
+    face = max(case.face for case in cases)
     words = f"the pad reaches {100 * slip:.2g} % of the surface's speed"
-    rubs = "" if math.isnan(face) else f", its lower face {100 * face:.2g} % while it touches"
-    return Outcome(1.0 - slip, words + rubs)
+    if not math.isnan(face):
+        words += f", its lower face {100 * face:.2g} % while it touches"
+    return Outcome(1.0 - slip, words)
 
 
 def friction_raises(case: Case) -> Outcome:

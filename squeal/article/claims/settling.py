@@ -37,13 +37,15 @@ def decaying(scene: Scene) -> tuple[float, np.ndarray] | None:
         return None
     q = np.array(equilibrium.q)
     matrices = linearise(scene.pad_model, q, equilibrium.state)
+    # (s^2 M + K) u = 0: the eigenvalues of M^-1 K are -s^2
     squares, shapes = np.linalg.eig(np.linalg.solve(matrices.M, matrices.K))
     roots = -np.sqrt(-squares.astype(complex))  # of each pair the one in the left half plane
-    at = int(np.argmin(roots.real))
-    if roots[at].real > -1e-6 * np.abs(roots).max():
+    fastest = int(np.argmin(roots.real))
+    s = roots[fastest]
+    if s.real > -1e-6 * np.abs(roots).max():
         return None
-    mode = shapes[:, at] * (SMALL * q[1] / shapes[1, at])
-    return float(roots[at].real), np.concatenate([q + mode.real, (roots[at] * mode).real])
+    mode = shapes[:, fastest] * (SMALL * q[1] / shapes[1, fastest])
+    return float(s.real), np.concatenate([q + mode.real, (s * mode).real])
 
 
 def settled(scenes: Mapping[str, Scene]) -> Settled | None:

@@ -53,19 +53,25 @@ def _arrow(
     together: bool,
     bow: float,
 ) -> None:
-    """An arrow bowed to the left of its way (`bow` in chart units), with its label on the bow."""
+    """An arrow bowed to the left of its direction (`bow` in chart units), its label on the bow."""
     a = np.array(start)
     b = np.array(stop)
-    way = (b - a) / np.hypot(*(b - a))
-    left = np.array([-way[1], way[0]])
-    # from box edge to box edge: leave each box where the straight way crosses it
-    reach = min(_SIZE[i] / abs(way[i]) for i in (0, 1) if abs(way[i]) > 1e-9) + 0.12
-    tail = a + way * reach + 0.5 * bow * left
-    head = b - way * reach + 0.5 * bow * left
-    line, colour = ((0, (3, 2)), "0.45") if together else ("-", "black")
-    bent = f"arc3,rad={-bow / np.hypot(*(head - tail)):.3f}"
-    look = {"arrowstyle": "-|>", "connectionstyle": bent, "shrinkA": 0.0, "shrinkB": 0.0}
-    look |= {"linewidth": 0.8, "linestyle": line, "color": colour}
+    direction = (b - a) / np.hypot(*(b - a))
+    left = np.array([-direction[1], direction[0]])
+    # from box edge to box edge: leave each box where the straight line crosses it
+    crossings = [_SIZE[i] / abs(direction[i]) for i in (0, 1) if abs(direction[i]) > 1e-9]
+    reach = min(crossings) + 0.12
+    tail = a + direction * reach + 0.5 * bow * left
+    head = b - direction * reach + 0.5 * bow * left
+    look: dict[str, Any] = {
+        "arrowstyle": "-|>",
+        "connectionstyle": f"arc3,rad={-bow / np.hypot(*(head - tail)):.3f}",
+        "shrinkA": 0.0,
+        "shrinkB": 0.0,
+        "linewidth": 0.8,
+        "linestyle": (0, (3, 2)) if together else "-",
+        "color": "0.45" if together else "black",
+    }
     axes.annotate("", head, tail, arrowprops=look)
     if text:
         middle = (tail + head) / 2.0 + left * (0.5 * bow + 0.14)

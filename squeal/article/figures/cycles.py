@@ -44,11 +44,12 @@ def _label(axes: Axes, mu: np.ndarray, values: np.ndarray, text: str, shift: flo
 
 
 def _panel(axes: Axes, cycles: Cycles) -> None:
-    mu, peak = (np.array([getattr(p, key) for p in cycles.branch]) for key in ("mu", "peak"))
+    mu = np.array([point.mu for point in cycles.branch])
+    peak = np.array([point.peak for point in cycles.branch])
     stable = np.array([point.stable for point in cycles.branch])
-    ends = np.flatnonzero(np.diff(stable)) + 1  # one line for all neighbours that are alike
-    for part in np.split(np.arange(len(mu)), ends):
-        shown = slice(part[0], part[-1] + 2)
+    changes = np.flatnonzero(np.diff(stable)) + 1
+    for part in np.split(np.arange(len(mu)), changes):
+        shown = slice(part[0], part[-1] + 2)  # up to the first point of the next part
         axes.plot(mu[shown], peak[shown], **LOOKS[bool(stable[part[0]])])
     for edge, look in EDGES.items():
         values = [getattr(point, edge) for point in cycles.branch]

@@ -33,18 +33,21 @@ half of the line in case (c) over the damping ratio. Above the dashed line,
 \val[2]{grazing.level}, the blow counts for hammering."""
 
 
-def _tile(row: After) -> tuple[int, str]:
-    own = bool(row.own and row.own.goes_on)
-    share = 100.0 * row.lasting / row.starts
-    return (2 if own else 1 if row.lasting else 0), f"{share:.0f} %" if row.lasting else ""
+def _colours_of(row: After) -> tuple[str, str]:
+    """Of a tile and of its text: by which initial conditions loss of contact lasts."""
+    permanent, from_others, from_reference = COLOURS
+    if row.own is not None and row.own.goes_on:
+        return from_reference, "w"
+    return (from_others if row.lasting else permanent), "k"
 
 
 def _tiles(axes: Axes, shown: dict[str, tuple[After, ...]], ratios: tuple[float, ...]) -> None:
+    """A row a motion, a column a damping ratio, with the share that lasts."""
     for y, rows in enumerate(shown.values()):
         for x, row in enumerate(rows):
-            kind, share = _tile(row)
-            axes.add_patch(Rectangle((x, y), 1, 1, facecolor=COLOURS[kind], edgecolor="w", lw=1.5))
-            ink = "w" if kind == 2 else "k"
+            colour, ink = _colours_of(row)
+            axes.add_patch(Rectangle((x, y), 1, 1, facecolor=colour, edgecolor="w", lw=1.5))
+            share = f"{100.0 * row.lasting / row.starts:.0f} %" if row.lasting else ""
             axes.text(x + 0.5, y + 0.5, share, ha="center", va="center", color=ink)
     axes.set_xlim(0, len(ratios))
     axes.set_ylim(len(shown), 0)

@@ -398,16 +398,20 @@ def _longer(points: float, line: float) -> str:
 def _means(found: Computed, runs: Mapping[str, Motions], repeat: int, one: int) -> dict[str, float]:
     """Mean shares lost1, lost2, apart1, apart2 over the cases in which both models rest; empty
     where there is none, or a motion did not go to its end."""
-    totals = dict.fromkeys(("lost1", "lost2", "apart1", "apart2"), 0.0)
-    both = [k for k in range(len(CASES)) if all(found.rests[m][k][one] for m in MODELS)]
-    for k, (digit, model) in itertools.product(both, enumerate(MODELS, 1)):
-        case = runs[model].case(repeat, k, one)
-        at = found.rests[model][k][one]
-        if case is None or at is None:
-            return {}
-        totals[f"lost{digit}"] += lost_share(case.shares, at.state) / len(both)
-        totals[f"apart{digit}"] += lost_share(case.shares, FULL) / len(both)
-    return totals if both else {}
+    points, line = (found.rests[model] for model in MODELS)
+    both = [k for k in range(len(CASES)) if points[k][one] and line[k][one]]
+    means: dict[str, float] = {}
+    for k in both:
+        for digit, model in enumerate(MODELS, 1):
+            case = runs[model].case(repeat, k, one)
+            at = found.rests[model][k][one]
+            if case is None or at is None:
+                return {}
+            lost = lost_share(case.shares, at.state) / len(both)
+            apart = lost_share(case.shares, FULL) / len(both)
+            means[f"lost{digit}"] = means.get(f"lost{digit}", 0.0) + lost
+            means[f"apart{digit}"] = means.get(f"apart{digit}", 0.0) + apart
+    return means
 
 
 def _two(found: Computed, repeat: int, one: int) -> dict[str, float]:
@@ -420,9 +424,8 @@ def _two(found: Computed, repeat: int, one: int) -> dict[str, float]:
             continue
         if not found.two.done(repeat, k, one):
             return {}
-        shares = dict(
-            zip(STATES, found.two.arrays["shares"][found.two.row[repeat, k, one]], strict=True)
-        )
+        row = found.two.row[repeat, k, one]
+        shares = dict(zip(STATES, found.two.arrays["shares"][row], strict=True))
         lost.append(lost_share(shares, at.state))
         apart.append(lost_share(shares, FULL))
     if not lost:
@@ -431,117 +434,154 @@ def _two(found: Computed, repeat: int, one: int) -> dict[str, float]:
 
 
 def _letters(flags: Iterable[bool]) -> str:
+    """The letters of the cases whose flag is set."""
     return "".join(itertools.compress(CASES, flags))
+
+
+def _separated(case: Case) -> bool:
+    """Whether both edges are separated for some time."""
+    return case.shares.get(NONE, 0.0) > TOUCH
+
+
+def _loses_force(case: Case) -> bool:
+    """Whether the force at an edge vanishes for some time."""
+    return max(case.vanishes) > TOUCH
+
+
+def _locked(found: Computed, model: str, repeat: int, one: int) -> list[Case] | None:
+    """The cases of a set with rotation locked; None where a motion did not go to its end."""
+    cases = []
+    for k in range(len(CASES)):
+        case = found.locked[model].case(repeat, k, one)
+        if case is None:
+            return None
+        cases.append(case)
+    return cases
+
+
+def _permanent(found: Computed, repeat: int, one: int) -> list[bool]:
+    """Whether points stay in full contact after a small release, in each case with a rest."""
+    permanent = []
+    for k in range(len(CASES)):
+        if found.rests["B1"][k][one] is not None:
+            case = found.low.case(repeat, k, one)
+            permanent.append(case is not None and lost_share(case.shares, FULL) == 0.0)
+    return permanent
 
 
 def said(found: Computed, repeat: int, one: int) -> Said | None:
     """What a repeat says of a set; None where one of its motions did not go to its end."""
-    cases: dict[str, Case | Linear] = {"b3": found.linear[one]}
-    four: dict[str, list[Case]] = {model: [] for model in MODELS}
-    for model, (k, letter) in itertools.product(MODELS, enumerate(CASES)):
-        case = found.first[model].case(repeat, k, one)
-        if case is None:
-            return None
-        cases[stem(model, letter)] = case
-        four[model].append(case)
-    other = min(repeat, ONCE_MORE - 1)
-    hammer = {
-        model: _letters(hammers(case).margin > 0.0 for case in four[model]) for model in MODELS
-    }
-    separates = _letters(case.shares.get(NONE, 0.0) > TOUCH for case in four["B2"])
-    losing = _letters(max(case.vanishes) > TOUCH for case in four["B1"])
+    measured: dict[str, Case | Linear] = {"b3": found.linear[one]}
+    cases: dict[str, list[Case]] = {model: [] for model in MODELS}
+    for model in MODELS:
+        for k, letter in enumerate(CASES):
+            case = found.first[model].case(repeat, k, one)
+            if case is None:
+                return None
+            measured[stem(model, letter)] = case
+            cases[model].append(case)
+    points = cases["B1"]
+    line = cases["B2"]
+    other = min(repeat, ONCE_MORE - 1)  # the motions beside these are repeated less often
+    points_hammer = _letters(hammers(case).margin > 0.0 for case in points)
+    line_hammers = _letters(hammers(case).margin > 0.0 for case in line)
+    separates = _letters(map(_separated, line))
     shares = _means(found, found.first, repeat, one)
-    words: dict[str, str] = dict.fromkeys(VERDICTS, NOT_APPLICABLE)
-    words["restless"] = _word(all(case.calm > CALM for model in MODELS for case in four[model]))
-    words["differ"] = _word(0 < len(hammer["B1"]) < len(CASES))
-    words["c_only"] = _word(set(hammer["B1"]) & set(hammer["B2"]) == {"c"})
+    verdicts: dict[str, str] = dict.fromkeys(VERDICTS, NOT_APPLICABLE)
+    verdicts["restless"] = _word(all(case.calm > CALM for case in (*points, *line)))
+    verdicts["differ"] = _word(0 < len(points_hammer) < len(CASES))
+    verdicts["c_only"] = _word(set(points_hammer) & set(line_hammers) == {"c"})
     if shares:
-        words["lost"] = _longer(shares["lost1"], shares["lost2"])
-        words["apart"] = _longer(shares["apart1"], shares["apart2"])
+        verdicts["lost"] = _longer(shares["lost1"], shares["lost2"])
+        verdicts["apart"] = _longer(shares["apart1"], shares["apart2"])
         two = _two(found, other, one)
         if two:
             own = _means(found, found.first, other, one)
-            off = {key: two[f"two_{key}"] - own[f"{key}2"] for key in ALIKE}
-            shares |= {f"two_{key}": value for key, value in off.items()}
-            words["two"] = _word(all(abs(off[key]) < ALIKE[key] for key in ALIKE))
-    still = {m: [found.locked[m].case(other, k, one) for k in range(len(CASES))] for m in MODELS}
-    if separates and all(still["B2"]):
-        gone = (case is not None and case.shares.get(NONE, 0.0) > TOUCH for case in still["B2"])
-        words["locked_line"] = _word(not set(_letters(gone)) & set(separates))
-    if losing and all(still["B1"]):
-        words["locked_points"] = _word(any(max(c.vanishes) > TOUCH for c in still["B1"] if c))
-    held = []
-    for k in range(len(CASES)):
-        at = found.rests["B1"][k][one]
-        if at is not None:
-            case = found.low.case(other, k, one)
-            held.append(case is not None and lost_share(case.shares, FULL) == 0.0)
-    if held:
-        words["permanent_all"] = _word(all(held))
-        words["permanent_some"] = _word(any(held))
+            shares["two_lost"] = two["two_lost"] - own["lost2"]
+            shares["two_apart"] = two["two_apart"] - own["apart2"]
+            alike = all(abs(shares[f"two_{key}"]) < least for key, least in ALIKE.items())
+            verdicts["two"] = _word(alike)
+    line_locked = _locked(found, "B2", other, one)
+    if separates and line_locked is not None:
+        still_separates = _letters(map(_separated, line_locked))
+        verdicts["locked_line"] = _word(not set(still_separates) & set(separates))
+    points_locked = _locked(found, "B1", other, one)
+    if any(map(_loses_force, points)) and points_locked is not None:
+        verdicts["locked_points"] = _word(any(map(_loses_force, points_locked)))
+    permanent = _permanent(found, other, one)
+    if permanent:
+        verdicts["permanent_all"] = _word(all(permanent))
+        verdicts["permanent_some"] = _word(any(permanent))
     for i, load in enumerate(LOADINGS):
-        means = _means(found, {m: found.loads[m][i] for m in MODELS}, other, one)
+        released_alike = {model: found.loads[model][i] for model in MODELS}
+        means = _means(found, released_alike, other, one)
         if means:
-            words[f"load_{load:g}"] = _longer(means["lost1"], means["lost2"])
-    satisfied = tuple(
-        claim.rule(*(cases[scene] for scene in claim.scenes)).margin > 0.0 for claim in INDEPENDENT
+            verdicts[f"load_{load:g}"] = _longer(means["lost1"], means["lost2"])
+    satisfied = []
+    for claim in INDEPENDENT:
+        outcome = claim.rule(*(measured[scene] for scene in claim.scenes))
+        satisfied.append(outcome.margin > 0.0)
+    return Said(
+        satisfied=tuple(satisfied),
+        hammers=f"{points_hammer}/{line_hammers}",
+        separates=separates,
+        shares=shares,
+        verdicts=verdicts,
     )
-    return Said(satisfied, f"{hammer['B1']}/{hammer['B2']}", separates, shares, words)
 
 
 def _bits(flags: Iterable[bool]) -> str:
+    """Flags as the bits of a hexadecimal number, the first the lowest."""
     return f"{sum(flag << i for i, flag in enumerate(flags)):x}"
 
 
-def _agreed(words: Sequence[str]) -> str:
+def _agreed(answers: Sequence[str]) -> str:
     """What all repeats say, else that they do not agree."""
-    return words[0] if len(set(words)) == 1 else UNDECIDED
+    return answers[0] if len(set(answers)) == 1 else UNDECIDED
 
 
 def row(found: Computed, one: int) -> Row:
     """What a set says."""
     if any((found.first[model].row[0, :, one] < 0).any() for model in MODELS):
         return Row("start")
-    repeats = [said(found, repeat, one) for repeat in range(REPEATS)]
-    here = [each for each in repeats if each is not None]
-    if len(here) < REPEATS:
-        return Row("left")
-    faces = [
-        float(found.first[model].arrays["face"][found.first[model].row[0, k, one]])
-        for model in MODELS
-        for k in range(len(CASES))
-    ]
+    repeats = []
+    for repeat in range(REPEATS):
+        answer = said(found, repeat, one)
+        if answer is None:
+            return Row("left")
+        repeats.append(answer)
+    faces: list[float] = []
+    for model in MODELS:
+        motions_of = found.first[model]
+        faces += motions_of.arrays["face"][motions_of.row[0, :, one]].tolist()
     fastest = max(faces) * LENGTH / TIME
-    first = here[0]
-    undecided = (len({each.satisfied[i] for each in here}) > 1 for i in range(len(INDEPENDENT)))
+    first = repeats[0]
+    undecided = []
+    for answers in zip(*(each.satisfied for each in repeats), strict=True):
+        undecided.append(len(set(answers)) > 1)
     spread = 0.0
     for key in first.shares:
-        values = [each.shares.get(key, math.nan) for each in here]
+        values = [each.shares.get(key, math.nan) for each in repeats]
         spread = max(spread, max(values) - min(values))
 
     def share(key: str) -> str:
         return str(round(1000.0 * first.shares[key])) if key in first.shares else ""
 
-    def those(flag: str) -> str:
-        """Cases by model whose equilibrium flutters, or that have none."""
-        texts = []
-        for model in MODELS:
-            rests = [found.rests[model][k][one] for k in range(len(CASES))]
-            if flag == "flutters":
-                texts.append(_letters(at is not None and at.flutters for at in rests))
-            else:
-                texts.append(_letters(at is None for at in rests))
-        return "/".join(texts)
-
+    flutters = []
+    without = []
+    for model in MODELS:
+        rests = [found.rests[model][k][one] for k in range(len(CASES))]
+        flutters.append(_letters(at is not None and at.flutters for at in rests))
+        without.append(_letters(at is None for at in rests))
     return Row(
         outcome="valid" if fastest < SPEED else "outran",
         speed=f"{fastest:.3g}",
         satisfied=_bits(first.satisfied),
         undecided=_bits(undecided),
-        hammers=_agreed([each.hammers for each in here]),
-        separates=_agreed([each.separates for each in here]),
-        flutters=those("flutters"),
-        without=those("without"),
+        hammers=_agreed([each.hammers for each in repeats]),
+        separates=_agreed([each.separates for each in repeats]),
+        flutters="/".join(flutters),
+        without="/".join(without),
         lost1=share("lost1"),
         lost2=share("lost2"),
         apart1=share("apart1"),
@@ -549,7 +589,7 @@ def row(found: Computed, one: int) -> Row:
         two_lost=share("two_lost"),
         two_apart=share("two_apart"),
         spread=str(math.ceil(1000.0 * spread - 0.05)),
-        verdicts="".join(_agreed([each.verdicts[name] for each in here]) for name in VERDICTS),
+        verdicts="".join(_agreed([each.verdicts[name] for each in repeats]) for name in VERDICTS),
     )
 
 
