@@ -22,7 +22,7 @@ MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglo
 CEILINGS = {
     "tokens": (305_000, 175_000),
     "tokens a code line": (9.95, 9.5),
-    "paired assignments per 1,000 code lines": (0.3, 3),
+    "paired assignments per 1,000 code lines": (0.4, 3),
     "comprehensions per 1,000 code lines": (33.0, 15),
     "conditional expressions per 1,000 code lines": (18.8, 12),
     "Any in signatures": (76, 60),

@@ -54,7 +54,7 @@ def _imports(path: Path) -> frozenset[str]:
             imported.add(f"{module}.{name}" if module else name)
         if module:
             imported.add(module)
-    if PACKAGE in imported:  # `squeal.sweep` loads the module of `sweep` when it is used
+    if PACKAGE in imported:  # a verb of the package loads where it stands when it is used
         homes = _homes()
         for name in re.findall(r"\bsqueal\.(\w+)", text):
             if name in homes:
