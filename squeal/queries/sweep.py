@@ -171,7 +171,7 @@ def _system_sweep(
         basis=basis_of(reduction, analysis.selection) or analysis.joined,
         source=SystemSource(analysis.file, analysis.selection, reduction),
     )
-    return sweep_as_known(analysis.file, answer)
+    return sweep_as_known(analysis.file, analysis.selection, answer)
 
 
 def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:

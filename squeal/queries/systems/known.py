@@ -129,12 +129,16 @@ def thresholds_as_known(
     )
 
 
-def sweep_as_known(file: SystemFile, answer: Sweep) -> Sweep:
-    """A sweep none of whose values is certified where something was assumed."""
-    if not file.assumptions:
-        return answer
+def sweep_as_known(file: SystemFile, selection: EigenvalueSelection, answer: Sweep) -> Sweep:
+    """A sweep none of whose values is certified where something was assumed, and of a reduced
+    system without a verdict where the digits of files leave growth open."""
     rows = []
     for step in answer.steps:
-        certified = None if step.certified is None else False
-        rows.append(replace(step, certified=certified))
+        certified = step.certified
+        verdict = step.verdict
+        if certified is None and _open_at(file, selection, step.value):
+            verdict = None
+        if file.assumptions and certified is not None:
+            certified = False
+        rows.append(replace(step, certified=certified, verdict=verdict))
     return replace(answer, steps=tuple(rows))
