@@ -5,7 +5,8 @@ part 2 Omega G and a centrifugal part -Omega^2 H. Under the pressure p friction 
 sliding by mu p / (Omega r) for each area and speed of sliding: some modes are heavily damped.
 
 `python -m benchmarks.turning_brake [ROWS] [--around N] [--only ANSWER ...]` prints the CPU seconds
-of each answer, of one thread, and their ratio to one `eigs`; `--repeat` takes medians.
+of each answer, of one thread, and their ratio to one `eigs`; `--repeat` takes medians. `--check`
+holds sweeps, charts and samples of five brakes against a full solution of each value instead.
 """
 
 from __future__ import annotations
@@ -17,13 +18,15 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 import squeal
 from benchmarks.large_peers import eigs_near
 from squeal.examples.brake import ROUND, VTK, Geometry, SolidBrake, solid_brake
+from squeal.linear import GROWING
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 
@@ -31,6 +34,7 @@ BAND = (1000.0, 8000.0)  # Hz
 NEAR = 20  # roots of `eigs`
 RANGE = (0.0, 0.7)  # of mu
 LIGHT, HEAVY = 2.0e4, 1.0e6  # Pa
+ROUNDING = 1e-10  # of |lambda|: of full solutions
 SPREADS = {
     "mu": {"between": [0.2, 0.6]},
     "contact": {"between": [0.7, 1.4]},
@@ -134,6 +138,110 @@ def _answers(system: TermSystem) -> dict[str, Callable[[], Any]]:
     }
 
 
+class Check(NamedTuple):
+    """Answers at some parameters against the roots of the full problem there."""
+
+    values: int
+    same_verdicts: int
+    same_counts: int  # of roots, where these are listed
+    growth_off: float  # the largest one, 1/s
+    stated: float  # the largest error that is stated, 1/s
+    held: bool  # whether each error is at most the one that is stated
+
+
+def brakes(rows: int, around: int) -> dict[str, TermSystem]:
+    """Light and heavy damping, turning or not."""
+    return {
+        "2e4 Pa, 12 rad/s": turning_brake(rows, LIGHT, around=around),
+        "1e6 Pa, 12 rad/s": turning_brake(rows, HEAVY, around=around),
+        "2e6 Pa, 5 rad/s": turning_brake(rows, 2 * HEAVY, speed=5.0, around=around),
+        "1e6 Pa, 200 rad/s": turning_brake(rows, HEAVY, speed=200.0, around=around),
+        "standing": solid_brake(rows, around=around).system,
+    }
+
+
+def _full_roots(system: TermSystem, changes: dict[str, float]) -> NDArray[np.complex128]:
+    answer = squeal.eigenvalues(system.replace(changes), band=BAND)
+    return np.array([root.value for root in answer.eigenvalues])
+
+
+def _is_growing(verdict: str | None) -> bool:
+    return verdict in GROWING
+
+
+def check_sweep(system: TermSystem) -> Check:
+    """All roots of a sweep of 21 values at every fourth of them."""
+    steps = squeal.sweep(system, np.linspace(*RANGE, 21).tolist(), BAND, method="modal").steps[::4]
+    same_verdicts = 0
+    same_counts = 0
+    off = [0.0]
+    beyond = [0.0]
+    for step in steps:
+        full = _full_roots(system, {"mu": step.value})
+        same_verdicts += _is_growing(step.verdict) == bool(np.any(full.real > 0.0))
+        same_counts += len(full) == len(step.roots)
+        distances = np.abs(full[:, None] - step.roots)
+        nearest = full[np.argmin(distances, axis=0)]
+        off += np.abs(nearest.real - step.roots.real).tolist()
+        allowed = step.rounding + ROUNDING * np.abs(step.roots)
+        beyond += (distances.min(axis=0) - allowed).tolist()
+    stated = max(float(step.rounding.max()) for step in steps)
+    return Check(len(steps), same_verdicts, same_counts, max(off), stated, max(beyond) <= 0.0)
+
+
+def check_chart(system: TermSystem) -> Check:
+    """Verdict and growth at twelve points of a chart."""
+    chart = _chart(system)
+    points = np.random.default_rng(47).choice(chart.codes.size, 12, replace=False)
+    same_verdicts = 0
+    off = []
+    for point in points.tolist():
+        i, j = np.unravel_index(point, chart.codes.shape)
+        changes = {"mu": chart.axes[0].values[i], "contact": chart.axes[1].values[j]}
+        growth = float(_full_roots(system, changes).real.max())
+        verdict = chart.verdicts[chart.codes[i, j]]
+        same_verdicts += _is_growing(verdict) == (growth > 0.0)
+        off.append(abs(chart.quantity[2][i, j] - growth))
+    return Check(len(points), same_verdicts, len(points), max(off), math.nan, True)
+
+
+def check_samples(system: TermSystem) -> Check:
+    """Growth and number of growing modes of every tenth of 128 samples."""
+    spreads = {name: spread for name, spread in SPREADS.items() if name in system.names}
+    samples = squeal.scatter(system, spreads, samples=128, of="growth", band=BAND).rows[::10]
+    same_verdicts = 0
+    same_counts = 0
+    off = []
+    for sample in samples:
+        full = _full_roots(system, dict(sample.parameters))
+        same_verdicts += (sample.value > 0.0) == bool(np.any(full.real > 0.0))
+        same_counts += sample.unstable == int(np.sum(full.real > 0.0))
+        off.append(abs(sample.value - float(full.real.max())))
+    return Check(len(samples), same_verdicts, same_counts, max(off), math.nan, True)
+
+
+def check(rows: int, around: int) -> bool:
+    """Print what differs from full solutions; True if nothing does beyond the stated errors."""
+    passed = True
+    print("brake               answer   verdicts  counts   growth off  stated, 1/s  held")
+    for name, system in brakes(rows, around).items():
+        for answer, compare in CHECKS.items():
+            found = compare(system)
+            counts = f"{found.same_counts}/{found.values}"
+            verdicts = f"{found.same_verdicts}/{found.values}"
+            print(
+                f"{name:<20s}{answer:<9s}{verdicts:<10s}{counts:<9s}{found.growth_off:<12.2g}"
+                f"{found.stated:<13.2g}{found.held}",
+                flush=True,
+            )
+            is_same = found.same_verdicts == found.same_counts == found.values
+            passed = passed and is_same and found.held
+    return passed
+
+
+CHECKS = {"sweep": check_sweep, "chart": check_chart, "samples": check_samples}
+
+
 def _told(answer: Any) -> str:
     """What shows that the answer is one."""
     with suppress(AttributeError):
@@ -155,7 +263,10 @@ def main() -> int:
     parser.add_argument("--pressure", type=float, default=HEAVY, help=f"Pa ({HEAVY:g})")
     parser.add_argument("--repeat", type=int, default=1, help="runs, of which medians are printed")
     parser.add_argument("--only", nargs="+", help="answers by name, beside `eigs`")
+    parser.add_argument("--check", action="store_true", help="against full solutions instead")
     given = parser.parse_args()
+    if given.check:
+        return 0 if check(given.rows, given.around) else 1
     system = turning_brake(given.rows, given.pressure, around=given.around)
     print(f"{system.n} rows, {given.pressure:g} Pa; CPU seconds of one thread")
     unit = math.nan

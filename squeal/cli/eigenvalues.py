@@ -62,7 +62,10 @@ def run(given: argparse.Namespace) -> Reply:
     sweep = None
     estimate = None  # the roots of a first look, where nothing asks for those of the full system
     if given.values:
-        at_value = subject if given.at is None else _at_value(subject, given.at)
+        at_value = subject
+        if given.at is not None:
+            system = subject.system
+            at_value = replace(subject, system=system.replace({system.parameter: given.at}))
         sweep = squeal.sweep(
             at_value, given.values, method=given.method, workers=given.workers, **selection
         )
@@ -86,12 +89,6 @@ def run(given: argparse.Namespace) -> Reply:
         warnings_in_reply=isinstance(subject, Scene),
         more=_notes(given, subject, spectrum),
     )
-
-
-def _at_value(subject: "SystemFile", value: float) -> "SystemFile":
-    """The same system with another value of its free parameter."""
-    system = subject.system
-    return replace(subject, system=system.replace({system.parameter: value}))
 
 
 def _needs_full_roots(given: argparse.Namespace) -> bool:

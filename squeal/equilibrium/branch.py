@@ -18,9 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 
-from squeal.equilibrium.statics import Equilibria, Statics, newton, solve_stack
+from squeal.equilibrium.statics import Equilibria, Statics, Step, newton, null_vectors, of_some
 from squeal.model.equations import natural_units
-from squeal.numerics.differentiation import with_derivative
 from squeal.schema import Place
 
 
@@ -117,8 +116,8 @@ class Branches:
         # complex numbers are sorted by their real parts, then by their imaginary ones
         keys = self.owner + 1j * self.z[3]
         node = np.maximum(np.searchsorted(keys, pad + 1j * mu, side="right") - 1, 0)
-        z = self.z[:, node]
-        touching = self.touching[:, node]
+        z = of_some(self.z, node)
+        touching = of_some(self.touching, node)
         exists = (mu >= 0.0) & (mu <= self.mu_end[pad])
         between = np.flatnonzero(exists & (z[3] != mu))  # behind the node, before the next one
         if between.size:
@@ -194,11 +193,11 @@ def follow(
     state = np.array(start.touching, dtype=bool)
     scale = np.ones((4, n))
     scale[:3] /= natural_units(statics.model, (0.0,) * 6).length
-    _, J = statics.linearised(z, 1.0 * state)
+    of_mu = np.tile(np.eye(4)[:, 3:], n)
     with np.errstate(all="ignore"):
-        side = np.sign(np.linalg.det(np.moveaxis(J[:, :3], -1, 0)))
+        slope, side = statics.tangents(z, 1.0 * state, of_mu)
     # dz/dmu: without friction no branch turns back
-    ahead = _null_vectors(J, np.tile(np.eye(4)[:, 3:], n)) * scale
+    ahead = slope * scale
     moves = np.sqrt((ahead[:3] ** 2).sum(axis=0))
     # mu counts as what it displaces at the start
     scale[3] = np.where(np.isfinite(moves), np.maximum(moves, 1e-3), 1.0)
@@ -254,14 +253,6 @@ def _cubic(
     return np.array([a, at_start, 3 * chord - 2 * at_start - at_end, at_start + at_end - 2 * chord])
 
 
-def _null_vectors(J: np.ndarray, row: np.ndarray) -> np.ndarray:
-    """Null vectors (4, k) of J (3, 4, k) with row . v = 1."""
-    A = np.concatenate([np.moveaxis(J, -1, 0), row.T[:, None, :]], axis=1)
-    right_sides = np.tile(np.eye(4)[:, 3:], (len(A), 1, 1))
-    vectors, _ = solve_stack(A, right_sides)
-    return np.asarray(vectors[:, :, 0].T)
-
-
 def _unit(v: np.ndarray) -> np.ndarray:
     """Vectors (4, k) of length 1; where there is none zero."""
     with np.errstate(all="ignore"):
@@ -280,7 +271,7 @@ class _Nodes(NamedTuple):
 
     def some(self, which: np.ndarray) -> _Nodes:
         """Some of the nodes, by numbers or bools."""
-        return _Nodes(*(array[..., which] for array in self))
+        return _Nodes(*(of_some(array, which) for array in self))
 
 
 class _Located(NamedTuple):
@@ -294,9 +285,17 @@ class _Located(NamedTuple):
     event: np.ndarray
 
 
+class _Corrected(NamedTuple):
+    """Places z (4, k) on branches, unit tangents of scale z there (4, k), the derivative (4, k) of
+    the condition that chose the place, and whether (k,) it was found."""
+
+    z: np.ndarray
+    tangent: np.ndarray
+    slope: np.ndarray
+    good: np.ndarray
+
+
 NO_EVENT = -1
-Linearised = tuple[np.ndarray, np.ndarray]
-"""Values (m, k) and their derivatives (m, 4, k) at places."""
 
 
 class _Front(NamedTuple):
@@ -333,55 +332,40 @@ class _Front(NamedTuple):
 
     def pick(self, i: np.ndarray) -> _Front:
         """Some of the branches, by numbers or bools."""
-        return _Front(self.part.pick(i), *(array[..., i] for array in self[1:]))
+        return _Front(self.part.pick(i), *(of_some(array, i) for array in self[1:]))
 
-    def solve(
-        self, start: np.ndarray, condition: Callable[[_Front, np.ndarray, np.ndarray], Linearised]
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Zeros of the balance and one more condition (of some branches, places and numbers), the
-        tangents there, derivatives of the condition, and where they were found."""
+    def corrected(self, start: np.ndarray, surface: np.ndarray | None) -> _Corrected:
+        """Places from start (4, k) on the balance and on surfaces, see `Statics.surface_step`, or
+        on folds where there are no surfaces."""
+        on = 1.0 * self.state
+        rows = self.ahead * self.scale
 
-        def conditions(z: np.ndarray, i: np.ndarray) -> Linearised:
-            some = self if i.size == self.owner.size else self.pick(i)
-            balance, slopes = some.part.linearised(z, 1.0 * some.state)
-            value, slope = condition(some, z, i)
-            return np.concatenate([balance, value]), np.concatenate([slopes, slope])
+        def step_from(z: np.ndarray, i: np.ndarray) -> Step:
+            if surface is None:
+                return self.part.pick(i).fold_step(z, of_some(on, i))
+            if i.size == self.owner.size:
+                return self.part.surface_step(z, on, surface)
+            return self.part.for_steps(i).surface_step(z, of_some(on, i), of_some(surface, i))
 
-        z, J, good = newton(conditions, start, 1.0 / self.scale[0])
+        z, derivatives, good = newton(step_from, start, 1.0 / self.scale[0])
         with np.errstate(all="ignore"):
-            tangent = _unit(_null_vectors(J[:3], self.ahead * self.scale) * self.scale)
-        return z, tangent, J[3], good
+            if surface is None:
+                along = null_vectors(derivatives[:3], rows)
+            else:
+                along = self.part.null_vectors(derivatives, rows)
+            return _Corrected(z, _unit(along * self.scale), derivatives[-1], good)
 
-    def event_functions(self, z: np.ndarray) -> np.ndarray:
-        """Of the events but the fold, positive behind them, at places (4, ..., k)."""
-        outwards = np.where(self.state, 1.0, -1.0)
-        outwards = outwards.reshape(-1, *[1] * (z.ndim - 2), z.shape[-1])
-        tilt = self.part.tilt(z)
-        past_upright = np.sign(tilt.real) * tilt - math.pi / 2
-        past_range = z[3] - self.mu_max
-        return np.concatenate([outwards * self.part.gaps(z), (past_upright, past_range)])
+    def past(self, curve: np.ndarray, fold: bool) -> Callable[[np.ndarray], np.ndarray]:
+        """Which events, the fold or all others, lie behind a share of curves, as a function of it;
+        see `squeal.equilibrium.statics.Statics.over_on`."""
+        if not fold:
+            return self.part.over_on(curve, 1.0 * self.state, self.mu_max)
 
-    def determinant(self, z: np.ndarray) -> np.ndarray:
-        """Of the balance's derivative by q, zero at folds, at z (4, ..., k), shape (1, ..., k)."""
-        _, slopes = self.part.linearised(z, 1.0 * self.state[:, None])
-        of_x, of_y, of_moment = slopes[:, :3]
-        return np.asarray((of_x * np.cross(of_y, of_moment, axis=0)).sum(axis=0, keepdims=True))
+        def turned_back(share: np.ndarray) -> np.ndarray:
+            mu = curve[:, 3] if share.ndim == 1 else curve[:, 3, None]
+            return np.asarray(polyval(share, polyder(mu), tensor=False) < 0.0)[None]
 
-    def over(self, z: np.ndarray) -> np.ndarray:
-        """Which events but the fold lie behind places (4, ..., k), beyond rounding."""
-        values = self.event_functions(z)
-        over = np.asarray(values > 0.0)
-        if over.any():
-            over[: self.tilted] &= values[: self.tilted] > self.part.rounding(z)
-            over[self.range_end] &= values[self.range_end] > 1e-15 * self.mu_max
-        return over
-
-    def past(self, curve: np.ndarray, share: np.ndarray, fold: bool) -> np.ndarray:
-        """Which events, the fold or all others, lie behind shares (..., k) of curves."""
-        if fold:
-            mu_rate = polyval(share, polyder(curve[:, 3]), tensor=False)
-            return np.asarray(mu_rate < 0.0)[None]
-        return self.over(polyval(share, curve, tensor=False))
+        return turned_back
 
     def located(
         self,
@@ -395,31 +379,42 @@ class _Front(NamedTuple):
         """A fold, or the first of the other events, between the shares low and high (k,) of steps
         along curves to new places (4, k)."""
         branches = np.arange(self.owner.size)
+        past = self.past(curve, fold)
         for _ in range(options.halvings):
             middle = (low + high) / 2
-            beyond = self.past(curve, middle, fold).any(axis=0)
+            beyond = past(middle).any(axis=0)
             low = np.where(beyond, low, middle)
             high = np.where(beyond, middle, high)
-        event = np.argmax(self.past(curve, high, fold), axis=0)
+        event = np.argmax(past(high), axis=0)
 
-        def condition(some: _Front, z: np.ndarray, i: np.ndarray) -> Linearised:
-            if fold:
-                return with_derivative(some.determinant, z)
-            value, slope = with_derivative(some.event_functions, z)
-            which = event[i], np.arange(i.size)
-            return value[which][None], slope[which[0], :, which[1]].T[None]
-
-        z, tangent, slope, good = self.solve(polyval(high, curve, tensor=False), condition)
+        guess = polyval(high, curve, tensor=False)
+        surface = None if fold else self._event_surface(event, guess)
+        z, tangent, slope, good = self.corrected(guess, surface)
         if fold:
             event = np.full(event.size, self.fold)
         else:
-            others = self.over(z)
+            others = self.part.over(z, 1.0 * self.state, self.mu_max)
             others[event, branches] = False
             rate = (slope * tangent / self.scale).sum(axis=0)  # of the event function
             is_gap = event < self.tilted
             good &= ~others.any(axis=0) & ((rate > 0.0) | ~is_gap)
             z[3] = np.where(event == self.range_end, self.mu_max, z[3])
         return _Located(z, tangent, slope, good & self._on_the_way(z, new, options), event)
+
+    def _event_surface(self, event: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """Surfaces on which the functions of events (k,), none a fold, vanish near z (4, k)."""
+        pad = self.part.model.pad
+        turned = np.sign(self.part.tilt(z))
+        of_point = event == np.arange(self.tilted)[:, None]
+        surface = np.zeros((self.tilted + 5, event.size))
+        surface[: self.tilted] = of_point * np.where(self.state, 1.0, -1.0)
+        tilts = event == self.tilted
+        surface[-3, tilts] = (turned / pad.w)[tilts]
+        surface[-1, tilts] = (math.pi / 2 - turned * pad.theta0)[tilts]
+        ends = event == self.range_end
+        surface[-2, ends] = 1.0
+        surface[-1, ends] = self.mu_max[ends]
+        return surface
 
     def _on_the_way(self, z: np.ndarray, new: np.ndarray, options: BranchOptions) -> np.ndarray:
         """Whether (k,) places z (4, k) lie between the present places and new ones, to a millionth
@@ -456,13 +451,10 @@ class _Front(NamedTuple):
         """
         normal = self.ahead * self.scale
         guess = self.z + self.step * self.ahead / self.scale
-        plane = (normal * guess).sum(axis=0)
-
-        def in_plane(_some: _Front, z: np.ndarray, i: np.ndarray) -> Linearised:
-            across = normal[:, i]
-            return (across * z).sum(axis=0, keepdims=True) - plane[i], across[None]
-
-        z, tangent, slope, good = self.solve(guess, in_plane)
+        plane = np.zeros((self.tilted + 5, self.owner.size))
+        plane[-5:-1] = normal
+        plane[-1] = (normal * guess).sum(axis=0)
+        z, tangent, slope, good = self.corrected(guess, plane)
         with np.errstate(all="ignore"):
             correction = (((z - guess) * self.scale) ** 2).sum(axis=0)
             good &= correction <= (options.correction * self.step) ** 2
@@ -479,12 +471,13 @@ class _Front(NamedTuple):
         shares = np.linspace(0.0, 1.0, options.looks + 1)
         for fold in (True, False):  # other events lie on the way to the fold
             curve = _cubic(self.z, z, self.ahead, tangent, self.scale)
-            past = np.any(self.past(curve[:, :, None], shares[1:, None], fold), axis=0)
+            past = np.any(self.past(curve, fold)(shares[1:, None]), axis=0)
             i = np.flatnonzero(good & past.any(axis=0))
             if i.size:
-                first = np.argmax(past[:, i], axis=0)
+                first = np.argmax(of_some(past, i), axis=0)
                 low, high = shares[first], shares[first + 1]
-                found = self.pick(i).located(z[:, i], curve[:, :, i], low, high, fold, options)
+                part = self if i.size == good.size else self.pick(i)
+                found = part.located(of_some(z, i), of_some(curve, i), low, high, fold, options)
                 z[:, i] = found.z
                 tangent[:, i] = found.tangent
                 slope[:, i] = found.slope
@@ -526,9 +519,10 @@ class _Front(NamedTuple):
         separated = np.asarray(np.all(~state, axis=0))
         ahead = ahead.copy()
         if changed.size:
-            _, J = self.part.pick(changed).linearised(z[:, changed], 1.0 * state[:, changed])
-            scale = self.scale[:, changed]
-            turned = _unit(_null_vectors(J, slope[:, changed]) * scale)
+            on = 1.0 * of_some(state, changed)
+            part = self.part.pick(changed)
+            turned, _ = part.tangents(of_some(z, changed), on, of_some(slope, changed))
+            turned = _unit(turned * of_some(self.scale, changed))
             ahead[:, changed] = np.where(separated[changed], ahead[:, changed], turned)
         state[:, separated] = self.state[:, separated]
         return ahead, state, separated

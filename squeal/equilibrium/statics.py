@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
-from squeal.model.contact import Touching
+from squeal.model.contact import ContactLaw, Touching
 from squeal.model.equations import PadModel, Units, natural_units, net_loads
 from squeal.model.pad import Coefficients, Number, Operations, Pose, pose, springs
 from squeal.numerics import differentiation
-from squeal.numerics.differentiation import Dual
+from squeal.numerics.differentiation import Dual, complex_step, with_derivative
 
 ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a sum, over the sizes of what is added
 NEWTON_ROUNDING = 0.1  # size of what Newton's method rounds, where the load displaces by about one
 CONVERGED = 1e-12  # relative step of Newton's method
 STALLED = 1e-7  # relative step that counts as converged where the next one is no shorter
 HIDDEN = 1e-4  # of a penetration that may be rounding, by a bound that is some 100 times the error
+RANGE_ROUNDING = 1e-15  # of the end of the range of mu, relative
 WHY_HIDDEN = (
     "rounding of the pad's place is too large beside how deep it presses into the surface, which "
     "hides the contact; softer contact or a greater load is required"
@@ -36,7 +40,16 @@ class Equilibria(NamedTuple):
 
     def some(self, which: np.ndarray) -> Equilibria:
         """Those of some pads, by numbers or bools."""
-        return Equilibria(*(array[..., which] for array in self))
+        return Equilibria(*(of_some(array, which) for array in self))
+
+
+def of_some(array: np.ndarray, which: np.ndarray) -> np.ndarray:
+    """Columns (..., j) of an array (..., k), by numbers or bools.
+
+    Each row of the answer is contiguous in memory, which those of `array[..., which]` are not.
+    """
+    numbers = np.flatnonzero(which) if which.dtype == bool else which
+    return array.take(numbers, axis=-1)
 
 
 def solve_stack(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -51,46 +64,72 @@ def solve_stack(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.linalg.solve(np.where(regular[:, None, None], A, identity), b), regular
 
 
+class Step(NamedTuple):
+    """Of Newton's method: the step (m, j), where (j,) there is one, and the derivatives (..., j)
+    that it rests on."""
+
+    step: np.ndarray
+    exists: np.ndarray
+    derivatives: np.ndarray
+
+
+def null_vectors(J: np.ndarray, row: np.ndarray) -> np.ndarray:
+    """Null vectors (4, k) of J (3, 4, k) with row . v = 1."""
+    A = np.concatenate([np.moveaxis(J, -1, 0), row.T[:, None, :]], axis=1)
+    right_sides = np.tile(np.eye(4)[:, 3:], (len(A), 1, 1))
+    vectors, _ = solve_stack(A, right_sides)
+    return np.asarray(vectors[:, :, 0].T)
+
+
+def linear_step(values: np.ndarray, J: np.ndarray) -> Step:
+    """The step to where values (m, j) with derivatives J (m, m, j) vanish."""
+    step, regular = solve_stack(np.moveaxis(J, -1, 0), values.T[:, :, None])
+    return Step(step[:, :, 0].T, regular, J)
+
+
 def newton(
-    conditions: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
+    step_from: Callable[[np.ndarray, np.ndarray], Step],
     start: np.ndarray,
     unit: np.ndarray,
     passes: int = 15,
     longest: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Zeros (m, k) of conditions, values (m, j) and derivatives (m, m, j) at places (m, j) whose
-    columns' numbers are (j,).
+    """Zeros (m, k) to which steps from places (m, j), whose columns' numbers are (j,), lead.
 
     unit (k,): beside which (x, y, w theta) are rounded; longest (m, k): the longest step. Returns
-    also the derivative (m, m, k) before the last step, and where (k,) it converged to rounding.
+    also the derivatives (..., k) before the last step, and where (k,) it converged to rounding.
     """
     x = start.copy()
-    m, k = start.shape
-    slope = np.empty((m, m, k))
+    k = start.shape[1]
+    derivatives = np.empty(0)
     last_change = np.full(k, np.inf)
     good = np.zeros(k, dtype=bool)
     going = np.arange(k)
     for _ in range(passes):
+        # without copies as long as all go on
+        these = slice(None) if going.size == k else going
         with np.errstate(all="ignore"):
-            value, J = conditions(x[:, going], going)
-            step, regular = solve_stack(np.moveaxis(J, -1, 0), value.T[:, :, None])
-            move = step[:, :, 0].T
+            at = x if going.size == k else of_some(x, going)
+            move, regular, J = step_from(at, going)
             if longest is not None:
-                excess = (np.abs(move) / longest[:, going]).max(axis=0)
+                excess = (np.abs(move) / longest[:, these]).max(axis=0)
                 move = move / np.fmax(1.0, excess)
-            x[:, going] -= move
-            size = unit[going] + np.max(np.abs(x[:3, going]), axis=0)
+            at = at - move
+            x[:, these] = at
+            size = unit[these] + np.max(np.abs(at[:3]), axis=0)
             change = np.where(regular, np.max(np.abs(move), axis=0) / size, np.inf)
-        slope[:, :, going] = J
+        if derivatives.size == 0:
+            derivatives = np.empty((*J.shape[:-1], k))
+        derivatives[..., these] = J
         # next to a fold rounding keeps steps from shrinking further
-        stalled = (change <= STALLED) & (change >= last_change[going])
+        stalled = (change <= STALLED) & (change >= last_change[these])
         done = (change <= CONVERGED) | stalled
-        last_change[going] = change
-        good[going] = done
-        going = going[~done & np.isfinite(x[:, going]).all(axis=0)]
+        last_change[these] = change
+        good[these] = done
+        going = going[~done & np.isfinite(at).all(axis=0)]
         if not going.size:
             break
-    return x, slope, good
+    return x, derivatives, good
 
 
 @dataclass(frozen=True)
@@ -117,6 +156,10 @@ class Statics:
         model = copy.copy(self.model)
         vars(model).update(pad=pad, c=c)
         return dataclasses.replace(self, model=model)
+
+    def for_steps(self, index: np.ndarray) -> Statics:
+        """The same, of which nothing but a `surface_step` is wanted."""
+        return self.pick(index)
 
     def place(self, z: np.ndarray) -> np.ndarray:
         """q = (x, y, theta) in natural units."""
@@ -150,26 +193,34 @@ class Statics:
 
     def rounding(self, z: np.ndarray) -> np.ndarray:
         """How far rounding of what a gap is the sum of may move it at z (4, ...), (points, ...)."""
-        c = self.model.c
-        law = self.model.law
-        initial = abs(c.gap_l) + abs(c.gap_t)
-        if law.absolute_gap:
-            initial = initial + abs(self.model.pad.y0)
-        # the gap with every term of its sum positive
-        sizes = Coefficients(*map(np.abs, c))._replace(gap_l=initial, gap_t=initial)
+        sizes = Coefficients(*map(np.abs, self.model.c))
         at = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
-        summands = np.array(law.gaps(sizes, at))
-        return ROUNDING * (summands + NEWTON_ROUNDING)
+        return np.array(gap_rounding(self.model.law, sizes, self.initial_gap, at))
+
+    @property
+    def initial_gap(self) -> Number:
+        """The sum of the sizes of what the gaps in the initial position are the sum of."""
+        c = self.model.c
+        size = abs(c.gap_l) + abs(c.gap_t)
+        if self.model.law.absolute_gap:
+            size = size + abs(self.model.pad.y0)
+        return size
 
     def touches(self, z: np.ndarray) -> np.ndarray:
         """Where a pad at z (4, ...) touches the surface, if only to rounding, shape (...)."""
-        return np.asarray(np.any(self.gaps(z) <= self.rounding(z), axis=0))
+        gaps, rounding = self.gaps_and_rounding(z)
+        return np.asarray(np.any(gaps <= rounding, axis=0))
 
     def hidden(self, z: np.ndarray) -> np.ndarray:
         """Where rounding hides whether and how a pad at z (4, ...) touches, shape (...)."""
-        error = np.max(self.rounding(z), axis=0)
-        deepest = np.max(-self.gaps(z), axis=0)
-        return np.asarray(self.touches(z) & (error > HIDDEN * deepest))
+        gaps, rounding = self.gaps_and_rounding(z)
+        touches = np.any(gaps <= rounding, axis=0)
+        deepest = np.max(-gaps, axis=0)
+        return np.asarray(touches & (np.max(rounding, axis=0) > HIDDEN * deepest))
+
+    def gaps_and_rounding(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Both (points, ...) at z (4, ...)."""
+        return self.gaps(z), self.rounding(z)
 
     def presses(self, z: np.ndarray) -> np.ndarray:
         """Where a pad at rest at z (4, ...) presses on the surface, shape (...): by lying below it,
@@ -201,6 +252,96 @@ class Statics:
         with np.errstate(divide="ignore", invalid="ignore"):  # no place where there is no force
             return self.model.law.resultant(self.model.c, at, state)
 
+    def event_functions(self, z: np.ndarray, on: np.ndarray, mu_max: np.ndarray) -> np.ndarray:
+        """What changes sign where a step along a branch has to end, at places z (4, ..., k).
+
+        The gap of each contact point, the tilt past 90 degrees, and mu past the end of its range,
+        positive behind the event; on (points, k) is the contact state, mu_max (k,).
+        """
+        outwards = 2.0 * on - 1.0
+        outwards = outwards.reshape(-1, *[1] * (z.ndim - 2), z.shape[-1])
+        tilt = self.tilt(z)
+        past_upright = np.sign(tilt.real) * tilt - math.pi / 2
+        return np.concatenate([outwards * self.gaps(z), (past_upright, z[3] - mu_max)])
+
+    def over(self, z: np.ndarray, on: np.ndarray, mu_max: np.ndarray) -> np.ndarray:
+        """Which of these events lie behind places z (4, ..., k), beyond rounding."""
+        values = self.event_functions(z, on, mu_max)
+        over = np.asarray(values > 0.0)
+        if over.any():
+            points = len(on)
+            over[:points] &= values[:points] > self.rounding(z)
+            over[-1] &= values[-1] > RANGE_ROUNDING * mu_max
+        return over
+
+    def over_on(
+        self, curve: np.ndarray, on: np.ndarray, mu_max: np.ndarray
+    ) -> Callable[[np.ndarray], np.ndarray]:
+        """The same at shares of cubic curves (4, 4, k), a function of the share.
+
+        Shares are (k,), or (j, 1) the same on all curves; answers (events, k) or (events, j, k).
+        """
+
+        def over(share: np.ndarray) -> np.ndarray:
+            of_each = curve if share.ndim == 1 else curve[:, :, None]
+            return self.over(polyval(share, of_each, tensor=False), on, mu_max)
+
+        return over
+
+    def determinant(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
+        """Of the balance's derivative by q, zero at folds, at z (4, ..., k), shape (1, ..., k)."""
+        _, slopes = self.linearised(z, on[:, None])
+        of_x, of_y, of_moment = slopes[:, :3]
+        return np.asarray((of_x * np.cross(of_y, of_moment, axis=0)).sum(axis=0, keepdims=True))
+
+    def surface_step(self, z: np.ndarray, on: np.ndarray, surface: np.ndarray) -> Step:
+        """A step of Newton's method to where the balance meets a surface.
+
+        The surface (points + 5, k) is sum_i weights_i gap_i + normal . z = offset, of each pad its
+        weights, normal and offset. The last of the derivatives is that of this condition.
+        """
+        weights, normal = np.split(surface[:-1], [-4])
+        balance, slopes = self.linearised(z, on)
+        value = (normal * z).sum(axis=0) - surface[-1]
+        if weights.any():
+            gaps, gap_slopes = with_derivative(self.gaps, z)
+            value = (weights * gaps).sum(axis=0) + value
+            normal = (weights[:, None] * gap_slopes).sum(axis=0) + normal
+        return linear_step(np.concatenate([balance, [value]]), np.concatenate([slopes, [normal]]))
+
+    def fold_step(self, z: np.ndarray, on: np.ndarray) -> Step:
+        """A step of Newton's method to a fold, where the determinant of the balance vanishes."""
+        balance, slopes = self.linearised(z, on)
+        value, slope = with_derivative(partial(self.determinant, on=on), z)
+        return linear_step(np.concatenate([balance, value]), np.concatenate([slopes, slope]))
+
+    def null_vectors(self, derivatives: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Vectors v (4, k) along which the balance does not change, with rows . v = 1, by the
+        derivatives of a `surface_step`."""
+        return null_vectors(derivatives[:3], rows)
+
+    def step_at_friction(self, z: np.ndarray, on: np.ndarray) -> Step:
+        """A step of Newton's method in (x, y, w theta) to the balance at the friction z[3]."""
+        balance, J = self.linearised(z, on)
+        return linear_step(balance, J[:, :3])
+
+    def tangents(
+        self, z: np.ndarray, on: np.ndarray, rows: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Vectors v (4, k) along which the balance does not change, with rows . v = 1, and the sign
+        (k,) of the determinant of the static stiffness, at z (4, k)."""
+        _, J = self.linearised(z, on)
+        return null_vectors(J, rows), self.side(J[:, :3])
+
+    def stiffness(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
+        """Minus the derivative (3, 3, k) of the loads by q at places z (4, k)."""
+        model = self.model.replace(mu=z[3])
+        return -complex_step(partial(model.loads, state=on), self.place(z))
+
+    def side(self, derivatives: np.ndarray) -> np.ndarray:
+        """Sign (k,) of the determinant of the static stiffness, by derivatives of a step."""
+        return np.asarray(np.sign(np.linalg.det(np.moveaxis(derivatives, -1, 0))))
+
     def settle(
         self, z: np.ndarray, touching: np.ndarray | None, passes: int
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -227,7 +368,7 @@ class Statics:
         n = z.shape[1]
         pad = self.model.pad
 
-        def balance(q: np.ndarray, i: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        def step_from(q: np.ndarray, i: np.ndarray) -> Step:
             part = self if i.size == n else self.pick(i)
             at = np.array([*q, z[3, i]])
             if touching is None:
@@ -235,20 +376,28 @@ class Statics:
                 separated = np.all(gaps >= 0.0, axis=0)
                 on = (gaps < 0.0) + 1.0 * separated
             else:
-                on = touching[:, i]
-            value, J = part.linearised(at, on)
-            return value, J[:, :3]
+                on = of_some(touching, i)
+            return part.step_at_friction(at, on)
 
         # no leap to a place that the start has nothing to do with
         longest = np.empty((3, n))
         longest[:2] = 0.5 * (pad.w + np.maximum(pad.L1, pad.L2))
         longest[2] = 0.3 * pad.w  # 0.3 rad: the third coordinate is w theta
-        q, J, good = newton(balance, z[:3], np.ones(n), passes, longest)
+        q, derivatives, good = newton(step_from, z[:3], np.ones(n), passes, longest)
         places = np.concatenate([q, z[3:]])
         with np.errstate(all="ignore"):
-            sides = np.sign(np.linalg.det(np.moveaxis(J, -1, 0)))
+            sides = self.side(derivatives)
         upright = np.abs(self.tilt(places)) < np.pi / 2
         return places, np.where(good & upright, sides, 0.0)
+
+
+def gap_rounding(
+    law: ContactLaw, sizes: Coefficients, initial_gap: Number, at: Pose
+) -> list[Number]:
+    """How far rounding of what each gap is the sum of may move it, by the sizes of all numbers."""
+    # the gap with every term of its sum positive
+    summands = law.gaps(sizes._replace(gap_l=initial_gap, gap_t=initial_gap), at)
+    return [ROUNDING * (summand + NEWTON_ROUNDING) for summand in summands]
 
 
 class Excursion(NamedTuple):

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.io.coordinates import DIRECTIONS, DOF, Coordinates
+from squeal.io.coordinates import Coordinates
+from squeal.io.loads import pressure_load, read_load
 from squeal.io.matrices import read_matrix
 from squeal.io.surfaces import ALL, read_surface
 from squeal.io.system import Origin, SystemFile
@@ -31,7 +32,12 @@ SURFACES = Several(TEXT, f"a list of two names of surfaces or {ALL}", 2)
 POSITIVE = Number(low=0.0)
 # fmt: off
 LOAD = Group({
-    "file": Key("table with the columns node, dof, force, or row, force", TEXT, "N", required=True),
+    "file": Key(
+        "table with the columns node, dof, force, or row, force; or an input deck, of which *CLOAD "
+        "and pressures below *DLOAD and *DSLOAD are read",
+        TEXT, "N", required=True, unless="surface",
+        default="refused, unless surface is given"),
+    "surface": Key("a surface of its deck on which a pressure of 1 acts", TEXT, instead="file"),
     "factor": Key("what the forces are multiplied with, such as a pressure", FACTOR, default="1"),
 }, owner="load")
 REDUCED = Group({
@@ -127,7 +133,7 @@ def assembly_file(
         inputs += [path, *file.inputs]
         if "reduced" in component:
             inputs.append(folder / component["reduced"]["lacks"])
-        if "load" in component:
+        if "file" in component.get("load", {}):
             inputs.append(folder / component["load"]["file"])
     for contact in keys["contact"]:
         if "pairs" in contact:
@@ -224,7 +230,12 @@ def _component(
     if "load" in keys:
         load = keys["load"]
         factor = _formula_value(load, "factor", at / "load", values)
-        body = replace(body, load=factor * _load(folder / load["file"], body))
+        if "surface" in load:
+            with (at / "load" / "surface").named():
+                unit_load = pressure_load(body, coordinates, load["surface"])
+        else:
+            unit_load = read_load(folder / load["file"], body, coordinates)
+        body = replace(body, load=factor * unit_load)
     return body
 
 
@@ -239,33 +250,6 @@ def _loaded_anew(
         raise (at / "load" / "factor").refuse("is 0; another value is needed where it changes")
     factor = _formula_value(load, "factor", at / "load", changed) / before
     return replace(body, load=factor * body.load)
-
-
-def _load(path: Path, body: Component) -> NDArray[np.float64]:
-    """The forces (n,) on the rows of a component from a table. Raises InputError."""
-    load = np.zeros(body.system.n)
-    _, lines = read_table(path, ("force",))
-    if not lines or "row" not in lines[0].cells:
-        _, lines = read_table(path, ("node", "dof", "force"))
-    for at, cells in lines:
-        row = _loaded_row(body, at, cells)
-        load[row] += number_in(cells["force"], at / "force")
-    return load
-
-
-def _loaded_row(body: Component, at: Place, cells: Mapping[str, str]) -> int:
-    """The index of the row that a line names by its number, or by node and direction. Raises
-    InputError."""
-    if "row" in cells:
-        text = cells["row"].strip()
-        number = int(text) if text.isdecimal() else text
-        return Whole(1, body.system.n).read(number, at / "row") - 1
-    with at.named():
-        rows = body.rows_of([cells["node"]])[0]
-    direction = DIRECTIONS[DOF.read(cells["dof"].lower(), at / "dof")]
-    if direction < 0 or rows[direction] < 0:
-        raise at.refuse(f"{body.name} has no such row; a displacement of a node is needed")
-    return int(rows[direction])
 
 
 def _contact(

@@ -46,8 +46,8 @@ def read_matrix(
     It is complex only if an entry has an imaginary part, as stiffness with structural damping.
 
     `key` names it in a file that holds several. `symmetric` says whether entries on one side of
-    the diagonal alone stand for the other side too; where neither it nor the file does, a matrix
-    that looks as Abaqus writes a symmetric one is completed with an `InputWarning`, and any other
+    the diagonal alone stand for the other side too; where neither it nor the file does, what can
+    only be one triangle of a symmetric matrix is completed with an `InputWarning`, and any other
     is refused. `opened` holds what was read before of files that hold several, and gains what is.
     Raises InputError for anything that is no finite, square matrix.
     """
@@ -193,7 +193,7 @@ def _complete(
     if not half or is_diagonal:
         return matrix, False
     one_sided = "no entry has another one on the other side of the diagonal"
-    if file.labels is None or not _as_abaqus_writes(matrix, file.labels):
+    if file.labels is None or not _is_symmetric_triangle(matrix, file.labels):
         raise InputError(
             f"{one_sided}, and nothing says whether each stands for both; the key "
             "symmetric: true or symmetric: false beside the file must"
@@ -202,8 +202,8 @@ def _complete(
     if Path(at.source).suffix.lower() != ".mas":  # a mass, whatever friction does
         _refuse_one_sided(at, completed, file.labels)
     at.warn(
-        f"{one_sided}; each is taken for both, as Abaqus writes symmetric matrices "
-        "(symmetric: false beside the file says otherwise)"
+        f"{one_sided}, they couple different nodes, and none is too great for the diagonal; each "
+        "is taken for both (symmetric: false beside the file says otherwise)"
     )
     return completed, True
 
@@ -255,7 +255,7 @@ def negative_pivots(matrix: csc_array) -> int:
     return int(np.count_nonzero(factors.U.diagonal() < 0.0))
 
 
-def _as_abaqus_writes(matrix: csc_array, labels: Labels) -> bool:
+def _is_symmetric_triangle(matrix: csc_array, labels: Labels) -> bool:
     """True if a triangle can only be that of a symmetric stiffness or mass.
 
     It couples different nodes, which a one-sided law does not do without its mirror image, and no

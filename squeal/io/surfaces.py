@@ -1,7 +1,7 @@
 """Surfaces of a component: faces of its elements, all outer ones or those that a deck names."""
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from squeal.errors import InputError
@@ -32,6 +32,11 @@ def read_surface(where: Coordinates, surface: str) -> Surface:
             f"{surface} is not allowed; its elements come from a table, which names no surface; it "
             f"must be {ALL}"
         )
+    return surface_of(where, faces)
+
+
+def surface_of(where: Coordinates, faces: Sequence[Corners]) -> Surface:
+    """Faces with the labels and the places of their nodes."""
     used = {node for face in faces for node in face}
     return Surface(
         faces=[[where.names[node] for node in face] for face in faces],
@@ -42,7 +47,7 @@ def read_surface(where: Coordinates, surface: str) -> Surface:
 def _named_faces(where: Coordinates, path: Path, surface: str) -> Iterator[Corners]:
     """The faces below *SURFACE of a deck. Raises InputError."""
     cells = dict(zip(where.elements, where.cells, strict=True))
-    members = _element_sets(path)
+    members = deck_sets(path, "ELEMENT")
     names: list[str] = []
     is_empty = True
     for line in deck_lines(path):
@@ -60,7 +65,7 @@ def _named_faces(where: Coordinates, path: Path, surface: str) -> Iterator[Corne
             if label not in cells:
                 raise line.at.refuse(f"{label} is neither an element with faces nor a set of such")
             kind, nodes = cells[label]
-            yield _face(kind, nodes, side.upper(), line.at)
+            yield named_face(kind, nodes, side.upper(), line.at)
     if is_empty:
         known = ", ".join(dict.fromkeys(names)) or "none"
         raise InputError(
@@ -69,18 +74,20 @@ def _named_faces(where: Coordinates, path: Path, surface: str) -> Iterator[Corne
         )
 
 
-def _element_sets(path: Path) -> dict[str, list[str]]:
-    """The labels of the elements of each set of a deck. Raises InputError."""
+def deck_sets(path: Path, kind: str) -> dict[str, list[str]]:
+    """The labels of the members of each set of a deck, of the kind NODE or ELEMENT. Raises
+    InputError."""
+    option = "NSET" if kind == "NODE" else "ELSET"
     members: dict[str, list[str]] = defaultdict(list)
     for line in deck_lines(path):
-        name = line.option("ELSET")
+        name = line.option(option)
         if not name:
             continue
-        if line.keyword[0] == "*ELEMENT":
+        if line.keyword[0] == f"*{kind}":
             members[name].append(line.cells[0])
-        elif line.keyword[0] == "*ELSET" and "GENERATE" in line.keyword:
+        elif line.keyword[0] == f"*{option}" and "GENERATE" in line.keyword:
             members[name] += _generated(line.cells, line.at)
-        elif line.keyword[0] == "*ELSET":
+        elif line.keyword[0] == f"*{option}":
             for cell in filter(None, line.cells):
                 members[name] += members.get(cell.upper(), [cell])
     return members
@@ -97,7 +104,7 @@ def _generated(cells: list[str], at: Place) -> list[str]:
     return [str(label) for label in range(first, last + 1, step)]
 
 
-def _face(kind: str, nodes: Corners, side: str, at: Place) -> Corners:
+def named_face(kind: str, nodes: Corners, side: str, at: Place) -> Corners:
     """The nodes of the face of an element that a deck calls S1, S2, ..., SPOS or SNEG. Raises
     InputError."""
     faces = list(CELLS[kind].face_nodes(nodes))

@@ -117,12 +117,13 @@ def _with_included(
 
 class DeckLine(NamedTuple):
     """A line of data of an input file: its place, its number, the line of the keyword above it in
-    capitals and split at its commas, and its own cells."""
+    capitals and split at its commas, its own cells, and how many steps have begun before it."""
 
     at: Place
     number: int
     keyword: list[str]
     cells: list[str]
+    step: int
 
     def option(self, name: str) -> str:
         """What an option of the keyword is set to, in capitals; "" if it is left out."""
@@ -139,6 +140,7 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
     at = Place(str(path))
     text = _with_included(path, _text_lines(path, at), at, (path.resolve(),))
     keyword = [""]
+    step = 0
     begun = ""  # of an element whose nodes go on in the next line
     for number, line in enumerate(text, 1):
         if line.startswith("**"):
@@ -147,6 +149,8 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
         if line.startswith("*"):
             keyword = _cells(line.upper())
             begun = ""
+            if keyword[0] == "*STEP":
+                step += 1
             has_local_axes = any(option.startswith("SYSTEM") for option in keyword)
             if has_local_axes or keyword[0] in ("*INSTANCE", "*SYSTEM"):
                 raise here.refuse(
@@ -160,7 +164,7 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
         goes_on = keyword[0] == "*ELEMENT" and not cells[-1]
         begun = full_line if goes_on else ""
         if not goes_on:
-            yield DeckLine(here, number, keyword, cells)
+            yield DeckLine(here, number, keyword, cells, step)
 
 
 def _input_file_rows(path: Path, wanted: str) -> Iterator[_Row]:

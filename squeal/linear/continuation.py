@@ -505,10 +505,14 @@ class Continuation:
 
 
 def _in_vectors(matrix: NDArray, left: NDArray, right: NDArray) -> ComplexArray:
-    """left^H matrix right (m, m), where left^H right = 1."""
+    """left^H matrix right (m, m), where left^H right = 1.
+
+    Of unit vectors. The product of those of a defective eigenvalue, which has no slope, is zero to
+    rounding and taken for as much.
+    """
     products = np.sum(left.conj() * right, axis=0)
-    with np.errstate(all="ignore"):
-        return np.asarray(np.nan_to_num(left.conj().T @ (matrix @ right) / products[:, None]))
+    products = np.where(np.abs(products) < EPS, EPS, products)
+    return np.asarray(left.conj().T @ (matrix @ right) / products[:, None], dtype=complex)
 
 
 def _eigenvectors(A: NDArray, parts: Sequence[NDArray[np.intp]]) -> tuple[NDArray, NDArray]:

@@ -20,7 +20,7 @@ from squeal.linear.continuation import (
     hermite_cubic,
     zeros_between,
 )
-from squeal.linear.local_roots import roots_near
+from squeal.linear.local_roots import LocalRoots, roots_near
 from squeal.linear.matrices import Array
 from squeal.linear.steps import Guess, RootPair, Step
 
@@ -266,26 +266,48 @@ def window_guesses(continuation: Continuation, met: Guess, width: float) -> Iter
     if half == 0.0 or not np.isfinite(centre):
         return
     if problem is DAMPED:
-        offsets = centre + np.linspace(-8.0, 8.0, 404) * half
-        offsets = offsets[np.abs(offsets) < width]
-        offsets = np.unique(np.concatenate([offsets, np.linspace(-width, width, 101)]))
-        places = list(_crossings(*pair.extrapolate(offsets)))
+        events = _crossings_around(pair, centre, half, width)
     else:
-        bend = pair.d_bend.real
-        slope = pair.d_slope.real
-        if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.noise:
-            return  # beyond rounding d has the other sign between its zeros
-        offsets = np.array([centre - half, centre + half])
-        places = []
-        for n in (0, 1):
-            if abs(offsets[n]) <= width:
-                places.append((n, complex(pair.extrapolate(offsets[n])[0])))
-    for n, root in places:
+        events = _meetings_around(pair, centre, half, width)
+    for offset, root in events:
         yield Guess(
-            value=pair.value + offsets[n],
+            value=pair.value + offset,
             root=root,
             right=pair.right,
             left=pair.left,
             coalesces=problem is not DAMPED,
             width=min(4 * half, width),
         )
+
+
+def _crossings_around(
+    pair: LocalRoots, centre: float, half: float, width: float
+) -> Iterator[tuple[float, complex]]:
+    """How far from the value of a damped pair one root crosses the axis, and the mean there.
+
+    The extrapolated pair is sampled densely where the two stay close, `half` around the `centre`,
+    and evenly over the `width` to both sides.
+    """
+    offsets = centre + np.linspace(-8.0, 8.0, 404) * half
+    offsets = offsets[np.abs(offsets) < width]
+    offsets = np.unique(np.concatenate([offsets, np.linspace(-width, width, 101)]))
+    for n, root in _crossings(*pair.extrapolate(offsets)):
+        yield offsets[n], root
+
+
+def _meetings_around(
+    pair: LocalRoots, centre: float, half: float, width: float
+) -> Iterator[tuple[float, complex]]:
+    """How far from its value an undamped pair meets on the line, and the mean there.
+
+    It meets at both zeros of the parabola d, unless rounding hides that d has the other sign
+    between them.
+    """
+    bend = pair.d_bend.real
+    slope = pair.d_slope.real
+    if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.noise:
+        return
+    for offset in np.array([centre - half, centre + half]):
+        if abs(offset) <= width:
+            mean, _ = pair.extrapolate(offset)
+            yield offset, complex(mean)

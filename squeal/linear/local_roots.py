@@ -153,16 +153,7 @@ def roots_near(
         # two conjugate columns have one real part
         right = np.asarray(right.real + right.imag)
         left = np.asarray(left.real + left.imag)
-    shifted = A - shift * np.eye(len(A))
-    # not by the inverse: next to a coalescence its rounding hides the second vector
-    solve = partial(np.linalg.solve, shifted)
-    solve_adjoint = partial(np.linalg.solve, shifted.conj().T)
-    if len(A) > continuation.options.small:
-        from scipy.linalg import lu_factor, lu_solve
-
-        factor = lu_factor(shifted, check_finite=False)
-        solve = partial(lu_solve, factor)
-        solve_adjoint = partial(lu_solve, factor, trans=2)
+    solve, solve_adjoint = _solvers(A - shift * np.eye(len(A)), continuation.options.small)
     rounds = continuation.options.rounds
     X = _invariant_subspace(A, size, right, solve, rounds)
     Y = _invariant_subspace(A.conj().T, size, left, solve_adjoint, rounds)
@@ -194,8 +185,25 @@ def roots_near(
     )
 
 
+Solve = Callable[[NDArray], NDArray]
+"""x of P x = b, from b."""
+
+
+def _solvers(P: NDArray, small: int) -> tuple[Solve, Solve]:
+    """What solves with P (N, N), and with its adjoint: on one factorisation beyond `small` rows.
+
+    Not by the inverse: next to a coalescence its rounding hides the second vector.
+    """
+    if len(P) <= small:
+        return partial(np.linalg.solve, P), partial(np.linalg.solve, P.conj().T)
+    from scipy.linalg import lu_factor, lu_solve
+
+    factor = lu_factor(P, check_finite=False)
+    return partial(lu_solve, factor), partial(lu_solve, factor, trans=2)
+
+
 def _invariant_subspace(
-    A: NDArray, size: float, start: NDArray, solve: Callable[[NDArray], NDArray], rounds: int
+    A: NDArray, size: float, start: NDArray, solve: Solve, rounds: int
 ) -> NDArray:
     """An orthonormal basis (N, 1) or (N, 2) of the invariant subspace of A next to `start`.
 

@@ -96,15 +96,15 @@ def links(
         yield Link(before, after, order, order >= 0, [])
         return
     step = Step(before, after, options)
-    rows = np.flatnonzero(~step.same_mode.any(axis=1))
-    columns = np.flatnonzero(~step.same_mode.any(axis=0))
+    rows = np.flatnonzero(~step.same_mode.any(axis=1))  # roots of unknown mode before
+    columns = np.flatnonzero(~step.same_mode.any(axis=0))  # and after
     is_doubtful = len(rows) > 0 and len(columns) > 0
     if is_doubtful and depth:
-        inseparable = _all_close(before.roots[rows], options) and _all_close(
-            after.roots[columns], options
-        )
+        close_before = _all_close(before.roots[rows], options)
+        close_after = _all_close(after.roots[columns], options)
         middle = (a + b) / 2
-        if not inseparable and middle not in (a, b) and next(budget, None) is not None:
+        may_halve = not (close_before and close_after) and middle not in (a, b)
+        if may_halve and next(budget, None) is not None:
             yield from links(at, options, a, middle, budget, depth - 1)
             yield from links(at, options, middle, b, budget, depth - 1)
             return

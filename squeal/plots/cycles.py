@@ -80,8 +80,8 @@ def _draw_sliding(axes: Axes, found: Cycles) -> None:
 def _kind(orbit: Orbit, following: Orbit) -> str:
     """The kind, of `LOOKS`, of the curve between two neighbouring cycles.
 
-    `stable` of a cycle is None where its multipliers leave it undecided, as at a grazing: one of
-    the two then decides.
+    `stable` of a cycle is None where its multipliers leave it undecided: the other one then
+    decides.
     """
     if orbit.sliding_holds is False or following.sliding_holds is False:
         return "faster than the surface"

@@ -57,8 +57,8 @@ def _finish_axes(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
         x, y = np.transpose(curve["points"])
         axes.plot(x, y, gid="threshold", zorder=4, **look)
     first, second = answer.axes
-    _label_axis(axes, "x", first, answer.units[0], is_pad=own is not None)
-    _label_axis(axes, "y", second, answer.units[1], is_pad=own is not None)
+    label_axis(axes, "x", first, answer.units[0], is_pad=own is not None)
+    label_axis(axes, "y", second, answer.units[1], is_pad=own is not None)
     if _is_half_turn(first) and _is_half_turn(second):
         axes.set_aspect("equal")
     if own and first.low <= own[0] <= first.high and second.low <= own[1] <= second.high:
@@ -83,8 +83,8 @@ def _is_half_turn(axis: Axis) -> bool:
     return (axis.low, axis.high) == (0.0, math.pi)
 
 
-def _label_axis(axes: Axes, which: str, axis: Axis, unit: str, is_pad: bool) -> None:
-    """Limits, label, scale and ticks of the x or y axis."""
+def label_axis(axes: Axes, which: str, axis: Axis, unit: str = "", is_pad: bool = False) -> None:
+    """Limits, label, scale and ticks of the x or y axis; parameters of a pad have symbols."""
     label = symbol(axis.name) if is_pad else literal(axis.name)
     if unit not in ("", "1"):
         label += f" [{unit}]"

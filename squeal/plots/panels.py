@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from squeal.io.writing import Answer, Column, Mark
 from squeal.plots.conditions import draw_matrix
 from squeal.plots.energy import draw_terms
-from squeal.plots.maps import COLOUR_OF
+from squeal.plots.maps import COLOUR_OF, label_axis
 from squeal.plots.style import DOUBLE, Drawing, literal, origin, style
 from squeal.queries.energy_sweep import EnergySweep
 from squeal.results.conditions import Conditions
@@ -114,9 +114,5 @@ def _draw_map(answer: Map, axes: Axes, **look: Any) -> None:
         colours = [COLOUR_OF[verdict] for verdict in answer.verdicts]
         own = {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
     axes.pcolormesh(first.values, second.values, values.T, shading="nearest", **(own | look))
-    axes.set(xlim=(first.low, first.high), xlabel=literal(first.name))
-    axes.set(ylim=(second.low, second.high), ylabel=literal(second.name))
-    if first.log:
-        axes.set_xscale("log")
-    if second.log:
-        axes.set_yscale("log")
+    label_axis(axes, "x", first)
+    label_axis(axes, "y", second)

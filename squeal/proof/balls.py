@@ -140,6 +140,16 @@ def middle_and_radius(ball: Ball) -> tuple[float, float]:
     return middle, float(np.nextafter(float(deviation.abs_upper()), np.inf))
 
 
+def low_end(ball: Ball) -> float:
+    """A double that is no larger than the numbers of a ball, nearly the least."""
+    return float(np.nextafter(float(ball.lower()), -np.inf))
+
+
+def high_end(ball: Ball) -> float:
+    """A double that is no smaller than the numbers of a ball, nearly the largest."""
+    return float(np.nextafter(float(ball.upper()), np.inf))
+
+
 def half_widths(X: NDArray, data: str) -> Floats:
     """How far the true entries may lie from given ones.
 

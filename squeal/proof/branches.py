@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Coefficients, Pad, coefficients, pose
-from squeal.proof.balls import EPS, Floats, upper
+from squeal.proof.balls import EPS, Ball, Floats, upper
 from squeal.proof.jets import Doubles, Functions, Jet
 
 try:
@@ -38,8 +38,6 @@ try:
 except ImportError:  # an extra
     flint = None
 
-Ball = Any
-"""A `flint.arb`."""
 Polynomial = Any
 """A `flint.arb_poly` in t."""
 UNITS = ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.proof.balls import Quadratic
+from squeal.proof.balls import Ball, Quadratic, high_end, low_end
 from squeal.proof.pieces import INFINITE, Failure, Piece, Side
 
 try:
@@ -38,8 +38,6 @@ Integer = Any
 """A `flint.fmpz`."""
 Polynomial = Any
 """A `flint.fmpz_poly`."""
-Ball = Any
-"""A `flint.arb` or `flint.acb`."""
 
 
 def exact_roots(block: Quadratic) -> list[Piece] | Failure:
@@ -241,6 +239,6 @@ def _piece(x: Ball, y: Ball, side: Side, real: bool) -> Piece:
     low = 0.0
     high = 0.0
     if side != "axis":
-        low = float(np.nextafter(float(x.lower()), -np.inf))
-        high = float(np.nextafter(float(x.upper()), np.inf))
+        low = low_end(x)
+        high = high_end(x)
     return Piece(np.array([centre]), np.array([radius]), low, high, side, real, "exact")

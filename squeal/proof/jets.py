@@ -94,6 +94,11 @@ def _product(slope: Number, factor: Number) -> Number:
     return slope * factor
 
 
+def _as_ball(x: Number) -> Number:
+    """A plain number as a ball; balls and series as they are."""
+    return x if hasattr(x, "sin") else flint.arb(x)
+
+
 class Functions:
     """The functions that the model's expressions need, of balls, of series of balls and of jets."""
 
@@ -102,14 +107,14 @@ class Functions:
         """The sine."""
         if isinstance(x, Jet):
             return x.applied(x.value.sin(), x.value.cos())
-        return x.sin() if hasattr(x, "sin") else flint.arb(x).sin()
+        return _as_ball(x).sin()
 
     @staticmethod
     def cos(x: Number) -> Number:
         """The cosine."""
         if isinstance(x, Jet):
             return x.applied(x.value.cos(), -x.value.sin())
-        return x.cos() if hasattr(x, "cos") else flint.arb(x).cos()
+        return _as_ball(x).cos()
 
     @staticmethod
     def sqrt(x: Number) -> Number:
@@ -117,7 +122,7 @@ class Functions:
         if isinstance(x, Jet):
             root = x.value.sqrt()
             return x.applied(root, 0.5 / root)
-        return x.sqrt() if hasattr(x, "sqrt") else flint.arb(x).sqrt()
+        return _as_ball(x).sqrt()
 
 
 class Doubles:

@@ -20,13 +20,20 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from squeal.proof.balls import AS_GIVEN, Balls, Quadratic, middle_and_radius
+from squeal.proof.balls import (
+    AS_GIVEN,
+    Ball,
+    Balls,
+    Quadratic,
+    high_end,
+    low_end,
+    middle_and_radius,
+)
 from squeal.proof.branches import (
     BITS,
     FRICTION,
     NEAR,
     ORDER,
-    Ball,
     Cell,
     PadBranch,
     Polynomial,
@@ -148,7 +155,7 @@ def prove_pad(
         A rate, 1/s, above 0. Where roots meet without crossing the axis it is shown only that they
         grow more slowly than this; elsewhere the result says 0.
     """
-    comparison = _Comparison(branch, claims, fold, growth_below)
+    comparison = _BranchComparison(branch, claims, fold, growth_below)
     terms_of_series = flint.ctx.cap  # which the comparison sets
     try:
         with flint.ctx.workprec(BITS):
@@ -168,7 +175,7 @@ def prove_pad(
     return replace(proof, reason=problem.reason, where=problem.where)
 
 
-class _Comparison:
+class _BranchComparison:
     """The counts of growing roots along the branch against the claims, up to the end of the branch
     or to what is open or refuted.
 
@@ -217,7 +224,7 @@ class _Comparison:
                 open_parts = []
                 seam = None
                 count = part.growing
-                self.until = max(self.until, _low(part.cell.at(flint.arb(part.high))[FRICTION]))
+                self.until = max(self.until, low_end(part.cell.at(flint.arb(part.high))[FRICTION]))
                 if self.until >= self.branch.high:
                     self.until = self.branch.high
                     return self._problem_at_highest_friction()
@@ -238,8 +245,8 @@ class _Comparison:
             balls.append(seam)
         if not balls:  # the counts of two parts that meet differ, which cannot be
             balls.append(part.cell.at(flint.arb(part.low))[FRICTION])
-        low = min(_low(ball) for ball in balls)
-        high = max(_high(ball) for ball in balls)
+        low = min(low_end(ball) for ball in balls)
+        high = max(high_end(ball) for ball in balls)
         event = Event(low, high, count, part.growing or 0, list(open_parts))
         if any(one.folds for one in open_parts) and not self.branch.model.linear:
             event.is_fold = bool(part.cell.direction(part.high)[FRICTION] < 0.0)
@@ -406,16 +413,6 @@ class _Comparison:
 def _span(part: Part) -> Ball:
     """All t of a part."""
     return flint.arb(part.low).union(flint.arb(part.high))
-
-
-def _low(ball: Ball) -> float:
-    """A double that is no larger than the numbers of a ball, nearly the least."""
-    return float(np.nextafter(float(ball.lower()), -np.inf))
-
-
-def _high(ball: Ball) -> float:
-    """The same of the largest."""
-    return float(np.nextafter(float(ball.upper()), np.inf))
 
 
 def _t_in_narrow(narrow: Cell, cell: Cell, t: float) -> float:

@@ -394,7 +394,7 @@ def judge_finding(finding: Finding, answer: RootList) -> Proof:
     return replace(proof, status="open", reason=reason, where=complex(fastest.centres[0]))
 
 
-class _Comparison(NamedTuple):
+class _ListComparison(NamedTuple):
     """Status of a list of roots, its reason, the root concerned, and the proved errors (m,)."""
 
     status: Status
@@ -403,7 +403,19 @@ class _Comparison(NamedTuple):
     errors: Floats
 
 
-def _compare(pieces: Sequence[Piece], answer: RootList) -> _Comparison:
+def _groups(
+    pieces: Sequence[Piece], centres: NDArray[np.complex128], radii: Floats
+) -> NDArray[np.intp]:
+    """The number of the group (k,) of each disc: discs that meet, or are of one piece, are one."""
+    piece_of = np.repeat(np.arange(len(pieces)), [piece.count for piece in pieces])
+    is_joined = touching(centres, radii, centres, radii) | (piece_of[:, None] == piece_of)
+    group_of = np.empty(len(centres), dtype=int)
+    for number, group in enumerate(strong_parts(is_joined)):
+        group_of[group] = number
+    return group_of
+
+
+def _compare(pieces: Sequence[Piece], answer: RootList) -> _ListComparison:
     """Assign each listed value to a group of discs that meet, which holds as many roots as discs.
 
     The list is proved if each group has as many values nearest to it as it has roots, and if no
@@ -412,7 +424,7 @@ def _compare(pieces: Sequence[Piece], answer: RootList) -> _Comparison:
     values = answer.values
     unproved = np.full(len(values), math.inf)
     if not (np.isfinite(values).all() and np.all(answer.errors >= 0.0)):
-        return _Comparison("refuted", "a value of the list is not finite", None, unproved)
+        return _ListComparison("refuted", "a value of the list is not finite", None, unproved)
     centres = np.concatenate([np.zeros(0, complex), *(piece.centres for piece in pieces)])
     radii = np.concatenate([np.zeros(0), *(piece.radii for piece in pieces)])
     distances = np.abs(values[:, None] - centres)
@@ -423,34 +435,28 @@ def _compare(pieces: Sequence[Piece], answer: RootList) -> _Comparison:
         if len(centres):
             gaps = distances.min(axis=0, initial=math.inf) - radii
             farthest = complex(centres[int(np.argmax(gaps))])
-        return _Comparison("refuted", reason, farthest, unproved)
+        return _ListComparison("refuted", reason, farthest, unproved)
     if not len(values):
-        return _Comparison("proved", "", None, unproved)
-    piece_of = np.repeat(np.arange(len(pieces)), [piece.count for piece in pieces])
-    is_joined = touching(centres, radii, centres, radii) | (piece_of[:, None] == piece_of)
-    groups = strong_parts(is_joined)
-    sizes = np.array([len(group) for group in groups], dtype=int)
-    group_of = np.empty(len(centres), dtype=int)
-    for number, group in enumerate(groups):
-        group_of[group] = number
-
+        return _ListComparison("proved", "", None, unproved)
+    group_of = _groups(pieces, centres, radii)
+    sizes = np.bincount(group_of)
     is_met = touching(values, answer.errors, centres, radii)  # values by discs
-    in_group = group_of[:, None] == np.arange(len(groups))  # discs by groups
+    in_group = group_of[:, None] == np.arange(len(sizes))  # discs by groups
     reaches = is_met.astype(np.float32) @ in_group.astype(np.float32) > 0.0  # values by groups
     lost = np.flatnonzero(~reaches.any(axis=1))
     if lost.size:
         value = complex(values[lost[0]])
         reason = "no root lies within the error of a listed one"
-        return _Comparison("refuted", reason, value, unproved)
+        return _ListComparison("refuted", reason, value, unproved)
     lacking = np.flatnonzero(reaches.sum(axis=0) < sizes)
     if lacking.size:
-        root = complex(centres[groups[lacking[0]][0]])
-        return _Comparison("refuted", "a root is missing from the list", root, unproved)
+        root = complex(centres[group_of == lacking[0]][0])
+        return _ListComparison("refuted", "a root is missing from the list", root, unproved)
     nearest = group_of[np.argmin(distances - radii, axis=1)]
-    unequal = np.flatnonzero(np.bincount(nearest, minlength=len(groups)) != sizes)
+    unequal = np.flatnonzero(np.bincount(nearest, minlength=len(sizes)) != sizes)
     if unequal.size:
-        root = complex(centres[groups[unequal[0]][0]])
-        return _Comparison("open", "listed values cannot be told apart", root, unproved)
+        root = complex(centres[group_of == unequal[0]][0])
+        return _ListComparison("open", "listed values cannot be told apart", root, unproved)
     in_nearest = nearest[:, None] == group_of  # values by discs
     errors = upper(np.where(in_nearest, distances + radii, 0.0).max(axis=1, initial=0.0), 8)
     too_large = np.flatnonzero(errors > answer.errors)
@@ -458,5 +464,5 @@ def _compare(pieces: Sequence[Piece], answer: RootList) -> _Comparison:
         excess = errors[too_large] - answer.errors[too_large]
         worst = complex(values[too_large[np.argmax(excess)]])
         reason = "a root is not known to the error of its listed value"
-        return _Comparison("open", reason, worst, errors)
-    return _Comparison("proved", "", None, errors)
+        return _ListComparison("open", reason, worst, errors)
+    return _ListComparison("proved", "", None, errors)

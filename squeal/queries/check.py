@@ -9,14 +9,15 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array, csc_array
 
 from squeal.errors import ComputationError
 from squeal.io.coordinates import POINTS, Coordinates
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked
 from squeal.linear.damping import frictionless
-from squeal.linear.digits import data_errors, has_digits
+from squeal.linear.digits import data_errors
 from squeal.linear.matrices import EPS, dense
-from squeal.linear.system import TermSystem
+from squeal.linear.system import Matrix, TermSystem
 from squeal.queries.systems.matrices import ALL_ROWS, matrix_list, system_checks
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.schema import Whole, public
@@ -24,10 +25,11 @@ from squeal.sparse.factor import factorise
 from squeal.sparse.quadratic import ScaledSystem
 
 BELOW = -1e-6  # of the square of the frequency scale: where real modes are searched from
-FREE = 1e3  # roundings of the square of the frequency scale: squares below are free motions
+FREE = 1e3  # roundings of the square of the frequency scale: squares below are mixed by them
 FEWER_FREE = 25  # free motions, up to which enough of the others are found
 SLOWEST = 10.0  # m/s: size times the lowest frequency of a plausible part
 FASTEST = 2500.0
+CLEARLY = 1e3  # times as fast as rounding can be: modes that it does not mix with slower ones
 CLEAR_MASS = 1e-10  # of the greatest mass per stiffness: what has less is close to none
 
 
@@ -181,9 +183,9 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     Returns
     -------
     squares : array (m,)
-        Squares of the angular frequencies, rising.
+        Squares of the angular frequencies.
     noise : array (m,)
-        The size below which each square is rounding, or is left open by the digits of files.
+        The size below which each square is left open by the entries.
 
     Raises
     ------
@@ -215,8 +217,32 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     except (ArpackError, ArithmeticError, RuntimeError, ValueError) as error:
         raise ComputationError(f"the real modes were not found (is M the mass?): {error}") from None
     order = np.argsort(squares)
-    shapes = scaled.scale[:, None] * vectors[:, order]
-    return squares[order], noise + _open_squares(system, changes, squares[order], shapes)
+    squares = squares[order]
+    shapes = (scaled.scale[:, None] * vectors[:, order]).real
+    slow = np.abs(squares) <= CLEARLY * noise
+    if slow.any():
+        squares[slow], shapes[:, slow] = _slow_modes(system, changes, shapes[:, slow])
+    return squares, _open_squares(system, changes, squares, shapes)
+
+
+def _slow_modes(
+    system: TermSystem, changes: Mapping[str, float], shapes: NDArray
+) -> tuple[NDArray[np.float64], NDArray]:
+    """The squares (k,) and shapes (n, k) of modes that rounding mixes, from their shapes (n, k).
+
+    Rounding of the product K x would hide squares below that of the fastest mode, so that it is
+    taken in long double.
+    """
+    M, _, K = system.at(changes)
+    entries = coo_array(K)
+    forces = np.zeros(shapes.shape, dtype=np.longdouble)
+    terms = entries.data.real.astype(np.longdouble)[:, None] * shapes[entries.col]
+    np.add.at(forces, entries.row, terms)
+    own_K = (shapes.T @ forces).astype(float)
+    own_M = shapes.T @ (M.real @ shapes)
+    squares, turn = np.linalg.eig(np.linalg.solve(own_M, (own_K + own_K.T) / 2))
+    order = np.argsort(squares.real)
+    return squares.real[order], shapes @ turn.real[:, order]
 
 
 def _all_real_modes(
@@ -247,22 +273,28 @@ def _all_real_modes(
 def _open_squares(
     system: TermSystem, changes: Mapping[str, float], squares: NDArray[np.float64], shapes: NDArray
 ) -> NDArray[np.float64]:
-    """By how much the digits of files may change squares of angular frequencies (m,).
+    """By how much the digits of files, and half an ulp, change squares of angular frequencies (m,).
 
     To first order the square of a mode x changes by (x^T dK x - square x^T dM x) / (x^T M x); the
     bounds of dK and dM are taken with the absolute values of x.
 
     shapes (n, m): of the modes.
     """
-    if not has_digits(system):
-        return np.zeros(len(squares))
-    M, _, _ = system.at(changes)
+    M, _, K = system.at(changes)
     dM, _, dK = data_errors(system, changes)
+    dM = dM + _half_ulps(M)
+    dK = dK + _half_ulps(K)
     size = np.abs(shapes)
     moved = np.sum(size * (dK @ size + np.abs(squares) * (dM @ size)), axis=0)
     mass = np.abs(np.sum(shapes.conj() * (M @ shapes), axis=0))
     unknown = np.full(len(squares), np.inf)
     return np.divide(moved, mass, out=unknown, where=mass > 0.0)
+
+
+def _half_ulps(X: Matrix) -> csc_array:
+    """Half a unit in the last place of each entry (n, n)."""
+    size = abs(csc_array(X))
+    return csc_array((np.spacing(size.data) / 2, size.indices, size.indptr), shape=size.shape)
 
 
 def _mass(M: Any, at: Coordinates) -> tuple[float, tuple[float, ...]]:

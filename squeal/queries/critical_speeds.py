@@ -201,14 +201,16 @@ def critical_speeds(
     found = []
     for order in orders:
         gaps = paths.imag - order * speeds[:, None]
-        # a root at rest meets the speed 0 in every rotor
-        crosses = (paths.imag[:-1] > 0.0) & (np.sign(gaps[:-1]) != np.sign(gaps[1:]))
-        for step, mode in np.argwhere(crosses).tolist():
+        places = [(float(speeds[k]), mode) for k, mode in np.argwhere(gaps == 0.0).tolist()]
+        for step, mode in np.argwhere(gaps[:-1] * gaps[1:] < 0.0).tolist():
             ends = speeds[step], speeds[step + 1]
-            speed = brentq(diagram.gap, *ends, args=(mode, order), xtol=1e-13 * high, rtol=1e-14)
-            one = diagram.critical(float(speed), mode, order)
-            inside = band is None or band[0] <= one.frequency_hz <= band[1]
-            if inside and one.speed > 0.0:
+            root = brentq(diagram.gap, *ends, args=(mode, order), xtol=1e-13 * high, rtol=1e-14)
+            places.append((float(root), mode))
+        for speed, mode in places:
+            if speed == 0.0:  # which a root at rest meets in every rotor
+                continue
+            one = diagram.critical(speed, mode, order)
+            if band is None or band[0] <= one.frequency_hz <= band[1]:
                 found.append(one)
     found.sort(key=lambda one: (one.speed, one.mode))
     return CriticalSpeeds(

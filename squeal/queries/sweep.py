@@ -161,7 +161,7 @@ def _system_sweep(
     reduction = None
     if method != "full":
         reduction, _ = analysis.reduced(values, method, CHECKED)
-    steps, losses, own = track_modes(system, analysis.selection, values, reduction, workers)
+    steps, losses, own = track_modes(analysis.file, analysis.selection, values, reduction, workers)
     answer = Sweep(
         name=system.name,
         parameter=system.parameter,
@@ -171,7 +171,7 @@ def _system_sweep(
         basis=basis_of(reduction, analysis.selection) or analysis.joined,
         source=SystemSource(analysis.file, analysis.selection, reduction),
     )
-    return sweep_as_known(analysis.file, analysis.selection, answer)
+    return sweep_as_known(analysis.file, answer)
 
 
 def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
@@ -186,7 +186,7 @@ def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
     from squeal.queries.systems.sweeps import track_modes
 
     values = np.linspace(low, high, DRAWN_OF_SYSTEMS).tolist()
-    steps, losses, own = track_modes(source.file.system, source.selection, values, source.reduction)
+    steps, losses, own = track_modes(source.file, source.selection, values, source.reduction)
     return Sweep(found.name, found.parameter, steps, losses, own)
 
 

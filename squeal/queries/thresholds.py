@@ -69,7 +69,7 @@ def thresholds(
         parameter.
     prove : bool, optional
         Whether the referee judges the list, which it does if this is left out: of a pad, and of a
-        real system of up to 20 rows. `proof` says what is proved, and of which extent.
+        system of up to 60 rows. `proof` says what is proved, and of which extent.
 
     Returns
     -------

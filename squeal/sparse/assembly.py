@@ -25,12 +25,12 @@ from squeal.sparse.contact_seat import (
     pair_directions,
     seat_contacts,
 )
-from squeal.sparse.first_look import root_error_bounds
 from squeal.sparse.quadratic import (
     Array,
     Changes,
     ComplexArray,
 )
+from squeal.sparse.reduced_basis import root_error_bounds
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

@@ -27,7 +27,7 @@ from squeal.sparse.quadratic import (
     ComplexArray,
     Indices,
 )
-from squeal.sparse.reduction import term_weights
+from squeal.sparse.reduced_basis import term_weights
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

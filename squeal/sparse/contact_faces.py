@@ -266,6 +266,41 @@ def _integration_points(faces: _Faces) -> _SurfacePoints:
     )
 
 
+def forces_of_pressure(surface: Surface) -> dict[str, Array]:
+    """The forces (3,) in N on the nodes of a surface under a pressure of 1 Pa, by their labels.
+
+    Parameters
+    ----------
+    surface : Surface
+        The faces that the pressure pushes inwards.
+
+    Raises
+    ------
+    InputError
+        For faces of another number of nodes or without area.
+
+    Examples
+    --------
+    A square of 4 m^2, seen from above:
+
+    >>> corners = {"a": (0, 0, 0), "b": (2, 0, 0), "c": (2, 2, 0), "d": (0, 2, 0)}
+    >>> forces = forces_of_pressure(Surface([("a", "b", "c", "d")], corners))
+    >>> [round(float(force), 12) for force in forces["b"]]
+    [0.0, 0.0, -1.0]
+    """
+    forces: dict[str, Array] = {}
+    for faces in _faces_by_kind(surface):
+        points = _integration_points(faces)
+        shares = points.areas[:, None] * points.weights
+        parts = -shares[:, :, None] * points.normals[:, None, :]
+        labels, index = np.unique(points.labels, return_inverse=True)
+        sums = np.zeros((len(labels), 3))
+        np.add.at(sums, index.ravel(), parts.reshape(-1, 3))
+        for label, force in zip(labels.tolist(), sums, strict=True):
+            forces[label] = forces.get(label, 0.0) + force
+    return forces
+
+
 class _Feet(NamedTuple):
     """Where points (m,) meet the faces of a surface along their normals: distance (infinite without
     a face), and labels and weights (m, k) of the face's nodes, k that of the face of most nodes."""

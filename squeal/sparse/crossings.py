@@ -34,7 +34,6 @@ from squeal.linear.search import search
 from squeal.linear.steps import Guess, near_coalescences
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import assumed_rounding
-from squeal.sparse.compression import Compression
 from squeal.sparse.dispersive import NEAR, DispersiveReduction, frequencies
 from squeal.sparse.eigensolver import enlarged
 from squeal.sparse.factor import Factor, factorise, factorise_at
@@ -47,6 +46,7 @@ from squeal.sparse.quadratic import (
     ScaledSystem,
     multiply,
 )
+from squeal.sparse.reduced_basis import ReducedBasis
 from squeal.sparse.reduction import Complement, Reduction
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class AxisCrossing(Event):
 class _FrozenPart(NamedTuple):
     """A reduced system frozen at one of some frequencies, in a region around it."""
 
-    searched: Compression | Reduction
+    searched: ReducedBasis | Reduction
     omega: float  # rad/s
     spacing: float  # to the next of these frequencies
 
@@ -165,7 +165,7 @@ class CrossingSearch:
     Raises InputError for a region without a part of the upper axis.
     """
 
-    def __init__(self, reduction: Compression | Reduction, name: str) -> None:
+    def __init__(self, reduction: ReducedBasis | Reduction, name: str) -> None:
         self.reduction = reduction
         self.name = name
         self.scaled = ScaledSystem(reduction.system)
@@ -462,7 +462,7 @@ def crossings_along(
         for a, b in itertools.pairwise(values):
             shortest = SHORTEST_STEP * (high - low)
             for guess in search_on_part.between(a, b, shortest):
-                vectors = part.searched.in_basis(scale * guess.right, scale * guess.left)
+                vectors = part.searched.in_projection(scale * guess.right, scale * guess.left)
                 right, left = multiply(reduction.vectors, np.array(vectors, dtype=complex).T).T
                 try:
                     full_guess = guess._replace(right=right, left=left)

@@ -284,11 +284,12 @@ def grown(projected: Array, A: Matrix, old: Array, new: Array) -> Array:
     return np.block([[projected, old.T @ image], [(A.T @ new).T @ old, new.T @ image]])
 
 
-def enlarged(basis: Array, columns: ComplexArray, dropped: float) -> Array:
+def enlarged(basis: Array, columns: NDArray, dropped: float) -> Array:
     """An orthonormal basis (n, d) and what the real and imaginary parts of columns add to it, of
     unit vectors what exceeds `dropped`."""
     units = columns / divisor(np.linalg.norm(columns, axis=0))
-    remainder = np.hstack([units.real, units.imag]).astype(float)
+    parts = [units.real, units.imag] if np.iscomplexobj(columns) else [units]
+    remainder = np.hstack(parts).astype(float)
     for _ in range(2):
         remainder -= basis @ (basis.T @ remainder)
     axes, sizes, _ = np.linalg.svd(remainder, full_matrices=False)

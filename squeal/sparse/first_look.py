@@ -15,6 +15,7 @@ Without q < 1 something that V lacks may have roots of its own: then the full pr
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -28,7 +29,6 @@ from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import divisor
 from squeal.linear.verdicts import ACCEPTED
 from squeal.sparse.argument_principle import Rectangle, count_roots, disc_around
-from squeal.sparse.compression import Compression
 from squeal.sparse.dense import dense_values
 from squeal.sparse.eigensolver import COLUMNS, BlockArnoldi, corrected_roots, modes_in
 from squeal.sparse.factor import Factor, factorise
@@ -44,13 +44,18 @@ from squeal.sparse.quadratic import (
     multiply,
     report,
 )
-from squeal.sparse.reduction import (
-    CONTRACTS,
-    Complement,
-    Reduction,
+from squeal.sparse.reduced_basis import (
+    COARSE,
+    MARGIN,
+    TRAINED_MARGIN,
+    Probes,
+    ReducedBasis,
+    ResidualSketch,
+    near_axis,
     random_vectors,
-    term_weights,
+    root_error_bounds,
 )
+from squeal.sparse.reduction import CONTRACTS, Complement, Reduction
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -63,14 +68,7 @@ MODE_RESIDUAL = 1e-4  # of a real mode
 ONE_ROUND = 1e-3  # of |lambda|: errors that call for one round of corrections alone
 ROUNDS = 5  # of corrections at most
 DROPPED = 1e-2  # of unit vectors: what they add less is left out
-MARGIN = 0.05  # of the region's size: roots that close to it are estimated too
-COARSE = 1e-3  # of |lambda|: greater errors are corrected
-TRAINED = 25  # values at most that few modes are made for
-FINE = 1e-5  # of |lambda|: errors there with which they end
-FINE_GROWTH = 0.1  # ... or of the growth rate
-ADDED = 0.05  # of the largest error: modes of greater ones are added
-TRAINED_MARGIN = 0.1  # of the region's size: modes that close to it are among them
-NORM_FACTOR = 1.5  # random vectors may underrate a product of two norms so far
+TRAINED = 13  # values at most that few modes are made for
 DECAYED = 2.0  # times its error: a root that decays by more is not corrected
 
 
@@ -96,15 +94,28 @@ class Structure:
             self.F = (self.F - more * self.M).tocsc()
             return factorise(self.F)
 
-    @cached_property
-    def probes(self) -> Array:
-        """F'^-1 of random vectors (n, SKETCH), the same for all."""
-        return self.factor.solve(random_vectors(self.F.shape[0], seed=49), transposed=True)
+    def probes(self, V: Array) -> Probes:
+        """Random vectors whose products average to F^-1, in energies where an orthonormal V (n, d)
+        reaches."""
+        FV = self.F @ V
+        energies, Q = np.linalg.eigh(V.T @ FV)
+        inverse = (Q / energies) @ Q.T
+        inside = random_vectors(V.shape[1], seed=50) / np.sqrt(np.abs(energies))[:, None]
+        with_sign = np.sign(energies)[:, None] * inside
+        # of forces what is orthogonal to V, and of displacements what F makes orthogonal to it
+        outside = random_vectors(len(V), seed=49)
+        forces = outside - V @ (inverse @ (FV.T @ outside))
+        displacements = self.factor.solve(outside) - V @ (inverse @ (V.T @ outside))
+        balance = math.sqrt(np.linalg.norm(displacements) / divisor(np.linalg.norm(forces)))
+        return Probes(
+            left=balance * forces + V @ (Q @ inside),
+            right=displacements / balance + V @ (Q @ with_sign),
+        )
 
     def __getstate__(self) -> dict[str, object]:
         return {name: value for name, value in vars(self).items() if name != "factor"}
 
-    def modes(self, highest: float) -> ComplexArray:
+    def modes(self, highest: float) -> NDArray:
         """Real modes as columns (n, m): all up to a frequency (rad/s), by block Arnoldi.
 
         The largest theta = 1 / (w^2 - shift) come first.
@@ -124,8 +135,7 @@ class Structure:
             is_wanted = closeness >= min(1.0, closeness.max())  # one at least
             are_good = np.all((residuals <= MODE_RESIDUAL * np.abs(theta))[is_wanted])
             if is_invariant or (not is_wanted.all() and are_good):
-                modes = krylov.basis[:, : krylov.applied] @ coordinates[:, is_wanted]
-                return modes.astype(complex)
+                return krylov.basis[:, : krylov.applied] @ coordinates[:, is_wanted]
 
 
 def _symmetric_part(A: csc_array) -> csc_array:
@@ -154,52 +164,11 @@ class _ProjectedRoots(NamedTuple):
     missing: ComplexArray  # F^-1 [R, S] (n, 2 m), directions that correct the vectors
 
 
-class _FewModeRoots(NamedTuple):
-    """Roots of the few modes, with vectors in their coordinates."""
-
-    roots: Roots
-    residuals: Array  # backward errors in the full problem
-    errors: Array  # 1/s
-
-
-class ErrorBounds(NamedTuple):
-    """How far roots (m,) of a projected problem may be from those of the full one."""
-
-    errors: Array  # rad/s
-    stay_on_axis: Bools  # of an undamped problem: alone on the imaginary axis, so they stay there
-
-
-def root_error_bounds(
-    values: ComplexArray, slope: ComplexArray, lack: ComplexArray, uncertainty: Array
-) -> ErrorBounds:
-    """How far roots (m,) of a projected problem may be from those of the full one.
-
-    slope (m, m) is Y^H P' X of left and right modes, lack (m, m) S^H F^-1 R of what they lack,
-    known up to `uncertainty` (m, m).
-    """
-    try:
-        inverse = np.linalg.inv(slope)
-    except np.linalg.LinAlgError:  # a multiple root without as many modes
-        inverse = np.full_like(slope, np.inf)
-    with np.errstate(invalid="ignore", over="ignore"):
-        D = np.abs(inverse @ lack) + np.abs(inverse) @ uncertainty
-        gaps = np.abs(np.subtract.outer(values, values))
-        products = D * D.T
-        np.fill_diagonal(products, 0.0)
-        # two roots repel by the product over the gap, or meet by the square root of it
-        repelled = np.full_like(gaps, np.inf)
-        np.divide(2 * products, gaps, out=repelled, where=gaps > 0)
-        errors = np.diag(D) + np.minimum(np.sqrt(products), repelled).sum(axis=1)
-    np.fill_diagonal(gaps, np.inf)
-    is_alone = 2 * errors < gaps.min(axis=1, initial=np.inf)
-    return ErrorBounds(np.nan_to_num(errors, nan=np.inf), (values.real == 0.0) & is_alone)
-
-
 class FirstLook(Reduction):
     """A reduction onto real modes and their corrections, which knows the errors of its roots.
 
     `contraction` is q, `error` the largest error at the samples before the last corrections, as a
-    share of |lambda|. Few modes that serve all values are `compressed`.
+    share of |lambda|. Few modes that serve all values are the `reduced_basis`.
     """
 
     method = "modal"
@@ -207,6 +176,7 @@ class FirstLook(Reduction):
     def __init__(self, scaled: ScaledSystem, region: Rectangle, values: Sequence[Changes]) -> None:
         super().__init__(scaled, region)
         self.contraction = 0.5
+        self.reduced_basis: ReducedBasis | None = None
         self.error = np.inf
         self.wide = region.widened(MARGIN)
         highest = max(abs(region.low_imag), abs(region.high_imag))
@@ -240,7 +210,8 @@ class FirstLook(Reduction):
         return int(np.argmin(np.linalg.norm(relative, axis=1)))
 
     def build(self) -> FirstLook:
-        """Fill the basis with real modes and their corrections, and compress it; returns itself."""
+        """Fill the basis with real modes and their corrections, and train the one of few modes;
+        returns itself."""
         for structure in self.structures:
             report(f"real modes of {self.scaled.n} rows")
             self.extend(structure.modes(self.reach), DROPPED)
@@ -261,92 +232,35 @@ class FirstLook(Reduction):
             if self.error <= ONE_ROUND:
                 break
         self.contraction = self._contraction(self.samples[int(np.argmax(shares))])
-        self.compressed = Compression(self.size, self.region, self.region.widened(TRAINED_MARGIN))
         if self.holds and len(self.trained) > len(self.samples) and self.system.C:
-            self._compress()
+            basis = ReducedBasis(self.system, self._residual_sketch(), self.region)
+            basis.train(self.trained, self._modes_at)
+            self.reduced_basis = basis if basis.size else None
         return self
 
-    def _compress(self) -> None:
-        """Make few modes that serve the training values: all of those at the first, the last and
-        the middle one, then greedily, where the largest error is, those whose errors are too
-        large, until no error is above what is allowed."""
-        self._sketch_basis()
-        last = len(self.trained) - 1
-        for k in (last // 2, 0, last):
-            values = self._projected_values(self.trained[k])
-            self._add_modes(
-                self.trained[k], values[self.compressed.trained_region.contains(values)]
-            )
-        pending = list(self.trained)
-        while pending and self.compressed.size:
-            estimates = [self._few_mode_roots(changes) for changes in pending]
-            ratios = [_error_ratios(found) for found in estimates]
-            largest = [float(np.max(of_value, initial=0.0)) for of_value in ratios]
-            k = int(np.argmax(largest))
-            size = self.compressed.size
-            report(f"{size} modes, errors up to {largest[k]:.2g} of allowed")
-            if largest[k] <= 1.0:
-                break
-            changes = pending[k]
-            is_wrong = ratios[k] > ADDED * largest[k]
-            is_new = self._add_modes(changes, estimates[k].roots.values[is_wrong])
-            pending = [p for p, ratio in zip(pending, largest, strict=True) if ratio > 1.0]
-            if not is_new:
-                pending.remove(changes)
-
-    def _add_modes(self, changes: Changes, values: ComplexArray) -> bool:
-        """Add the modes of some roots of the basis; False if they bring nothing."""
-        roots = self.roots(changes, left=True, values=values)
-        is_new = self.compressed.grow(self.system, roots)
-        if is_new:
-            self._sketch_modes()
-        return is_new
-
-    def _sketch_basis(self) -> None:
-        """Random vectors against what each term makes of the basis: of left vectors, of right ones,
-        and of right ones solved with the F of each structure; each (terms, SKETCH, d)."""
-        probes = random_vectors(self.scaled.n, seed=49)
+    def _residual_sketch(self) -> ResidualSketch:
+        """What estimates residuals in the full problem of vectors of the basis."""
         V = self.vectors
-        self._left_sketch = np.array([(A @ probes).T @ V for A in self._matrices])
-        self._right_sketch = np.array([(A.T @ probes).T @ V for A in self._matrices])
-        self._solved_sketches = []
+        probes = []
         for structure in self.structures:
-            solved = [(A.T @ structure.probes).T @ V for A in self._matrices]
-            self._solved_sketches.append(np.array(solved))
+            left, right = structure.probes(V)
+            of_left = np.array([(A @ left).T @ V for A in self._matrices])
+            of_right = np.array([(A.T @ right).T @ V for A in self._matrices])
+            probes.append(Probes(of_left, of_right))
+        return ResidualSketch(
+            residual=self._sketch,
+            probes=probes,
+            norms=self._norms,
+            structure_at=self._nearest_structure,
+            series=self._series,
+        )
 
-    def _sketch_modes(self) -> None:
-        """The same against the few modes."""
-        right = self.compressed.right
-        self._left_mode_sketch = self._left_sketch @ self.compressed.left.conj()
-        self._right_mode_sketch = self._right_sketch @ right
-        self._solved_mode_sketches = [sketch @ right for sketch in self._solved_sketches]
-
-    def _few_mode_roots(self, changes: Changes, deciding: bool = False) -> _FewModeRoots:
-        """Roots of the few modes in and around the region; of a decision those alone that are near
-        the axis."""
-        problem = self.compressed.at(changes)
-        values = problem.values(self.compressed.trained_region)
-        values = values[self.wide.contains(values)]
-        if deciding and len(values):
-            values = values[_is_near_axis(values, COARSE, COARSE)]
-        roots = problem.roots_at(values)
-        left = roots.left.conj().T
-        slope = np.add.outer(values, values) * (left @ problem.M @ roots.right)
-        slope = slope + left @ problem.C @ roots.right
-        weights = term_weights(self.system, self.system.values(changes), values)
-
-        def norms(sketch: NDArray, vectors: ComplexArray) -> Array:
-            images = np.einsum("trm,tm->rm", sketch @ vectors, weights)
-            return np.linalg.norm(images, axis=0)
-
-        of_left = norms(self._left_mode_sketch, roots.left.conj())
-        solved_sketch = self._solved_mode_sketches[self._nearest_structure(changes)]
-        of_solved = norms(solved_sketch, roots.right)
-        series = 1.0 / max(1.0 - self.contraction, 1.0 - CONTRACTS)
-        uncertainty = NORM_FACTOR * series * np.outer(of_left, of_solved)
-        bounds = root_error_bounds(values, slope, np.zeros_like(slope), uncertainty)
-        residuals = norms(self._right_mode_sketch, roots.right) / divisor(self.bounds(weights))
-        return _FewModeRoots(roots, residuals, bounds.errors)
+    def _modes_at(self, changes: Changes, values: ComplexArray | None) -> Roots:
+        """The modes of the basis next to some values, or all in and around the region."""
+        if values is None:
+            values = self._projected_values(changes)
+            values = values[self.region.widened(TRAINED_MARGIN).contains(values)]
+        return self.roots(changes, left=True, values=values)
 
     def estimate(self, changes: Changes, deciding: bool = False) -> EstimatedRoots:
         """The roots of the region with their errors, by few modes where they suffice.
@@ -361,9 +275,9 @@ class FirstLook(Reduction):
     ) -> EstimatedRoots | None:
         """The roots of the region by few modes; None without these, and where an error leaves open
         the sign of a growth or whether a root lies in the region."""
-        if not self.compressed.size:
+        if self.reduced_basis is None:
             return None
-        found = self._few_mode_roots(changes, deciding)
+        found = self.reduced_basis.estimate(changes, deciding)
         values = found.roots.values
         distances = self.region.distance(values)
         is_inside = self.region.contains(values)
@@ -376,18 +290,13 @@ class FirstLook(Reduction):
         if np.any(is_on_border) and not deciding:
             return None
         inside = found.roots.select(is_inside)
-        in_basis = Roots(
-            values=inside.values,
-            right=self.compressed.right @ inside.right,
-            left=self.compressed.left @ inside.left,
-        )
         return EstimatedRoots(
             values=inside.values,
             residuals=found.residuals[is_inside],
             errors=found.errors[is_inside],
             corrected=np.zeros(len(inside.values), dtype=bool),
             spurious=0,
-            projected=in_basis,
+            projected=inside,
             rough_values=inside.values,
         )
 
@@ -402,9 +311,9 @@ class FirstLook(Reduction):
         return values[self.region.contains(values)]
 
     @property
-    def searched(self) -> Compression | Reduction:
+    def searched(self) -> ReducedBasis | Reduction:
         """Where roots are followed: the few modes, if there are some."""
-        return self.compressed if self.compressed.size else self
+        return self.reduced_basis or self
 
     def misses_none(self, changes: Changes, growing: int) -> bool:
         """True if a count on the full problem finds the roots of the basis around the region and no
@@ -427,6 +336,11 @@ class FirstLook(Reduction):
         """True if what the basis lacks has no roots of its own in the region."""
         return self.contraction < CONTRACTS
 
+    @property
+    def _series(self) -> float:
+        """How much the rest of the series in T is at most of its first term."""
+        return self.contraction / max(1.0 - self.contraction, 1.0 - CONTRACTS)
+
     def _projected_values(self, changes: Changes) -> ComplexArray:
         """All roots of the projected problem at some parameters."""
         return dense_values(*self.system.at(changes), self._stiffness_norm(changes))
@@ -434,10 +348,6 @@ class FirstLook(Reduction):
     def _roots_with_errors(self, changes: Changes, values: ComplexArray) -> _ProjectedRoots:
         """Some roots of the projected problem, with what their vectors lack in the full one."""
         roots = self.roots(changes, left=True, values=values)
-        if not len(values):
-            nothing = np.zeros(0)
-            missing = np.zeros((self.scaled.n, 0), complex)
-            return _ProjectedRoots(roots, nothing, nothing, nothing.astype(bool), missing)
         problem = self.scaled.at(changes)
         structure = self.structures[self._nearest_structure(changes)]
         z = roots.values
@@ -449,12 +359,12 @@ class FirstLook(Reduction):
         solved_R, solved_S = np.split(solved, 2, axis=1)
         slope = np.add.outer(z, z) * (Y.conj().T @ multiply(problem.M, X))
         slope = slope + Y.conj().T @ multiply(problem.C, X)
-        series = self.contraction / max(1.0 - self.contraction, 1.0 - CONTRACTS)
+        energies = np.outer(_energy_norms(S, solved_S), _energy_norms(R, solved_R))
         bounds = root_error_bounds(
             z,
             slope,
             lack=S.conj().T @ solved_R,
-            uncertainty=series * np.outer(_energy_norms(S, solved_S), _energy_norms(R, solved_R)),
+            uncertainty=self._series * energies,
         )
         is_undamped = self.system.real and not self.system.C
         return _ProjectedRoots(
@@ -486,7 +396,7 @@ class FirstLook(Reduction):
         near = every[self.wide.contains(every)]
         is_estimated = near != 0.0  # what nothing holds stays where it is
         if deciding and len(near):
-            is_estimated &= _is_near_axis(near, self.error, MARGIN)
+            is_estimated &= near_axis(near, self.error, MARGIN)
         found = self._roots_with_errors(changes, near[is_estimated])
         others = near[~is_estimated & self.region.contains(near)]
         z = found.roots.values
@@ -545,24 +455,6 @@ class FirstLook(Reduction):
         if roots is None:
             roots = modes_in(problem, region, certify=False, start=self.vectors).roots
         return eigenvalues_of(problem, roots)
-
-
-def _error_ratios(found: _FewModeRoots) -> Array:
-    """Errors over those with which few modes end."""
-    values = found.roots.values
-    allowed = np.maximum(FINE * np.abs(values), FINE_GROWTH * np.abs(values.real))
-    return found.errors / divisor(allowed)
-
-
-def _is_near_axis(values: ComplexArray, decay: float, gap: float) -> Bools:
-    """True for roots that may decide, and those near one: shares of |lambda| for both.
-
-    A root may decide if it decays by less than a share, or least of all.
-    """
-    may_decide = (values.real > -decay * np.abs(values)) | (values.real == values.real.max())
-    deciding = values[may_decide]
-    gaps = np.abs(np.subtract.outer(values, deciding))
-    return np.any(gaps <= gap * np.abs(deciding), axis=1) | may_decide
 
 
 def _energy_norms(forces: ComplexArray, solved: ComplexArray) -> Array:

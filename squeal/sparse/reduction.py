@@ -20,7 +20,6 @@ from squeal.errors import ComputationError
 from squeal.linear.matrices import divisor, norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.compression import Compression
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.eigensolver import (
     COLUMNS,
@@ -41,13 +40,19 @@ from squeal.sparse.quadratic import (
     multiply,
     report,
 )
+from squeal.sparse.reduced_basis import (
+    SKETCH,
+    ReducedBasis,
+    random_vectors,
+    term_weights,
+    weighted_norms,
+)
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
 TOLERANCE = 3e-8  # of the backward error; that of a root is of the order of its square
 SPURIOUS = 1e-5  # backward error of what is no root of the full problem
-SKETCH = 48  # random vectors that estimate a residual within a factor of two
 SAMPLES = 20  # full solutions before a reduction is given up
 CONTRACTS = 0.9  # what counts as contracting
 POWERS = 5  # of T, to see how it contracts
@@ -85,11 +90,6 @@ class Complement:
             complex(region.high_real, max(abs(region.low_imag), abs(region.high_imag))),
         )
         return max(self.contraction(problem.at(corner)) for corner in corners)
-
-
-def random_vectors(rows: int, seed: int) -> Array:
-    """Columns (rows, SKETCH) whose products with a vector have its length, on the average."""
-    return np.random.default_rng(seed).standard_normal((rows, SKETCH)) / np.sqrt(SKETCH)
 
 
 class EstimatedModes(NamedTuple):
@@ -200,11 +200,11 @@ class Reduction:
         return self.vectors.shape[1]
 
     @property
-    def searched(self) -> Compression | Reduction:
+    def searched(self) -> ReducedBasis | Reduction:
         """Where roots are followed."""
         return self
 
-    def in_basis(
+    def in_projection(
         self, right: ComplexArray, left: ComplexArray
     ) -> tuple[ComplexArray, ComplexArray]:
         """Right and left vectors (d,) of what is `searched` in the coordinates of the basis."""
@@ -248,12 +248,7 @@ class Reduction:
         """
         weights = term_weights(self.system, self.system.values(changes), roots.values)
         sketched = np.einsum("trd,tm,dm->rm", self._sketch, weights, roots.right, optimize=True)
-        return np.linalg.norm(sketched, axis=0) / divisor(self.bounds(weights))
-
-    def bounds(self, weights: NDArray) -> Array:
-        """The sum (m,) of the norms of the full terms with weights (terms, m)."""
-        sizes = np.abs(weights)
-        return np.sum(sizes * self._norms[:, None], axis=0, where=sizes > 0.0)
+        return np.linalg.norm(sketched, axis=0) / divisor(weighted_norms(weights, self._norms))
 
     def modes(self, changes: Changes, left: bool = False) -> EstimatedModes:
         """The roots in the region without those that are none of the full problem, with left
@@ -270,15 +265,6 @@ class Reduction:
     def values(self, changes: Changes) -> ComplexArray:
         """The values of these roots alone."""
         return self.modes(changes).roots.values
-
-
-def term_weights(system: TermSystem, p: Changes, values: ComplexArray) -> NDArray:
-    """The weights (terms, m) of the terms of M, C and K in P(values) x: factor times power."""
-    weights = []
-    for terms, power in zip(system.parts, (2, 1, 0), strict=True):
-        for term in terms:
-            weights.append(term.factor.value(p) * values**power)
-    return np.array(weights)
 
 
 def reduce_system(

@@ -98,7 +98,7 @@ def test_help_may_stand_before_a_command(capsys, words):
     assert texts[0] == texts[1] != ""
 
 
-def test_sensitivities(capsys, tmp_path):
+def test_sensitivity_has_a_slope_of_each_root_by_each_parameter(capsys, tmp_path):
     found = answer(capsys, "eigenvalues", B1, "--sensitivity")
     by = {row["parameter"]: row["eigenvalues"] for row in found["sensitivity"]}
     assert {"m", "I", "k1", "k4", "alpha2", "mu", "F_n"} <= by.keys()

@@ -16,7 +16,7 @@ K:
 
 
 @pytest.mark.parametrize("log", ["", ":log"])
-def test_a_chart_over_two_parameters(tmp_path, capsys, log):
+def test_a_map_over_two_parameters_flutters_exactly_where_it_must(tmp_path, capsys, log):
     """Flutter exactly where mu exceeds the gap."""
     path, table, figure = (tmp_path / name for name in ("system.yaml", "t.csv", "f.svg"))
     path.write_text(CHART)

@@ -117,7 +117,7 @@ def test_wheel_and_sdist_hold_every_file_of_the_package(wheel, tmp_path):
     assert read | {"tests/conftest.py", "figures/brake.png"} <= packed  # by tests
 
 
-def test_the_program_answers(program, tmp_path):
+def test_the_installed_program_finds_a_threshold_of_a_scene(program, tmp_path):
     assert run(program[0] / "squeal", "critical-friction", B2, "--json", cwd=tmp_path)["critical"]
 
 

@@ -138,7 +138,7 @@ parameter: real
 """
 
 
-def test_parameters_named_like_columns(tmp_path, capsys):
+def test_a_parameter_with_the_name_of_a_column_stands_as_parameter_NAME(tmp_path, capsys):
     path, table = tmp_path / "system.yaml", tmp_path / "table.json"
     path.write_text(NAMED_LIKE_COLUMNS)
     answer(capsys, "eigenvalues", path, "--sweep", "0:1:3", "--csv", table)
@@ -151,7 +151,7 @@ PICTURES = [(B1, ".svg"), (B2, ".svg"), (B2, ".pdf"), (B1, ".png")]
 
 
 @pytest.mark.parametrize(("scene", "ending"), PICTURES)
-def test_pictures_of_a_motion(tmp_path, capsys, scene, ending):
+def test_a_picture_of_a_motion_is_of_the_kind_that_its_name_says(tmp_path, capsys, scene, ending):
     path = tmp_path / f"motion{ending}"
     found = answer(capsys, "simulate", scene, "--pdf", path, "--set", "stop=2e-3")
     assert path.read_bytes().startswith(KINDS[ending][:5])

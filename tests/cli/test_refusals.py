@@ -156,7 +156,7 @@ def test_what_is_refused_or_answered_in_python_can_be_printed(folder):
     assert str(refused.value).isprintable()
 
 
-def test_degrees_are_asked_about(capsys, folder):
+def test_an_angle_beyond_a_turn_is_warned_of_with_its_multiple_of_pi(capsys, folder):
     for words in ("eigenvalues b3.yaml --set alpha1=90", "map b3.yaml --n 2 --first alpha1:0:180"):
         assert "pi" in run(capsys, *words.split())[2]
     for fine in ("6.28", "4*pi"):

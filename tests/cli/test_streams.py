@@ -134,7 +134,7 @@ def test_a_dash_reads_standard_input(capsys, monkeypatch, words):
     assert found == expected
 
 
-def test_set_is_an_edited_file(capsys, tmp_path):
+def test_set_answers_as_the_edited_file_does(capsys, tmp_path):
     edited = tmp_path / "b2-c.yaml"
     lines = B2.read_text().splitlines()
     edited.write_text("\n".join("  mu: 0.3" if "  mu:" in line else line for line in lines))

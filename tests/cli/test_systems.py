@@ -99,7 +99,7 @@ def test_few_roots_are_listed_and_all_are_judged(options, tmp_path, capsys):
     assert all(len(row["eigenvalues"]) == 1 for row in sweep)
 
 
-def test_a_shape_on_coordinates(tmp_path, capsys):
+def test_a_shape_is_drawn_on_nodes_and_refused_without_them(tmp_path, capsys):
     _blocks(tmp_path, 30)
     rows = [f"{k // 3},{'xyz'[k % 3]},{k // 3},0,0" for k in range(30)]
     (tmp_path / "nodes.csv").write_text("\n".join(["node,dof,x,y,z", *rows]))
@@ -248,7 +248,7 @@ K:
 """
 
 
-def test_both_names_of_the_first_verdict(tmp_path, capsys):
+def test_verdict_at_start_is_that_of_the_lower_end_and_at_zero_only_of_zero(tmp_path, capsys):
     forms = [put(tmp_path, text).rename(tmp_path / text[:1]) for text in (SHORT, GENERAL)]
     for path in (*forms, SCENES / "b3.yaml"):
         found = answer(capsys, "critical-friction", path)
@@ -260,7 +260,7 @@ def test_both_names_of_the_first_verdict(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("key", ["K", "K0"])
-def test_matrices_without_a_mass_are_told_so(tmp_path, capsys, key):
+def test_a_file_without_a_mass_is_refused_by_the_key_M(tmp_path, capsys, key):
     path = put(tmp_path, f"{key}: [[2, -1], [0.25, 2]]\n")
     for command in ("eigenvalues", "critical-friction", "check"):
         assert ": M: " in assert_refused(capsys, command, path)

@@ -136,7 +136,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("text", "table", "word"), WRONG)
-def test_refusals(read, text, table, word):
+def test_damping_that_does_not_fit_its_term_or_table_is_refused(read, text, table, word):
     with pytest.raises(InputError, match=word):
         read(text, table)
 

@@ -168,7 +168,7 @@ def test_free_motions_in_files_that_pynastran_writes(tmp_path, name):
         assert not answer.unstable
 
 
-def test_bands_of_large_free_structures(tmp_path):
+def test_roots_in_a_band_of_a_large_free_structure_are_exact_within_their_errors(tmp_path):
     K, M, labels = structure("beam", 210)  # 422 rows
     exact = np.sqrt(eigh(K, M, eigvals_only=True, subset_by_index=(2, 5)))
     file = write(tmp_path, "market", {"M": M, "K": K}, labels)
@@ -214,7 +214,7 @@ def test_short_and_whole_numbers_are_exact(tmp_path, number):
     assert squeal.eigenvalues(file).verdict == "flutter"
 
 
-def test_digits_are_counted():
+def test_written_digits_are_those_of_most_numbers_or_none():
     assert written_digits(["0.00123456", "12.3456D+02", "-1.23457-3"]) == 6
     assert written_digits(["2.0", "-1", "0.5"]) is None
     assert written_digits(["1000000000.0", "-2.0000000000"]) is None

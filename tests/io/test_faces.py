@@ -257,7 +257,7 @@ def test_points_carry_areas_and_weights_of_both_plates(plates, faces):
         ("[all, all]", "    distance: 1e-6\n    area: 1.0\n", "beside faces, which give it"),
     ],
 )
-def test_faces_that_are_none_are_refused_in_a_sentence(plates, faces, more, words):
+def test_a_contact_between_what_are_no_faces_is_refused_in_a_sentence(plates, faces, more, words):
     with pytest.raises(InputError, match=words):
         squeal.read_system(plates_file(plates, faces, more))
 

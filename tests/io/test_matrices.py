@@ -149,7 +149,7 @@ def test_abaqus_orders_rows_as_it_likes_and_numbers_internal_nodes_below_zero(re
         assert read("K.mtx", text) == [[0, -1, 1], [-1, 3, -1], [1, -1, 3]]  # -7, 2, 9
 
 
-def test_keywords_of_abaqus_text(read):
+def test_abaqus_keywords_name_scale_and_divide_the_matrices_of_a_text(read):
     text = "*MATRIX INPUT, NAME=Kc, TYPE=UNSYMMETRIC, SCALE FACTOR=2.\n** note\n1,1,1,2,3.\n"
     assert read("s.inp", text) == [[0, 6], [0, 0]]
     two = f"{text}*MATRIX INPUT, NAME=M\n1,1,1,1,1.\n** note\n1,2,1,2,1.\n"
@@ -195,7 +195,7 @@ def harwell_boeing(kind, pointers, rows, values, sides=0):
 
 
 @pytest.mark.parametrize("sides", [0, 1])
-def test_symmetric_harwell_boeing(read, sides):
+def test_one_triangle_of_harwell_boeing_stands_for_both_with_or_without_right_sides(read, sides):
     text = harwell_boeing("RSA", [1, 3, 4], [1, 2, 2], [4.0, -1.5, 2.0], sides)
     assert read("K.rsa", text) == [[4.0, -1.5], [-1.5, 2.0]]
 
@@ -210,7 +210,7 @@ def test_harwell_boeing_may_hold_both_triangles_that_agree(read, kind):
         read("K.rsa", wrong)
 
 
-def test_harwell_boeing_as_ansys_writes_it(tmp_path, read):
+def test_fields_that_touch_and_labels_of_ansys_harwell_boeing_are_read(tmp_path, read):
     """Numbers that touch, D for E, complex, and the file that names the rows."""
     (tmp_path / "K.mapping").write_text("Matrix Eqn  Node  DOF\n 1  11 UX\n 2  11 ROTZ\n")
     head = f"{'K':72}{'K':8}\n{3:14}{1:14}{1:14}{1:14}{0:14}\n{'CSA':14}{2:14}{2:14}{2:14}{0:14}\n"
@@ -247,7 +247,7 @@ DMIG,M,7,3,,2,1,-.25
 """
 
 
-def test_dmig_in_small_large_and_free_fields(tmp_path):
+def test_dmig_is_read_alike_in_small_large_and_free_fields(tmp_path):
     (tmp_path / "job.pch").write_text(DMIG)
     K, M = (read_matrix(tmp_path / "job.pch", key) for key in "KM")
     assert K.labels == M.labels == ((2, 1), (7, 3))
@@ -368,7 +368,7 @@ def test_calculix_names_its_rows_in_a_file_beside(tmp_path):
 
 
 @pytest.mark.parametrize("binary", [True, False])
-def test_op4_as_pyyeti_writes_it(tmp_path, matrix, binary):
+def test_op4_that_pyyeti_writes_comes_back(tmp_path, matrix, binary):
     with np.printoptions():  # which the package changes
         op4 = pytest.importorskip("pyyeti.nastran.op4")
     square = {"KXX": matrix, "K4XX": matrix.toarray() * (1 + 0.1j)}
@@ -377,7 +377,7 @@ def test_op4_as_pyyeti_writes_it(tmp_path, matrix, binary):
         assert fingerprint(read_matrix(tmp_path / "K.dat", key).matrix) == fingerprint(one)
 
 
-def test_op2_laid_out_by_hand(tmp_path):
+def test_op2_that_is_laid_out_by_hand_is_read(tmp_path):
     """A label, then each block by name and trailer; of a column the runs of what is not zero."""
 
     def record(form, *values):
@@ -427,7 +427,7 @@ def test_fields_of_structs_of_matlab_have_the_names_that_matlab_gives_them(tmp_p
             read_matrix(path, "M")
 
 
-def test_fields_of_structs_of_matlab_7_3(tmp_path):
+def test_a_field_of_a_matlab_7_3_struct_is_read_and_no_reference(tmp_path):
     h5py = pytest.importorskip("h5py")
     K = np.array([[2.0, -1.0], [-3.0, 3.0]])
     with h5py.File(tmp_path / "s.mat", "w", userblock_size=512) as file:
@@ -444,7 +444,7 @@ def test_fields_of_structs_of_matlab_7_3(tmp_path):
         read_matrix(tmp_path / "s.mat", "a")
 
 
-def test_sparse_matrices_of_matlab_7_3(tmp_path, matrix):
+def test_sparse_and_complex_matrices_of_matlab_7_3_are_read_and_text_is_left_out(tmp_path, matrix):
     h5py = pytest.importorskip("h5py")
     with h5py.File(tmp_path / "K.mat", "w", userblock_size=512) as file:
         sparse = file.create_group("K")

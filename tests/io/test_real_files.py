@@ -1,6 +1,7 @@
 """Files that other programs wrote give the frequencies that these programs printed."""
 
 import shutil
+from pathlib import Path
 
 import pytest
 
@@ -35,7 +36,9 @@ def test_matrices_of_calculix_have_its_own_frequencies(tmp_path, monkeypatch):
     assert all(one.good for one in found), found
 
 
-@pytest.mark.parametrize("program", ["GNU Octave", "FreeFEM", "GetFEM", "Ansys"])
+@pytest.mark.parametrize(
+    "program", ["CalculiX's tests", "GNU Octave", "FreeFEM", "GetFEM", "Ansys"]
+)
 def test_matrices_of_other_programs_have_their_own_frequencies(program, tmp_path):
     (source,) = [one for one in SOURCES if one.program.startswith(program)]
     if not source.is_there():
@@ -64,3 +67,12 @@ def test_a_deck_clamps_one_end():
     text = deck("C3D8")
     clamped = text.split("*NSET,NSET=CLAMPED")[1].split("*NSET")[0]
     assert len(clamped.split()) == 9
+
+
+def test_the_documentation_names_what_is_tried():
+    text = Path("docs/files.md").read_text(encoding="utf-8")
+    words = {word.strip(",;.") for word in text.split()}
+    elements = {holds for holds, _, _ in decks() if " " not in holds}
+    programs = {source.program.split("'")[0].split(" (")[0] for source in SOURCES}
+    assert elements <= words
+    assert {program.removeprefix("GNU ") for program in programs} <= words

@@ -55,7 +55,7 @@ def assert_refused(made, *parts):
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("name", PARAMETERS)
-def test_each_parameter_by_itself(read, model, name):
+def test_a_parameter_out_of_its_range_or_of_another_model_is_refused_by_its_key(read, model, name):
     parameter, key = PARAMETERS[name], f"parameters.{name}"
 
     def refused(value, *parts):
@@ -85,7 +85,7 @@ def test_each_parameter_by_itself(read, model, name):
     [("pi", 1.0), ("-pi/2", -0.5), ("0.83*pi", 0.83), ("2e-1 * pi", 0.2), ("3*pi/4", 0.75)]
     + [("+.5*pi", 0.5), ("0.5*pi*2", 1.0), ("1.25", 1.25 / math.pi), ("2", 2 / math.pi)],
 )
-def test_angles(read, given, value):
+def test_an_angle_is_a_number_of_radians_or_a_formula_of_pi(read, given, value):
     assert read(text(alpha1=given)).pad.alpha1 == pytest.approx(value * math.pi, rel=1e-15)
 
 
@@ -105,7 +105,7 @@ NO_NUMBERS = ["0x10", "1_000", "1:30", "0o17", "1e6m", "\uff11"]
     [("alpha1", f'"{given}"') for given in [*NO_ANGLES, "\u0663*pi"]]
     + [("m", given) for given in NO_NUMBERS],
 )
-def test_refused_numbers(read, name, given):
+def test_a_value_that_is_no_number_is_refused_by_its_key(read, name, given):
     assert_refused(lambda: read(text(**{name: given})), f"parameters.{name}")
 
 
@@ -163,11 +163,11 @@ FILES = [
     + [(text().replace(TIME, f"time: {time}\n"), parts) for time, *parts in TIMES]
     + [(content, parts) for content, *parts in FILES],
 )
-def test_refused_scenes(read, content, parts):
+def test_a_refused_scene_names_the_key_and_what_is_allowed(read, content, parts):
     assert_refused(lambda: read(content), *parts)
 
 
-def test_missing_file_and_folder(tmp_path):
+def test_a_missing_file_or_a_folder_cannot_be_read(tmp_path):
     for path in (tmp_path / "none.yaml", tmp_path):
         with pytest.raises(InputError, match="cannot be read"):
             read_scene(path)
@@ -187,12 +187,12 @@ def test_simulation_needs_a_time_a_nonlinear_model_and_a_force(read):
 # YAML 1.2, and what stands for 1.0 in it
 @pytest.mark.parametrize("new", ["+1.", "1E+0", "010", "1.0 # the same\r", "&a 1\n  I: *a"])
 @pytest.mark.parametrize("head", ["", "---\n", "%YAML 1.2\n---\n", "\ufeff"])
-def test_accepted_forms(read, head, new):
+def test_a_scene_with_a_yaml_head_or_a_number_of_any_spelling_is_read(read, head, new):
     given = head + text(drop=["I"]).replace("m: 1.0", f"m: {new}")
     assert read(given).pad.m == (10.0 if new == "010" else 1.0)
 
 
-def test_formulations_and_outputs(read):
+def test_left_out_choices_are_consistent_and_given_ones_are_kept(read):
     assert read(text("B2")).formulation == CONSISTENT
     printed = 'formulation: {line_force: mean, delta_from: frame, delta_moment: "-"}\n'
     assert read(text("B2", more=printed)).formulation == Formulation("mean", "frame", "-")

@@ -136,7 +136,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("table", "wrong", "words"), WRONG)
-def test_wrong_tables_are_refused(cubes, table, wrong, words):
+def test_a_wrong_table_of_nodes_or_elements_is_refused_by_its_name(cubes, table, wrong, words):
     name = "cells.csv" if table is CELLS else "nodes.csv"
     (cubes.parent / name).write_text("\n".join(wrong))
     with pytest.raises(InputError, match=words) as caught:

@@ -50,7 +50,7 @@ def read(tmp_path):
     return made
 
 
-def test_powers_of_the_parameter(read):
+def test_K0_K1_and_so_on_are_multiplied_with_powers_of_the_parameter(read):
     system = read(SHORT).system
     mass, C, K = system(2.0)
     assert np.array_equal(mass, [[1, 0], [0, 2]])
@@ -67,7 +67,7 @@ def test_powers_of_the_parameter(read):
         read("M: [[1]]\nK0: [[1]]\nK10: [[3]]\n")
 
 
-def test_sums_of_terms(read):
+def test_a_matrix_is_the_sum_of_its_terms_times_their_factors(read):
     file = read()
     mass, C, K = file.system.at({"Omega": 0.5})
     assert np.allclose(mass, M)
@@ -100,7 +100,7 @@ def test_damping_of_the_structure_leaves_friction_out_and_warns_of_factors(read)
     assert np.allclose(system.at()[2], (1 + 0.1j) * K0)
 
 
-def test_coordinates(read):
+def test_displacements_of_a_shape_stand_at_the_nodes_of_the_table(read):
     found = read(f"{GENERAL}coordinates: {{file: nodes.csv}}\n").coordinates
     moved = found.displacements(np.array([1.0, 2.0, 5.0]))
     assert np.array_equal(moved, [[1, 2, 0], [0, 0, 0]])

@@ -108,3 +108,41 @@ def test_a_slow_part_of_unknown_size_is_no_error_of_units():
     square = (2.0 * np.pi * 17.0) ** 2
     part = squeal.System(np.eye(2), K=np.diag([square, 6.0 * square]))
     assert squeal.check(part).hints == ()
+
+
+def chain(springs):
+    """Stiffness of masses in a row, joined by springs and free at both ends."""
+    n = len(springs) + 1
+    K = np.zeros((n, n))
+    for i, k in enumerate(springs):
+        K[i : i + 2, i : i + 2] += [[k, -k], [-k, k]]
+    return K
+
+
+@pytest.mark.parametrize("spring", [1e-9, 1e-11, 1e-13, 1e-15, 1e-17])
+@pytest.mark.parametrize("rows", [50, 410])  # dense and sparse
+def test_a_weak_spring_is_no_free_motion(rows, spring):
+    """Alone, and beside a chain that is free: entries are exact, however small they are."""
+    stiff = np.linspace(0.5, 1.0, rows - 1)
+    alone = squeal.System(csc_array(np.eye(rows)), K=csc_array(np.diag([spring, *stiff])))
+    K = block_diag([chain(np.ones(rows - 2)), [[spring]]])
+    beside = squeal.System(csc_array(np.eye(rows)), K=csc_array(K))
+    for system, free in ((alone, 0), (beside, 1)):
+        found = squeal.check(system)
+        assert (found.free, found.negative) == (free, 0)
+        assert 2 * np.pi * found.frequencies_hz[0] == pytest.approx(np.sqrt(spring), rel=1e-6)
+
+
+def test_a_soft_mount_of_a_stiff_bar_is_no_free_motion():
+    """Two masses on a spring of 1: half an ulp of the bar of 1e13 moves the square 1/2 by 1/500."""
+    K = chain([1e13]) + np.diag([1.0, 0.0])
+    found = squeal.check(squeal.System(np.eye(2), K=K))
+    assert (found.free, found.negative) == (0, 0)
+    assert (2 * np.pi * found.frequencies_hz[0]) ** 2 == pytest.approx(0.5, rel=4e-3)
+
+
+@pytest.mark.parametrize("springs", [[1 / 3, 1e8 / 7, 2e-3], [0.1, 0.3], [1e12 / 3, 0.7, 1e-3]])
+def test_sums_that_were_rounded_leave_a_free_motion_free(springs):
+    """The diagonal holds sums that are off by half an ulp: a chain of three springs is free."""
+    found = squeal.check(squeal.System(np.eye(len(springs) + 1), K=chain(springs)))
+    assert (found.free, found.negative) == (1, 0)

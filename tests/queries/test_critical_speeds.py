@@ -1,6 +1,7 @@
 """Critical speeds against closed forms: Jeffcott, an overhung disc, higher orders, damping."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from squeal.cli.main import main
 from squeal.errors import InputError
 from tests.queries.test_energy import rotor
 
+DATA = Path(__file__).parents[1] / "data"
 EYE, SPIN = np.eye(2), np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
@@ -42,6 +44,27 @@ def test_tilt_of_a_thin_rotor_at_any_order(order):
              (("forward", 1), ("backward", -1))}  # fmt: skip
     for way, speed in exact.items():
         assert speeds(answer, way) == pytest.approx([speed], rel=1e-12)
+
+
+@pytest.mark.parametrize("low", [0.0, 1.0, 0.5])
+@pytest.mark.parametrize("high", [2.0, 4.0, 8.0, 3.0])
+def test_a_speed_at_which_the_diagram_is_drawn_is_listed_once(low, high):
+    """Frequencies 1, 2 and 2, to the last digit, at values of the diagram or at its ends."""
+    system = squeal.System(
+        np.eye(3), {"speed": np.zeros((3, 3))}, np.diag([1.0, 4.0, 4.0]), parameter="speed"
+    )
+    found = squeal.critical_speeds(system, high, low).critical
+    assert [one.speed for one in found] == [1.0, 2.0, 2.0]
+
+
+def test_a_frequency_that_rises_from_rest_meets_the_speed():
+    """(2 - W)^2 damping: overdamped up to near W = 2, where the pair has the frequency k^(1/2)."""
+    k = 4.04
+    system = squeal.System([[1.0]], {"40 * (2 - speed)": [[1.0]]}, [[k]], parameter="speed")
+    # Im^2 = k - (20 (2 - W))^2 = W^2 in exact numbers: 401 W^2 - 1600 W + 1600 - k = 0
+    exact = np.sort(np.roots([401.0, -1600.0, 1600.0 - k]).real)
+    answer = squeal.critical_speeds(system, 2.2)
+    assert [one.speed for one in answer.critical] == pytest.approx(exact, rel=1e-10)
 
 
 def test_an_overhung_disc_of_stodola_and_green():
@@ -108,3 +131,21 @@ def test_the_command_prints_and_draws_and_refuses(tmp_path, capsys):
         assert main(["critical-speeds", file, *wrong]) == 2
     with pytest.raises(InputError, match="real matrices"):
         squeal.critical_speeds(squeal.System([[1.0]], K=[[1.0 + 1j]]), 2.0)
+
+
+def test_the_documented_rotor_of_ross():
+    """ROSS prints 92, 96, 271 and 300 rad/s for six shaft elements, two discs and two bearings."""
+    data = json.loads((DATA / "documented_rotor.json").read_text(encoding="utf-8"))
+    whole = {}
+    for name, entries in data["matrices"].items():
+        rows, columns, values = zip(*entries, strict=True)
+        shape = (data["rows"],) * 2
+        whole[name] = csc_array((values, (rows, columns)), shape=shape).toarray()
+    system = squeal.System(whole["M"], {"speed": whole["G"]}, whole["K"], parameter="speed")
+    found = squeal.critical_speeds(system, 400.0).critical
+    assert [one.speed for one in found] == pytest.approx(data["critical_speeds"], rel=1e-8)
+    assert [round(one.speed) for one in found] == [92, 96, 271, 300]
+    assert [one.direction for one in found] == [None, None, "backward", "forward"]
+    for speed, frequencies in data["frequencies"].items():
+        roots = squeal.eigenvalues(system, at=float(speed), modes=4).eigenvalues
+        assert [root.value.imag for root in roots] == pytest.approx(frequencies, rel=1e-8)

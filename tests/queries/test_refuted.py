@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import squeal
+from squeal.linear.moduli import Modulus
+from squeal.linear.system import Term
+from squeal.numerics.differentiation import Formula
 
 
 @pytest.mark.parametrize("damping", [0.3, 3e7, 3e15])
@@ -60,6 +63,23 @@ def test_a_window_of_structural_damping_is_proved(width, centre):
     true = [centre - width / 2, centre + width / 2]
     assert [c.mu for c in found.crossings] == pytest.approx(true, abs=1e-6)
     assert (found.certified, found.proof["status"]) == (True, "proved")
+
+
+def test_a_window_under_a_modulus_whose_loss_varies_is_proved():
+    """Two rows of loss h = 400 c mu, coupled by e: they grow where h^2 < e^2 - (mu - centre)^2."""
+    centre, coupling, c = 0.5, 2.0**-7, 2.0**-18
+    one = np.eye(2)
+    K = (
+        Term(400.0 * one, Modulus(loss=Formula(f"{c!r} * mu"))),
+        Term(coupling * np.array([[0.0, 1.0], [-1.0, 0.0]])),
+        Term(np.diag([1.0, -1.0]), Formula(f"mu - {centre!r}")),
+    )
+    system = squeal.System((Term(one),), K=K, parameters={"mu": 0.0})
+    found = squeal.thresholds(system, 1.0, band=(0.1, 20.0))
+    # (1 + (400 c)^2) mu^2 - 2 centre mu + centre^2 - e^2 = 0
+    ends = np.roots([1.0 + (400.0 * c) ** 2, -2.0 * centre, centre**2 - coupling**2])
+    assert [x.mu for x in found.crossings] == pytest.approx(np.sort(ends), abs=1e-9)
+    assert found.certified
 
 
 def test_a_root_that_is_met_more_often_than_there_are_rows_has_vectors():

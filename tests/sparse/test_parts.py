@@ -12,8 +12,9 @@ from squeal.numerics.differentiation import Formula
 from squeal.sparse.crossings import AxisCrossing, _changes_sign, _in_range, _is_same
 from squeal.sparse.eigensolver import enlarged, grown, orthogonalise, roots_near_shift
 from squeal.sparse.factor import factorise
-from squeal.sparse.first_look import Structure, root_error_bounds
+from squeal.sparse.first_look import Structure
 from squeal.sparse.quadratic import Roots, ScaledSystem, eigenvalues_of, quadratic
+from squeal.sparse.reduced_basis import root_error_bounds
 from squeal.sparse.reduction import Complement
 from tests import large
 

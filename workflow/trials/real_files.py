@@ -12,6 +12,7 @@ installed is named and left out.
 
 from __future__ import annotations
 
+import gzip
 import itertools
 import re
 import shutil
@@ -226,7 +227,7 @@ def run_ccx(folder: Path, name: str, text: str) -> None:
 def printed(folder: Path, name: str) -> np.ndarray:
     """The frequencies (k,) in Hz that CalculiX prints."""
     text = (folder / f"{name}.dat").read_text(encoding="utf-8")
-    table = text.split("E I G E N V A L U E   O U T P U T")[-1]
+    table = text.split("E I G E N V A L U E   O U T P U T")[1]
     rows = re.findall(r"^ +\d+ +(\S+) +(\S+) +(\S+) +(\S+) *$", table, re.MULTILINE)
     return np.array([float(row[2]) for row in rows])
 
@@ -238,6 +239,16 @@ def _difference(found: np.ndarray, wanted: np.ndarray) -> float:
 
 
 FILES = (("M", "mas"), ("K", "sti"))  # how CalculiX names them
+EXAMPLES = Path("/usr/share/doc/calculix-ccx-test/examples/test")  # of Debian's package
+AUTHORS_DECKS = (
+    ("beampsensfreq", "C3D20R, author's"),
+    ("beamptied7", "C3D8, tied, author's"),
+    ("boxprofile", "B32R, box, author's"),
+    ("simplebeampipe3", "B32R, pipe, author's"),
+    ("uprofile", "B32R, U, author's"),
+    ("spring4", "SPRINGA, author's"),
+    ("dashpot1", "DASHPOTA, author's"),
+)
 
 
 def calculix(folder: Path) -> Iterator[Compared]:
@@ -247,10 +258,31 @@ def calculix(folder: Path) -> Iterator[Compared]:
         run_ccx(folder, name, text + step(storage=False, perturbed=perturbed))
         wanted = printed(folder, name)
         run_ccx(folder, f"{name}m", text + step(storage=True, perturbed=perturbed))
-        system = folder / f"{name}.yaml"
-        parts = (f"{part}: {{file: {name}m.{end}, symmetric: true}}\n" for part, end in FILES)
-        system.write_text("".join(parts), encoding="utf-8")
-        yield _compared("CalculiX", holds, system, wanted)
+        yield _of_calculix(folder, name, holds, wanted)
+
+
+def _of_calculix(folder: Path, name: str, holds: str, wanted: np.ndarray) -> Compared:
+    """The matrices of a deck, `name` and m, beside the frequencies that CalculiX printed."""
+    system = folder / f"{name}.yaml"
+    parts = (f"{part}: {{file: {name}m.{end}, symmetric: true}}\n" for part, end in FILES)
+    system.write_text("".join(parts), encoding="utf-8")
+    return _compared("CalculiX", holds, system, wanted)
+
+
+def authors_decks(folder: Path) -> Iterator[Compared]:
+    """Decks that the author of CalculiX tests it with, up to their first step of frequencies."""
+    for name, holds in AUTHORS_DECKS:
+        packed = EXAMPLES / f"{name}.inp.gz"
+        if packed.exists():
+            text = gzip.decompress(packed.read_bytes()).decode("latin-1")
+        else:
+            text = packed.with_suffix("").read_text(encoding="latin-1")
+        before, card, behind = re.split(r"(?im)^(\*FREQUENCY)", text, maxsplit=1)
+        rest = re.split(r"(?im)^\*END STEP", behind, maxsplit=1)[0]
+        run_ccx(folder, name, f"{before}{card}{rest}*END STEP\n")
+        wanted = printed(folder, name)
+        run_ccx(folder, f"{name}m", f"{before}{card},SOLVER=MATRIXSTORAGE\n1\n*END STEP\n")
+        yield _of_calculix(folder, name, holds, wanted)
 
 
 def nastran(folder: Path) -> Iterator[Compared]:
@@ -436,6 +468,7 @@ def _has_command(name: str) -> Callable[[], bool]:
 
 SOURCES = (
     Source("CalculiX (ccx)", _has_command("ccx"), calculix),
+    Source("CalculiX's tests (calculix-ccx-test)", EXAMPLES.exists, authors_decks),
     Source("GNU Octave (octave-cli)", _has_command("octave-cli"), octave),
     Source("FreeFEM (FreeFem++)", _has_command("FreeFem++"), freefem),
     Source("GetFEM (python3-getfem)", has_getfem, getfem),

@@ -38,7 +38,8 @@ QUANTITIES = {
     "frequency": ("frequency of the most unstable mode", "Hz"),
 }
 """What may stand beside the verdicts: its name in words, and its unit."""
-POINTS_AT_ONCE = 20_000  # whose verdicts are computed together; bounds the memory
+POINTS_AT_ONCE = 10_000  # whose verdicts are computed together; bounds the memory
+COMPILED_FROM = 20_000  # points of a map that earn what compiling costs
 QUANTITY_POINTS = 2_000  # that are followed together
 HIGH = 2.0  # up to which critical frictions are searched
 HALVINGS = 40  # of the distance of two neighbouring points of the map
@@ -62,7 +63,9 @@ class PointVerdicts(NamedTuple):
     beyond: np.ndarray
 
 
-def codes_at(scene: Scene, names: Names, values: np.ndarray) -> PointVerdicts:
+def codes_at(
+    scene: Scene, names: Names, values: np.ndarray, compiled: bool = False
+) -> PointVerdicts:
     """The verdict on each of n pads: that of a scene with some parameters replaced.
 
     Each is that on the equilibrium on the branch from mu = 0 (B3: about the origin). Modal damping
@@ -76,13 +79,15 @@ def codes_at(scene: Scene, names: Names, values: np.ndarray) -> PointVerdicts:
         The parameters that are replaced.
     values : array (p, n)
         Their values, SI units.
+    compiled : bool
+        Whether machine code is worth its compilation.
 
     Raises
     ------
     ComputationError
         Where a mode to which a damping ratio belongs is unstable without friction.
     """
-    stack = PadStack.of(scene, names, values)
+    stack = PadStack.of(scene, names, values, compiled)
     equilibria, unknown = stack.at_mu()
     codes = np.where(unknown, UNKNOWN, BEYOND_FOLD).astype(np.int8)
     existing = np.flatnonzero(equilibria.exists)
@@ -111,12 +116,13 @@ def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) 
     time, to bound the memory.
     """
     rows = max(1, POINTS_AT_ONCE // len(y))
+    compiled = len(x) * len(y) >= COMPILED_FROM
     codes = []
     contact = []
     beyond = []
     for start in range(0, len(x), rows):
         grid = np.meshgrid(x[start : start + rows], y, indexing="ij")
-        points = codes_at(scene, names, np.reshape(grid, (2, -1)))
+        points = codes_at(scene, names, np.reshape(grid, (2, -1)), compiled)
         codes.append(points.codes.reshape(-1, len(y)))
         contact.append(points.contact.reshape(-1, len(y)))
         beyond.append(points.beyond.reshape(3, -1, len(y)))

@@ -144,6 +144,15 @@ class Losses(NamedTuple):
     nowhere: np.ndarray
 
 
+def compiled_statics(statics: Statics, n: int) -> Statics:
+    """Statics of n pads in machine code, or as they are where heyoka is not installed."""
+    try:
+        from squeal.equilibrium.compiled import CompiledStatics  # a query needs no compiler
+    except ImportError:
+        return statics
+    return CompiledStatics.of_pads(statics, n)
+
+
 def normalised(pad: Pad, X: np.ndarray) -> np.ndarray:
     """Matrices X (3, 3, n) of n pads, mass-normalised: M^-1/2 X M^-1/2, (n, 3, 3)."""
     unit = 1.0 / np.sqrt(np.broadcast_arrays(pad.m, pad.m, pad.I, X[0, 0])[:3])
@@ -173,9 +182,10 @@ class PadStack:
     statics: Statics
 
     @staticmethod
-    def of(scene: Scene, names: Names, values: np.ndarray) -> "PadStack":
+    def of(scene: Scene, names: Names, values: np.ndarray, compiled: bool = False) -> "PadStack":
         """The pads of a scene with the parameters `names` replaced by values (len(names), n).
 
+        compiled: in machine code where heyoka is installed, see `squeal.equilibrium.compiled`.
         Raises InputError for values that a parameter may not take.
         """
         changes: dict[str, Any] = dict(zip(names, values, strict=True))
@@ -184,7 +194,10 @@ class PadStack:
             units = Units(mass=1.0, length=1.0, time=1.0, lever=1.0)
         else:
             units = Statics.of(scene.pad_model).units
-        return PadStack(scene, names, values, Statics(units.scaled(model), units))
+        statics = Statics(units.scaled(model), units)
+        if compiled and not model.linear:
+            statics = compiled_statics(statics, values.shape[1])
+        return PadStack(scene, names, values, statics)
 
     @property
     def n(self) -> int:
@@ -282,12 +295,12 @@ class PadStack:
         falling friction the damping is None.
         """
         part = self.statics.pick(pad)
+        contact = 1.0 * at.touching
+        K = part.stiffness(at.z, contact)
+        if part.model.pad.mu_s is None:
+            return normalised(part.model.pad, K), None
         model = part.model.replace(mu=at.z[3])
         q = part.place(at.z)
-        contact = 1.0 * at.touching
-        K = -complex_step(partial(model.loads, state=contact), q)
-        if model.pad.mu_s is None:
-            return normalised(model.pad, K), None
         C = -complex_step(partial(model.loads, q, contact), np.zeros(q.shape))
         return normalised(model.pad, K), normalised(model.pad, C)
 

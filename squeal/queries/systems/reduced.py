@@ -104,7 +104,7 @@ def first_look_for_thresholds(
         first_look = FirstLook(ScaledSystem(system), region, values).build()
         matrices = [first_look.system.arrays(changes) for changes in values]
         is_damped = problem_class_of(matrices) is ProblemClass.DAMPED
-        if is_damped and first_look.converged and first_look.compressed.size:
+        if is_damped and first_look.converged and first_look.reduced_basis:
             return first_look
     return None
 

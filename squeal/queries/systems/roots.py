@@ -298,8 +298,8 @@ def _roots_of_matrices(
     Of complex matrices only the roots with Im >= 0 describe a motion.
     """
     M, C, K = matrices
-    problem = quadratic(M, C, K)
-    roots, judged = _reduced_spectrum(problem, matrices)
+    real = not any(X is not None and np.iscomplexobj(X) for X in matrices)
+    roots, judged = _reduced_spectrum(real, matrices)
     if judged is None:
         roots = _dense_roots(matrices)
     if bounded is not None:
@@ -307,19 +307,19 @@ def _roots_of_matrices(
         finite = tuple(root for root in roots if root.rounding < math.inf)
         judged = judge_roots(finite, complete=not any(root.open for root in finite))
     if judged is None:
-        judged = judge_roots(_meaningful(roots, problem.real))
+        judged = judge_roots(_meaningful(roots, real))
     statement: Statement | None = None
     if data is not None:
         roots, judged, statement = refereed(matrices, roots, judged, data)
     if selection.rectangle is not None:
-        return _part_of_all(problem, roots, selection, judged, statement)
+        return _part_of_all(quadratic(M, C, K), roots, selection, judged, statement)
     if statement is not None and statement.status == "proved":
         count: int | None = len(roots)
     else:
-        count = _number_of_roots(problem, roots)
+        count = _number_of_roots(quadratic(M, C, K), roots)
     selected = roots
-    if selection.modes is not None or not problem.real:
-        selected, count = _upper(roots, count, problem.real)
+    if selection.modes is not None or not real:
+        selected, count = _upper(roots, count, real)
     verdict, criterion = judged
     notes = () if roots else (NO_MOTION,)
     return SystemRoots(selected, None, count, verdict, criterion, notes=notes, judged_by=statement)
@@ -350,14 +350,14 @@ def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> Known:
 
 
 def _reduced_spectrum(
-    problem: Quadratic, matrices: tuple[Matrix, Matrix | None, Matrix]
+    real: bool, matrices: tuple[Matrix, Matrix | None, Matrix]
 ) -> tuple[Known, VerdictAndCriterion | None]:
     """All roots from the mass-normalised system, with the verdict and what decided it.
 
     There are none, and no verdict, of complex matrices, where M is singular or not symmetric, and
     where rounding hides slow roots: another solver is needed then.
     """
-    if not problem.real:
+    if not real:
         return (), None
     M, C, K = matrices
     try:

@@ -12,52 +12,53 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.io.processes import counted, mapped
+from squeal.io.system import SystemFile
 from squeal.linear import GROWING
 from squeal.linear.continuation import ContinuationOptions, SpectrumAtParameter
 from squeal.linear.paths import Loss, continued
 from squeal.linear.roots import ordered
 from squeal.linear.system import TermSystem
 from squeal.queries.mode_numbers import assign_mode_numbers
-from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
+from squeal.queries.systems.all_roots import NO_BAND, is_small
+from squeal.queries.systems.known import data_of, error_bounds
 from squeal.queries.systems.roots import system_roots
 from squeal.queries.systems.verdicts import rounding_of, verdict_of
 from squeal.results.sources import EigenvalueSelection
 from squeal.results.sweep import Step
 from squeal.sparse.crossings import spectrum_with_slopes
-from squeal.sparse.dense import roots_at
 from squeal.sparse.first_look import FirstLook
-from squeal.sparse.quadratic import PROGRESS, Roots, ScaledSystem
+from squeal.sparse.quadratic import PROGRESS, Roots
 from squeal.sparse.reduction import Reduction
 
 
 class _Common(NamedTuple):
-    """What all values of a sweep share; scaled: the system if it is small and not reduced."""
+    """What all values of a sweep share."""
 
-    system: TermSystem
+    file: SystemFile
     selection: EigenvalueSelection
     reduction: Reduction | None
-    scaled: ScaledSystem | None
 
 
 class _RootsAt(NamedTuple):
     """Roots at one value of the parameter.
 
     values, residuals, rounding (m,): the roots, their backward errors, and how far rounding may
-    move them (1/s); with_vectors: the roots that are followed; spurious, corrected, certified: as
-    `Step` has them.
+    move them (1/s); with_vectors: the roots that are followed; verdict, spurious, corrected,
+    certified: as `Step` has them.
     """
 
     values: NDArray[np.complex128]
     residuals: NDArray[np.float64]
     rounding: NDArray[np.float64]
     with_vectors: Roots
+    verdict: str | None
     spurious: int = 0
     corrected: NDArray[np.bool_] | None = None
     certified: bool | None = None
 
 
 def track_modes(
-    system: TermSystem,
+    file: SystemFile,
     selection: EigenvalueSelection,
     values: Sequence[float],
     reduction: Reduction | None,
@@ -67,8 +68,8 @@ def track_modes(
 
     Parameters
     ----------
-    system : TermSystem
-        The system.
+    file : SystemFile
+        The system and what is known of its entries.
     selection : EigenvalueSelection
         Which of its roots.
     values : sequence of float
@@ -89,6 +90,7 @@ def track_modes(
         The step by whose frequencies modes are numbered: that at the system's own value where the
         sweep holds it, else that at the lowest value.
     """
+    system = file.system
     parameter = system.parameter
     own_value = system.parameters[parameter]
     small = is_small(system)
@@ -99,8 +101,7 @@ def track_modes(
     if min(values) < own_value < max(values) and not expensive:
         computed.add(own_value)
     rising = sorted(computed)
-    scaled = ScaledSystem(system) if small and reduction is None else None
-    common = _Common(system, selection, reduction, scaled)
+    common = _Common(file, selection, reduction)
     rows = counted(mapped(_step_and_roots, rising, workers, common), len(rising), PROGRESS.get())
     known = dict(zip(rising, rows, strict=True))
     tracked = system if reduction is None else reduction.system
@@ -115,12 +116,12 @@ def track_modes(
         elif reduction is not None:
             roots = reduction.roots(changes, left=True)
         else:
-            _, roots = _step_and_roots(common, value)
+            roots = _roots_of_full(file, selection, value, is_judged=False).with_vectors
         return spectrum_with_slopes(tracked.frozen(), parameter, value, roots, lifted=True)
 
     at = cast(Callable[[float], SpectrumAtParameter], spectrum_at)
     all_roots = reduction is None and selection.rectangle is None
-    if scaled is not None and all_roots and system.real and system.n <= ContinuationOptions.small:
+    if all_roots and small and system.real and system.n <= ContinuationOptions.small:
         with suppress(InputError):  # where M is singular
             at = continued(system, rising).at
     steps = [known[value][0] for value in rising]
@@ -133,18 +134,11 @@ def track_modes(
 def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
     """The step with the listed roots at a value of the parameter, and the roots with vectors that
     are followed."""
-    system, selection, reduction, scaled = common
-    if reduction is not None:
-        roots = _roots_of_reduced(system, reduction, value)
-    elif scaled is not None:
-        roots = _roots_of_small(scaled, selection, value)
+    file, selection, reduction = common
+    if reduction is None:
+        roots = _roots_of_full(file, selection, value)
     else:
-        roots = _roots_of_large(system, selection, value)
-    # on all roots, however few are listed; where only some are known, only growth is a verdict
-    verdict: str | None = verdict_of(roots.values, roots.rounding)
-    all_known = is_small(system) and selection.rectangle is None and reduction is None
-    if not all_known and verdict not in GROWING:
-        verdict = None
+        roots = _roots_of_reduced(file.system, reduction, value)
     order = ordered(roots.values)
     if selection.modes is not None:
         upper = order[roots.values[order].imag >= 0.0]
@@ -153,7 +147,7 @@ def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
         value=value,
         roots=roots.values[order],
         residuals=roots.residuals[order],
-        verdict=verdict,
+        verdict=roots.verdict,
         spurious=roots.spurious,
         rounding=roots.rounding[order],
         corrected=None if roots.corrected is None else roots.corrected[order],
@@ -164,45 +158,51 @@ def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
 
 def _roots_of_reduced(system: TermSystem, reduction: Reduction, value: float) -> _RootsAt:
     changes = {system.parameter: value}
+    corrected = None
     if isinstance(reduction, FirstLook):
         look = reduction.estimate(changes)
-        return _RootsAt(
-            values=look.values,
-            residuals=look.residuals,
-            rounding=np.maximum(look.errors, rounding_of(system, look.values)),
-            with_vectors=look.projected,
-            spurious=look.spurious,
-            corrected=look.corrected,
-        )
-    found, residuals, spurious = reduction.modes(changes, left=True)
-    rounding = rounding_of(system, found.values)
-    return _RootsAt(found.values, residuals, rounding, found, spurious)
-
-
-def _roots_of_small(scaled: ScaledSystem, selection: EigenvalueSelection, value: float) -> _RootsAt:
-    system = scaled.system
-    changes = {system.parameter: value}
-    values = roots_of_all(system, selection, changes)
-    problem = scaled.at(changes)
-    M, C, K = (matrix.toarray() for matrix in (problem.M, problem.C, problem.K))
-    found = roots_at(M, C, K, values[values.imag >= 0.0], left=True)
-    scale = scaled.scale[:, None]
-    with_vectors = Roots(found.values, scale * found.right, scale * found.left)
-    no_residuals = np.full(len(values), np.nan)
-    return _RootsAt(values, no_residuals, rounding_of(system, values), with_vectors)
-
-
-def _roots_of_large(system: TermSystem, selection: EigenvalueSelection, value: float) -> _RootsAt:
-    PROGRESS.get()(f"{system.parameter} = {value:g}")
-    answer = system_roots(system, selection, {system.parameter: value})
-    values = np.array([root.value for root in answer.every], dtype=complex)
-    right = np.array([root.right for root in answer.every])
-    left = np.array([root.left for root in answer.every])
-    rows = (-1, system.n)
+        values = look.values
+        residuals = look.residuals
+        rounding = np.maximum(look.errors, rounding_of(system, values))
+        with_vectors = look.projected
+        spurious = look.spurious
+        corrected = look.corrected
+    else:
+        with_vectors, residuals, spurious = reduction.modes(changes, left=True)
+        values = with_vectors.values
+        rounding = rounding_of(system, values)
+    verdict = verdict_of(values, rounding)
     return _RootsAt(
         values=values,
+        residuals=residuals,
+        rounding=rounding,
+        with_vectors=with_vectors,
+        verdict=verdict if verdict in GROWING else None,  # only some roots are known
+        spurious=spurious,
+        corrected=corrected,
+    )
+
+
+def _roots_of_full(
+    file: SystemFile, selection: EigenvalueSelection, value: float, is_judged: bool = True
+) -> _RootsAt:
+    """The roots of the system itself, judged as those at a single value are or only computed."""
+    system = file.system.replace({file.system.parameter: value})
+    PROGRESS.get()(f"{system.parameter} = {value:g}")
+    data = data_of(file, system) if is_judged and is_small(system) else None
+    answer = system_roots(system, selection, bounded=error_bounds(file, system), data=data)
+    followed = [root for root in answer.every if not system.real or root.value.imag >= 0.0]
+    rows = (-1, system.n)
+    with_vectors = Roots(
+        values=np.array([root.value for root in followed], dtype=complex),
+        right=np.reshape(np.array([root.right for root in followed]), rows).T,
+        left=np.reshape(np.array([root.left for root in followed]), rows).T,
+    )
+    return _RootsAt(
+        values=np.array([root.value for root in answer.every], dtype=complex),
         residuals=np.array([root.residual for root in answer.every]),
         rounding=np.array([root.rounding for root in answer.every]),
-        with_vectors=Roots(values, np.reshape(right, rows).T, np.reshape(left, rows).T),
+        with_vectors=with_vectors,
+        verdict=answer.verdict,
         certified=answer.certified,
     )

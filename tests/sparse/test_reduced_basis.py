@@ -11,7 +11,10 @@ import squeal
 from squeal.linear.system import Term
 from squeal.numerics.differentiation import Formula
 from squeal.results.sources import SystemSource
+from squeal.sparse import reduced_basis
 from squeal.sparse.eigensolver import modes_in
+from squeal.sparse.first_look import Structure
+from squeal.sparse.quadratic import quadratic
 from tests.known import known_system
 from tests.sparse.test_first_look import BRAKE, look_at
 
@@ -35,7 +38,8 @@ def brake(kind):
 @pytest.mark.parametrize("kind", ["light", "heavy", "turning"])
 def test_growths_lie_within_the_stated_errors(kind):
     look = look_at(brake(kind), VALUES)
-    assert 0 < look.compressed.size < look.size
+    assert look.reduced_basis is not None
+    assert 0 < look.reduced_basis.size < look.size
     estimates = 0
     for changes in [*BETWEEN, *VALUES]:
         full = modes_in(look.scaled.at(changes), look.region, False, exact=1e-12).values
@@ -63,6 +67,22 @@ def test_a_mode_that_the_few_lack_leaves_the_answer_to_the_basis():
     if estimate is not None:
         away = np.abs(full[:, None] - estimate.values).min(axis=0)
         assert np.all(away <= estimate.errors)
+
+
+@pytest.mark.parametrize("reached", [0, 5, 12])
+def test_probes_average_to_the_inverse_of_an_indefinite_structure(monkeypatch, reached):
+    """Of 12 rows, of whose directions a basis reaches none, some or all, against the inverse."""
+    monkeypatch.setattr(reduced_basis, "SKETCH", 40_000)
+    rng = np.random.default_rng(3)
+    Q = np.linalg.qr(rng.standard_normal((12, 12)))[0]
+    K = (Q * rng.uniform(1.0, 9.0, 12)) @ Q.T
+    structure = Structure(quadratic(np.eye(12), None, K), highest=2.2)
+    V = np.linalg.qr(rng.standard_normal((12, reached)))[0]
+    left, right = structure.probes(V)
+    inverse = np.linalg.inv(structure.F.toarray())
+    assert np.linalg.eigvalsh(inverse).min() < 0.0
+    lengths = np.linalg.norm(left, axis=1)[:, None] * np.linalg.norm(right, axis=1)
+    assert np.all(np.abs(left @ right.T - inverse) <= 5 / 200 * lengths)
 
 
 @pytest.mark.parametrize(("seed", "method"), [(25, "reduced"), (27, "modal")])

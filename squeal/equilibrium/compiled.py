@@ -1,0 +1,208 @@
+"""The balance of many pads in machine code, which heyoka compiles of the model's own formulas.
+
+Only what is evaluated at every place is compiled; `squeal.equilibrium.branch` decides by its values
+as it does by those of NumPy. All pads of a contact law share the code: their numbers, `parameters`,
+are its runtime parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import heyoka as hy
+import numpy as np
+
+from squeal.equilibrium.statics import (
+    RANGE_ROUNDING,
+    Statics,
+    Step,
+    gap_rounding,
+    of_some,
+)
+from squeal.model.contact import ContactLaw
+from squeal.model.equations import net_loads
+from squeal.model.pad import Coefficients, Number, Pose, pose
+
+COUNT = len(Coefficients._fields)
+INITIAL_GAP = hy.par[COUNT]
+THETA_0 = hy.par[COUNT + 1]
+C = Coefficients(*(hy.par[i] for i in range(COUNT)))
+Z = list(hy.make_vars("x", "y", "s", "mu"))
+
+
+def _symbols(name: str, count: int) -> list[Number]:
+    return [hy.expression(f"{name}{i}") for i in range(count)]
+
+
+def _size(x: Number) -> Number:
+    return hy.select(hy.lt(x, 0.0), -x, x)
+
+
+def _determinant(rows: list[list[Number]]) -> Number:
+    """By Laplace's expansion, whose common parts heyoka computes once."""
+    if not rows:
+        return hy.expression(1.0)
+    total = hy.expression(0.0)
+    for column, entry in enumerate(rows[0]):
+        minor = [row[:column] + row[column + 1 :] for row in rows[1:]]
+        total += (-1.0) ** column * entry * _determinant(minor)
+    return total
+
+
+@lru_cache
+def _surface_step(law: ContactLaw) -> hy.cfunc_dbl:
+    """Of z, the contact and a surface: see `Statics.surface_step`.
+
+    The step (4); the minors (4) of the balance's derivative J (3, 4), along which the balance does
+    not change, the last being the determinant of the first three columns; the derivative (4) of the
+    surface's condition. The minors are the determinants of J with a unit row below; the step is by
+    Cramer's rule.
+    """
+    on = _symbols("on", law.points)
+    weights = _symbols("weight", law.points)
+    normal = _symbols("normal", 4)
+    offset = hy.expression("offset")
+    c = C._replace(mu=Z[3])
+    q = c.place(Z)
+    loads = net_loads(hy, c, law, q, on)
+    condition = -offset
+    for factor, number in zip(weights + normal, [*law.gaps(c, pose(hy, q)), *Z], strict=True):
+        condition += factor * number
+    values = [loads.x, loads.y, loads.moment / c.w, condition]
+    rows = [[hy.diff(value, unknown) for unknown in Z] for value in values]
+    steps = []
+    minors = []
+    for column in range(4):
+        replaced = []
+        for row, value in zip(rows, values, strict=True):
+            replaced.append(row[:column] + [value] + row[column + 1 :])
+        steps.append(_determinant(replaced) / _determinant(rows))
+        unit = [hy.expression(float(i == column)) for i in range(4)]
+        minors.append(_determinant([*rows[:3], unit]))
+    return hy.cfunc([*steps, *minors, *rows[3]], vars=[*Z, *on, *weights, *normal, offset])
+
+
+@lru_cache
+def _stiffness(law: ContactLaw) -> hy.cfunc_dbl:
+    """Of z and the contact: see `Statics.stiffness`."""
+    on = _symbols("on", law.points)
+    q = hy.make_vars("x", "y", "theta")
+    loads = net_loads(hy, C._replace(mu=Z[3]), law, q, on)
+    entries = [-hy.diff(load, unknown) for load in loads for unknown in q]
+    return hy.cfunc(hy.subs(entries, {q[2]: Z[2] / C.w}), vars=Z + on)
+
+
+def _gaps_and_rounding(law: ContactLaw, z: list[Number]) -> tuple[list[Number], list[Number]]:
+    at = pose(hy, C.place(z))
+    sizes = Coefficients(*map(_size, C))
+    return list(law.gaps(C, at)), gap_rounding(law, sizes, INITIAL_GAP, Pose(*map(_size, at)))
+
+
+@lru_cache
+def _gaps(law: ContactLaw) -> hy.cfunc_dbl:
+    """Of z: the gaps, and the bounds of their rounding."""
+    gaps, rounding = _gaps_and_rounding(law, Z)
+    return hy.cfunc(gaps + rounding, vars=Z)
+
+
+@lru_cache
+def _excesses(law: ContactLaw) -> hy.cfunc_dbl:
+    """Of a share, the contact, the end of the range of mu and the coefficients (16) of a cubic
+    curve: by how much event functions there exceed the bounds of their rounding."""
+    share, range_end = hy.make_vars("share", "range_end")
+    on = _symbols("on", law.points)
+    curve = _symbols("curve", 16)
+    z = curve[12:]  # by Horner's rule, from the cubic term down
+    for power in (2, 1, 0):
+        of_power = curve[4 * power : 4 * power + 4]
+        z = [term + share * rest for term, rest in zip(of_power, z, strict=True)]
+    excesses = []
+    for touches, gap, bound in zip(on, *_gaps_and_rounding(law, z), strict=True):
+        excesses.append((2.0 * touches - 1.0) * gap - bound)
+    excesses.append(_size(THETA_0 + z[2] / C.w) - np.pi / 2)
+    excesses.append(z[3] - range_end - RANGE_ROUNDING * range_end)
+    return hy.cfunc(excesses, vars=[share, *on, range_end, *curve])
+
+
+@dataclass(frozen=True)
+class CompiledStatics(Statics):
+    """The statics of n pads, compiled.
+
+    parameters (k, n): the coefficients, `Statics.initial_gap` and theta0 of each pad.
+    """
+
+    parameters: np.ndarray
+
+    @staticmethod
+    def of_pads(statics: Statics, n: int) -> CompiledStatics:
+        """Those of n pads."""
+        numbers = (*statics.model.c, statics.initial_gap, statics.model.pad.theta0)
+        parameters = np.empty((len(numbers), n))
+        for row, value in zip(parameters, numbers, strict=True):
+            row[:] = value
+        return CompiledStatics(statics.model, statics.units, parameters)
+
+    def pick(self, index: np.ndarray) -> CompiledStatics:
+        picked = super().pick(index)
+        return CompiledStatics(picked.model, picked.units, of_some(self.parameters, index))
+
+    def _run(self, function: hy.cfunc_dbl, *rows: np.ndarray) -> np.ndarray:
+        """Values (p, n) of a function of rows (..., n)."""
+        parameters = self.parameters[: function.nparams]
+        return np.asarray(function(np.ascontiguousarray(np.concatenate(rows)), pars=parameters))
+
+    def surface_step(self, z: np.ndarray, on: np.ndarray, surface: np.ndarray) -> Step:
+        values = self._run(_surface_step(self.model.law), z, on, surface)
+        step, *derivatives = np.split(values, 3)
+        return Step(step, np.isfinite(step).all(axis=0), np.array(derivatives))
+
+    def null_vectors(self, derivatives: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        minors = derivatives[0]
+        return minors / (rows * minors).sum(axis=0)
+
+    def step_at_friction(self, z: np.ndarray, on: np.ndarray) -> Step:
+        surface = np.zeros((len(on) + 5, z.shape[1]))
+        surface[-2] = 1.0
+        surface[-1] = z[3]
+        step, exists, derivatives = self.surface_step(z, on, surface)
+        return Step(step[:3], exists, derivatives)
+
+    def side(self, derivatives: np.ndarray) -> np.ndarray:
+        return np.asarray(np.sign(derivatives[0, 3]))
+
+    def tangents(
+        self, z: np.ndarray, on: np.ndarray, rows: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        _, _, derivatives = self.step_at_friction(z, on)
+        return self.null_vectors(derivatives, rows), self.side(derivatives)
+
+    def stiffness(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
+        return self._run(_stiffness(self.model.law), z, on).reshape(3, 3, -1)
+
+    def for_steps(self, index: np.ndarray) -> CompiledStatics:
+        return CompiledStatics(self.model, self.units, of_some(self.parameters, index))
+
+    def gaps(self, z: np.ndarray) -> np.ndarray:
+        return self.gaps_and_rounding(z)[0]
+
+    def rounding(self, z: np.ndarray) -> np.ndarray:
+        return self.gaps_and_rounding(z)[1]
+
+    def gaps_and_rounding(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        gaps, rounding = np.split(self._run(_gaps(self.model.law), z), 2)
+        return gaps, rounding
+
+    def over_on(
+        self, curve: np.ndarray, on: np.ndarray, mu_max: np.ndarray
+    ) -> Callable[[np.ndarray], np.ndarray]:
+        rows = np.concatenate([mu_max[None], on, mu_max[None], curve.reshape(16, -1)])
+
+        def over(share: np.ndarray) -> np.ndarray:
+            if share.ndim == 1:
+                rows[0] = share
+                return self._run(_excesses(self.model.law), rows) > 0.0
+            return np.stack([over(each.repeat(mu_max.size)) for each in share], axis=1)
+
+        return over

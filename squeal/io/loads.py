@@ -1,0 +1,133 @@
+"""Forces on a component: a table of them, loads of an input deck, or pressure on a surface."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.io.coordinates import DIRECTIONS, DOF, Coordinates
+from squeal.io.surfaces import deck_sets, named_face, read_surface, surface_of
+from squeal.io.tables import DeckLine, deck_lines, number_in, read_table
+from squeal.schema import Place, Whole
+from squeal.sparse.components import Component
+from squeal.sparse.contact_faces import Surface, forces_of_pressure
+
+LOADS = ("*CLOAD", "*DLOAD", "*DSLOAD")
+
+
+def read_load(path: Path, body: Component, where: Coordinates) -> NDArray[np.float64]:
+    """The forces (n,) on the rows of a component from a table or an input deck. Raises
+    InputError."""
+    if path.suffix.lower() == ".inp":
+        return _deck_load(path, body, where)
+    load = np.zeros(body.system.n)
+    _, lines = read_table(path, ("force",))
+    if not lines or "row" not in lines[0].cells:
+        _, lines = read_table(path, ("node", "dof", "force"))
+    for at, cells in lines:
+        row = _loaded_row(body, at, cells)
+        load[row] += number_in(cells["force"], at / "force")
+    return load
+
+
+def pressure_load(body: Component, where: Coordinates, surface: str) -> NDArray[np.float64]:
+    """The forces (n,) of a pressure of 1 on a surface that the deck of a component names. Raises
+    InputError."""
+    load = np.zeros(body.system.n)
+    _add_pressure(load, body, read_surface(where, surface), 1.0)
+    return load
+
+
+def _loaded_row(body: Component, at: Place, cells: Mapping[str, str]) -> int:
+    """The index of the row that a line names by its number, or by node and direction. Raises
+    InputError."""
+    if "row" in cells:
+        text = cells["row"].strip()
+        number = int(text) if text.isdecimal() else text
+        return Whole(1, body.system.n).read(number, at / "row") - 1
+    with at.named():
+        rows = body.rows_of([cells["node"]])[0]
+    direction = DIRECTIONS[DOF.read(cells["dof"].lower(), at / "dof")]
+    if direction < 0 or rows[direction] < 0:
+        raise at.refuse(f"{body.name} has no such row; a displacement of a node is needed")
+    return int(rows[direction])
+
+
+def _deck_load(path: Path, body: Component, where: Coordinates) -> NDArray[np.float64]:
+    """The forces (n,) below *CLOAD and of pressures below *DLOAD and *DSLOAD; loads of one place
+    add. Raises InputError."""
+    load = np.zeros(body.system.n)
+    nodes = deck_sets(path, "NODE")
+    elements = deck_sets(path, "ELEMENT")
+    lines = [line for line in deck_lines(path) if line.keyword[0] in LOADS]
+    if not lines:
+        raise Place(str(path)).refuse(f"no load; {', '.join(LOADS)} are read")
+    for line in lines:
+        if line.step != lines[0].step:
+            raise line.at.refuse("a second step with loads; a deck with those of one is needed")
+        options = [option for option in line.keyword[1:] if not option.startswith("OP")]
+        if options:
+            raise line.at.refuse(f"{options[0]} is not read; a load without it is needed")
+        if len(line.cells) < 3:
+            raise line.at.refuse("no load; where, which and how much are needed")
+        name, kind, text = line.cells[:3]
+        value = number_in(text, line.at)
+        if line.keyword[0] == "*CLOAD":
+            for node in nodes.get(name.upper(), [name]):
+                _add_force(load, body, where, line, node, value)
+        elif line.keyword[0] == "*DLOAD":
+            labels = elements.get(name.upper(), [name])
+            _add_pressure(load, body, _loaded_faces(where, line, labels), value)
+        else:
+            if kind.upper() != "P":
+                raise line.at.refuse(f"{kind} is not read; it must be P, a pressure")
+            with line.at.named():
+                _add_pressure(load, body, read_surface(where, name), value)
+    return load
+
+
+def _add_force(
+    load: NDArray[np.float64],
+    body: Component,
+    where: Coordinates,
+    line: DeckLine,
+    node: str,
+    value: float,
+) -> None:
+    """Add a force at a node below *CLOAD; one that no row moves takes none. Raises InputError."""
+    direction = DIRECTIONS[DOF.read(line.cells[1], line.at)]
+    if node not in where.names:
+        raise line.at.refuse(f"{node} is neither a node of {body.name} nor a set of such")
+    row = body.rows_of([node])[0, direction] if node in body.nodes else -1
+    if direction >= 0 and row >= 0:
+        load[row] += value
+
+
+def _loaded_faces(where: Coordinates, line: DeckLine, labels: list[str]) -> Surface:
+    """The faces of elements that a pressure below *DLOAD acts on: P1 on S1 and so on, P along the
+    normal of a shell. Raises InputError."""
+    kind = line.cells[1].upper()
+    if kind != "P" and not kind.removeprefix("P").isdecimal():
+        raise line.at.refuse(f"{kind} is not read; it must be P or P1 to P6, a pressure")
+    side = "SNEG" if kind == "P" else f"S{kind[1:]}"
+    cells = dict(zip(where.elements, where.cells, strict=True))
+    faces = []
+    for label in labels:
+        if label not in cells:
+            raise line.at.refuse(f"{label} is neither an element with faces nor a set of such")
+        faces.append(named_face(*cells[label], side, line.at))
+    return surface_of(where, faces)
+
+
+def _add_pressure(
+    load: NDArray[np.float64], body: Component, surface: Surface, pressure: float
+) -> None:
+    """Add the forces of a pressure; nodes that no row moves take none."""
+    forces = forces_of_pressure(surface)
+    labels = [label for label in forces if label in body.nodes]
+    if not labels:
+        return
+    rows = body.rows_of(labels)
+    values = pressure * np.array([forces[label] for label in labels])
+    np.add.at(load, rows[rows >= 0], values[rows >= 0])
