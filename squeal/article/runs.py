@@ -24,13 +24,14 @@ def read_run(summary_file: Path, history_file: Path) -> Run:
             raise InputError(f"{summary_file}: {key}: missing; the scene's outputs must name it")
     with history_file.open(newline="", encoding="utf-8") as stream:
         header, *rows = csv.reader(stream)
-    names = (head.partition(" [")[0] for head in header)
-    history = {
-        name: np.array(column)
-        if name == "state"
-        else np.array([float(v) if v else np.nan for v in column])
-        for name, column in zip(names, zip(*rows, strict=True), strict=True)
-    }
+    columns = zip(*rows, strict=True)
+    history = {}
+    for head, column in zip(header, columns, strict=True):
+        name = head.partition(" [")[0]  # without its unit
+        if name == "state":
+            history[name] = np.array(column)
+        else:
+            history[name] = np.array([float(entry) if entry else np.nan for entry in column])
     return Run(
         name=summary_file.stem,
         model=content["model"],

@@ -36,14 +36,18 @@ def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
     """
     model = damped_model(scene)
     lever = np.array([1.0, 1.0, scene.pad.w])
-    each = find_all(model)
-    taken = sliding_equilibrium(model)[0]
+    found = find_all(model)
+    taken, _ = sliding_equilibrium(model)
     if taken is not None:  # it stands for that of the list which is the same, and all lie alike
         near = 1e-6 * np.abs(taken.q * lever).max()
-        others = [e for e in each if np.abs(np.subtract(e.q, taken.q) * lever).max() > near]
-        each = [taken, *(replace(e, beyond=taken.beyond) for e in others)]
-    each.sort(key=lambda e: e.potential)
-    return [(e, judge(*at_equilibrium(model, e))) for e in each]
+        equilibria = [taken]
+        for other in found:
+            distance = np.abs(np.subtract(other.q, taken.q) * lever).max()
+            if distance > near:
+                equilibria.append(replace(other, beyond=taken.beyond))
+        found = equilibria
+    found.sort(key=lambda equilibrium: equilibrium.potential)
+    return [(one, judge(*at_equilibrium(model, one))) for one in found]
 
 
 def _finite(value: float) -> float | None:
@@ -74,16 +78,18 @@ def data(scene: Scene) -> dict[str, Any]:
     }
     if not scene.pad_model.linear:
         judged = judged_equilibria(scene)
-        taken = next((e for e, _ in judged if e.on_branch), judged[0][0] if judged else None)
+        first = judged[0][0] if judged else None
+        taken = next((one for one, _ in judged if one.on_branch), first)
         answer["admissible"] = taken is not None and taken.admissible
-        answer["equilibria"] = [
-            dict(zip(("x", "y", "theta"), e.q, strict=True))
-            | picked(e, "R_n delta")
-            | {"contact": scene.pad_model.state_name(e.state), "verdict": judgement.verdict}
-            | picked(e, "on_branch admissible")
-            | {"warnings": list(e.warnings)}
-            for e, judgement in judged
-        ]
+        answer["equilibria"] = []
+        for one, judgement in judged:
+            row: dict[str, Any] = dict(zip(("x", "y", "theta"), one.q, strict=True))
+            row |= picked(one, "R_n delta")
+            row["contact"] = scene.pad_model.state_name(one.state)
+            row["verdict"] = judgement.verdict
+            row |= picked(one, "on_branch admissible")
+            row["warnings"] = list(one.warnings)
+            answer["equilibria"].append(row)
     return answer
 
 

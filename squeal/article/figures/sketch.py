@@ -75,19 +75,29 @@ def _ground(axes: Axes, at: Vector, normal: Vector, half: float) -> None:
         _line(axes, (foot, foot + 0.07 * (normal + 0.6 * side)), linewidth=0.5)
 
 
-def _inclined(axes: Axes, number: str, corner: Vector, way: Vector, angle: float) -> None:
-    end = corner + SPRING * way
+def _inclined(axes: Axes, number: str, corner: Vector, direction: Vector, angle: float) -> None:
+    """A support spring from a corner in a direction, with its angle.
+
+    alpha1 counts from +x, alpha2 from -x the other way round.
+    """
+    end = corner + SPRING * direction
     _line(axes, _coil(corner, end))
-    _ground(axes, end, way, 0.16)
-    out = np.array([-way[1], way[0]]) * (1.0 if number == "1" else -1.0)
-    _text(axes, corner + 0.5 * SPRING * way + 0.27 * out, f"$k_{number},\\ L_{number}$")
-    first = number == "1"  # alpha1 counts from +x, alpha2 from -x the other way round
-    reach = np.array([0.36 if first else -0.36, 0.0])
-    _line(axes, (corner, corner + 1.25 * reach), linewidth=0.5, linestyle=(0, (3, 2)))
+    _ground(axes, end, direction, 0.16)
     degrees = math.degrees(angle)
-    span = (0.0, degrees) if first else (180.0 - degrees, 180.0)
-    axes.add_patch(Arc(tuple(corner), 0.56, 0.56, theta1=span[0], theta2=span[1], linewidth=0.6))
-    middle = math.radians(sum(span) / 2 + (-18 if first else 18))
+    if number == "1":
+        side = 1.0
+        begin = 0.0
+        stop = degrees
+    else:
+        side = -1.0
+        begin = 180.0 - degrees
+        stop = 180.0
+    outwards = np.array([-direction[1], direction[0]]) * side
+    _text(axes, corner + 0.5 * SPRING * direction + 0.27 * outwards, f"$k_{number},\\ L_{number}$")
+    reference = np.array([side * 0.36, 0.0])
+    _line(axes, (corner, corner + 1.25 * reference), linewidth=0.5, linestyle=(0, (3, 2)))
+    axes.add_patch(Arc(tuple(corner), 0.56, 0.56, theta1=begin, theta2=stop, linewidth=0.6))
+    middle = math.radians((begin + stop) / 2 - side * 18)
     place = corner + 0.43 * np.array([math.cos(middle), math.sin(middle)])
     _text(axes, place, f"$\\alpha_{number}$")
 

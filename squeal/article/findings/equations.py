@@ -90,7 +90,8 @@ def integrand_sign(pad: Pad) -> Measured:
 
 
 def energy_gained(pad: Pad, line_force: str) -> tuple[float, float]:
-    """Work of the contact forces on a closed path in partial contact, and their energy there.
+    """Work (J) of the contact forces on a closed path in partial contact, and the greatest contact
+    energy (J) on it.
 
     The path is a circle in (y, w theta) without friction, passed through once; its work is found
     by the trapezoidal rule, which converges geometrically for a closed smooth path.
@@ -103,12 +104,14 @@ def energy_gained(pad: Pad, line_force: str) -> tuple[float, float]:
     radius = 1e-4 * pad.w
     tilts = (10 * depth + radius * np.cos(turn)) / pad.w
     level = _pressed(frictionless, 0.0, float(tilts[0]))[1]
-    work = energy = 0.0
+    work = 0.0
+    energy = 0.0
+    step = 2 * math.pi / PATH * radius
     for angle, tilt in zip(turn, tilts, strict=True):
         q = np.array([0.0, level + radius * math.sin(angle), tilt - frictionless.theta0])
         at = pose(np, tuple(q))
         load = model.law.loads(model.c, at, LEAD)
-        step = 2 * math.pi / PATH * radius
+        # F_y dy + M dtheta along the circle
         work += load.y * step * math.cos(angle) - load.moment * step * math.sin(angle) / pad.w
         energy = max(energy, float(model.law.energy(model.c, at, LEAD)))
     return float(work), energy
