@@ -33,9 +33,10 @@ IS_VAGUE = "a threshold is known to an interval only that may hold more"
 BEYOND_FOLD = 1.05  # of the friction at a fold: how far a branch would be followed
 AS_GIVEN = "as given"  # the entries of pads
 DISAGREES = "the referee disagrees: "
-PROVED_ROWS = 60  # up to which thresholds of systems are always asked for
+PROVED_ROWS = 40  # up to which thresholds of systems are proved without being asked for
 INTERVALS = 1000  # of the parameter that are enclosed at most, in a system of few rows
-LARGE = 40.0  # states of a system for which enclosing an interval costs twice as much
+LARGE = 40.0  # states of a system for which enclosing an interval costs twice as much; unless a
+# proof was asked for, it then gets so many fewer
 BESIDE = (1e-8, 1e-6)  # of a threshold: distances from it at which growing roots are counted
 ASIDE = 1e-3  # of half the gap: how far from a threshold that is refuted the search looks again
 SEARCHES = 4  # in all, where the referee refutes each but the last
@@ -273,12 +274,17 @@ def vague_interval(intervals: Iterable[Interval], extent: float) -> Interval | N
 
 
 def system_statement(
-    system: TermSystem, crossings: Sequence[Crossing], low: float, high: float, fastest: float
+    system: TermSystem,
+    crossings: Sequence[Crossing],
+    low: float,
+    high: float,
+    fastest: float,
+    at_any_cost: bool,
 ) -> tuple[RangeStatement, list[Interval]]:
     """What is proved of all thresholds of a small system, and the intervals in which they lie.
 
-    fastest: the largest |lambda| at the lower end of the range, rad/s. Without a proof there are no
-    intervals.
+    fastest: the largest |lambda| at the lower end of the range, rad/s; at_any_cost: whether as many
+    intervals are looked at as of a system of few rows. Without a proof there are no intervals.
     """
     from squeal.proof.ranges import prove_thresholds
     from squeal.proof.referee import Proof
@@ -296,8 +302,10 @@ def system_statement(
         vague = vague_interval(intervals, high - low)
         if vague is not None:
             return Proof("open", "enclosure", reason=IS_VAGUE, where=sum(vague) / 2.0)
-        states = 2 * system.n if system.C else system.n
-        most = int(INTERVALS / (1.0 + (states / LARGE) ** 2))
+        most = INTERVALS
+        if not at_any_cost:
+            states = 2 * system.n if system.C else system.n
+            most = int(INTERVALS / (1.0 + (states / LARGE) ** 2))
         try:
             return prove_thresholds(terms, low, high, intervals, RATE * fastest, rises, most)
         except InputError as error:  # a factor has no value somewhere

@@ -68,8 +68,9 @@ def thresholds(
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
     prove : bool, optional
-        Whether the referee judges the list, which it does if this is left out: of a pad, and of a
-        system of up to 60 rows. `proof` says what is proved, and of which extent.
+        Whether the referee judges the list. If left out, it does so of a pad and of a system of up
+        to 40 rows; with True also of up to 400 rows, which takes seconds to minutes. `proof` says
+        what is proved, and of which extent.
 
     Returns
     -------
@@ -325,7 +326,8 @@ def system_thresholds_with_proof(
     workers : int
         Processes that count roots.
     prove : bool, optional
-        False: the referee is not asked. True: a system that cannot be proved is refused.
+        False: the referee is not asked. True: it proves up to 400 rows, however long that takes, and
+        what it cannot prove is refused.
 
     Raises
     ------
@@ -335,24 +337,21 @@ def system_thresholds_with_proof(
     from squeal.queries.ranges import PROVED_ROWS, SEARCHES
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.known import thresholds_as_known
+    from squeal.queries.systems.matrices import ALL_ROWS
     from squeal.queries.systems.sensitivity import widened_by_reduction
     from squeal.queries.systems.thresholds import thresholds_among_all
 
     system = analysis.system
     selection = analysis.selection
     assembly = analysis.file.assembly
-    can_be_proved = (
-        system.n <= PROVED_ROWS
-        and not system.follows
-        and assembly is None
-        and not analysis.file.assumptions
-    )
+    can_be_proved = is_small(system) and assembly is None and not analysis.file.assumptions
     lists_all = selection == EigenvalueSelection()
     if prove and not (can_be_proved and lists_all):
         raise InputError(
-            f"prove: all thresholds of real systems of up to {PROVED_ROWS} rows can be proved, "
+            f"prove: all thresholds of real systems of up to {ALL_ROWS} rows can be proved, "
             "without a band or a region"
         )
+    proof_is_wanted = prove is True or (prove is None and system.n <= PROVED_ROWS)
     analysis.warn_of_unused_parameter()
     looked_at: list[float] = []
     for _ in range(SEARCHES):
@@ -360,8 +359,8 @@ def system_thresholds_with_proof(
             system, high, low, selection, workers, looked_at=looked_at
         )
         refuted_at = None
-        if can_be_proved and every is not None and prove is not False:
-            answer, refuted_at = _proved_system(system, answer, every)
+        if can_be_proved and every is not None and proof_is_wanted:
+            answer, refuted_at = _proved_system(system, answer, every, prove is True)
         elif is_small(system) and system.real and prove is not False:
             answer, refuted_at = _counted_system(system, answer, lists_all)
         if refuted_at is None:
@@ -392,18 +391,21 @@ def _counted_not_proved(answer: Thresholds) -> Thresholds:
 
 
 def _proved_system(
-    system: TermSystem, answer: Thresholds, every: Sequence[Crossing]
+    system: TermSystem, answer: Thresholds, every: Sequence[Crossing], at_any_cost: bool
 ) -> tuple[Thresholds, float | None]:
     """The answer with what the referee says of its whole range, and where it is refuted.
 
-    every: all crossings, of which the answer may list those of a band or region.
+    every: all crossings, of which the answer may list those of a band or region; at_any_cost:
+    whether the proof was asked for, however long it takes.
     """
     from squeal.queries.ranges import system_statement
     from squeal.queries.systems.all_roots import roots_of_all
 
     roots = roots_of_all(system, EigenvalueSelection(), {system.parameter: answer.low})
     fastest = float(np.max(np.abs(roots), initial=0.0))
-    statement, intervals = system_statement(system, every, answer.low, answer.high, fastest)
+    statement, intervals = system_statement(
+        system, every, answer.low, answer.high, fastest, at_any_cost
+    )
     proved = with_statement(answer, statement, intervals)
     unconfirmed = answer.details["unconfirmed"]
     if unconfirmed:
