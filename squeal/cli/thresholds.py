@@ -20,9 +20,7 @@ def options(parser: Parser) -> None:
     take(parser, "high", high=2.0)
     words = "how the first loss of stability moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
-    words = (
-        "whether a referee judges them; left out, of a pad and of up to 40 rows, else of up to 400"
-    )
+    words = "whether a referee judges them, of up to 400 rows; left out, of a pad and up to 40 rows"
     parser.add_argument("--prove", action=argparse.BooleanOptionalAction, help=words)
     take(parser, "workers", "low", "band", "region", "memory")
     take_changes(parser)

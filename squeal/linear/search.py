@@ -463,7 +463,8 @@ def _is_bent(continuation: Continuation, step: Step, factor: _Factor) -> bool:
 
     One that is monotone and nearly straight moves the roots as a straight one does. Else it may
     deviate from a straight line by bend length^2 / 8, which is compared with what is left of the
-    gaps between roots. Systems of more than 40 rows, whose range is proved on request only, need this guard.
+    gaps between roots. Systems of more than 40 rows, whose range is proved on request only, need
+    this guard.
     """
     before = step.before
     after = step.after
