@@ -326,8 +326,8 @@ def system_thresholds_with_proof(
     workers : int
         Processes that count roots.
     prove : bool, optional
-        False: the referee is not asked. True: it proves up to 400 rows, however long that takes, and
-        what it cannot prove is refused.
+        False: the referee is not asked. True: it is asked of up to 400 rows, however long that
+        takes, and what it cannot prove of its kind is refused.
 
     Raises
     ------
