@@ -340,6 +340,7 @@ def system_thresholds_with_proof(
     from squeal.queries.systems.matrices import ALL_ROWS
     from squeal.queries.systems.sensitivity import widened_by_reduction
     from squeal.queries.systems.thresholds import thresholds_among_all
+    from squeal.queries.systems.verdicts import NO_ROOT
 
     system = analysis.system
     selection = analysis.selection
@@ -370,7 +371,22 @@ def system_thresholds_with_proof(
         answer = _counted_not_proved(answer)
     if analysis.joined:
         answer = widened_by_reduction(system, assembly, answer)
+    if is_small(system) and prove is not False and answer.verdict != NO_ROOT:
+        answer = replace(answer, verdict=_judged_start(analysis, answer.low))
     return thresholds_as_known(analysis.file, selection, answer)
+
+
+def _judged_start(analysis: SystemAnalysis, low: float) -> str | None:
+    """The verdict at the lower end of the range, as `eigenvalues` has it there."""
+    from squeal.queries.systems.known import data_of, error_bounds
+    from squeal.queries.systems.roots import system_roots
+
+    file = analysis.file
+    system = file.system
+    changes = {system.parameter: low}
+    data = data_of(file, system)
+    bounded = error_bounds(file, system)
+    return system_roots(system, analysis.selection, changes, bounded, data).verdict
 
 
 def _counted_not_proved(answer: Thresholds) -> Thresholds:
