@@ -139,6 +139,7 @@ def table(data: bytes) -> None:
     """A table beside a system file: coordinates, elements, damping, pairs, loads or a test."""
     from squeal import schema
     from squeal.io import components, system_files
+    from squeal.io.loads import read_load
     from squeal.queries.compare import read_test
 
     name = list(TABLES)[data[0] % len(TABLES)] if data else "nodes.csv"
@@ -149,7 +150,7 @@ def table(data: bytes) -> None:
     elif name == "pairs.csv":
         assert _finite(sum(map(float, components._pairs(path).get("area", ()))))
     elif name == "load.csv":
-        assert _finite(components._load(path, body[1]).tolist())
+        assert _finite(read_load(path, body[1], body[0]).tolist())
     else:
         _asked(system_files.system_file(yaml.safe_load(TABLES[name]), at, Path()))
 

@@ -64,7 +64,7 @@ ONE_UP_TO, TEN_UP_TO = 1e8, 1e6  # stiffness up to which one and ten periods are
 
 def stiff_scene(model: Model, stiffness: float, periods: float) -> Scene:
     """The suite's pad on contact springs so many times as stiff as a support."""
-    contact = dict.fromkeys(contact_law(model).parameters, stiffness)
+    contact: dict[str, Any] = dict.fromkeys(contact_law(model).parameters, stiffness)
     return scene_of(model, periods * PERIOD, **contact)
 
 

@@ -174,9 +174,12 @@ def check_sweep(system: TermSystem) -> Check:
     steps = squeal.sweep(system, np.linspace(*RANGE, 21).tolist(), BAND, method="modal").steps[::4]
     same_verdicts = 0
     same_counts = 0
+    stated = 0.0
     off = [0.0]
     beyond = [0.0]
     for step in steps:
+        assert step.roots is not None
+        assert step.rounding is not None
         full = _full_roots(system, {"mu": step.value})
         same_verdicts += _is_growing(step.verdict) == bool(np.any(full.real > 0.0))
         same_counts += len(full) == len(step.roots)
@@ -185,7 +188,7 @@ def check_sweep(system: TermSystem) -> Check:
         off += np.abs(nearest.real - step.roots.real).tolist()
         allowed = step.rounding + ROUNDING * np.abs(step.roots)
         beyond += (distances.min(axis=0) - allowed).tolist()
-    stated = max(float(step.rounding.max()) for step in steps)
+        stated = max(stated, float(step.rounding.max()))
     return Check(len(steps), same_verdicts, same_counts, max(off), stated, max(beyond) <= 0.0)
 
 

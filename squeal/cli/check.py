@@ -19,6 +19,6 @@ def options(parser: Parser) -> None:
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the system and describe it."""
-    answer = squeal.check(given.source.subject(), given.modes)
+    answer = squeal.check(given.source.system(), given.modes)
     write_files(given, answer)
     return Reply.of(answer)

@@ -138,6 +138,13 @@ class Source:
             self._check_parameters(file.system.names)
         return file
 
+    def system(self, allowed: str = "a system of matrices") -> SystemFile:
+        """The SystemFile that the file holds. Raises InputError, also for a pad."""
+        subject = self.subject()
+        if isinstance(subject, Scene):
+            raise InputError(f"{self.name}: is a pad; {allowed} is allowed")
+        return subject
+
     def _check_parameters(self, names: Collection[str]) -> None:
         """Refuse to set a parameter that is none of the names of those in the matrices."""
         for key, value in self.changes.items():

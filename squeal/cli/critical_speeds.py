@@ -11,7 +11,6 @@ import squeal
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import add_option, numbers, take, take_files, write_files
 from squeal.errors import InputError
-from squeal.io.scene import Scene
 
 ORDERS = numbers("numbers above 0, such as 1:2", lambda *orders: min(orders) > 0.0)
 
@@ -26,9 +25,7 @@ def options(parser: Parser) -> None:
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the rotor and answer."""
-    subject = given.source.subject()
-    if isinstance(subject, Scene):
-        raise InputError(f"{given.source.name}: is a pad; a system with a speed is allowed")
+    subject = given.source.system("a system with a speed")
     if given.high is None:
         raise InputError("--max: missing; the highest speed in rad/s is required")
     answer = squeal.critical_speeds(

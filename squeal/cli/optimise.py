@@ -39,7 +39,7 @@ def run(given: argparse.Namespace) -> Reply:
                 raise InputError(f"{name} has bounds already; one range is allowed")
         bounds[name] = (low, high)
     optimum = squeal.optimise(
-        given.source.subject(),
+        given.source.system(),
         bounds,
         band=given.band,
         region=given.region,

@@ -2,6 +2,7 @@
 of the growth rates in a band (--of growth): quantiles, share of stable samples, Sobol indices.
 
 squeal scatter pad.yaml spreads.yaml --journal samples.jsonl --figure scatter.png
+squeal scatter pad.yaml samples.yaml --of growth
 """
 
 import argparse

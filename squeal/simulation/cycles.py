@@ -164,11 +164,21 @@ class Shooting:
     def _rates(self, state: np.ndarray, value: float) -> np.ndarray:
         return state_rates(self.model(value), state)
 
-    def motion(self, state: np.ndarray, time: float, value: float, dense: bool = False) -> Segment:
-        """The motion from a state (6,) over some time. Raises ComputationError."""
+    def motion(
+        self,
+        state: np.ndarray,
+        time: float,
+        value: float,
+        dense: bool = False,
+        since: float = 0.0,
+    ) -> Segment:
+        """The motion from a state (6,) over some time, `since` a time that has passed before.
+
+        Raises ComputationError.
+        """
         model = self.model(value)
         integrator = make_integrator(model, TOLERANCE, "auto")
-        return whole(model, integrator, self.units, state, time, dense)
+        return whole(model, integrator, self.units, state, time, dense, since)
 
     def over(self, state: np.ndarray, period: float, value: float) -> Cycle:
         """The motion from a state over some time, as a cycle."""
@@ -239,8 +249,8 @@ class Shooting:
         speed = 0.0
         changes = 0
         resting = RESTING * max(1e-6, float(np.linalg.norm(self._rates(state, value))))
-        for _ in range(windows):
-            segment = self.motion(state, window, value)
+        for passed in range(windows):
+            segment = self.motion(state, window, value, since=passed * window)
             state = segment.end[:, 0]
             changes = len(segment.t)
             speed = float(np.linalg.norm(self._rates(state, value)))

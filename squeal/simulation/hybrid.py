@@ -362,16 +362,17 @@ def integrate(
     observers: Sequence[Callable[[Segment], Any]] = (),
     dense: bool = False,
     options: Options = DEFAULT,
+    since: float = 0.0,
 ) -> MotionEnd:
     """Run a scaled pad from a state (6,) to `stop`, both in natural units.
 
-    Each segment is handed to the observers; with `dense` it holds the motion between changes.
-    Raises ModelEnd after the last segment before the model ends, and ComputationError where a
-    contact change was missed.
+    since: the time that has passed before, which refusals count in. Each segment is handed to the
+    observers; with `dense` it holds the motion between changes. Raises ModelEnd after the last
+    segment before the model ends, and ComputationError where a contact change was missed.
     """
 
     def instant() -> str:
-        return f"t = {float(t) * units.time:.9g} s"
+        return f"t = {float(since + t) * units.time:.9g} s"
 
     contact = first_contact(model, state, options)
     state = off_level(model, state, contact, options)
@@ -415,8 +416,9 @@ def whole(
     state: np.ndarray,
     stop: float,
     dense: bool = False,
+    since: float = 0.0,
 ) -> Segment:
     """The motion that `integrate` runs, as one segment."""
     segments: list[Segment] = []
-    integrate(model, integrator, units, state, stop, [segments.append], dense)
+    integrate(model, integrator, units, state, stop, [segments.append], dense, since=since)
     return Segment.joined(segments)

@@ -2,7 +2,6 @@
 
 import dataclasses
 import functools
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from squeal.article.studies import onset
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.io.scene import read_scene
+from squeal.linear.thresholds import CriticalPoint
 from tests.article.plain import Plain, move
 from tests.conftest import ROOT, needs_heyoka
 
@@ -132,11 +132,8 @@ def test_a_branch_does_not_end_where_a_step_passes_small_cycles():
 
 
 def test_intervals_of_growth():
-    points = [
-        SimpleNamespace(mu=0.2, kind="flutter"),
-        SimpleNamespace(mu=0.4, kind="restabilised"),
-        SimpleNamespace(mu=0.6, kind="divergence"),
-    ]
+    kinds = {0.2: "flutter", 0.4: "restabilised", 0.6: "divergence"}
+    points = [CriticalPoint(mu, kind, 0.0, (mu, mu), True) for mu, kind in kinds.items()]
     assert onset._unstable(points) == ((0.2, 0.4), (0.6, onset.GREATEST))
     assert onset._unstable([]) == ()
 
