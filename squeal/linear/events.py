@@ -272,9 +272,14 @@ def _alone(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapolated | 
     return _Extrapolated(z, roots.mean, zero.function.slope, is_real)
 
 
-def _one_of_two(zero: _Zero) -> _Extrapolated:
-    """The one of a pair that is nearer to the axis."""
+def _one_of_two(zero: _Zero) -> _Extrapolated | None:
+    """The one of a pair that is nearer to the axis; None if a third root hides the two.
+
+    Their zero is hardly known then. The one that crosses is located alone, or by a shorter step.
+    """
     roots = zero.roots
+    if not roots.is_resolved:
+        return None
     move = zero.move
     mean = roots.mean + move * roots.mean_slope
     d = roots.d + move * roots.d_slope + move**2 * roots.d_bend

@@ -58,6 +58,10 @@ class LocalRoots(NamedTuple):
         How far rounding moves d.
     right, left : array (N, 1) or (N, 2)
         Orthonormal bases of the right and the left invariant subspace.
+    is_resolved : bool
+        Whether the errors of these bases move the roots by no more than rounding does. Those of
+        two move them by more if a third root is nearer to their mean than they are: the iteration
+        for the bases does not converge then.
     """
 
     value: float
@@ -70,6 +74,7 @@ class LocalRoots(NamedTuple):
     noise: float
     right: NDArray
     left: NDArray
+    is_resolved: bool
 
     @property
     def is_single(self) -> bool:
@@ -182,6 +187,7 @@ def roots_near(
         noise=float(np.linalg.norm(np.abs(deviator.T) * error) + np.linalg.norm(error) ** 2),
         right=X,
         left=Y,
+        is_resolved=bool(np.linalg.norm(subspace_error) <= np.linalg.norm(entry_error)),
     )
 
 
