@@ -369,6 +369,8 @@ def _notes(system: TermSystem, selection: EigenvalueSelection, located: _Located
     notes += located.left_out
     if system.follows:
         notes.append("each root at its own frequency")
+    if not system.real:
+        notes.append("roots on the real axis, a static loss of stability, are not looked for")
     if selection.rectangle is not None or located.reduction is not None:
         outside = _number_outside(located)
         words = "not looked for" if outside is None else f"{outside}"
