@@ -415,7 +415,7 @@ class System:
         M, C, K = ([term for term in terms if name in term.factor.names] for terms in self.parts)
         return self._sum(M, slope), self._sum(C, slope), self._sum(K, slope)
 
-    def _sum(self, terms: Sequence[Term], factor_of: Callable[[Term], complex]) -> Matrix:
+    def _sum(self, terms: Sequence[Term], factor_of: Callable[[Term], complex]) -> Matrix | None:
         """The sum of terms with these factors, sparse if any matrix of the system is; None if there
         are no terms."""
         if not terms:
