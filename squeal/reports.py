@@ -121,7 +121,8 @@ class Report(Answer):
         if fastest.frequency_hz:
             percent = number(-100.0 * fastest.damping_ratio, 2)
             hertz = number(fastest.frequency_hz, 4)
-            ways.append(f"Give the modes that meet at {hertz} Hz {percent} % more damping each.")
+            more = f"at least {percent} % more damping each"
+            ways.append(f"Give the modes that meet at {hertz} Hz {more}.")
         first_loss = self.thresholds.first
         if first_loss is not None and first_loss.mu < found.value:
             limit = f"{found.parameter} below {number(first_loss.mu, 4)}"
@@ -150,6 +151,8 @@ class Report(Answer):
                 lines.append(f"Changing {names} by up to {MOST_STEPS} % does not stop it.")
             else:
                 lines.append("No other parameter is named whose change could stop it.")
+        if found.beside:
+            lines.append(f"This is of {found.extent} alone, and growth outside of it was seen.")
         return lines
 
     @property
@@ -363,6 +366,7 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
     text = template.get_template("report.html").render(
         report=report,
         state=state,
+        numbering=_numbering(found),
         chart=_figure(_chart(report), report.name, damping=True),
         feeds=_feeds(report),
         moves=_moved(report),
@@ -376,6 +380,13 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
     )
     # a name may hold anything
     return "".join(c for c in text if c.isprintable() or c == "\n") + "\n"
+
+
+def _numbering(found: Eigenvalues) -> str:
+    """What the number of a mode counts."""
+    if found.extent:
+        return f"Modes are numbered by rising frequency within {found.extent}."
+    return "Modes are numbered by rising frequency."
 
 
 def _footer(inputs: Sequence[Any]) -> str:
@@ -522,7 +533,8 @@ def _open(report: Report) -> Iterator[str]:
     found = report.eigenvalues
     crossed = report.thresholds
     if found.extent:
-        yield f"Roots outside of {found.extent}."
+        seen = ", but for the growth that was seen there" if found.beside else ""
+        yield f"Roots outside of {found.extent}{seen}."
     limit = found.details.get("growth_limit")
     if limit is not None:
         yield f"Roots that grow by more than {number(limit, 4)} 1/s."

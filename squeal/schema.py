@@ -542,7 +542,10 @@ _KINDS: dict[Any, Kind] = {
 
 
 def kind_of(hint: object) -> Kind:
-    """The kind of value that an annotation allows; ``Annotated`` names one, a union allows any."""
+    """The kind of value that an annotation allows; ``Annotated`` names one.
+
+    A union with None allows the other kind, one of several kinds anything but None.
+    """
     origin: Value = get_origin(hint) or hint  # of list[int] the origin is list, the part int
     parts = get_args(hint)
     if origin is Annotated:
@@ -554,7 +557,7 @@ def kind_of(hint: object) -> Kind:
     if not parts:
         return instance(origin, f"an instance of {origin.__name__}")
     entries = parts[1:] if origin is Mapping else parts
-    allowed = {part for part in entries if part is not NoneType}
+    allowed = {part for part in entries if part not in (NoneType, Ellipsis)}
     kind = _KINDS[Any]
     if len(allowed) == 1:
         kind = kind_of(allowed.pop())
@@ -562,7 +565,7 @@ def kind_of(hint: object) -> Kind:
         return kind
     if origin is Mapping:
         return Named(kind, f"a mapping of names to values, each {kind.named}")
-    if origin is tuple:
+    if origin is tuple and Ellipsis not in parts:
         return Several(kind, f"a sequence of {len(parts)} values, each {kind.named}", len(parts))
     return Several(kind, f"a sequence of some values, each {kind.named}")
 

@@ -260,15 +260,18 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Refuse arguments, with the option that an unknown one was perhaps meant to be."""
         hint = "see"
-        unknown = re.match(r"unrecognized arguments: (--[\w-]+)", message)
+        unknown = re.match(r"unrecognized arguments: --([\w-]+)", message)
         if unknown:
-            names = {option: option for option in self._option_string_actions}
+            options: dict[str, str] = {}  # by what may be meant, without dashes
+            for action in self._actions:
+                for option in action.option_strings:
+                    options[option.lstrip("-")] = action.option_strings[0]
             for action in self._actions:  # --high is an argument of Python, the option is --max
                 if action.option_strings:
-                    names.setdefault(f"--{action.dest}", action.option_strings[0])
-            close = difflib.get_close_matches(unknown[1], names, 1)
+                    options.setdefault(action.dest, action.option_strings[0])
+            close = difflib.get_close_matches(unknown[1], options, 1)
             if close:
-                hint = f"did you mean {names[close[0]]}? See"
+                hint = f"did you mean {options[close[0]]}? See"
         raise InputError(f"{message}; {hint} {self.prog} --help")
 
     def print_help(self, file: object = None) -> None:

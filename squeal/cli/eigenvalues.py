@@ -32,9 +32,12 @@ def options(parser: Parser) -> None:
         "what each term of M, C, K does to growth and frequency of each mode, also over a --sweep"
     )
     add("--energy", action="store_true", help=words)
-    words = "let a referee judge the roots: the rule for pads and up to 400 rows, else of a --band"
+    words = (
+        "let a referee judge the roots: the default for pads and systems of up to 400 rows; larger "
+        "ones need --band"
+    )
     add("--prove", action=argparse.BooleanOptionalAction, help=words)
-    words = "what the verdict was held against too"
+    words = "also print the rounding bound that the verdict was compared with"
     add("--verbose", action="store_true", help=words)
     take(parser, "at", "modes", "region", "method", "memory", "shape", "test")
     take_changes(parser)

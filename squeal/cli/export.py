@@ -58,7 +58,7 @@ def run(given: argparse.Namespace) -> Reply:
     subject = given.source.subject()
     if isinstance(subject, Scene):
         exported = _export_pad(given, subject)
-    elif given.method is None and subject.assembly is not None:
+    elif given.method is None and subject.assembly is not None:  # `full` writes them joined
         exported = _export_assembly(given, subject)
     elif given.method in (None, "full"):
         whole = "a whole system; --method reduced or modal takes it"

@@ -77,8 +77,8 @@ class BranchOptions:
 class Branches:
     """Nodes of the branches of n pads, those of one pad after each other from mu = 0 on.
 
-    statics: of the pads; scale (4, n): what makes lengths and tangents of a pad; side (n,): sign of
-    the balance's determinant, which it keeps as long as mu rises; end (n,): how each branch ends,
+    statics: of the pads; scale (4, n): what makes lengths and tangents of a pad; side (n,): see
+    `Statics.side`, which it keeps as long as mu rises; end (n,): how each branch ends,
     the last node being where, see `BranchEnd`. Of each node: owner (m,): its pad; z (4, m) =
     (x, y, w theta, mu) in its units; arrives, leaves (4, m): unit tangents of scale z before and
     behind it; touching (points, m): the contact state behind it; kind (m,): see `NodeKind`.

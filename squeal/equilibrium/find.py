@@ -181,7 +181,8 @@ def rests(statics: Statics, n: int) -> Equilibria:
     z, sides = without_friction.settle(np.zeros((4, n)), None, 40)
     touching = without_friction.gaps(z) < 0.0
     turns_back = statics.model.law.sign > 0.0
-    exists = (sides == -1.0) & without_friction.presses(z) & turns_back
+    is_stiff = sides == -1.0  # the static stiffness has a positive determinant
+    exists = is_stiff & without_friction.presses(z) & turns_back
     missing = np.flatnonzero(~exists)
     for start in range(0, missing.size, MOST):
         i = missing[start : start + MOST]

@@ -328,8 +328,8 @@ class Statics:
     def tangents(
         self, z: np.ndarray, on: np.ndarray, rows: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Vectors v (4, k) along which the balance does not change, with rows . v = 1, and the sign
-        (k,) of the determinant of the static stiffness, at z (4, k)."""
+        """Vectors v (4, k) along which the balance does not change, with rows . v = 1, and `side`
+        (k,), at z (4, k)."""
         _, J = self.linearised(z, on)
         return null_vectors(J, rows), self.side(J[:, :3])
 
@@ -339,7 +339,10 @@ class Statics:
         return -complex_step(partial(model.loads, state=on), self.place(z))
 
     def side(self, derivatives: np.ndarray) -> np.ndarray:
-        """Sign (k,) of the determinant of the static stiffness, by derivatives of a step."""
+        """Sign (k,) of the determinant of the loads' derivatives by (x, y, w theta), of a step.
+
+        They are minus the static stiffness (3, 3): it is -1 where that has a positive determinant.
+        """
         return np.asarray(np.sign(np.linalg.det(np.moveaxis(derivatives, -1, 0))))
 
     def settle(
@@ -350,7 +353,7 @@ class Statics:
         Parameters
         ----------
         z : array (4, k)
-            Where it begins: x, y, w theta in m, and mu.
+            Where it begins: x, y, w theta in natural units, and mu.
         touching : bool array (points, k), optional
             Which points are in contact. Left out they are those without a gap; a pad that touches
             nowhere is then taken as in full contact, which pulls it back to the surface.
@@ -362,8 +365,8 @@ class Statics:
         places : array (4, k)
             Where it ended.
         sides : array (k,)
-            Sign of the determinant of the static stiffness there; 0 where the method did not
-            converge or the pad has turned past 90 degrees.
+            `side` there, -1 where the static stiffness has a positive determinant; 0 where the
+            method did not converge or the pad has turned past 90 degrees.
         """
         n = z.shape[1]
         pad = self.model.pad
@@ -383,7 +386,8 @@ class Statics:
         longest = np.empty((3, n))
         longest[:2] = 0.5 * (pad.w + np.maximum(pad.L1, pad.L2))
         longest[2] = 0.3 * pad.w  # 0.3 rad: the third coordinate is w theta
-        q, derivatives, good = newton(step_from, z[:3], np.ones(n), passes, longest)
+        natural_length = np.ones(n)
+        q, derivatives, good = newton(step_from, z[:3], natural_length, passes, longest)
         places = np.concatenate([q, z[3:]])
         with np.errstate(all="ignore"):
             sides = self.side(derivatives)

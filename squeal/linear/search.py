@@ -279,6 +279,7 @@ class _AdaptiveRefinement:
         above = continuation.at(b).unstable_count
         is_consistent = self._is_consistent(inside, a, b)
         is_coarse = b - a > self.range / 64
+        # without events all of the range lies below the first one
         first, last = (inside[0].value, inside[-1].value) if inside else (b, b)
         if is_consistent:
             if not is_coarse:
@@ -287,29 +288,29 @@ class _AdaptiveRefinement:
             if is_steady_below and _is_steady(continuation, last, b, above):
                 return inside
         changes = required_crossings(continuation.at(a), continuation.at(b))
-        middle = self._division_point(a, b, inside)
+        division = self._division_point(a, b, inside)
         coincident = bool(inside) and last - first <= self.merge_distance
         is_exhausted = len(continuation.states) > 2 * self.budget
-        if is_exhausted or (is_consistent and middle is None):
+        if is_exhausted or (is_consistent and division is None):
             return inside
-        if coincident and not is_consistent and middle is not None:
+        if division is None:
+            known = [self._located_or_counted(change, a, b, limits) for change in changes]
+            return [event for event in known if event is not None]
+        if coincident and not is_consistent:
             around = self._rescan_beside(a, b, inside, limits)
             if around is not None:
                 return around
-        if middle is None or (coincident and changes and not is_consistent):
-            known = [self._located_event(change, a, b) for change in changes]
-            if middle is None:
-                for i, change in enumerate(changes):
-                    known[i] = known[i] or self._event_from_count(change, a, b, limits)
-            if middle is None or all(known):  # of equal subsystems, all at one place
-                return [event for event in known if event]
-        if is_coarse:
-            self.refine(a, middle, continuation.options.depth)
-            self.refine(middle, b, continuation.options.depth)
+            located = [self._located_event(change, a, b) for change in changes]
+            twins = [event for event in located if event is not None]
+            if changes and len(twins) == len(changes):  # of equal subsystems, all at one place
+                return twins
+        if is_coarse:  # a finer range was refined within a coarse one: it is only divided
+            self.refine(a, division, continuation.options.depth)
+            self.refine(division, b, continuation.options.depth)
             self.locate_events()
         return [
-            *self.resolve_events(a, middle, limits),
-            *self.resolve_events(middle, b, limits),
+            *self.resolve_events(a, division, limits),
+            *self.resolve_events(division, b, limits),
         ]
 
     def _is_consistent(self, events: list[Event], a: float, b: float) -> bool:
@@ -381,6 +382,15 @@ class _AdaptiveRefinement:
         if not alike:
             return None
         return replace(min(alike, key=lambda event: event.width), interval=hull(alike))
+
+    def _located_or_counted(
+        self, change: RequiredCrossing, a: float, b: float, limits: Interval
+    ) -> Event | None:
+        """The located event of a change, else what `_event_from_count` gives."""
+        located = self._located_event(change, a, b)
+        if located is not None:
+            return located
+        return self._event_from_count(change, a, b, limits)
 
     def _event_from_count(
         self, change: RequiredCrossing, a: float, b: float, limits: Interval

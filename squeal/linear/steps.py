@@ -7,6 +7,9 @@ eigenvectors of A(p) the matrix at p + x is diag(z) + x W, exactly if its factor
 that roots k, l follow diag(z_k, z_l) + x [[W_kk, a], [b, W_ll]], in which all others shift the
 coupling to a = W_kl + x T_kl, b = W_lk + x T_lk with
 T_kl = sum_m W_km W_ml (1 / (z_k - z_m) + 1 / (z_l - z_m)) / 2.
+
+The line is where roots z neither grow nor decay: the real axis without damping, else the imaginary
+axis, see `squeal.linear.continuation`.
 """
 
 from __future__ import annotations
@@ -87,9 +90,9 @@ class _Approaches(NamedTuple):
         Difference of the two roots at the end of the step, and its mean slope up to the crossing.
     a, b : array (pairs,)
         Their couplings, those by other roots included.
-    crossing : array (pairs,)
+    crossing_distance : array (pairs,)
         Distance at which they would cross without coupling, taken into the step.
-    crosses : array of bool (pairs,)
+    roots_cross : array of bool (pairs,)
         Whether that lies in the step, of systems without damping.
     ends : array (2, pairs)
         Distances at which d vanishes, real parts.
@@ -104,8 +107,8 @@ class _Approaches(NamedTuple):
     v: ComplexArray
     a: ComplexArray
     b: ComplexArray
-    crossing: Array
-    crosses: Bools
+    crossing_distance: Array
+    roots_cross: Bools
     ends: Array
     inside: Bools
 
@@ -143,12 +146,13 @@ def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _App
     slopes = direction * state.slopes
     u = state.roots[pairs.k] - state.roots[pairs.l]
     v = slopes[pairs.k] - slopes[pairs.l]
-    crossing = np.nan_to_num((-u / v).real)
+    crossing_distance = np.nan_to_num((-u / v).real)
     # roots of a damped system cross nowhere but by chance
-    crosses = (crossing > 0) & (crossing < span) & (state.problem is not DAMPED)
-    crossing = np.clip(crossing, 0.0, span)
-    v = v + crossing * pairs.bend  # the mean slope up to the crossing
-    a, b = direction * pairs.direct + crossing * pairs.indirect
+    is_inside = (crossing_distance > 0) & (crossing_distance < span)
+    roots_cross = is_inside & (state.problem is not DAMPED)
+    crossing_distance = np.clip(crossing_distance, 0.0, span)
+    v = v + crossing_distance * pairs.bend  # the mean slope up to the crossing
+    a, b = direction * pairs.direct + crossing_distance * pairs.indirect
     # zeros of d(x) = (u + x v)^2 / 4 + x^2 a b, where u + x v = +- x split
     split = 2 * np.sqrt(-a * b)
     ends = np.stack([-u / (v - split), -u / (v + split)]).real
@@ -162,15 +166,15 @@ def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _App
         v=v,
         a=a,
         b=b,
-        crossing=crossing,
-        crosses=crosses,
+        crossing_distance=crossing_distance,
+        roots_cross=roots_cross,
         ends=ends,
         inside=np.abs(ends_and_middle - span / 2) <= span / 2,
     )
 
 
 def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int) -> Iterator[Guess]:
-    """Pairs of roots that may meet, or exchange and cross the line, within a step.
+    """Pairs of roots that may meet on the line, or with damping cross it, within a step.
 
     Parameters
     ----------
@@ -183,7 +187,7 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
     """
     with np.errstate(all="ignore"):
         every_pair = _approaches(state, span, direction)
-        near = every_pair.inside.any(axis=0) | every_pair.crosses
+        near = every_pair.inside.any(axis=0) | every_pair.roots_cross
         if not near.any():
             return
         pairs = every_pair.select(near)
@@ -193,8 +197,10 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
         third = _third_root_coupling(state, pairs, direction)
         doubtful = third > product
         rounding = state.rounding[k] * state.rounding[l]
-        meets = _may_meet(state, pairs, span, direction, third)
-        meets |= pairs.crosses & doubtful & (pairs.crossing**2 * third > rounding)
+        # else rounding alone couples the two
+        couples_beyond_rounding = pairs.crossing_distance**2 * third > rounding
+        may_meet_by_third_root = pairs.roots_cross & doubtful & couples_beyond_rounding
+        meets = _may_meet(state, pairs, span, direction, third) | may_meet_by_third_root
         slopes = direction * state.slopes
         mean = (state.roots[k] + state.roots[l]) / 2
         mean_slope = (slopes[k] + slopes[l]) / 2
@@ -243,13 +249,14 @@ def _may_meet(
         slack = slack + state.rounding[k] + state.rounding[l]
         middle = (mean + x * mean_slope).real
         half_difference = np.sqrt(d).real
-        crosses = _passes_zero(middle + half_difference, slack)
-        crosses |= _passes_zero(middle - half_difference, slack)
-        meets = (meets | ~pairs.conjugate) & crosses
+        reaches_axis = _passes_zero(middle + half_difference, slack)
+        reaches_axis |= _passes_zero(middle - half_difference, slack)
+        meets = (meets | ~pairs.conjugate) & reaches_axis
     # else rounding alone couples the two
     farthest = x.max(axis=0)
     rounding = state.rounding[k] * state.rounding[l]
-    return np.asarray(meets & (farthest**2 * (np.abs(product) + third) > rounding))
+    couples_beyond_rounding = farthest**2 * (np.abs(product) + third) > rounding
+    return np.asarray(meets & couples_beyond_rounding)
 
 
 def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, direction: int) -> Array:
@@ -262,15 +269,15 @@ def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, directi
     k = pairs.k
     l = pairs.l
     W = state.coupling
-    crossing = pairs.crossing[:, None]
+    crossing_distance = pairs.crossing_distance[:, None]
     row = np.arange(len(k))
-    roots_there = state.roots + crossing * (direction * state.slopes)
+    roots_there = state.roots + crossing_distance * (direction * state.slopes)
     mean_there = (roots_there[row, k] + roots_there[row, l]) / 2
     distances = roots_there - mean_there[:, None]
     distances[row, k] = np.inf
     distances[row, l] = np.inf
-    forth = np.abs(crossing * W[k] * W[:, l].T / distances).sum(axis=1)
-    back = np.abs(crossing * W[l] * W[:, k].T / distances).sum(axis=1)
+    forth = np.abs(crossing_distance * W[k] * W[:, l].T / distances).sum(axis=1)
+    back = np.abs(crossing_distance * W[l] * W[:, k].T / distances).sum(axis=1)
     return np.asarray(forth * np.abs(pairs.b) + back * np.abs(pairs.a) + forth * back)
 
 

@@ -207,7 +207,7 @@ class System:
         """The states x' = A x of a continuous :class:`control.StateSpace` as a system.
 
         It has no mass, C = I and K = -A, so that its eigenvalues are the poles; inputs and outputs
-        have no part in it. Raises InputError for a discrete state space.
+        have no part in it. Raises InputError for anything else, also a discrete state space.
 
         Examples
         --------
@@ -216,6 +216,9 @@ class System:
         >>> System.from_control(plant).n
         2
         """
+        if not (hasattr(plant, "A") and hasattr(plant, "isdtime")):
+            kind = type(plant).__name__
+            raise InputError(f"{kind} is not allowed; it must be a StateSpace, see control.ss")
         if plant.isdtime(strict=True):
             raise InputError(
                 f"{plant.name}: is discrete in time; a continuous state space is required"
@@ -412,7 +415,7 @@ class System:
         M, C, K = ([term for term in terms if name in term.factor.names] for terms in self.parts)
         return self._sum(M, slope), self._sum(C, slope), self._sum(K, slope)
 
-    def _sum(self, terms: Sequence[Term], factor_of: Callable[[Term], complex]) -> Matrix:
+    def _sum(self, terms: Sequence[Term], factor_of: Callable[[Term], complex]) -> Matrix | None:
         """The sum of terms with these factors, sparse if any matrix of the system is; None if there
         are no terms."""
         if not terms:

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squeal.plots.maps import friction_symbol
+from squeal.plots.maps import friction_symbol, symbol_of
 from squeal.plots.modes import RED
 from squeal.plots.style import DOUBLE, Drawing, frequency_limits, origin, style, write_beside
 from squeal.results.sweep import Sweep
@@ -90,12 +90,12 @@ def damping_drawing(name: str, sweep: Sweep) -> Drawing:
     with style():
         figure = Figure(figsize=(DOUBLE, 3.2))
         left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
-        _draw_ratios(left, paths, colours)
+        _draw_ratios(left, sweep, paths, colours)
         _draw_pair(right, sweep, paths, pair, colours)
     return Drawing(figure, f"{text}.", f"Damping ratios of {name}", origin(__name__))
 
 
-def _draw_ratios(axes: Axes, paths: _Paths, colours: dict[int, str]) -> None:
+def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str]) -> None:
     """All modes in the plane of frequency and damping ratio; grey where they never grow."""
     every = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
     depth = -min(0.0, float(_ratio(every).min(initial=0.0))) or 1.0  # of the lowest ratio, %
@@ -119,12 +119,16 @@ def _draw_ratios(axes: Axes, paths: _Paths, colours: dict[int, str]) -> None:
             is_right = x > limits[0] + 0.8 * (limits[1] - limits[0])
             offset = (-9, 0) if is_right else (9, 0)
             point = (x, ratio[lowest])
-            write_beside(axes, f"{x:.4g} Hz", point, offset, fontsize=7, color=colour)
+            label = f"mode {mode}, {x:.4g} Hz"
+            write_beside(axes, label, point, offset, fontsize=7, color=colour)
     axes.axhspan(-BELOW * depth, 0.0, color=RED, alpha=0.06, lw=0, zorder=0)
     axes.axhline(0.0, color="0.3", lw=0.6)
     axes.set(xlim=limits, ylim=(-BELOW * depth, ABOVE * depth))
     axes.set(xlabel="frequency [Hz]", ylabel="damping ratio [%]")
-    axes.set_title("unstable below zero; bubbles by growth rate", loc="left")
+    first = sweep.steps[0].value
+    last = sweep.steps[-1].value
+    swept = f"{symbol_of(sweep.parameter)} from {first:g} to {last:g}"
+    axes.set_title(f"{swept}: unstable below zero, bubbles by growth", loc="left")
 
 
 def _ratio(roots: np.ndarray) -> np.ndarray:
@@ -147,7 +151,11 @@ def _draw_pair(
         grows = paths.roots[mode].real > 0.0
         axes.plot(paths.at[mode], hertz, color=colours[mode], lw=1.0, gid=f"pair {mode}")
         axes.plot(paths.at[mode][grows], hertz[grows], ".", color=colours[mode], ms=4)
-    title = "the modes that meet" if len(pair) == 2 else "the mode that grows"
+    first_growing = paths.roots[pair[0]][paths.roots[pair[0]].real > 0.0][0]
+    place = f"{first_growing.imag / math.tau:.4g} Hz"
+    title = f"mode {pair[0]} begins to grow at {place}"
+    if len(pair) == 2:
+        title = f"modes {min(pair)} and {max(pair)} meet at {place}"
     axes.set_title(title, loc="left")
     fastest = next(mode for mode in sweep.modes if mode.mode == pair[0])
     if fastest.interval is not None:

@@ -64,7 +64,8 @@ class Guess:
 def enclose(block: Quadratic, guess: Guess | None = None) -> list[Piece] | Failure:
     """Pieces with all roots of one component, for every matrix in its balls.
 
-    Of a damped one they are built on a guess if that proves each root by itself.
+    Of a damped one they are built on a guess if that proves each root by itself, else on
+    eigenvectors computed here.
     """
     if not block.is_finite:
         return Failure(INFINITE)
@@ -86,8 +87,8 @@ def enclose(block: Quadratic, guess: Guess | None = None) -> list[Piece] | Failu
             return Failure(UNSOLVED)
         if isinstance(discs, Failure):
             return discs
-        centres = discs.centres * complex(rate)  # rad/s
-        radii = upper(discs.radii * rate, 2)
+        centres = discs.centres * complex(rate)  # rad/s; exact, for the rate is a power of two
+        radii = upper(discs.radii * rate, 2)  # more than one product needs, which may underflow
         if not (np.isfinite(centres).all() and np.isfinite(radii).all()):
             return Failure(BEYOND)
         return pieces_of(centres, radii, block.is_real, block.is_hamiltonian, discs.real)

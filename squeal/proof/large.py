@@ -458,8 +458,10 @@ def _damping(M: csc_array, C: csc_array, K: csc_array) -> _Damping:
     sizes = abs(C) + abs(alpha) * abs(M) + abs(beta) * abs(K)
     bounds = csc_array(left + 8.0 * EPS * sizes)
     transposed = csc_array(bounds.T)
+    # for a row as for a column, with the few roundings of each entry itself
     terms = _most_in_a_row(bounds) + _most_in_a_row(transposed) + 8
     ones = np.ones(n)
+    # |x* D x| <= sum |x_i|^2 (row_i + column_i) / 2, for 2 |x_i x_j| <= |x_i|^2 + |x_j|^2
     local = np.maximum(_row_product(bounds, ones, terms), _row_product(transposed, ones, terms))
     return _Damping(float(alpha), float(beta), local)
 

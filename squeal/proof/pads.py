@@ -156,7 +156,7 @@ def prove_pad(
         grow more slowly than this; elsewhere the result says 0.
     """
     comparison = _BranchComparison(branch, claims, fold, growth_below)
-    terms_of_series = flint.ctx.cap  # which the comparison sets
+    terms_of_series = flint.ctx.cap  # which `branch.cells()` sets as it is walked
     try:
         with flint.ctx.workprec(BITS):
             problem = comparison.first_problem()

@@ -316,11 +316,13 @@ def _name_of(term: Term, origin: Origin | None, from_files: bool) -> str:
 def _role_of(part: str, term: Term, friction: bool) -> str:
     """What a term does, by its part, its symmetry and whether friction multiplies it."""
     size = abs(term.matrix).max()
+    is_skew = size > 0.0 and abs(term.matrix + term.matrix.T).max() <= SKEW * size
     if part == "C":
-        if size and abs(term.matrix + term.matrix.T).max() <= SKEW * size:
+        if is_skew:
             return "gyroscopic"
         return "friction damping" if friction else "damping"
-    if part == "K" and friction:
+    # a skew term of a speed is damping that turns with a shaft, or the swirl in a bearing
+    if part == "K" and friction and ("mu" in term.factor.names or not is_skew):
         return "friction"
     if abs(term.matrix - term.matrix.T).max() > SKEW * size:
         return "circulatory" if part == "K" else "unsymmetric mass"

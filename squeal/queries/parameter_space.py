@@ -134,27 +134,27 @@ class ParameterSpace:
             For an argument that is none of these, or that has no parameter to vary.
         """
         subject = getattr(argument, "system", argument)  # of a system file
-        at = Place(verb)
+        place = Place(verb)
         if isinstance(subject, Scene):
-            MU_MAX.read(high, at / "mu_max")
+            MU_MAX.read(high, place / "mu_max")
             free = "mu"
-            own = subject.pad.mu
+            at = subject.pad.mu
             values = picked(subject.pad, " ".join(parameters(subject.pad_model)))
             units = {name: unit_word(PARAMETERS[name].unit) for name in values}
         elif isinstance(subject, TermSystem):
             free = subject.parameter
             values = subject.given
-            own = float(values[free])
+            at = float(values[free])
             units = dict.fromkeys(values, "")
         else:
             allowed = "it must be a Scene or a system with named parameters"
-            raise at.refuse(f"{type(subject).__name__} is not allowed; {allowed}")
+            raise place.refuse(f"{type(subject).__name__} is not allowed; {allowed}")
         if quantity == "threshold":
-            values.pop(free, None)
+            values = {name: value for name, value in values.items() if name != free}
         if isinstance(subject, TermSystem) and not values:
             words = "it must have one under its key parameters"
-            raise at.refuse(f"{subject.name} has no named parameter but {free}; {words}")
-        return ParameterSpace(subject, free, own, values, units)
+            raise place.refuse(f"{subject.name} has no named parameter but {free}; {words}")
+        return ParameterSpace(subject, free, at, values, units)
 
     def require(self, name: str, at: Place) -> None:
         """Raise InputError for a name that is no parameter of this space."""

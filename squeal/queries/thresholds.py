@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.equilibrium import Path
 from squeal.equilibrium.damping import damped_model
@@ -40,6 +41,7 @@ if TYPE_CHECKING:  # pads start without the referee and the solvers of systems
 MU_MAX = Number(low=0.0, high=1000.0)
 ADMISSIBLE_TO = 1e-9  # relative: to which the end of the admissible range is located
 NEAR_FOLD = 1e-9  # relative: so close to a fold rounding makes thresholds
+GROWS_OUTSIDE = "what grows outside of the band or region may enter it while it grows"
 
 Located = TypeVar("Located", CriticalPoint, Crossing)
 
@@ -361,7 +363,7 @@ def system_thresholds_with_proof(
         )
         refuted_at = None
         if can_be_proved and every is not None and proof_is_wanted:
-            answer, refuted_at = _proved_system(system, answer, every, prove is True)
+            answer, refuted_at = _proved_system(system, selection, answer, every, prove is True)
         elif is_small(system) and system.real and prove is not False:
             answer, refuted_at = _counted_system(system, answer, lists_all)
         if refuted_at is None:
@@ -407,9 +409,15 @@ def _counted_not_proved(answer: Thresholds) -> Thresholds:
 
 
 def _proved_system(
-    system: TermSystem, answer: Thresholds, every: Sequence[Crossing], at_any_cost: bool
+    system: TermSystem,
+    selection: EigenvalueSelection,
+    answer: Thresholds,
+    every: Sequence[Crossing],
+    at_any_cost: bool,
 ) -> tuple[Thresholds, float | None]:
     """The answer with what the referee says of its whole range, and where it is refuted.
+
+    The referee counts all roots: of a band nothing is proved while others grow, which may enter it.
 
     every: all crossings, of which the answer may list those of a band or region; at_any_cost:
     whether the proof was asked for, however long it takes.
@@ -417,17 +425,29 @@ def _proved_system(
     from squeal.queries.ranges import system_statement
     from squeal.queries.systems.all_roots import roots_of_all
 
-    roots = roots_of_all(system, EigenvalueSelection(), {system.parameter: answer.low})
+    changes = {system.parameter: answer.low}
+    roots = roots_of_all(system, EigenvalueSelection(), changes)
     fastest = float(np.max(np.abs(roots), initial=0.0))
     statement, intervals = system_statement(
         system, every, answer.low, answer.high, fastest, at_any_cost
     )
-    proved = with_statement(answer, statement, intervals)
-    unconfirmed = answer.details["unconfirmed"]
-    if unconfirmed:
-        doubts = [*proved.details["doubts"], *unconfirmed]
-        proved = replace(proved, certified=False, details={**proved.details, "doubts": doubts})
-    return proved, statement.refuted_at
+    doubts = list(answer.details["unconfirmed"])
+    selected = roots_of_all(system, selection, changes)
+    grows_outside = _number_growing(system, roots) > _number_growing(system, selected)
+    if grows_outside or len(every) > len(answer.crossings):
+        doubts.append(GROWS_OUTSIDE)
+    if statement.status == "proved" and doubts:
+        words = "; ".join(doubts)
+        statement = replace(statement, status="open", growth_below=None, reason=words)
+    return with_statement(answer, statement, intervals), statement.refuted_at
+
+
+def _number_growing(system: TermSystem, roots: NDArray[np.complex128]) -> int:
+    """How many modes grow by more than rounding may move them."""
+    from squeal.queries.systems.verdicts import rounding_of
+
+    grows = roots.real > rounding_of(system, roots)
+    return int(np.count_nonzero(grows & (roots.imag >= 0.0)))
 
 
 def _counted_system(

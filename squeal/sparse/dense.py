@@ -120,6 +120,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     C_or_none = _nonzero(C)
     n = len(M)
     U, masses, Wh = np.linalg.svd(M)
+    # how many motions have mass is judged whatever the units; these have the largest `masses`
     rank = rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))
     size = divisor(norm_of(K))
     if rank == 0 and C_or_none is not None:  # the system is of the first order
@@ -130,11 +131,12 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     mass = np.diag(np.where(np.arange(n) < rank, masses, 0.0) * (rate**2 / size))
     stiffness = U.conj().T @ (K / size) @ Wh.conj().T
     noise = noise_of(stiffness)
-    infinite = n - rank
+    infinite = n - rank  # one of each massless motion
     if C_or_none is None:
         squares = _finite_values(stiffness, mass, infinite)
         zeros = _count_zeros(mass, None, stiffness, noise)
-        squares[np.argsort(np.abs(squares))[: zeros // 2]] = 0.0
+        zero_squares = zeros // 2  # each of two roots +-lambda
+        squares[np.argsort(np.abs(squares))[:zero_squares]] = 0.0
         not_decaying = np.sqrt(-squares)
         is_on_axis = (squares.imag == 0) & (squares.real > 0)
         not_decaying = np.where(is_on_axis, 1j * np.abs(not_decaying.imag), not_decaying)
@@ -142,7 +144,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     damping = U.conj().T @ (C_or_none * (rate / size)) @ Wh.conj().T
     if rank < n:
         massless = np.linalg.svd(damping[rank:, rank:], compute_uv=False)
-        infinite -= rank_of(massless, norm_of(damping))
+        infinite -= rank_of(massless, norm_of(damping))  # damped: a finite root of first order
     values = _finite_values(*_state_pencil(mass, damping, stiffness, rank), infinite)
     zeros = _count_zeros(mass, damping, stiffness, noise)
     values[np.argsort(np.abs(values))[:zeros]] = 0.0

@@ -54,8 +54,9 @@ def root_error_bounds(
 ) -> ErrorBounds:
     """How far roots (m,) of a projected problem may be from those of the full one.
 
-    slope (m, m) is Y^H P' X of left and right modes, lack (m, m) S^H F^-1 R of what they lack,
-    known up to `uncertainty` (m, m).
+    slope (m, m) is y_i^H ((l_i + l_j) M + C) x_j of left and right modes, the divided difference of
+    P, on the diagonal P'; lack (m, m) is S^H F^-1 R of what the modes lack, known up to
+    `uncertainty` (m, m).
     """
     try:
         inverse = np.linalg.inv(slope)
@@ -66,11 +67,13 @@ def root_error_bounds(
         gaps = np.abs(np.subtract.outer(values, values))
         products = D * D.T
         np.fill_diagonal(products, 0.0)
-        # two roots repel by the product over the gap, or meet by the square root of it
+        # two roots at a gap g that a product d couples move by |g - sqrt(g^2 - 4 d)| / 2, which is
+        # at most 2 d / g while they repel (4 d <= g^2), and sqrt(d) where they meet
         repelled = np.full_like(gaps, np.inf)
         np.divide(2 * products, gaps, out=repelled, where=gaps > 0)
         errors = np.diag(D) + np.minimum(np.sqrt(products), repelled).sum(axis=1)
     np.fill_diagonal(gaps, np.inf)
+    # the nearest root may come as far towards it
     is_alone = 2 * errors < gaps.min(axis=1, initial=np.inf)
     return ErrorBounds(np.nan_to_num(errors, nan=np.inf), (values.real == 0.0) & is_alone)
 

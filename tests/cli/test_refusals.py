@@ -33,7 +33,8 @@ REFUSED = """\
 nothing | nothing
 eigenvalue x.yaml | eigenvalues
 thresholds x.yaml --high 2 | did you mean --max? See squeal thresholds --help
-thresholds x.yaml --mu_max 2 | did you mean --mu-max? See squeal thresholds --help
+thresholds x.yaml --mu_max 2 | did you mean --max? See squeal thresholds --help
+map x.yaml --over 1 | unrecognized arguments: --over 1; see squeal map --help
 simulate | SCENE.yaml
 simulate none.yaml | none.yaml
 simulate pipe.yaml | pipe.yaml: cannot be read (no plain file)

@@ -59,6 +59,16 @@ def rotor():
     return squeal.System(whole["M"], C, K, parameters=at, parameter="speed")
 
 
+def test_damping_that_turns_with_a_shaft_is_no_friction():
+    """Of a Jeffcott rotor internal damping c puts in c speed / (2 w) beside what it takes."""
+    internal, external, stiffness, speed = 1.5, 0.8, 1e4, 50.0
+    C = (internal + external) * EYE
+    K = {"1": stiffness * EYE, f"{internal} * speed": TURN}
+    jeffcott = squeal.System(EYE, C, K, parameters={"speed": speed}, parameter="speed")
+    roles = {term.name: term.role for term in named_terms(jeffcott, SystemFile(jeffcott))}
+    assert roles[f"{internal} * speed"] == "circulatory"
+
+
 def joined():
     """Two blocks of two coordinates each, one pressed on the other and dragged by friction."""
     nodes, ways = [1, 1], [0, 2]

@@ -103,3 +103,24 @@ def test_regular_matrices_without_a_finite_root_are_stable():
 @pytest.mark.parametrize("rows", [1, 2])
 def test_all_motions_are_free_without_a_stiffness(rows):
     assert squeal.check(squeal.System(np.eye(rows), K=np.zeros((rows, rows)))).free == rows
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.2])
+@pytest.mark.parametrize("offset", [0.0, 0.7])
+def test_a_growing_mode_that_enters_a_band_is_not_proved_away(offset, loss):
+    """Row 1 grows exactly for |mu - 3/8| < d, and dips into the band at a place p within."""
+    d = 1.0 / 64.0
+    p = 0.375 + offset * d
+    damping = f"0.1 * (1 - 2 / (1 + ((mu - 0.375) / {d})**2))"
+    square = f"{4 * np.pi**2} * (1.9 - 1 / (1 + (100 / {d})**2 * (mu - {p})**2))"
+    one = np.diag([1.0, 0.0])
+    rest = np.diag([0.0, 20.0])
+    K = {square: one, "1": rest + 1j * loss * rest if loss else rest}
+    system = squeal.System(np.eye(2), C={damping: one, "1": 0.1 * rest / 20.0}, K=K)
+    band = (0.5, 1.0)
+    found = squeal.thresholds(system, 1.0, band=band)
+    assert not found.certified
+    assert found.proof["status"] == "open"
+    assert "outside of the band" in found.proof_line
+    at_dip = squeal.eigenvalues(system, at=p, band=band)
+    assert (at_dip.verdict, at_dip.certified) == ("flutter", True)

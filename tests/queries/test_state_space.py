@@ -50,6 +50,8 @@ def test_a_state_space_becomes_a_system_with_its_poles():
     discrete = control.ss([[0.5]], [[1.0]], [[1.0]], [[0.0]], 0.1)
     with pytest.raises(InputError, match="discrete in time"):
         squeal.System.from_control(discrete)
+    with pytest.raises(InputError, match="TransferFunction is not allowed"):
+        squeal.System.from_control(control.tf([1.0], [1.0, 2.0]))
 
 
 def test_a_system_becomes_a_state_space_with_its_roots():

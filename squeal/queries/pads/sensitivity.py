@@ -96,6 +96,7 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
     at = pose(dual, tuple(Dual(x, d) for x, d in zip(q, dq, strict=True)))  # type: ignore[arg-type]
     gaps = [float(dual.dual(g).slope) for g in model.law.gaps(c, at)]
     dC = np.zeros((3, 3))
+    # friction that falls with the sliding speed damps x_dot; dampers are added in `_changes`
     if pad.fall is not None:
         still = q.astype(complex)
         dC[:, :1] = -complex_step(lambda v: slopes(still, dq, v[0]), np.zeros(1))

@@ -489,6 +489,8 @@ class PadStack:
             keep_left = at_left <= at_right
             low = np.where(keep_left, low, left)
             high = np.where(keep_left, right, high)
+        # golden section keeps an inner point for the next pass: an unstable one, once met, is still
+        # one of the last two
         unstable = np.minimum(at_left, at_right) == -np.inf
         mu[j[unstable]] = np.where(keep_left, left, right)[unstable]
         stable[j[unstable]] = False

@@ -59,7 +59,8 @@ def system_eigenvalues(
     at : float, optional
         Value of the free parameter; the system's own if left out.
     look : Sweep, optional
-        A sweep; if it is the first look at a large system, the roots come from its basis.
+        A sweep that was computed before. If it is a first look at a large system, by estimates
+        on a reduced basis, the roots come from that basis too.
     prove : bool, optional
         Whether the referee (`squeal.proof`) judges the roots. Left out, it judges all roots of a
         small system; with True also the modes of a band of a larger one.
@@ -74,7 +75,7 @@ def system_eigenvalues(
     roots = _roots(analysis, look, prove)
     doubts = [*roots.doubts, *file.assumptions]
     criterion = roots.criterion
-    if roots.verdict is None:
+    if roots.verdict is None:  # perhaps because the files print too few digits
         criterion = open_by_digits(file, roots.every) or criterion
     outside = _outside(analysis, roots)
     extent = ""

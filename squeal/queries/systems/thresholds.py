@@ -306,14 +306,17 @@ def _located_on_reduction(
         events = [replace(event, residual=reduction.worst) for event in on_reduced]
     continuation = BandContinuation(system, values[0], values[-1], reduction.values)
     comparison = _compare(continuation, events, values, selection.words())
-    if isinstance(reduction, FirstLook):  # where a root crosses its sign decides nothing
+    if isinstance(reduction, FirstLook):
+        # only for `points_and_crossings`, which reads the roots at thresholds; the comparison above
+        # must not count them: where a root crosses its sign decides nothing
         for event in events:
             continuation.set_roots(event.value, reduction.basis_values({name: event.value}))
     points, crossings = points_and_crossings(comparison.found)
     unconfirmed = [*unconfirmed, *comparison.unexplained, *unclear]
     certified = None
     doubts: list[str] = []
-    if not was_served and system.n <= COUNTED_ROWS and not system.follows:
+    depends_on_frequency = bool(system.follows)
+    if not was_served and system.n <= COUNTED_ROWS and not depends_on_frequency:
         if not unconfirmed:
             doubts = _disagreeing_counts(reduction, continuation, comparison.middles, workers)
         certified = not unconfirmed and not doubts
@@ -369,6 +372,8 @@ def _notes(system: TermSystem, selection: EigenvalueSelection, located: _Located
     notes += located.left_out
     if system.follows:
         notes.append("each root at its own frequency")
+    if not system.real:
+        notes.append("roots on the real axis, a static loss of stability, are not looked for")
     if selection.rectangle is not None or located.reduction is not None:
         outside = _number_outside(located)
         words = "not looked for" if outside is None else f"{outside}"
