@@ -12,6 +12,7 @@ from scipy.sparse import load_npz, save_npz, triu
 
 import squeal
 from squeal.cli.main import main
+from squeal.errors import InputError
 from squeal.results.sources import SystemSource
 
 BAND, TOP = (500.0, 4000.0), 8000.0  # Hz; the cut-off is twice the upper end of the band
@@ -208,3 +209,52 @@ def test_what_a_contact_and_its_components_need_is_required(brake, capsys, keys,
     more.write_text(yaml.safe_dump(document))
     assert main(["eigenvalues", str(more)]) == 2
     assert named in capsys.readouterr().err
+
+
+def reduced_up_to(path, cutoff):
+    document = yaml.safe_load(path.read_text()) | {"cutoff": cutoff}
+    more = path.with_name("more.yaml")
+    more.write_text(yaml.safe_dump(document))
+    return squeal.read_system(more)
+
+
+def test_the_check_of_reduced_components_says_what_is_of_the_full_ones(brake):
+    path, _, _ = brake
+    full = squeal.check(squeal.read_system(path))
+    reduced = squeal.check(reduced_up_to(path, TOP))
+    assert full.mass is not None
+    assert (reduced.mass, reduced.centre, reduced.size, reduced.hints) == (None, None, None, ())
+    assert reduced.frequencies_hz == pytest.approx(full.frequencies_hz, rel=1e-4)
+    assert "not known of reduced components" in str(reduced)
+    low = squeal.check(reduced_up_to(path, 2000.0), modes=100)
+    assert max(low.frequencies_hz) <= 2000.0
+
+
+def test_a_page_of_reduced_components_names_no_mass(brake):
+    path, _, _ = brake
+    page = path.with_name("page.html")
+    assert main(["report", str(path), "--band", "500:2000", "--output", str(page)]) == 0
+    text = page.read_text()
+    assert "mass and box: not known of reduced components" in text
+    assert "mass of the rows that move" not in text
+
+
+def test_friction_without_a_direction_is_refused(brake, tmp_path):
+    path, bodies, contact = brake
+    shutil.copytree(path.parent, tmp_path / "brake")
+    document = yaml.safe_load(path.read_text())
+    (law,) = document["contact"]
+    del law["axis"]
+    aimless = tmp_path / "brake" / "aimless.yaml"
+    aimless.write_text(yaml.safe_dump(document))
+    named = r"aimless\.yaml: contact disc - pad: friction: mu is 0\.4 and has no direction"
+    with pytest.raises(InputError, match=named):
+        squeal.read_system(aimless)
+    law["friction"] = 0
+    aimless.write_text(yaml.safe_dump(document))
+    assert squeal.read_system(aimless).assembly.seats[0].closed.any()
+    nowhere = replace(contact, axis=None)
+    with pytest.raises(InputError, match=r"friction: mu is 0\.3"):
+        squeal.assemble(bodies, [nowhere], {"mu": 0.3})
+    joint = replace(nowhere, bonded=True)  # which does not slide
+    assert squeal.assemble(bodies, [joint], {"mu": 0.3}).seats[0].closed.all()
