@@ -345,7 +345,7 @@ def _replaced(
     if isinstance(source, PadSource):
         return source.scene.replace(**{parameter: value})
     assert source is not None
-    return replace(source.file, system=source.file.system.replace({parameter: value}))
+    return source.file.replaced({parameter: value})
 
 
 def page(report: Report, inputs: Sequence[Any] = ()) -> str:

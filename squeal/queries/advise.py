@@ -64,6 +64,8 @@ class Advice(Answer):
         range, those come first that bring one into it.
     first_order : bool
         Whether the effects are derivatives times the change, as those of systems are.
+    notes : tuple of str
+        What is to be said of contact whose seat stays.
 
     Examples
     --------
@@ -83,6 +85,7 @@ class Advice(Answer):
     levers: tuple[ParameterEffect, ...]
     first_order: bool
     warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def changes(self) -> list[tuple[float, ParameterEffect, str]]:
@@ -150,7 +153,7 @@ class Advice(Answer):
         return text
 
     def parts(self) -> Sequence[str | Table]:
-        return [self.table(), self.line()]
+        return [self.table(), "\n".join([self.line(), *self.notes])]
 
     def to_dict(self) -> dict[str, Any]:
         entry = parameter_entry(self.name, self.mu)
@@ -211,6 +214,7 @@ def advise(
     """
     space = ParameterSpace.of(subject, "advise", mu_max)
     own = space.subject
+    notes: list[str] = []
     steps = _steps(space, tolerances or {})
     changes = []  # of each parameter the lowered value, then the raised one
     for name, step in steps.items():
@@ -218,7 +222,11 @@ def advise(
         changes.append({name: space.values[name] + step})
     warnings: tuple[str, ...] = ()
     if isinstance(own, TermSystem):
+        from squeal.queries.systems.seat import seat_note  # no pad needs it
+        from squeal.queries.systems.system_analysis import file_of
+
         answer = thresholds(own, mu_max, band=band, memory=memory, progress=progress)
+        notes = [seat_note(file_of(subject))]
         nominal = first_loss(answer, mu_max)
         outcomes = _first_order_outcomes(own, answer, nominal, changes, mu_max)
     elif band is not None:
@@ -254,6 +262,7 @@ def advise(
         levers=tuple(levers),
         first_order=isinstance(own, TermSystem),
         warnings=warnings,
+        notes=tuple(filter(None, notes)),
     )
 
 

@@ -258,3 +258,33 @@ def test_friction_without_a_direction_is_refused(brake, tmp_path):
         squeal.assemble(bodies, [nowhere], {"mu": 0.3})
     joint = replace(nowhere, bonded=True)  # which does not slide
     assert squeal.assemble(bodies, [joint], {"mu": 0.3}).seats[0].closed.all()
+
+
+def test_thresholds_name_their_seat_and_are_certified_in_it_alone(brake):
+    """Pairs open with friction, where the file seats them without and gaps differ."""
+    _, (disc, pad), contact = brake
+    bodies = [disc, replace(pad, load=1e6 * pad.load)]
+    seated = squeal.assemble(bodies, [contact], {"mu": 0.1})
+    found = squeal.thresholds(seated, 1.0, band=BAND)
+    note = "contact is that seated at mu = 0.1; --set mu=VALUE seats it anew"
+    assert note in found.notes
+    is_another = False
+    for crossing in found.crossings:
+        anew = squeal.assemble(bodies, [contact], {"mu": crossing.mu})
+        is_another |= not np.array_equal(anew.seats[0].closed, seated.seats[0].closed)
+    assert is_another
+    assert not found.certified
+    assert "seated anew at mu = " in str(found)
+    closed = squeal.assemble(bodies, [replace(contact, gap=0.0)], {"mu": 0.1})
+    same = squeal.thresholds(closed, 1.0, band=BAND)
+    assert same.crossings
+    assert same.certified
+    assert note in same.notes
+    low = squeal.sweep(seated, [0.1, 0.2], band=BAND)
+    assert note in str(low)
+    at = squeal.eigenvalues(seated, 0.1, band=BAND)
+    assert note in "\n".join(at.notes)
+    advice = squeal.advise(seated, mu_max=1.0, band=BAND)
+    assert note in str(advice)
+    joint = squeal.assemble(bodies, [replace(contact, bonded=True)], {"mu": 0.1})
+    assert "seated" not in str(squeal.sweep(joint, [0.1, 0.2], band=BAND))
