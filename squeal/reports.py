@@ -527,6 +527,8 @@ def _open(report: Report) -> Iterator[str]:
     if limit is not None:
         yield f"Roots that grow by more than {number(limit, 4)} 1/s."
     yield from found.notes[1:]
+    if report.sensitivity.note:
+        yield f"{report.sensitivity.note}."
     searched = f"{number(crossed.low)} to {number(crossed.high)}"
     yield f"Values of {crossed.parameter} outside of {searched}."
     yield "Other values of the other parameters: `squeal scatter` draws them from ranges."

@@ -215,6 +215,19 @@ def advise(
     space = ParameterSpace.of(subject, "advise", mu_max)
     own = space.subject
     notes: list[str] = []
+    if isinstance(own, TermSystem):
+        from squeal.queries.systems.seat import (  # no pad needs it
+            note_of_seat_parameters,
+            seat_note,
+            seat_parameters,
+        )
+        from squeal.queries.systems.system_analysis import file_of
+
+        file = file_of(subject)
+        held = seat_parameters(file)
+        values = {name: value for name, value in space.values.items() if name not in held}
+        space = replace(space, values=values)
+        notes = [seat_note(file), note_of_seat_parameters(file)]
     steps = _steps(space, tolerances or {})
     changes = []  # of each parameter the lowered value, then the raised one
     for name, step in steps.items():
@@ -222,11 +235,7 @@ def advise(
         changes.append({name: space.values[name] + step})
     warnings: tuple[str, ...] = ()
     if isinstance(own, TermSystem):
-        from squeal.queries.systems.seat import seat_note  # no pad needs it
-        from squeal.queries.systems.system_analysis import file_of
-
         answer = thresholds(own, mu_max, band=band, memory=memory, progress=progress)
-        notes = [seat_note(file_of(subject))]
         nominal = first_loss(answer, mu_max)
         outcomes = _first_order_outcomes(own, answer, nominal, changes, mu_max)
     elif band is not None:

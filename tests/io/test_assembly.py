@@ -288,3 +288,25 @@ def test_thresholds_name_their_seat_and_are_certified_in_it_alone(brake):
     assert note in str(advice)
     joint = squeal.assemble(bodies, [replace(contact, bonded=True)], {"mu": 0.1})
     assert "seated" not in str(squeal.sweep(joint, [0.1, 0.2], band=BAND))
+
+
+def test_what_acts_through_the_seat_has_no_derivative(brake):
+    """With all pairs closed the factor of a constant stiffness has that of a bonded contact."""
+    path, (disc, pad), contact = brake
+    file = squeal.read_system(path)
+    assert not file.assembly.seats[0].closed.all()
+    for moved in (
+        squeal.sensitivity(file, band=BAND),
+        squeal.sensitivity(file, of="threshold", band=BAND),
+    ):
+        assert not {"pressure", "wear", "contact"} & moved.values.keys()
+        assert "contact, pressure, wear act through the seat: --set contact=VALUE" in str(moved)
+    advice = squeal.advise(file, band=BAND)
+    assert [lever.parameter for lever in advice.levers] == ["tangential"]
+    assert "contact, pressure, wear act through the seat" in str(advice)
+    closed = replace(contact, gap=0.0)
+    slopes = []
+    for touch in (closed, replace(closed, bonded=True)):
+        joined = squeal.assemble([disc, pad], [touch], {"mu": 0.1})
+        slopes.append(squeal.sensitivity(joined, band=BAND).slopes["contact"])
+    assert slopes[0] == pytest.approx(slopes[1], rel=1e-6)

@@ -9,8 +9,9 @@ import numpy as np
 from squeal.errors import ComputationError, InputError
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
+from squeal.numerics.differentiation import Formula
 from squeal.results.thresholds import Thresholds
-from squeal.sparse.assembly import Assembly
+from squeal.sparse.assembly import OWN, Assembly
 from squeal.sparse.contact_seat import Contact
 
 SAME = 1e-6  # of the largest one: differences of stiffnesses and forces that count as none
@@ -27,6 +28,29 @@ def seat_note(file: SystemFile) -> str:
         return ""
     at = f"{parameter} = {number(seated.parameters[parameter])}"
     return f"contact is that seated at {at}; --set {parameter}=VALUE seats it anew"
+
+
+def seat_parameters(file: SystemFile) -> list[str]:
+    """Parameters that may act through the seat, so that a held seat says nothing of them: those
+    of loads and of keys of contact, and the factor of contact whose pairs open or stiffen."""
+    assembly = file.assembly
+    if assembly is None:
+        return []
+    seated = assembly.system
+    names = seated.parameters.keys() - seated.names - OWN.keys()
+    for contact, seat in zip(assembly.contacts, assembly.seats, strict=True):
+        if not (seat.constant and seat.closed.all()):
+            names |= Formula(contact.factor).names
+    return sorted(names - {seated.parameter})
+
+
+def note_of_seat_parameters(file: SystemFile) -> str:
+    """Which parameters are left out where the seat is held; empty if none is."""
+    names = seat_parameters(file)
+    if not names:
+        return ""
+    verb = "acts" if len(names) == 1 else "act"
+    return f"{', '.join(names)} {verb} through the seat: --set {names[0]}=VALUE seats contact anew"
 
 
 def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
