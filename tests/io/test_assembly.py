@@ -310,3 +310,15 @@ def test_what_acts_through_the_seat_has_no_derivative(brake):
         joined = squeal.assemble([disc, pad], [touch], {"mu": 0.1})
         slopes.append(squeal.sensitivity(joined, band=BAND).slopes["contact"])
     assert slopes[0] == pytest.approx(slopes[1], rel=1e-6)
+
+
+def test_faces_without_a_distance_miss_the_distance(brake):
+    path, *_ = brake
+    document = yaml.safe_load(path.read_text())
+    (law,) = document["contact"]
+    del law["pairs"]
+    law["faces"] = ["all", "all"]
+    more = path.with_name("more.yaml")
+    more.write_text(yaml.safe_dump(document))
+    with pytest.raises(InputError, match=r"contact\.1\.distance: missing; faces needs it"):
+        squeal.read_system(more)
