@@ -348,7 +348,7 @@ def _replaced(
     if isinstance(source, PadSource):
         return source.scene.replace(**{parameter: value})
     assert source is not None
-    return replace(source.file, system=source.file.system.replace({parameter: value}))
+    return source.file.replaced({parameter: value})
 
 
 def page(report: Report, inputs: Sequence[Any] = ()) -> str:
@@ -539,6 +539,8 @@ def _open(report: Report) -> Iterator[str]:
     if limit is not None:
         yield f"Roots that grow by more than {number(limit, 4)} 1/s."
     yield from found.notes[1:]
+    if report.sensitivity.note:
+        yield f"{report.sensitivity.note}."
     searched = f"{number(crossed.low)} to {number(crossed.high)}"
     yield f"Values of {crossed.parameter} outside of {searched}."
     yield "Other values of the other parameters: `squeal scatter` draws them from ranges."

@@ -491,6 +491,7 @@ class Group(Kind):
             is_used = key.is_used_by(model)
             if name not in given:
                 if key.required and is_used and key.unless not in given:
+                    check_needs(self.keys, given, at)  # of keys that are there, before it
                     raise key.missing(here, self.owner or f"model {model}")
                 continue
             if not is_used:

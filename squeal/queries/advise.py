@@ -64,6 +64,8 @@ class Advice(Answer):
         range, those come first that bring one into it.
     first_order : bool
         Whether the effects are derivatives times the change, as those of systems are.
+    notes : tuple of str
+        What is to be said of contact whose seat stays.
 
     Examples
     --------
@@ -83,6 +85,7 @@ class Advice(Answer):
     levers: tuple[ParameterEffect, ...]
     first_order: bool
     warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def changes(self) -> list[tuple[float, ParameterEffect, str]]:
@@ -150,7 +153,7 @@ class Advice(Answer):
         return text
 
     def parts(self) -> Sequence[str | Table]:
-        return [self.table(), self.line()]
+        return [self.table(), "\n".join([self.line(), *self.notes])]
 
     def to_dict(self) -> dict[str, Any]:
         entry = parameter_entry(self.name, self.mu)
@@ -211,6 +214,20 @@ def advise(
     """
     space = ParameterSpace.of(subject, "advise", mu_max)
     own = space.subject
+    notes: list[str] = []
+    if isinstance(own, TermSystem):
+        from squeal.queries.systems.seat import (  # no pad needs it
+            note_of_seat_parameters,
+            seat_note,
+            seat_parameters,
+        )
+        from squeal.queries.systems.system_analysis import file_of
+
+        file = file_of(subject)
+        held = seat_parameters(file)
+        values = {name: value for name, value in space.values.items() if name not in held}
+        space = replace(space, values=values)
+        notes = [seat_note(file), note_of_seat_parameters(file)]
     steps = _steps(space, tolerances or {})
     changes = []  # of each parameter the lowered value, then the raised one
     for name, step in steps.items():
@@ -254,6 +271,7 @@ def advise(
         levers=tuple(levers),
         first_order=isinstance(own, TermSystem),
         warnings=warnings,
+        notes=tuple(filter(None, notes)),
     )
 
 

@@ -20,6 +20,7 @@ from squeal.linear.matrices import EPS, dense
 from squeal.linear.system import Matrix, TermSystem
 from squeal.queries.systems.matrices import ALL_ROWS, matrix_list, system_checks
 from squeal.queries.systems.system_analysis import SystemAnalysis
+from squeal.results.columns import basis_text
 from squeal.schema import Whole, public
 from squeal.sparse.factor import factorise
 from squeal.sparse.quadratic import ScaledSystem
@@ -46,17 +47,20 @@ class Check(Answer):
     checks : mapping of str to str
         What is to be said of M, C and K: symmetry, definiteness, condition.
     mass : float or None
-        Of all rows that move; None without coordinates.
+        Of all rows that move; None without coordinates, and of reduced components.
     centre, size : tuple of 3 float, or None
-        Centre of mass, and lengths of the box around all nodes.
+        Centre of mass, and lengths of the box around all nodes; None where the mass is.
     elements : int
         How many elements have faces.
     frequencies_hz : tuple of float
-        The lowest real modes without friction and damping, but for free motions.
+        The lowest real modes without friction and damping, but for free motions; of reduced
+        components those up to their cutoff.
     free, negative : int
         Number of motions without stiffness, and with a negative one.
     hints : tuple of str
         What looks like an error of units.
+    reduction : mapping or None
+        How components were reduced before they were joined, None if they were not.
 
     Examples
     --------
@@ -81,6 +85,7 @@ class Check(Answer):
     free: int
     negative: int
     hints: tuple[str, ...]
+    reduction: Mapping[str, Any] | None = None
 
     def table(self) -> Table:
         heads = (Column("mode", value=itemgetter(0)), Column("frequency_hz", value=itemgetter(1)))
@@ -98,6 +103,9 @@ class Check(Answer):
             lines.append(f"mass of the rows that move: {mass}")
             lines.append(f"nodes in a box of {box}")
             lines.append(f"elements with faces: {self.elements}" if self.elements else POINTS)
+        elif self.reduction is not None:
+            lines.append(basis_text(self.reduction, errors=True))
+            lines.append("mass and box: not known of reduced components")
         else:
             lines.append("mass: unknown without coordinates (coordinates: {file: nodes.csv})")
         lines.append(f"free motions: {self.free}")
@@ -147,14 +155,17 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     >>> found.free, round(2 * np.pi * found.frequencies_hz[0], 6)
     (1, 2.0)
     """
-    file = SystemAnalysis.of(subject).file
+    analysis = SystemAnalysis.of(subject)
+    file = analysis.file
     system = file.system.frozen()
     squares, noise = _real_modes(system, modes)
     vibrating = squares[squares > noise]
     hertz = tuple((np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist())
+    if analysis.joined is not None:  # above the cutoff they are none of the brake
+        hertz = tuple(one for one in hertz if one <= file.assembly.cutoff)
     mass = centre = size = None
     elements = len(file.coordinates.cells) if file.coordinates else 0
-    if file.coordinates is not None:
+    if file.coordinates is not None and analysis.joined is None:
         mass, centre = _mass(system.at()[0], file.coordinates)
         size = tuple(np.ptp(file.coordinates.places, axis=0).tolist())
     hints = _units(mass, max(size) if size else None, hertz[0] if hertz else None)
@@ -171,6 +182,7 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         free=int(np.sum(np.abs(squares) <= noise)),
         negative=int(np.sum(squares < -noise)),
         hints=tuple(hints),
+        reduction=analysis.joined,
     )
 
 

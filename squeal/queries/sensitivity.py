@@ -105,6 +105,7 @@ def sensitivity(
         assert source.analysis is not None
         return pad_root_sensitivity(subject.replace(mu=known_eigenvalues.value), source.analysis)
     from squeal.queries.systems.eigenvalues import system_eigenvalues
+    from squeal.queries.systems.seat import note_of_seat_parameters, seat_parameters
     from squeal.queries.systems.sensitivity import (
         root_sensitivity,
         threshold_sensitivity,
@@ -116,5 +117,7 @@ def sensitivity(
     system = with_matrices(analysis.file, matrices or {})
     if of_threshold:
         found = known_thresholds or system_thresholds_with_proof(analysis, high, low, prove=False)
-        return threshold_sensitivity(system, found)
-    return root_sensitivity(system, known_eigenvalues or system_eigenvalues(analysis))
+        moved = threshold_sensitivity(system, found)
+    else:
+        moved = root_sensitivity(system, known_eigenvalues or system_eigenvalues(analysis))
+    return moved.without(seat_parameters(analysis.file), note_of_seat_parameters(analysis.file))

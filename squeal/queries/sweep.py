@@ -152,6 +152,7 @@ def _system_sweep(
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.known import sweep_as_known
     from squeal.queries.systems.reduced import basis_of
+    from squeal.queries.systems.seat import seat_note
     from squeal.queries.systems.sweeps import track_modes
 
     analysis.warn_of_unused_parameter()
@@ -170,6 +171,7 @@ def _system_sweep(
         own=own,
         basis=basis_of(reduction, analysis.selection) or analysis.joined,
         source=SystemSource(analysis.file, analysis.selection, reduction),
+        note=seat_note(analysis.file),
     )
     return sweep_as_known(analysis.file, analysis.selection, answer)
 

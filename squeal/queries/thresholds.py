@@ -340,6 +340,7 @@ def system_thresholds_with_proof(
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.known import thresholds_as_known
     from squeal.queries.systems.matrices import ALL_ROWS
+    from squeal.queries.systems.seat import thresholds_as_seated
     from squeal.queries.systems.sensitivity import widened_by_reduction
     from squeal.queries.systems.thresholds import thresholds_among_all
     from squeal.queries.systems.verdicts import NO_ROOT
@@ -375,6 +376,7 @@ def system_thresholds_with_proof(
         answer = widened_by_reduction(system, assembly, answer)
     if is_small(system) and prove is not False and answer.verdict != NO_ROOT:
         answer = replace(answer, verdict=_judged_start(analysis, answer.low))
+    answer = thresholds_as_seated(analysis.file, answer)
     return thresholds_as_known(analysis.file, selection, answer)
 
 

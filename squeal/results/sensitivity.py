@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -54,6 +54,8 @@ class Sensitivity(Answer):
         Of the parameters.
     condition : array (m,) or None
         Condition numbers of the eigenvalues: 1 of real modes, infinite where two coalesce.
+    note : str
+        Which parameters are left out, and why.
 
     Examples
     --------
@@ -78,6 +80,7 @@ class Sensitivity(Answer):
     values: Mapping[str, float]
     units: Mapping[str, str]
     condition: NDArray[np.float64] | None = None
+    note: str = ""
 
     def table(self) -> Table:
         """How far a small step of each parameter moves the loss of stability, or each mode.
@@ -187,7 +190,7 @@ class Sensitivity(Answer):
         2
         """
         if self.condition is None:
-            return [self.table()]
+            return [self.table(), self.note]
         numbers = mode_numbers(np.asarray(self.at))
         # a change of 1 / condition^2 makes a mode coalesce: derivatives hold far below it
         is_near = STEP * self.condition**2 >= 1.0
@@ -197,7 +200,24 @@ class Sensitivity(Answer):
                 f"mode {numbers[i]} nearly coalesces with another one: its derivatives hold for "
                 f"changes far below {number(100 * self.condition[i] ** -2, 2)} %"
             )
-        return [self.table(), "\n".join(lines)]
+        return [self.table(), "\n".join([*lines, self.note])]
+
+    def without(self, names: Collection[str], note: str) -> Sensitivity:
+        """The same without some parameters, of which a note says why they are left out.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> one = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+        >>> list(squeal.sensitivity(one).without(["k"], "k is held").slopes)
+        ['mu']
+        """
+        return replace(
+            self,
+            slopes={name: x for name, x in self.slopes.items() if name not in names},
+            values={name: x for name, x in self.values.items() if name not in names},
+            note=note,
+        )
 
     def to_dict(self) -> dict[str, Any]:
         if self.what == "threshold":

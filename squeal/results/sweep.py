@@ -253,7 +253,8 @@ class Sweep(Answer):
 
     A mode keeps its number, which it has by frequency at the row `own`, that of the subject's own
     value if this lies between the others, else the first one; losses: where that is in doubt;
-    names: of modes by number; basis tells of a reduced system that served.
+    names: of modes by number; basis tells of a reduced system that served, note of contact whose
+    seat stays.
 
     Examples
     --------
@@ -275,6 +276,7 @@ class Sweep(Answer):
     names: Mapping[int, str] = field(default_factory=dict)
     basis: Mapping[str, Any] | None = None
     source: Source | None = None
+    note: str = ""
 
     @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -433,6 +435,7 @@ class Sweep(Answer):
         parts.append("\n".join(self.lost()))
         if self.basis is not None:
             parts.append(basis_text(self.basis))
+        parts.append(self.note)
         return parts
 
     def lost(self) -> list[str]:

@@ -227,8 +227,8 @@ def assemble(
     Raises
     ------
     InputError
-        For what does not fit together, if no component is loaded although pairs may open, or if
-        all pairs open.
+        For what does not fit together, friction without a direction of sliding, if no component is
+        loaded although pairs may open, or if all pairs open.
     ComputationError
         If the contact is not settled.
 
@@ -269,6 +269,9 @@ def assemble(
         parameter=parameter,
         name=name,
     )
+    for contact in located:
+        with Place(f"contact {contact.name}").named():
+            contact.require_direction(structure.parameters)
     seats, displacements = seat_contacts(structure, joints, joined)
     is_large = is_sparse(structure.M[0].matrix)
     springs: list[Term] = []

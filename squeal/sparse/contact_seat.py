@@ -118,6 +118,24 @@ class Contact:
         """The names of both components."""
         return " - ".join(self.between)
 
+    def require_direction(self, parameters: Changes) -> None:
+        """Raises InputError for friction without a direction, but for that of a joint, which does
+        not slide.
+
+        Examples
+        --------
+        >>> touch = Contact(("disc", "pad"), [(1, 7)], (0, 0, 1), stiffness=2e6)
+        >>> touch.require_direction({"mu": 0.0})
+        """
+        if self.bonded or self.sliding is not None or self.axis is not None:
+            return
+        coefficient = Formula(self.friction).value(parameters)
+        if coefficient != 0.0:
+            raise InputError(
+                f"friction: {self.friction} is {coefficient:g} and has no direction; sliding or "
+                "axis beside it is allowed, or friction: 0"
+            )
+
     def located(self, bodies: Mapping[str, Component]) -> Contact:
         """The same contact with its pairs as ContactPoints. Raises InputError.
 

@@ -12,6 +12,7 @@ from scipy.sparse import load_npz, save_npz, triu
 
 import squeal
 from squeal.cli.main import main
+from squeal.errors import InputError
 from squeal.results.sources import SystemSource
 
 BAND, TOP = (500.0, 4000.0), 8000.0  # Hz; the cut-off is twice the upper end of the band
@@ -208,3 +209,116 @@ def test_what_a_contact_and_its_components_need_is_required(brake, capsys, keys,
     more.write_text(yaml.safe_dump(document))
     assert main(["eigenvalues", str(more)]) == 2
     assert named in capsys.readouterr().err
+
+
+def reduced_up_to(path, cutoff):
+    document = yaml.safe_load(path.read_text()) | {"cutoff": cutoff}
+    more = path.with_name("more.yaml")
+    more.write_text(yaml.safe_dump(document))
+    return squeal.read_system(more)
+
+
+def test_the_check_of_reduced_components_says_what_is_of_the_full_ones(brake):
+    path, _, _ = brake
+    full = squeal.check(squeal.read_system(path))
+    reduced = squeal.check(reduced_up_to(path, TOP))
+    assert full.mass is not None
+    assert (reduced.mass, reduced.centre, reduced.size, reduced.hints) == (None, None, None, ())
+    assert reduced.frequencies_hz == pytest.approx(full.frequencies_hz, rel=1e-4)
+    assert "not known of reduced components" in str(reduced)
+    low = squeal.check(reduced_up_to(path, 2000.0), modes=100)
+    assert max(low.frequencies_hz) <= 2000.0
+
+
+def test_a_page_of_reduced_components_names_no_mass(brake):
+    path, _, _ = brake
+    page = path.with_name("page.html")
+    assert main(["report", str(path), "--band", "500:2000", "--output", str(page)]) == 0
+    text = page.read_text()
+    assert "mass and box: not known of reduced components" in text
+    assert "mass of the rows that move" not in text
+
+
+def test_friction_without_a_direction_is_refused(brake, tmp_path):
+    path, bodies, contact = brake
+    shutil.copytree(path.parent, tmp_path / "brake")
+    document = yaml.safe_load(path.read_text())
+    (law,) = document["contact"]
+    del law["axis"]
+    aimless = tmp_path / "brake" / "aimless.yaml"
+    aimless.write_text(yaml.safe_dump(document))
+    named = r"aimless\.yaml: contact disc - pad: friction: mu is 0\.4 and has no direction"
+    with pytest.raises(InputError, match=named):
+        squeal.read_system(aimless)
+    law["friction"] = 0
+    aimless.write_text(yaml.safe_dump(document))
+    assert squeal.read_system(aimless).assembly.seats[0].closed.any()
+    nowhere = replace(contact, axis=None)
+    with pytest.raises(InputError, match=r"friction: mu is 0\.3"):
+        squeal.assemble(bodies, [nowhere], {"mu": 0.3})
+    joint = replace(nowhere, bonded=True)  # which does not slide
+    assert squeal.assemble(bodies, [joint], {"mu": 0.3}).seats[0].closed.all()
+
+
+def test_thresholds_name_their_seat_and_are_certified_in_it_alone(brake):
+    """Pairs open with friction, where the file seats them without and gaps differ."""
+    _, (disc, pad), contact = brake
+    bodies = [disc, replace(pad, load=1e6 * pad.load)]
+    seated = squeal.assemble(bodies, [contact], {"mu": 0.1})
+    found = squeal.thresholds(seated, 1.0, band=BAND)
+    note = "contact is that seated at mu = 0.1; --set mu=VALUE seats it anew"
+    assert note in found.notes
+    is_another = False
+    for crossing in found.crossings:
+        anew = squeal.assemble(bodies, [contact], {"mu": crossing.mu})
+        is_another |= not np.array_equal(anew.seats[0].closed, seated.seats[0].closed)
+    assert is_another
+    assert not found.certified
+    assert "seated anew at mu = " in str(found)
+    closed = squeal.assemble(bodies, [replace(contact, gap=0.0)], {"mu": 0.1})
+    same = squeal.thresholds(closed, 1.0, band=BAND)
+    assert same.crossings
+    assert same.certified
+    assert note in same.notes
+    low = squeal.sweep(seated, [0.1, 0.2], band=BAND)
+    assert note in str(low)
+    at = squeal.eigenvalues(seated, 0.1, band=BAND)
+    assert note in "\n".join(at.notes)
+    advice = squeal.advise(seated, mu_max=1.0, band=BAND)
+    assert note in str(advice)
+    joint = squeal.assemble(bodies, [replace(contact, bonded=True)], {"mu": 0.1})
+    assert "seated" not in str(squeal.sweep(joint, [0.1, 0.2], band=BAND))
+
+
+def test_what_acts_through_the_seat_has_no_derivative(brake):
+    """With all pairs closed the factor of a constant stiffness has that of a bonded contact."""
+    path, (disc, pad), contact = brake
+    file = squeal.read_system(path)
+    assert not file.assembly.seats[0].closed.all()
+    for moved in (
+        squeal.sensitivity(file, band=BAND),
+        squeal.sensitivity(file, of="threshold", band=BAND),
+    ):
+        assert not {"pressure", "wear", "contact"} & moved.values.keys()
+        assert "contact, pressure, wear act through the seat: --set contact=VALUE" in str(moved)
+    advice = squeal.advise(file, band=BAND)
+    assert [lever.parameter for lever in advice.levers] == ["tangential"]
+    assert "contact, pressure, wear act through the seat" in str(advice)
+    closed = replace(contact, gap=0.0)
+    slopes = []
+    for touch in (closed, replace(closed, bonded=True)):
+        joined = squeal.assemble([disc, pad], [touch], {"mu": 0.1})
+        slopes.append(squeal.sensitivity(joined, band=BAND).slopes["contact"])
+    assert slopes[0] == pytest.approx(slopes[1], rel=1e-6)
+
+
+def test_faces_without_a_distance_miss_the_distance(brake):
+    path, *_ = brake
+    document = yaml.safe_load(path.read_text())
+    (law,) = document["contact"]
+    del law["pairs"]
+    law["faces"] = ["all", "all"]
+    more = path.with_name("more.yaml")
+    more.write_text(yaml.safe_dump(document))
+    with pytest.raises(InputError, match=r"contact\.1\.distance: missing; faces needs it"):
+        squeal.read_system(more)

@@ -252,7 +252,7 @@ def test_points_carry_areas_and_weights_of_both_plates(plates, faces):
     [
         ("[SIDE, all]", "    distance: 1e-6\n", "one.inp names the surfaces: LOW, HIGH; all takes"),
         ("[LOW, HIGH]", "    distance: 1e-6\n", "none of other lies within 1e-06 m of one"),
-        ("[all, all]", "", "pairs: missing"),
+        ("[all, all]", "", "distance: missing"),
         ("[all]", "    distance: 1e-6\n", "a list of two names of surfaces or all"),
         ("[all, all]", "    distance: 1e-6\n    area: 1.0\n", "beside faces, which give it"),
     ],

@@ -28,6 +28,7 @@ from squeal.queries.systems.known import (
 from squeal.queries.systems.matrices import matrix_list, system_checks
 from squeal.queries.systems.proofs import Statement
 from squeal.queries.systems.roots import SystemRoots, roots_of_first_look, system_roots
+from squeal.queries.systems.seat import seat_note
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues, mode_shapes, shape_rows
@@ -90,6 +91,8 @@ def system_eigenvalues(
         # was guessed has a line of its own
         proof_line = ""
     notes = [_description(analysis, roots), *roots.notes]
+    if at is not None and seat_note(file):
+        notes.append(seat_note(file))
     accuracy = accuracy_by_digits(file, roots.every)
     if accuracy:
         notes.append(accuracy)

@@ -46,7 +46,7 @@ class SystemAnalysis:
         progress: Progress | None = None,
     ) -> SystemAnalysis:
         """Raises InputError, and ComputationError for what does not fit into the memory."""
-        file = _as_file(subject)
+        file = file_of(subject)
         if band is None and region is None and _joined(file):
             band = (0.0, file.assembly.cutoff)
         rectangle = None if region is None else Rectangle(*region)
@@ -127,8 +127,15 @@ def _free_memory() -> float:
     return math.inf
 
 
-def _as_file(subject: object) -> SystemFile:
-    """A system, an assembly or a file as a file. Raises InputError for other subjects."""
+def file_of(subject: object) -> SystemFile:
+    """A system, an assembly or a file as a file. Raises InputError for other subjects.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> file_of(squeal.System([[1.0]], K=[[1.0]])).assembly is None
+    True
+    """
     if isinstance(subject, SystemFile):
         return subject
     if isinstance(subject, System):
