@@ -20,11 +20,11 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (305_000, 175_000),
+    "tokens": (303_400, 175_000),
     "tokens a code line": (9.95, 9.5),
-    "paired assignments per 1,000 code lines": (0.4, 3),
-    "comprehensions per 1,000 code lines": (33.0, 15),
-    "conditional expressions per 1,000 code lines": (18.8, 12),
+    "paired assignments per 1,000 code lines": (0.3, 3),
+    "comprehensions per 1,000 code lines": (32.95, 15),
+    "conditional expressions per 1,000 code lines": (18.6, 12),
     "Any in signatures": (76, 60),
     "calls of locals()": (0, 0),
     "modules of our own loaded by a string": (2, 0),
