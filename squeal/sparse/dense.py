@@ -157,7 +157,8 @@ def _finite_values(F: Matrix, E: Matrix, infinite: int) -> ComplexArray:
     from scipy.linalg import eigvals
 
     alpha, beta = eigvals(F, E, homogeneous_eigvals=True)
-    closeness = np.abs(beta) / np.maximum(np.abs(alpha), np.finfo(float).tiny)  # 0: infinite
+    with np.errstate(over="ignore"):  # of a root at zero, the last to be taken for infinite
+        closeness = np.abs(beta) / np.maximum(np.abs(alpha), np.finfo(float).tiny)  # 0: infinite
     is_finite = (closeness > 4 * EPS) | (infinite == 0)  # all, if none has to be infinite
     is_finite[np.argsort(closeness)[:infinite]] = False
     values = (alpha / np.where(beta == 0, 1.0, beta))[is_finite].astype(complex)

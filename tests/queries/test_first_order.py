@@ -87,6 +87,7 @@ def test_an_integrator_without_stiffness_of_its_own():
     (threshold,) = squeal.thresholds(loop, 2.0, band=(0.1, 1.0)).crossings
     assert threshold.mu == pytest.approx(0.4**0.5, rel=1e-9)
     assert threshold.frequency_hz == pytest.approx(1 / np.pi, rel=1e-9)
+    assert 0.0 in squeal.eigenvalues(loop, at=0.0).values
 
 
 def test_a_large_sparse_one_over_a_band():
