@@ -107,7 +107,7 @@ def _squeal(folder: Path, way: str) -> tuple[float, Any]:
     system, wanted = read_system(folder / "system.yaml").system, EigenvalueSelection(band=BAND)
     start = time.process_time()
     if way == "thresholds":
-        found = system_thresholds(system, 1.0, wanted=wanted)
+        found = system_thresholds(system, 1.0, wanted=wanted).answer
         return time.process_time() - start, np.full(len(found.crossings), 0.5j * (LOW + HIGH))
     if way == "look":
         steps = squeal.sweep(system, SWEPT, band=BAND, method="modal").steps

@@ -155,7 +155,7 @@ def judgement_table(systems: dict[str, TermSystem]) -> bool:
         print(f"           growing: {listed or 'none'}")
     found = system_thresholds(
         systems["program"], SPEEDS[-1], SPEEDS[0], EigenvalueSelection(region=REGION)
-    )
+    ).answer
     crossed = [round(c.frequency_hz) for c in found.crossings]
     print(f"  program: crossings at {crossed} Hz, certified {found.certified}")
     return right and bool(found.certified) and crossed == CROSSED

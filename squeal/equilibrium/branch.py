@@ -402,19 +402,31 @@ class _Front(NamedTuple):
         return _Located(z, tangent, slope, good & self._on_the_way(z, new, options), event)
 
     def _event_surface(self, event: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Surfaces on which the functions of events (k,), none a fold, vanish near z (4, k)."""
+        """Conditions (points + 5, k) under which the events (k,) lie, linear in the gaps and in z.
+
+        See `Statics.surface_step`: weights of the gaps, those of z = (x, y, w theta, mu), and what
+        the sum is to be. event: none a fold; z (4, k): near the event, for the sense of the tilt.
+        """
         pad = self.part.model.pad
-        turned = np.sign(self.part.tilt(z))
-        of_point = event == np.arange(self.tilted)[:, None]
-        surface = np.zeros((self.tilted + 5, event.size))
-        surface[: self.tilted] = of_point * np.where(self.state, 1.0, -1.0)
-        tilts = event == self.tilted
-        surface[-3, tilts] = (turned / pad.w)[tilts]
-        surface[-1, tilts] = (math.pi / 2 - turned * pad.theta0)[tilts]
-        ends = event == self.range_end
-        surface[-2, ends] = 1.0
-        surface[-1, ends] = self.mu_max[ends]
+        surface = self.no_surface()
+        weights = surface[: self.tilted]
+        normal = surface[self.tilted : -1]
+        offset = surface[-1]
+        # as functions of events rise at them: the gap of a point that touches, or minus it
+        is_gap_of = event == np.arange(self.tilted)[:, None]
+        weights[:] = is_gap_of * np.where(self.state, 1.0, -1.0)
+        is_tilt = event == self.tilted
+        sense = np.sign(self.part.tilt(z))  # theta0 + theta is to be 90 degrees of this sense
+        normal[2, is_tilt] = (sense / pad.w)[is_tilt]
+        offset[is_tilt] = (math.pi / 2 - sense * pad.theta0)[is_tilt]
+        is_end = event == self.range_end
+        normal[3, is_end] = 1.0
+        offset[is_end] = self.mu_max[is_end]
         return surface
+
+    def no_surface(self) -> np.ndarray:
+        """Conditions (points + 5, k) that are yet to be written, see `Statics.surface_step`."""
+        return np.zeros((self.tilted + 5, self.owner.size))
 
     def _on_the_way(self, z: np.ndarray, new: np.ndarray, options: BranchOptions) -> np.ndarray:
         """Whether (k,) places z (4, k) lie between the present places and new ones, to a millionth
@@ -451,8 +463,8 @@ class _Front(NamedTuple):
         """
         normal = self.ahead * self.scale
         guess = self.z + self.step * self.ahead / self.scale
-        plane = np.zeros((self.tilted + 5, self.owner.size))
-        plane[-5:-1] = normal
+        plane = self.no_surface()
+        plane[self.tilted : -1] = normal
         plane[-1] = (normal * guess).sum(axis=0)
         z, tangent, slope, good = self.corrected(guess, plane)
         with np.errstate(all="ignore"):

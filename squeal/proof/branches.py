@@ -30,17 +30,16 @@ from numpy.typing import ArrayLike
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Coefficients, Pad, coefficients, pose
-from squeal.proof.balls import EPS, Ball, Floats, upper
+from squeal.proof.balls import Ball, Floats, upper
 from squeal.proof.jets import Doubles, Functions, Jet
+from squeal.proof.signs import Polynomial, first_with_sign, signs
 
 try:
     import flint
 except ImportError:  # an extra
     flint = None
 
-Polynomial = Any
-"""A `flint.arb_poly` in t."""
-UNITS = ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))
+UNIT_SLOPES = ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))
 """Slopes of the unknowns x, y, theta and mu by themselves."""
 FRICTION = 3
 """The index of mu among the unknowns x, y, theta, mu."""
@@ -65,10 +64,6 @@ CONTACT_BEYOND = 200.0
 """The same in a cell of the state beyond it, whose boxes are wider."""
 MOST_CELLS = 400
 """After so many cells the branch counts as lost."""
-MOST_PARTS = 400
-"""Into so many parts a cell is divided at most to find the signs of a polynomial."""
-NEAR = 1e-13
-"""An interval of t that is not divided any more."""
 SHRINKING = 8.0
 """A cell around a bracketed change of contact is so many times as wide as the bracket."""
 LOST = "the equilibrium is not enclosed"
@@ -356,10 +351,10 @@ class PadBranch:
         It is the null vector of the slopes J (3, 4), by Cramer's rule: entry i is (-1)^i times the
         determinant of J without column i.
         """
-        jets = self._doubles(point, state)
-        if jets is None:
+        evaluated = self._loads_and_slopes(point, state)
+        if evaluated is None:
             return None
-        J = jets[1]
+        _, J = evaluated
         null_vector = np.zeros(4)
         for i in range(4):
             null_vector[i] = (-1) ** i * np.linalg.det(J[:, _others(i)])
@@ -403,7 +398,7 @@ class PadBranch:
             sign_of_state = -1 if cell.state[i] else 1
             pieces = signs(gap, cell.start, 1.0)
             if not same_state and pieces[0].sign != sign_of_state:
-                certain_from = _first_with_sign(pieces, sign_of_state)
+                certain_from = first_with_sign(pieces, sign_of_state)
                 friction = cell.at(_between(cell.start, certain_from))[FRICTION]
                 if not self.is_sharp(friction, CONTACT_BEYOND):
                     return ContactChange([i], cell.start, certain_from)
@@ -412,7 +407,7 @@ class PadBranch:
             if not others:
                 continue
             low = others[0].low
-            high = _first_with_sign(others, -sign_of_state)
+            high = first_with_sign(others, -sign_of_state)
             if first is None or low < first.low:
                 first = ContactChange([i], low, high)
             elif low <= first.high:
@@ -498,10 +493,10 @@ class PadBranch:
         point = guess.copy()
         point[pivot] = value
         for _ in range(12):
-            jets = self._doubles(point, state)
-            if jets is None:
+            evaluated = self._loads_and_slopes(point, state)
+            if evaluated is None:
                 return None
-            F, J = jets
+            F, J = evaluated
             try:
                 Y = np.linalg.inv(J[:, others])
             except np.linalg.LinAlgError:
@@ -548,30 +543,35 @@ class PadBranch:
         slopes = self._slopes(centre, radii, state)
         return Cell(state, FRICTION, middle, half, centre, radii, radii, slopes)
 
-    def _doubles(self, point: Floats, state: State) -> tuple[Floats, Floats] | None:
-        """Loads F (3,) and their slopes J (3, 4) in doubles; None where they are not finite."""
-        jets = [Jet(v, unit) for v, unit in zip(point.tolist(), UNITS, strict=True)]
-        on = tuple(int(touches) for touches in state)
-        c = self.model.c._replace(mu=jets[FRICTION])
+    def _loads_and_slopes(self, point: Floats, state: State) -> tuple[Floats, Floats] | None:
+        """Loads F (3,), two forces and a moment, and their slopes J (3, 4) by x, y, theta and mu.
+
+        In doubles, for Newton's method and tangents, which prove nothing. The contact state is that
+        given, whatever the gaps. None where a load is not finite.
+        """
+        unknowns = [Jet(v, unit) for v, unit in zip(point.tolist(), UNIT_SLOPES, strict=True)]
+        touches = _factors_of(state)
+        c = self.model.c._replace(mu=unknowns[FRICTION])  # doubles; `_c` has the same as balls
         try:
-            loads = net_loads(Doubles, c, self.model.law, tuple(jets[:FRICTION]), on)
-        except (ArithmeticError, ValueError):
+            loads = net_loads(Doubles, c, self.model.law, tuple(unknowns[:FRICTION]), touches)
+        except (ArithmeticError, ValueError):  # a pole, or a root of a negative number
             return None
-        F = np.array([Jet.of(v).value for v in loads], dtype=float)
-        J = np.array([Jet.of(v).slopes for v in loads], dtype=float)
+        jets = [Jet.of(load) for load in loads]  # one that no unknown moves is a number
+        F = np.array([jet.value for jet in jets], dtype=float)
+        J = np.array([jet.slopes for jet in jets], dtype=float)
         if not (np.isfinite(F).all() and np.isfinite(J).all()):
             return None
         return F, J
 
     def _loads(self, unknowns: Sequence[Any], state: State) -> tuple[Any, ...]:
         """Loads (3) of balls, series or jets of the unknowns in one contact state."""
-        on = tuple(int(touches) for touches in state)
+        touches = _factors_of(state)
         c = self._c._replace(mu=unknowns[FRICTION])
-        return net_loads(Functions, c, self.model.law, tuple(unknowns[:FRICTION]), on)
+        return net_loads(Functions, c, self.model.law, tuple(unknowns[:FRICTION]), touches)
 
     def _jets(self, unknowns: Sequence[Any], state: State) -> list[Jet]:
         """The same loads with their slopes by the unknowns."""
-        jets = [Jet(u, unit) for u, unit in zip(unknowns, UNITS, strict=True)]
+        jets = [Jet(u, unit) for u, unit in zip(unknowns, UNIT_SLOPES, strict=True)]
         return [Jet.of(load) for load in self._loads(jets, state)]
 
     def _slopes(
@@ -611,6 +611,11 @@ class PadBranch:
             remainder = _coefficients(all_orders, ORDER + 1)[ORDER]
             polynomials.append(flint.arb_poly([*_coefficients(low_orders, ORDER), remainder]))
         return polynomials
+
+
+def _factors_of(state: State) -> tuple[int, ...]:
+    """1 of each contact point that touches, 0 of the others: factors of their forces."""
+    return tuple(int(touches) for touches in state)
 
 
 def _others(unknown: int) -> list[int]:
@@ -666,114 +671,3 @@ def _largest(polynomial: Polynomial) -> float:
 def _between(low: float, high: float) -> Ball:
     """A ball that holds all numbers between two."""
     return flint.arb(low).union(flint.arb(high))
-
-
-class Sign(NamedTuple):
-    """The sign 1 or -1 of a function from t = low to high, 0 where it is not known."""
-
-    low: float
-    high: float
-    sign: int
-
-
-def _first_with_sign(pieces: Sequence[Sign], sign: int) -> float:
-    """Where the first piece with a sign begins; 1, the end of a cell, if none has it."""
-    for piece in pieces:
-        if piece.sign == sign:
-            return piece.low
-    return 1.0
-
-
-def signs(polynomial: Polynomial, low: float, high: float) -> list[Sign]:
-    """The signs of a polynomial with balls as coefficients, for t from low to high in -1..1.
-
-    It differs from D, the polynomial of the midpoints, by at most the sum of the radii, the
-    `uncertainty`. An interval is halved until D is certain there, or monotonic, so that its values
-    at the ends decide.
-    """
-    coefficients_of_balls = polynomial.coeffs()
-    D = flint.arb_poly([c.mid() for c in coefficients_of_balls])
-    uncertainty = sum((c.rad() for c in coefficients_of_balls), flint.arb(0))
-    pieces: list[Sign] = []
-    waiting = [(low, high)]  # intervals, the leftmost last
-    for _ in range(MOST_PARTS):
-        if not waiting:
-            break
-        left, right = waiting.pop()
-        decided = _signs_of_part(D, uncertainty, left, right)
-        if decided is None:
-            middle = (left + right) / 2.0
-            waiting += [(middle, right), (left, middle)]
-            continue
-        pieces += decided
-    pieces += [Sign(left, right, 0) for left, right in waiting[::-1]]
-    joined: list[Sign] = []
-    for piece in pieces:
-        if joined and joined[-1].sign == piece.sign:
-            joined[-1] = Sign(joined[-1].low, piece.high, piece.sign)
-        elif piece.high > piece.low:
-            joined.append(piece)
-    return joined
-
-
-def _signs_of_part(D: Polynomial, uncertainty: Ball, low: float, high: float) -> list[Sign] | None:
-    """The signs of D, known up to the uncertainty, in an interval; None if it has to be halved.
-
-    With D(middle + half s) = c0 + c1 s + c2 s^2 + ... of |s| <= 1, D has the sign of c0 if
-    |c0| - |c1| - |c2| - ... exceeds the uncertainty, and is monotonic if
-    |c1| > 2 |c2| + 3 |c3| + ...
-    """
-    middle = (low + high) / 2.0
-    half = (high - low) / 2.0 * (1.0 + 4.0 * EPS) + EPS
-    centred = D(flint.arb_poly([middle, half])).coeffs()
-    sizes = [abs(c) for c in centred]
-    variation = sum(sizes[1:], flint.arb(0))
-    if not centred or sizes[0] + variation <= uncertainty:
-        return [Sign(low, high, 0)]
-    if sizes[0] - variation > uncertainty:
-        return [Sign(low, high, 1 if centred[0] > 0 else -1)]
-    curvature = flint.arb(0)
-    for k in range(2, len(sizes)):
-        curvature += k * sizes[k]
-    if len(centred) > 1 and sizes[1] > curvature:
-        return _signs_where_monotonic(D, uncertainty, low, high)
-    if high - low < NEAR:
-        return [Sign(low, high, 0)]
-    return None
-
-
-def _signs_where_monotonic(D: Polynomial, uncertainty: Ball, low: float, high: float) -> list[Sign]:
-    """The same in an interval in which D is monotonic: each sign by bisection from its end."""
-
-    def sign_at(t: float) -> int:
-        value = D(flint.arb(t))
-        if value > uncertainty:
-            return 1
-        if value < -uncertainty:
-            return -1
-        return 0
-
-    def last_with_sign(sign: int, inside: float, outside: float) -> float:
-        """The double farthest from `inside` at which D has the sign that it has there."""
-        while sign:
-            t = (inside + outside) / 2.0
-            if t in (inside, outside):
-                break
-            if sign_at(t) == sign:
-                inside = t
-            else:
-                outside = t
-        return inside
-
-    first = sign_at(low)
-    last = sign_at(high)
-    if first == last:
-        return [Sign(low, high, first)]
-    first_end = last_with_sign(first, low, high)
-    last_start = last_with_sign(last, high, low)
-    pieces = [
-        Sign(low, first_end, first),
-        Sign(first_end, last_start, 0),
-        Sign(last_start, high, last),
-    ]
-    return [piece for piece in pieces if piece.high > piece.low]

@@ -29,17 +29,8 @@ from squeal.proof.balls import (
     low_end,
     middle_and_radius,
 )
-from squeal.proof.branches import (
-    BITS,
-    FRICTION,
-    NEAR,
-    ORDER,
-    Cell,
-    PadBranch,
-    Polynomial,
-    Sign,
-    signs,
-)
+from squeal.proof.branches import BITS, FRICTION, ORDER, Cell, PadBranch
+from squeal.proof.signs import NEAR, Polynomial, Sign, signs
 
 try:
     import flint

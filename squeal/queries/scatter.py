@@ -83,14 +83,14 @@ class ReducedThresholdSamples:
         try:
             reduction = self.reduction.replaced(values)
             system = reduction.scaled.system
-            answer = system_thresholds(system, self.high, wanted=self.selection, served=reduction)
+            found = system_thresholds(system, self.high, wanted=self.selection, served=reduction)
         except InputError as error:
             return Sample(values, kind=NO_PAD, reason=str(error))
         except ComputationError as error:
             return Sample(values, reason=str(error))
-        loss = first_loss(answer, self.high)
+        loss = first_loss(found.answer, self.high)
         at = self.high if loss.critical is None else loss.critical
-        _, residuals, _ = reduction.modes({answer.parameter: at})
+        _, residuals, _ = reduction.modes({found.answer.parameter: at})
         return _at_loss(values, loss, float(np.max(residuals, initial=0.0)))
 
 

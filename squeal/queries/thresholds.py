@@ -342,7 +342,7 @@ def system_thresholds_with_proof(
     from squeal.queries.systems.matrices import ALL_ROWS
     from squeal.queries.systems.seat import thresholds_as_seated
     from squeal.queries.systems.sensitivity import widened_by_reduction
-    from squeal.queries.systems.thresholds import thresholds_among_all
+    from squeal.queries.systems.thresholds import system_thresholds
     from squeal.queries.systems.verdicts import NO_ROOT
 
     system = analysis.system
@@ -359,7 +359,7 @@ def system_thresholds_with_proof(
     analysis.warn_of_unused_parameter()
     looked_at: list[float] = []
     for _ in range(SEARCHES):
-        answer, every = thresholds_among_all(
+        answer, every = system_thresholds(
             system, high, low, selection, workers, looked_at=looked_at
         )
         refuted_at = None

@@ -31,9 +31,10 @@ SAME = 1e-9  # of |lambda|: a mode that grows is this listed one
 
 @dataclass(frozen=True, eq=False)
 class ModeShape:
-    """The shape (n,) of one mode: complex, its largest entry 1 once each is times its lever.
+    """The shape (n,) of one mode, complex.
 
-    number: by rising frequency, from 1; a pair of eigenvalues is one mode.
+    number: by rising frequency, from 1; a pair of eigenvalues is one mode. shape: scaled so that
+    the largest entry of levers * shape is 1; a rotation is thus one over a length.
     """
 
     number: int
@@ -43,21 +44,29 @@ class ModeShape:
 
 
 def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape, ...]:
-    """The shape of each mode: of a pair of eigenvalues, and of half of the real ones.
+    """The shape of each mode: of a pair of eigenvalues, and of half of the real ones, rounded up.
 
-    levers (n,): lengths that make the coordinates comparable, (1, 1, w) of a pad; 1 if left out.
-    Of the real eigenvalues those that grow faster are taken.
+    levers (n,): lengths that make the coordinates comparable, (1, 1, w) of a pad, whose angle moves
+    an edge by w; 1 if left out. Two real eigenvalues make one mode: shown is the half that grows
+    faster, as it may become unstable. The real ones come first, as their frequency is 0; the
+    spectrum has the pairs by rising frequency. Solvers set the imaginary part of real ones to 0.
     """
     real = [root for root in spectrum.eigenvalues if root.value.imag == 0.0]
     real.sort(key=lambda root: -root.growth_rate)
-    faster = real[: (len(real) + 1) // 2]
-    upper = [root for root in spectrum.eigenvalues if root.value.imag > 0.0]
+    shown = real[: (len(real) + 1) // 2]
+    shown += [root for root in spectrum.eigenvalues if root.value.imag > 0.0]
     shapes = []
-    for mode, root in enumerate([*faster, *upper], 1):
-        comparable = np.asarray(levers) * root.right
-        largest = int(np.argmax(np.abs(comparable)))
-        shape = root.right / comparable[largest]
-        shapes.append(ModeShape(mode, root.frequency_hz, root.growth_rate, shape))
+    for number_of_mode, root in enumerate(shown, 1):
+        lengths = np.asarray(levers) * root.right
+        largest = int(np.argmax(np.abs(lengths)))
+        shapes.append(
+            ModeShape(
+                number=number_of_mode,
+                frequency_hz=root.frequency_hz,
+                growth_rate=root.growth_rate,
+                shape=root.right / lengths[largest],  # lengths as levered, entries as they are
+            )
+        )
     return tuple(shapes)
 
 

@@ -12,8 +12,9 @@ from benchmarks.random_pads import examine
 from squeal.equilibrium.damping import damped_model, without_friction
 from squeal.io.scene import Damping
 from squeal.model.equations import linearise
-from squeal.proof.branches import PadBranch, signs
+from squeal.proof.branches import PadBranch
 from squeal.proof.pads import Claim, _growing, _right_half_plane, prove_pad
+from squeal.proof.signs import signs
 from squeal.queries.thresholds import critical_friction
 from squeal.results.sources import PadSource
 from tests.conftest import scene_of

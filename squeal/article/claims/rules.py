@@ -164,22 +164,24 @@ def none_settles(*cases: Case) -> Outcome:
 
 
 def hammers(case: Case, level: float = LEVEL) -> Outcome:
-    """Blows fall on the two edges in turn, repeatedly, and the force at each edge vanishes.
+    """Blows fall on the two edges in turn, at least `TURNS` times, and at each edge the force
+    vanishes for some share of the time.
 
-    The same for both models: a blow is the impulse of the contact force while its resultant stays
-    on one half of the face.
+    The same for both models: a blow is a span in which the resultant of the contact force stays on
+    one half of the face, if its impulse is at least `level` F_n T_1 (see `motions.LEVELS`). A
+    margin above 0 is that share of time; below 0 it is the share of turns that are missing.
     """
-    turns = case.blows[LEVELS.index(level)]
-    gone = min(case.vanishes)
+    turns = case.blows[LEVELS.index(level)]  # changes of the edge struck, a number for each level
+    gone = min(case.vanishes)  # of the leading and of the trailing edge
     words = (
         f"{turns} changes of the edge struck, heaviest blows {case.heaviest[0]:.3g} and "
         f"{case.heaviest[1]:.3g} F_n T_1, least share without force at an edge {100 * gone:.3g} %"
     )
     if turns >= TURNS and gone > TOUCH:
         return Outcome(gone, words)
-    too_few_turns = min(turns / TURNS - 1.0, 0.0)
-    too_little_gone = max(TOUCH - gone, 0.0)
-    return Outcome(too_few_turns - too_little_gone, words)
+    missing_turns = max(1.0 - turns / TURNS, 0.0)
+    missing_share = max(TOUCH - gone, 0.0)  # of time without force, which alone decides the sign
+    return Outcome(-missing_turns - missing_share, words)
 
 
 def hammering_cases(cases: Mapping[str, Case], level: float = LEVEL) -> dict[str, tuple[str, ...]]:

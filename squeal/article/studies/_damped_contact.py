@@ -82,26 +82,31 @@ def touching_part(gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]
 def edge_forces(
     law: ContactLaw, c: Coefficients, g: Point, rates: Point, on: Touching, a: Number
 ) -> Point:
-    """Normal forces at the edges that stand for the damped contact.
+    """Normal forces at both edges that have the resultant and the moment of the contact.
 
     On points k p (1 + a p') at each edge, the penetration p being minus the gap. On the line the
     pressure k_c p (1 + a p') over the part that touches, each share of it divided between the edges
-    as on a lever. Under the printed law ("mean"), Eq. (13), the mean pressure of this part acts on
-    the whole face.
+    as on a lever, so that an edge that is lifted gets a share, too. Under the article's printed law
+    ("mean", its Eq. (13)) the size of the force is that of the mean pressure on the whole face, its
+    line of action that of the part.
 
     Parameters
     ----------
     g, rates : gaps of the edges and their rates
-    on : factors 1 and 0 of the edges that touch
-    a : size of the damping, a time over a length
+    on : factors 1 and 0 of the edges that touch, which stay the same between contact changes
+    a : size of the damping, a time over a length, in the units of c
+
+    Returns
+    -------
+    leading, trailing : forces, positive where they press
     """
     if not isinstance(law, LineContact):
         leading = -on[0] * c.k3 * g[0] * (1.0 - a * rates[0])
         return leading, -on[1] * c.k4 * g[1] * (1.0 - a * rates[1])
     middle, half = touching_part(g[0], g[1], on)
-    loaded = half  # share of the face that bears the mean pressure
+    share_of_face = half
     if law.line_force == "mean":
-        loaded = on[0] + on[1] - on[0] * on[1]  # 1 where anything touches
+        share_of_face = on[0] + on[1] - on[0] * on[1]  # 1 where anything touches
     leading = 0.0
     trailing = 0.0
     for node in (-GAUSS, GAUSS):
@@ -110,7 +115,8 @@ def edge_forces(
         share_t = 0.5 * (1.0 + position)
         gap = share_l * g[0] + share_t * g[1]
         rate = share_l * rates[0] + share_t * rates[1]
-        force = -0.5 * c.k_c * loaded * gap * (1.0 - a * rate)
+        # k_c is the stiffness of the whole face, which two nodes of weight 1/2 share
+        force = -0.5 * c.k_c * share_of_face * gap * (1.0 - a * rate)
         leading = leading + share_l * force
         trailing = trailing + share_t * force
     return leading, trailing

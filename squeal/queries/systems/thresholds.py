@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -81,6 +82,14 @@ class _Located:
     reduction: Reduction | None = None
 
 
+class SystemThresholds(NamedTuple):
+    """The answer about a system, and all crossings of it, also those outside of the band or region;
+    None if they were not looked for."""
+
+    answer: Thresholds
+    every: Sequence[Crossing] | None
+
+
 def system_thresholds(
     system: TermSystem,
     high: float,
@@ -89,15 +98,15 @@ def system_thresholds(
     workers: int = 1,
     served: Reduction | None = None,
     looked_at: Sequence[float] = (),
-) -> Thresholds:
+) -> SystemThresholds:
     """Every threshold of a system over its free parameter p.
 
-    Of a small system they are those of `linear.thresholds`. Of a large one, of a band of more than
-    40 rows, and where M is singular or matrices are complex, they are searched on a reduced system
-    and located on the full one. Growing roots are then counted on the full system, at one value
-    between each two neighbouring crossings. `certified` says whether these counts agree, and
-    whether the roots at all computed values do. That does not prove that no interval of
-    instability lies between these values.
+    Of a small system, and of a band of up to 40 rows, all roots are followed. Of a large one, of a
+    band of more rows, and where M is singular, they are searched on a reduced system and located on
+    the full one. Growing roots are then counted on the full system, at one value between each two
+    neighbouring crossings. `certified` says whether these counts agree, and whether the roots at
+    all computed values do. That does not prove that no interval of instability lies between these
+    values.
 
     Parameters
     ----------
@@ -116,29 +125,15 @@ def system_thresholds(
 
     Returns
     -------
-    Thresholds
-        In its details `unconfirmed` names what the full system did not confirm, `left_out` what
-        leaves the band while it grows, and `doubts` why the answer is not certified.
+    SystemThresholds
+        In the details of the answer `unconfirmed` names what the full system did not confirm,
+        `left_out` what leaves the band while it grows, and `doubts` why it is not certified.
 
     Raises
     ------
     InputError
         For an empty range, and for a large system or complex matrices without a band or region.
     """
-    return thresholds_among_all(system, high, low, wanted, workers, served, looked_at)[0]
-
-
-def thresholds_among_all(
-    system: TermSystem,
-    high: float,
-    low: float | None = None,
-    wanted: EigenvalueSelection | None = None,
-    workers: int = 1,
-    served: Reduction | None = None,
-    looked_at: Sequence[float] = (),
-) -> tuple[Thresholds, Sequence[Crossing] | None]:
-    """The answer of `system_thresholds`, and all crossings of the system, also those outside of the
-    band or region; None if they were not looked for."""
     selection = wanted or EigenvalueSelection()
     if not system.real and selection.rectangle is None:
         raise InputError(NO_BAND)
@@ -193,7 +188,7 @@ def thresholds_among_all(
         },
         source=SystemSource(SystemFile(system), selection, located.reduction),
     )
-    return answer, located.every
+    return SystemThresholds(answer, located.every)
 
 
 def _start_of_range(system: TermSystem, high: float) -> float:
