@@ -39,7 +39,10 @@ FINE_GROWTH = 0.1  # ... or of the growth rate
 ADDED = 0.05  # of the largest error: modes of greater ones are added
 MARGIN = 0.05  # of the region's size: roots that close to it are estimated too
 TRAINED_MARGIN = 0.1  # ... and modes that close to it are among those that are added
-DEVIATIONS = 2.0  # standard ones that a product may be off by which random vectors estimate
+UNCERTAINTY = 2.0
+"""Of the product of two estimated norms: what is added to an estimated product. Norms and product
+come from the same SKETCH vectors. Of parallel residuals they are all too small by the same share,
+chi-squared of SKETCH degrees over SKETCH, which is below 1 / (1 + 2) once in a million times."""
 
 
 class ErrorBounds(NamedTuple):
@@ -276,7 +279,7 @@ class ReducedBasis:
         probes = sketch.probes[sketch.structure_at(changes)]
         S = _images(probes.left, roots.left.conj(), weights)
         R = _images(probes.right, roots.right, weights)
-        share = DEVIATIONS / np.sqrt(SKETCH) + sketch.series
+        share = UNCERTAINTY + sketch.series
         bounds = root_error_bounds(
             values,
             slope=np.add.outer(values, values) * mass + damping,

@@ -108,3 +108,22 @@ def test_thresholds_and_their_modes_are_those_of_all_roots(seed, method):
         every = every[region.contains(every)]
         below = every.imag < math.tau * crossing.frequency_hz * (1.0 - 1e-6)
         assert crossing.mode == 1 + np.sum(below)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.2, np.pi / 2])
+def test_an_estimated_product_is_no_smaller_than_the_true_one(angle):
+    """Of parallel vectors the estimate and both norms are too small by the same share."""
+    rows = 60
+    left = np.zeros(rows)
+    left[0] = 1.0
+    right = np.zeros(rows)
+    right[0] = np.cos(angle)
+    right[1] = np.sin(angle)
+    bounds = []
+    for seed in range(3000):
+        vectors = reduced_basis.random_vectors(rows, seed)
+        S = left @ vectors
+        R = right @ vectors
+        product = float(np.linalg.norm(S) * np.linalg.norm(R))
+        bounds.append(abs(float(S @ R)) + reduced_basis.UNCERTAINTY * product)
+    assert min(bounds) >= abs(left @ right)
