@@ -187,7 +187,7 @@ class Report(Answer):
 
     def parts(self) -> Sequence[str | Table]:
         lines = [self.verdict, self.eigenvalues.beside, self.loss]
-        advice = "\n".join([self.advice, *self.reasons])
+        advice = "\n".join([self.advice, *self.reasons, *self.thresholds.seat])
         return [self.name, "\n".join(filter(None, lines)), self.table(), advice]
 
     def to_dict(self) -> dict[str, Any]:

@@ -78,6 +78,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     from squeal.io.processes import counted, mapped
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.reduced import basis_of, reduced_for
+    from squeal.queries.systems.seat import seat_note
     from squeal.queries.systems.verdicts import NO_ROOT
     from squeal.sparse.quadratic import PROGRESS
 
@@ -99,6 +100,9 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     codes = np.reshape([names.index(verdict) for verdict in verdicts], shape).astype(np.int8)
     growth = np.reshape([rate for _, rate in cells], shape)
     basis = basis_of(reduction, selection) or analysis.joined
+    notes = [basis_text(basis)] if basis else []
+    if analysis.file.assembly is not None:
+        notes.append(seat_note(analysis.file))
     return Map(
         name=system.name,
         axes=axes,
@@ -107,7 +111,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
         codes=codes,
         quantity=("largest_real", "1/s", growth),
         details={"verdicts": np.reshape(verdicts, shape).tolist(), "basis": basis},
-        notes=(basis_text(basis),) if basis else (),
+        notes=tuple(filter(None, notes)),
         source=SystemSource(analysis.file, selection, reduction),
     )
 

@@ -26,7 +26,8 @@ class Thresholds(Answer):
 
     parameter: what is varied, from low to high; verdict: at the lower end, None if it is open;
     points: changes of the verdict; end: why the search ends at `high`; certified: whether counts of
-    what grows agree with the list, None where nothing is counted. notes: lines for people; details:
+    what grows agree with the list, None where nothing is counted. notes: lines for people; seat: of
+    joined components, where contact is seated and at which thresholds it would be another; details:
     what else the JSON object says, `admissible_to` among it: how far the equilibria of a pad are
     those that the model means; warnings: why not farther, or why a scene's own mu is not on the
     branch. proof: what the referee says, as JSON holds it, None where it is not asked; proof_line
@@ -55,6 +56,7 @@ class Thresholds(Answer):
     certified: bool | None
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    seat: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
     source: Source | None = None
     proof: Mapping[str, Any] | None = None
@@ -129,7 +131,7 @@ class Thresholds(Answer):
             proof = f"not certified: {'; '.join(doubts)}"
         end = f"followed up to {self.parameter} = {self.high:.9g}: {self.end}"
         head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict or 'open'}"
-        return [head, self.table(), "\n".join([*self.notes, proof, end])]
+        return [head, self.table(), "\n".join([*self.notes, *self.seat, proof, end])]
 
     def _rows(self, located: Sequence[CriticalPoint | Crossing]) -> list[dict[str, Any]]:
         return [parameter_entry(self.parameter, one.mu) | asdict(one) for one in located]

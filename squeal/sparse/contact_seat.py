@@ -8,7 +8,7 @@ and carry neither stiffness nor friction.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -118,9 +118,11 @@ class Contact:
         """The names of both components."""
         return " - ".join(self.between)
 
-    def require_direction(self, parameters: Changes) -> None:
+    def require_direction(self, values: Changes, varied: Collection[str] = ()) -> None:
         """Raises InputError for friction without a direction, but for that of a joint, which does
         not slide.
+
+        values: of all parameters; varied: those that change, with which friction may rise from 0.
 
         Examples
         --------
@@ -129,8 +131,9 @@ class Contact:
         """
         if self.bonded or self.sliding is not None or self.axis is not None:
             return
-        coefficient = Formula(self.friction).value(parameters)
-        if coefficient != 0.0:
+        formula = Formula(self.friction)
+        coefficient = formula.value(values)
+        if coefficient != 0.0 or not formula.names.isdisjoint(varied):
             raise InputError(
                 f"friction: {self.friction} is {coefficient:g} and has no direction; sliding or "
                 "axis beside it is allowed, or friction: 0"

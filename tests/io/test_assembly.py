@@ -267,7 +267,7 @@ def test_thresholds_name_their_seat_and_are_certified_in_it_alone(brake):
     seated = squeal.assemble(bodies, [contact], {"mu": 0.1})
     found = squeal.thresholds(seated, 1.0, band=BAND)
     note = "contact is that seated at mu = 0.1; --set mu=VALUE seats it anew"
-    assert note in found.notes
+    assert note in found.seat
     is_another = False
     for crossing in found.crossings:
         anew = squeal.assemble(bodies, [contact], {"mu": crossing.mu})
@@ -279,7 +279,7 @@ def test_thresholds_name_their_seat_and_are_certified_in_it_alone(brake):
     same = squeal.thresholds(closed, 1.0, band=BAND)
     assert same.crossings
     assert same.certified
-    assert note in same.notes
+    assert note in same.seat
     low = squeal.sweep(seated, [0.1, 0.2], band=BAND)
     assert note in str(low)
     at = squeal.eigenvalues(seated, 0.1, band=BAND)
@@ -310,6 +310,28 @@ def test_what_acts_through_the_seat_has_no_derivative(brake):
         joined = squeal.assemble([disc, pad], [touch], {"mu": 0.1})
         slopes.append(squeal.sensitivity(joined, band=BAND).slopes["contact"])
     assert slopes[0] == pytest.approx(slopes[1], rel=1e-6)
+
+
+def test_contact_whose_forces_damp_has_no_derivative(brake):
+    """The forces at the pairs follow the stiffness of contact, and friction damps by them."""
+    _, (disc, pad), contact = brake
+    damped = replace(contact, gap=0.0, speed="5.0")
+    moved = squeal.sensitivity(squeal.assemble([disc, pad], [damped], {"mu": 0.1}), band=BAND)
+    assert "contact" not in moved.values
+    assert "contact" in str(moved)
+
+
+def test_friction_without_a_direction_is_refused_where_it_is_varied(brake):
+    _, (disc, pad), contact = brake
+    aside = replace(contact, sliding=None, axis=None)
+    rests = squeal.assemble([disc, pad], [aside], {"mu": 0.0})
+    assert squeal.eigenvalues(rests, band=BAND).certified
+    for ask in (
+        lambda: squeal.thresholds(rests, 1.0, band=BAND),
+        lambda: squeal.sweep(rests, [0.0, 0.5], band=BAND),
+    ):
+        with pytest.raises(InputError, match="has no direction"):
+            ask()
 
 
 def test_faces_without_a_distance_miss_the_distance(brake):

@@ -38,19 +38,35 @@ def seat_parameters(file: SystemFile) -> list[str]:
         return []
     seated = assembly.system
     names = seated.parameters.keys() - seated.names - OWN.keys()
-    for contact, seat in zip(assembly.contacts, assembly.seats, strict=True):
-        if not (seat.constant and seat.closed.all()):
-            names |= Formula(contact.factor).names
+    for contact in _contacts_that_may_change(assembly):
+        names |= Formula(contact.factor).names
     return sorted(names - {seated.parameter})
 
 
+def _contacts_that_may_change(assembly: Assembly) -> list[Contact]:
+    """Contacts whose part in the roots follows their forces: pairs are open or stiffen, or the
+    forces damp."""
+    changing = []
+    for contact, seat in zip(assembly.contacts, assembly.seats, strict=True):
+        if not (seat.constant and seat.closed.all()) or _is_damped(contact):
+            changing.append(contact)
+    return changing
+
+
 def note_of_seat_parameters(file: SystemFile) -> str:
-    """Which parameters are left out where the seat is held; empty if none is."""
+    """Which parameters are left out where the seat is held, and what is held of the others; empty
+    if contact is none of their matter."""
+    notes = []
     names = seat_parameters(file)
-    if not names:
-        return ""
-    verb = "acts" if len(names) == 1 else "act"
-    return f"{', '.join(names)} {verb} through the seat: --set {names[0]}=VALUE seats contact anew"
+    if names:
+        verb = "acts" if len(names) == 1 else "act"
+        way = f"--set {names[0]}=VALUE seats contact anew"
+        notes.append(f"{', '.join(names)} {verb} through the seat: {way}")
+    if file.assembly is not None and _contacts_that_may_change(file.assembly):
+        notes.append(
+            "what a parameter does to the pairs that are closed, and to forces, is left out"
+        )
+    return "; ".join(notes)
 
 
 def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
@@ -64,7 +80,7 @@ def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
         doubt = _doubt_of_seat(file.assembly, answer.parameter, crossing.mu)
         if doubt:
             doubts.append(doubt)
-    noted = replace(answer, notes=(*answer.notes, note))
+    noted = replace(answer, seat=(note, *doubts))
     if not doubts:
         return noted
     known_doubts = answer.details.get("doubts") or []
@@ -98,7 +114,7 @@ def _doubt_of_seat(assembly: Assembly, parameter: str, value: float) -> str:
             compared.append((here.forces, anew.forces))
         for before, after in compared:
             if np.max(np.abs(after - before)) > SAME * np.max(np.abs(before)):
-                words, _, _ = str(anew).partition(";")
-                closed = np.count_nonzero(here.closed)
-                return f"seated anew at {at} it is another {words} ({closed} closed here)"
+                there, _, _ = str(anew).partition(";")
+                held, _, _ = str(here).partition(";")
+                return f"seated anew at {at} it is another {there}; held is {held}"
     return ""

@@ -80,8 +80,15 @@ class SystemAnalysis:
         return self.system.parameter in self.system.names or self.file.assembly is not None
 
     def warn_of_unused_parameter(self) -> None:
-        """Warn where nothing depends on the swept parameter: every value has the same answer."""
+        """Warn where nothing depends on the varied parameter: every value has the same answer.
+
+        Raises InputError where it is a friction without a direction of sliding.
+        """
         parameter = self.system.parameter
+        if self.file.assembly is not None:
+            for contact in self.file.assembly.contacts:
+                with Place(f"contact {contact.name}").named():
+                    contact.require_direction(self.system.parameters, [parameter])
         if not self.depends_on_parameter:
             Place(self.system.name or "system").warn(
                 f"no matrix depends on {parameter}; the answer is the same at every value of it"
