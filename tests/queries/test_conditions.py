@@ -129,9 +129,9 @@ def test_a_large_brake_agrees_with_a_plain_loop_of_eigenvalues():
         assert one.unstable == len(plain.unstable)
         for mode, reference in zip(one.modes, plain.unstable, strict=True):
             assert mode.frequency_hz == pytest.approx(reference.frequency_hz, rel=1e-6)
-            assert mode.growth_rate == pytest.approx(reference.growth_rate, rel=1e-4)
+            assert mode.growth_rate == pytest.approx(reference.growth_rate, rel=1e-3)
         fastest = max(root.growth_rate for root in plain.eigenvalues)
-        assert one.worst.growth_rate == pytest.approx(fastest, rel=1e-4)
+        assert one.worst.growth_rate == pytest.approx(fastest, rel=1e-3)
         assert one.verdict == plain.verdict
 
 
