@@ -73,7 +73,8 @@ def test_each_motion_is_that_of_a_single_run(model, formulation, terms):
 
 
 def test_both_edges_in_the_same_instant_in_closed_form():
-    pad, height = upright(), 1e-3
+    pad = upright()
+    height = 1e-3
     touch, back, lowest = bouncing(pad, height)
     period = 2 * touch + back
     initial = np.zeros((3, 6))

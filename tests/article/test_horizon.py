@@ -62,7 +62,8 @@ def test_the_lyapunov_exponent_near_an_unstable_equilibrium_is_its_growth_rate()
 
 
 def test_the_first_excess_is_the_first():
-    times, errors = np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 2e-9, 1e-10, 1.0])
+    times = np.array([0.0, 1.0, 2.0, 3.0])
+    errors = np.array([0.0, 2e-9, 1e-10, 1.0])
     assert first_excess(times, errors, 1e-9) == 1.0
     assert first_excess(times, errors, 2.0) is None
 
