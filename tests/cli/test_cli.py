@@ -166,7 +166,8 @@ def test_the_examples_of_help_run(capsys, tmp_path, monkeypatch, command):
 
 
 def test_names_that_are_not_shown_are_taken(capsys, tmp_path):
-    new, old = tmp_path / "new.csv", tmp_path / "old.csv"
+    new = tmp_path / "new.csv"
+    old = tmp_path / "old.csv"
     both = (["--sweep", "0:1:3", "--table", new], ["--mu", "0:1:3", "--csv", old])
     for given in both:
         assert run(capsys, "eigenvalues", B3, *given)[0] == 0
