@@ -63,7 +63,8 @@ def test_map_eigenvalues_sliding_and_sweep_agree(seed):
     scene = some_scene(seed)
     mu = scene.pad.mu
     at = codes_at(scene, ("mu",), np.array([[mu]]))
-    mapped, judged = NAMES[at.codes[0]], judged_equilibria(scene)
+    mapped = NAMES[at.codes[0]]
+    judged = judged_equilibria(scene)
     fold = mapped == "beyond a fold"
     try:
         analysis = analyse(scene)

@@ -63,7 +63,8 @@ def test_many_values_of_mu_together_are_those_of_one_by_one():
     places, touching = path.places(mus)
     together = zip(mus, places.T, touching.T.tolist(), path.many(mus), strict=True)
     for mu, z, on, many in together:
-        place, state = path.statics.to_si(z), State(*on)
+        place = path.statics.to_si(z)
+        state = State(*on)
         q = Exact(scene, state).equilibrium(place, mu)
         assert max(abs(a - b) for a, b in zip(q, place, strict=True)) < 1e-12 * scene.pad.w
         one = linearise(model.replace(mu=mu), place, state)

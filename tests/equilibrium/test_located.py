@@ -51,7 +51,8 @@ def exact_places(scene, path):
             return exact.gaps(q)[edge]
 
         condition = singular if before == state else touching
-        place, mu = path.statics.to_si(z), float(z[3])
+        place = path.statics.to_si(z)
+        mu = float(z[3])
         found.append((mu, exact.critical(condition, place, mu)[1]))
     return found
 
