@@ -16,7 +16,8 @@ from squeal.linear.system import Term, TermSystem
 from squeal.queries.systems.matrices import write_system
 
 M = np.array([[2.0, 0.5], [0.5, 1.0]])
-A, B = np.array([[9.0, -1.0], [-1.0, 8.0]]), np.array([[4.0, 1.0], [1.0, 3.0]])
+A = np.array([[9.0, -1.0], [-1.0, 8.0]])
+B = np.array([[4.0, 1.0], [1.0, 3.0]])
 HEAD = "parameters: {lining: 1.5}\nM: {file: m.mtx}\n"
 TABLE = "frequency,storage,loss\n100,1.0,0.1\n1000,1.2,0.1\n3000,1.3,0.05\n"
 
@@ -96,7 +97,8 @@ _RATIOS = f"frequency,ratio\n{1 / (2 * np.pi)},0.01\n{3 / (2 * np.pi)},0.05\n"
 
 @pytest.mark.parametrize("table", [False, True])
 def test_modes_of_a_large_system_are_damped_by_rows_of_their_own(table):
-    n, hertz = 2100, 2 * np.pi * np.arange(1.0, 2101.0)
+    n = 2100
+    hertz = 2 * np.pi * np.arange(1.0, 2101.0)
     pair = np.zeros((n, n))
     pair[:2, :2] = [[3.0, 4.0], [4.0, -3.0]]  # turns the first two
     K = csc_array(diags_array(hertz**2) + csc_array(pair))

@@ -22,9 +22,13 @@ NAMES = ("dmig", "fields", "market", "abaqus", "boeing")
 
 def element(length, E=2.1e11, nu=0.3, rho=7850.0, a=0.0317, b=0.0213):
     """Stiffness and consistent mass (12, 12) of a beam along x: u v w and rotations, two nodes."""
-    A, Iy, Iz = a * b, a * b**3 / 12, b * a**3 / 12
-    J, G = Iy + Iz, E / 2 / (1 + nu)
-    K, M = np.zeros((12, 12)), np.zeros((12, 12))
+    A = a * b
+    Iy = a * b**3 / 12
+    Iz = b * a**3 / 12
+    J = Iy + Iz
+    G = E / 2 / (1 + nu)
+    K = np.zeros((12, 12))
+    M = np.zeros((12, 12))
     for i, stiff, mass in ((0, E * A, rho * A), (3, G * J, rho * J)):
         own = np.ix_([i, i + 6], [i, i + 6])
         K[own] += stiff / length * np.array([[1, -1], [-1, 1]])
@@ -45,7 +49,8 @@ def element(length, E=2.1e11, nu=0.3, rho=7850.0, a=0.0317, b=0.0213):
 def frame(points, directions=range(6)):
     """K, M and the labels of a chain of beams through points (m, 3), of some of its directions."""
     n = 6 * len(points)
-    K, M = np.zeros((n, n)), np.zeros((n, n))
+    K = np.zeros((n, n))
+    M = np.zeros((n, n))
     for k, (start, end) in enumerate(itertools.pairwise(points)):
         length = np.linalg.norm(end - start)
         x = (end - start) / length
@@ -80,7 +85,8 @@ def write(folder, form, matrices, labels):
     """A system file of symmetric matrices by name, written with ten digits."""
     lines = ["name: free"]
     for name, A in matrices.items():
-        text, keys = "", ""
+        text = ""
+        keys = ""
         if form in ("dmig", "fields"):
             text = f"DMIG    {name:8s}       0       6       2       0          {len(A):14d}\n"
             for c in range(len(A)):

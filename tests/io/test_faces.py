@@ -163,7 +163,8 @@ def test_blocks_of_other_meshes_have_the_frequencies_of_calculix(tmp_path, below
 
 def turned(brake, angle):
     """The brake with its pad moved round the axis, so that no node meets another."""
-    cosine, sine = np.cos(angle), np.sin(angle)
+    cosine = np.cos(angle)
+    sine = np.sin(angle)
     brake.pad = {
         node: (cosine * x - sine * y, sine * x + cosine * y, z)
         for node, (x, y, z) in brake.pad.items()

@@ -29,7 +29,8 @@ CELLS = ["element,type," + ",".join(f"node{k}" for k in range(1, 9))] + [
 @pytest.fixture
 def cubes(tmp_path):
     """A system of 24 rows on two cubes of which one face is held, damped unevenly."""
-    rng, n = np.random.default_rng(3), 24
+    rng = np.random.default_rng(3)
+    n = 24
     A = rng.normal(size=(n, n))
     np.savez(tmp_path / "K.npz", A @ A.T + n * np.eye(n))
     np.savez(tmp_path / "C.npz", np.diag(rng.uniform(size=n)))
@@ -60,7 +61,8 @@ def test_vtk_holds_points_cells_and_complex_shapes(cubes, tmp_path, capsys):
             next(words)
             fields[key] = np.array([float(next(words)) for _ in range(3 * count)]).reshape(-1, 3)
         elif key == "CELLS":
-            rows, size = int(next(words)), int(next(words))
+            rows = int(next(words))
+            size = int(next(words))
             cells = np.array([int(next(words)) for _ in range(size)]).reshape(rows, -1)
         elif key == "VECTORS":
             name = next(words)
@@ -83,7 +85,8 @@ def test_vtk_holds_points_cells_and_complex_shapes(cubes, tmp_path, capsys):
 def test_universal_files_hold_nodes_elements_and_shapes(cubes, tmp_path, damped):
     if not damped:
         cubes.write_text(cubes.read_text().replace("C: {file: C.npz}\n", ""))
-    file, out = read_system(cubes), tmp_path / "modes.unv"
+    file = read_system(cubes)
+    out = tmp_path / "modes.unv"
     found = squeal.eigenvalues(file, modes=2)
     found.save_shapes(out)
     lines = out.read_text().splitlines()
@@ -100,7 +103,8 @@ def test_universal_files_hold_nodes_elements_and_shapes(cubes, tmp_path, damped)
     assert [line.split() for line in elements[1::2]] == [c.split(",")[2:] for c in CELLS[1:]]
     assert {line.split()[1] for line in elements[::2]} == {"115"}  # solid linear brick
     for mode, body in zip(found.eigenvalues, shapes, strict=True):
-        kind, numbers = [int(x) for x in body[5].split()], [float(x) for x in body[7].split()]
+        kind = [int(x) for x in body[5].split()]
+        numbers = [float(x) for x in body[7].split()]
         assert kind == ([1, 3, 2, 8, 5, 3] if damped else [1, 2, 2, 8, 2, 3])
         value = complex(*numbers[:2]) if damped else 2j * np.pi * numbers[0]
         assert value == pytest.approx(mode.value, rel=1e-4)
@@ -212,7 +216,8 @@ def test_included_files_are_read_in_their_places(tmp_path):
     (tmp_path / "parts" / "mesh.inp").write_text("".join(mesh[2:]))
     (tmp_path / "parts" / "job.inp").write_text("".join(mesh[:2]) + "*include, input=mesh.inp\n")
     (tmp_path / "whole.inp").write_text(INPUT)
-    one, other = of_input(tmp_path / "parts" / "job.inp"), of_input(tmp_path / "whole.inp")
+    one = of_input(tmp_path / "parts" / "job.inp")
+    other = of_input(tmp_path / "whole.inp")
     assert (one.names, one.cells) == (other.names, other.cells)
     (tmp_path / "a.inp").write_text("*INCLUDE, INPUT=b.inp\n")
     (tmp_path / "b.inp").write_text("*INCLUDE, INPUT=a.inp\n")
@@ -251,7 +256,8 @@ def test_rotations_and_internal_rows_move_no_node(tmp_path):
 
 
 def test_real_parts_of_displacements_are_as_large_as_any_turn_makes_them(cubes):
-    file, rng = read_system(cubes), np.random.default_rng(4)
+    file = read_system(cubes)
+    rng = np.random.default_rng(4)
     shape = rng.normal(size=24) + 0.3j * rng.normal(size=24)
     found = displacements(file.coordinates, np.exp(1.1j) * shape)
     turned = found * np.exp(1j * np.linspace(0.1, 3.0, 30))[:, None, None]
@@ -279,7 +285,8 @@ def test_faces_close_a_volume(kind):
     assert len({*edges}) == len(edges)
     if volume:
         assert {*edges} == {(b, a) for a, b in edges}
-    x, found = np.array(places, dtype=float), 0.0
+    x = np.array(places, dtype=float)
+    found = 0.0
     for face in cell.faces:  # pyramids with the origin
         found += sum(np.linalg.det(x[[face[0], a, b]]) for a, b in itertools.pairwise(face))
     assert abs(found) / 6 == pytest.approx(volume, abs=1e-12)
