@@ -113,7 +113,8 @@ def hidden(
     growing = 0
     on_axis = False
     for i in range(n):
-        a, b = Fraction(c[i], UNIT), Fraction(stiffness[i], UNIT)
+        a = Fraction(c[i], UNIT)
+        b = Fraction(stiffness[i], UNIT)
         roots += quadratic_roots(a, b)
         growing += growing_of(a, b)
         on_axis |= b == 0 or (a == 0 and b > 0)

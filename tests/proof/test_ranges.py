@@ -82,7 +82,8 @@ def test_near_twins_are_told_apart():
 
 def test_a_window_of_a_thousandth_is_not_missed():
     """K = [[2, f], [1, 2]] grows where f < 0: f = (mu - c)^2 - d^2."""
-    c, d = 0.5224, 5e-4
+    c = 0.5224
+    d = 5e-4
     one = np.array([[2.0, 0.0], [1.0, 2.0]])
     terms = Terms(
         [Term(np.eye(2))], [], [Term(one), Term(FRICTION, lambda mu: (mu - c) ** 2 - d**2)]
@@ -94,7 +95,9 @@ def test_a_window_of_a_thousandth_is_not_missed():
 
 def test_windows_that_bend():
     """Growth in two windows of 7e-4 beside a middle where it only nearly begins."""
-    c, inner, outer = 0.52246391, 6.3e-7, 2.3e-6
+    c = 0.52246391
+    inner = 6.3e-7
+    outer = 2.3e-6
 
     def f(mu):
         square = (mu - c) ** 2
@@ -102,7 +105,8 @@ def test_windows_that_bend():
 
     one = np.array([[2.0, 0.0], [1.0, 2.0]])
     terms = Terms([Term(np.eye(2))], [], [Term(one), Term(FRICTION, f)])
-    near, far = np.sqrt(inner), np.sqrt(outer)
+    near = np.sqrt(inner)
+    far = np.sqrt(outer)
     places = [c - far, c - near, c + near, c + far]
     windows = [around(place, 1e-9) for place in places]
     assert prove_thresholds(terms, 0.4, 0.6, windows, 1e-5).status == "proved"
