@@ -18,7 +18,8 @@ def growing_modes(scene, mu):
 @cases(6, 0.05)
 @given(pads())
 def test_thresholds_as_json_and_table(scene):
-    table, file = path("found.csv"), written(scene)
+    table = path("found.csv")
+    file = written(scene)
     found = ask("critical-friction", file, "--csv", table)
     listed = rows(table)
     # where the contact changes two modes may diverge at once: two crossings, one change
@@ -75,7 +76,8 @@ def test_two_integrators_give_one_motion(scene):
 @cases(5, 0.02)
 @given(MOTIONS)
 def test_a_motions_table_ends_where_the_answer_does(scene):
-    table, file = path("history.csv"), written(scene)
+    table = path("history.csv")
+    file = written(scene)
     found = ask_if_any("simulate", file, "--csv", table)
     last = rows(table)[-1]
     for name, value in found["final"].items():

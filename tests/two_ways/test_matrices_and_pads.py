@@ -14,7 +14,8 @@ FORMATS = ("mtx", "mat", "npz")
 @cases(6, 0.05)
 @given(pads(), st.sampled_from(FORMATS))
 def test_exported_matrices_are_those_of_the_pad(scene, form):
-    file, folder = written(scene), path("matrices")
+    file = written(scene)
+    folder = path("matrices")
     found = ask_if_any("eigenvalues", file)
     ask("export", file, "--output", folder, "--format", form)
     assert_same(found, ask("eigenvalues", folder / "system.yaml"))
@@ -23,7 +24,8 @@ def test_exported_matrices_are_those_of_the_pad(scene, form):
 @cases(5, 0.05)
 @given(systems(), st.sampled_from(FORMATS))
 def test_a_system_and_its_export_have_the_same_thresholds(system, form):
-    file, folder = written(system), path("matrices")
+    file = written(system)
+    folder = path("matrices")
     ask("export", file, "--output", folder, "--format", form)
     again = folder / "system.yaml"
     assert yaml.safe_load(again.read_text())["parameter"] == "p"

@@ -10,14 +10,16 @@ from scipy.sparse import coo_array
 
 from tests.two_ways.asking import SEEDS, ask, cases, path, roots, uniform
 
-LOW, HIGH = 60.0, 260.0  # Hz
+LOW = 60.0  # Hz
+HIGH = 260.0
 FASTEST = 0.2 * 2 * np.pi * HIGH  # 1/s, inside the 0.25 to which a band's region reaches
 
 
 @st.composite
 def chains(draw):
     """A system file of 30 to 60 masses in a row, with friction in some links and damping."""
-    n, links = draw(st.integers(30, 60)), draw(st.integers(1, 4))
+    n = draw(st.integers(30, 60))
+    links = draw(st.integers(1, 4))
     rng = np.random.default_rng(draw(SEEDS))
     k = 1e6 * rng.uniform(0.7, 1.3, n + 1)
     K = np.diag(k[:-1] + k[1:]) - np.diag(k[1:-1], 1) - np.diag(k[1:-1], -1)
