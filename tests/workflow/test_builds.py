@@ -105,7 +105,8 @@ def test_sensitive_numbers_agree_within_their_spread(build):
     place, known = build
     moved = b'"spread": [{"key": "mu.1", "low": 0.4, "high": 0.6}], "mu"'
     text = b"Two panels, 7 (5--9) of 10 motions.\n"
-    json_file, text_file = place / "results/a.json", place / "figures/a.txt"
+    json_file = place / "results/a.json"
+    text_file = place / "figures/a.txt"
     json_file.write_bytes(FILES["results/a.json"].replace(b'"mu"', moved))
     text_file.write_bytes(text)
     known = verify.manifest(place)

@@ -46,7 +46,8 @@ def test_console_blocks_show_what_the_commands_print(folder):
             difference = imread(folder / name) - imread(ROOT / "figures" / name)
             assert abs(difference).mean() < 0.002  # the picture at the top is the one it draws
         if shown:
-            told, made = words(shown), words(out)
+            told = words(shown)
+            made = words(out)
             assert len(told) == len(made)
             for one, other in zip(told, made, strict=True):
                 assert one == other or float(one) == pytest.approx(float(other), rel=1e-5)
