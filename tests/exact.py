@@ -137,7 +137,8 @@ class Exact:
         unit = mp.mpf(10) ** -22
         for _ in range(12):
             *q, at = z
-            here, f = condition(q, at), self.loads(q, at)
+            here = condition(q, at)
+            f = self.loads(q, at)
             slopes = []
             for i in range(4):
                 ahead = list(z)
