@@ -82,11 +82,13 @@ class Checkout:
     def timed(self, *arguments: object) -> tuple[float, float]:
         """CPU and wall seconds of a command in a process of its own."""
         command = [sys.executable, "-P", "-m", "squeal", *map(str, arguments)]
-        before, start = os.times(), time.perf_counter()
+        before = os.times()
+        start = time.perf_counter()
         subprocess.run(
             command, capture_output=True, env=self.environment, check=True, cwd=self.folder
         )
-        wall, after = time.perf_counter() - start, os.times()
+        wall = time.perf_counter() - start
+        after = os.times()
         return sum(after[2:4]) - sum(before[2:4]), wall
 
 
@@ -110,7 +112,9 @@ class Score:
             self.failed += 1
             self.rows.append(f"{name}: {found['said'].strip()}")
             return
-        left, missed, outside = list(found["crossings"]), [], 0
+        left = list(found["crossings"])
+        missed = []
+        outside = 0
         for value, kind, direction in truth:
             near = [c for c in left if abs(c["mu"] - value) <= CLOSE * abs(value)]
             near = [c for c in near if (c["kind"], c["direction"]) == (kind, direction)]
@@ -187,7 +191,8 @@ def shafts(folder: Path, count: int) -> Iterator[Case]:
         rng = np.random.default_rng([seed, 15])
         k = np.sort(rng.uniform(1.0, 9.0, 4)).reshape(2, 2)
         d = 0.0 if seed % 2 == 0 else 0.02
-        T, J = MIXED, np.kron(np.eye(2), [[0.0, -1.0], [1.0, 0.0]])
+        T = MIXED
+        J = np.kron(np.eye(2), [[0.0, -1.0], [1.0, 0.0]])
         M, G, K = (T.T @ X @ T for X in (np.eye(4), 2 * J, np.diag(k.ravel())))
         C = [(G, "W")] + ([(d * M, "1")] if d else [])
         file = write(folder, f"shaft-{seed}", "W", M=[(M, "1")], C=C, K=[(K, "1"), (-M, "W**2")])
@@ -201,10 +206,17 @@ def windows(folder: Path, count: int) -> Iterator[Case]:
     """Two modes cross with slope s at p0 and flutter while |s (p - p0)| < 2 e; damped by c too."""
     for seed in range(count):
         rng = np.random.default_rng([seed, 16])
-        e, p0 = 10.0 ** -(2 + 6 * seed / max(1, count - 1)) / 4, rng.uniform(0.2, 1.8)
-        k, s, c = rng.uniform(4.0, 6.0), rng.uniform(0.5, 2.0), e / 4 * (seed % 2)
-        K0, K1, T = np.diag([k - s * p0, k, 7.0, 9.5]), np.zeros((4, 4)), MIXED
-        K0[0, 1], K0[1, 0], K1[0, 0] = e, -e, s
+        e = 10.0 ** -(2 + 6 * seed / max(1, count - 1)) / 4
+        p0 = rng.uniform(0.2, 1.8)
+        k = rng.uniform(4.0, 6.0)
+        s = rng.uniform(0.5, 2.0)
+        c = e / 4 * (seed % 2)
+        K0 = np.diag([k - s * p0, k, 7.0, 9.5])
+        K1 = np.zeros((4, 4))
+        T = MIXED
+        K0[0, 1] = e
+        K0[1, 0] = -e
+        K1[0, 0] = s
         M, K0, K1 = (T.T @ X @ T for X in (np.eye(4), K0, K1))
         C = [(c * M, "1")] if c else []
         file = write(folder, f"window-{seed}", "p", M=[(M, "1")], C=C, K=[(K0, "1"), (K1, "p")])
@@ -218,7 +230,8 @@ def factors(folder: Path, count: int) -> Iterator[Case]:
     """The damping 0.1 - 0.2/(1 + ((p - p0)/w)^2) is negative for |p - p0| < w."""
     for seed in range(count):
         rng = np.random.default_rng([seed, 17])
-        p0, w = round(rng.uniform(0.2, 1.8), 4), round(10.0 ** rng.uniform(-4, -1), 7)
+        p0 = round(rng.uniform(0.2, 1.8), 4)
+        w = round(10.0 ** rng.uniform(-4, -1), 7)
         T = MIXED[:3, :3]
         diagonals = ([1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [2.0, 5.0, 8.0], [0.0, 0.2, 0.2])
         M, D, K, B = (T.T @ np.diag(d) @ T for d in diagonals)
@@ -246,7 +259,8 @@ def difference(one: dict[str, Any], other: dict[str, Any]) -> str:
         failed = "said" in one and "said" in other
         return "" if failed else f"{one.get('said')!r}, now {other.get('said')!r}"
     lists = [[(c["kind"], c["mu"]) for c in x["critical"]] for x in (one, other)]
-    kinds, ends = [[kind for kind, _ in x] for x in lists], [x["mu_end"] for x in (one, other)]
+    kinds = [[kind for kind, _ in x] for x in lists]
+    ends = [x["mu_end"] for x in (one, other)]
     if kinds[0] != kinds[1] or abs(ends[0] - ends[1]) > 1e-6:
         return f"{lists[0]} to {ends[0]:.9g}, now {lists[1]} to {ends[1]:.9g}"
     pairs = zip(*lists, strict=True)
@@ -270,10 +284,12 @@ def pads(folder: Path, count: int, sides: list[Checkout]) -> None:
 
 def motions(folder: Path, count: int, sides: list[Checkout]) -> None:
     """Contact changes and final states of pads that are kicked."""
-    rows, changes = [], 0
+    rows = []
+    changes = 0
     for seed in range(count):
         scene = scene_of(seed)
-        document, period = scene.to_dict(), float(np.sqrt(scene.pad.m / scene.pad.k1))
+        document = scene.to_dict()
+        period = float(np.sqrt(scene.pad.m / scene.pad.k1))
         kick = 0.3 * scene.pad.F_n / scene.pad.k1 / period * np.random.default_rng(seed).uniform()
         document["initial"] = {"from": "equilibrium", "y_dot": float(kick)}
         document["time"] = {"stop": 60 * period, "samples": 11}
@@ -317,7 +333,8 @@ def times(folder: Path, rows: int, sides: list[Checkout]) -> None:
         "map 1000 x 1000, B3": ("map", b3, "--n", 1000),
     }
     if rows:
-        file, band = brake(folder, rows), ["--band", "500:5000"]
+        file = brake(folder, rows)
+        band = ["--band", "500:5000"]
         questions[f"eigenvalues, {rows} rows"] = ("eigenvalues", file, *band)
         thresholds = ("critical-friction", file, *band, "--max", 1)
         questions[f"critical-friction, {rows} rows"] = thresholds

@@ -110,7 +110,8 @@ def by_hand(scaled: ScaledSystem, modes: int = 60) -> ComplexArray:
     from scipy.sparse.linalg import eigs
 
     problem = scaled.at({"W": SPEED})
-    rate, eye = 1e4, eye_array(scaled.n)
+    rate = 1e4
+    eye = eye_array(scaled.n)
     A = block_array([[None, eye], [-problem.K / rate**2, -problem.C / rate]], format="csc")
     B = block_array([[eye, None], [None, problem.M]], format="csc")
     shift = REGION.centre / rate  # with real matrices eigs would take the shift's real part alone

@@ -64,7 +64,8 @@ class Mesh:
     """Nodes of a regular grid, made as they are asked for, and elements over them."""
 
     def __init__(self, cells: tuple[int, int, int], size: Place) -> None:
-        self.cells, self.size = cells, size
+        self.cells = cells
+        self.size = size
         self.nodes: dict[Place, int] = {}
         self.elements: list[list[int]] = []
 
