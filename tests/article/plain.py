@@ -87,7 +87,8 @@ class Plain:
             vx = end[0] - ground[0]
             vy = end[1] - ground[1]
             size = math.sqrt(vx * vx + vy * vy)
-            gx, gy = (-k * (size - length) * v / size for v in (vx, vy))
+            gx = -k * (size - length) * vx / size
+            gy = -k * (size - length) * vy / size
             fx = fx + gx
             fy = fy + gy
             moment += (end[0] - x) * gy - (end[1] - y) * gx

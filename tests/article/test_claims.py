@@ -260,9 +260,11 @@ def test_blows_are_those_of_a_dense_history(name):
     dense = dataclasses.replace(scene, samples=200_001, outputs=("history",))
     history = simulate(dense).history
     if scene.model == "B1":
-        lead, trail = (np.array(history[key], dtype=float) for key in ("F3", "F4"))
+        lead = np.array(history["F3"], dtype=float)
+        trail = np.array(history["F4"], dtype=float)
     else:
-        force, place = (np.nan_to_num(np.array(history[k], dtype=float)) for k in ("Rn", "delta"))
+        force = np.nan_to_num(np.array(history["Rn"], dtype=float))
+        place = np.nan_to_num(np.array(history["delta"], dtype=float))
         lead = force * (1.0 - place) / 2.0
         trail = force * (1.0 + place) / 2.0
     side = np.sign(trail - lead)

@@ -96,7 +96,8 @@ def test_gain_margin_of_one_loop_in_closed_form(damping):
 def test_modulus_margin_is_the_least_distance_on_a_dense_grid():
     loop = single(3.0, 2.0, 0.2)
     omega = np.linspace(0.01, 10.0, 200001)
-    a, b = (1.0 / (k - omega**2 + 0.2j * omega) for k in (3.0, 2.0))
+    a = 1.0 / (3.0 - omega**2 + 0.2j * omega)
+    b = 1.0 / (2.0 - omega**2 + 0.2j * omega)
     mu = 0.3
     assert eigenvalues.modulus_margin(loop, mu) == pytest.approx(
         np.abs(1.0 - mu * (a - b)).min(), rel=1e-3

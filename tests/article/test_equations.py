@@ -160,7 +160,11 @@ SHARES = {
 def test_shares_of_the_map_are_those_of_all_three_rows(folder):
     """Rows of Eq. (21) solved pair by pair over a grid, from Eq. (22) and the file's numbers."""
     p = yaml.safe_load((ARTICLE / folder / "b3.yaml").read_text())["parameters"]
-    k1, k2, w, h, mu = (p[name] for name in ("k1", "k2", "w", "h", "mu"))
+    k1 = p["k1"]
+    k2 = p["k2"]
+    w = p["w"]
+    h = p["h"]
+    mu = p["mu"]
     a1, a2 = np.meshgrid(*[np.pi * (np.arange(301) + 0.5) / 301] * 2, indexing="ij")
     d = np.hypot(w, h)
     beta = np.arcsin(h / np.hypot(w, h))
