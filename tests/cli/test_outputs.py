@@ -50,7 +50,8 @@ def test_an_existing_file_of_another_kind_stays(capsys, scene, kind):
 
 @pytest.mark.parametrize("ending", [".pdf", ".svg", ".png"])
 def test_figures_follow_their_name_and_hold_their_alternative_text(capsys, scene, ending):
-    first, second = (scene.parent / f"{stem}{ending}" for stem in "ab")
+    first = scene.parent / f"a{ending}"
+    second = scene.parent / f"b{ending}"
     for target in (first, second):
         assert run(capsys, "map", scene, "--n", "3", "--pdf", target)[0] == 0
     data = first.read_bytes()

@@ -104,7 +104,9 @@ def test_a_shape_is_drawn_on_nodes_and_refused_without_them(tmp_path, capsys):
     _blocks(tmp_path, 30)
     rows = [f"{k // 3},{'xyz'[k % 3]},{k // 3},0,0" for k in range(30)]
     (tmp_path / "nodes.csv").write_text("\n".join(["node,dof,x,y,z", *rows]))
-    plain, placed, still = (tmp_path / x for x in ("system.yaml", "placed.yaml", "mode.png"))
+    plain = tmp_path / "system.yaml"
+    placed = tmp_path / "placed.yaml"
+    still = tmp_path / "mode.png"
     placed.write_text(FILE + "coordinates: {file: nodes.csv}\n")
     answer(capsys, "eigenvalues", placed, "--shape", "3", "--png", still)
     assert still.read_bytes().startswith(b"\x89PNG")
