@@ -47,11 +47,13 @@ def test_threshold_of_b1_a_is_a_zero_of_the_exact_discriminant():
     path = Path.of(scene.pad_model, 1.0)
     e = path.equilibrium(point.mu)
     exact = Exact(scene, e.state)
-    below, above = (
-        discriminant(exact.cubic(exact.equilibrium(e.q, mu), mu))
-        for mu in (point.mu * (1 + sign * mp.mpf(10) ** -9) for sign in (-1, 1))
-    )
-    assert below > 0 > above  # real roots below, a complex pair above
+
+    def discriminant_at(mu):
+        return discriminant(exact.cubic(exact.equilibrium(e.q, mu), mu))
+
+    margin = mp.mpf(10) ** -9
+    assert discriminant_at(point.mu * (1 - margin)) > 0  # real roots
+    assert discriminant_at(point.mu * (1 + margin)) < 0  # a complex pair
 
 
 def test_many_values_of_mu_together_are_those_of_one_by_one():
