@@ -80,7 +80,8 @@ def test_a_turning_component_has_the_same_errors_read_again(brake, tmp_path, cap
     assert main(["export", str(path), "--band", "500:4000", "--output", str(tmp_path / "s")]) == 0
     capsys.readouterr()
     again = answer(capsys, tmp_path / "s" / "assembly.yaml", "--band", "500:4000")
-    errors, others = ([e["error"] for e in one["eigenvalues"]] for one in (read, again))
+    errors = [e["error"] for e in read["eigenvalues"]]
+    others = [e["error"] for e in again["eigenvalues"]]
     assert errors == pytest.approx(others, rel=0.01, abs=1e-9)
     assert max(errors) > 1e-3
 

@@ -20,6 +20,11 @@ DATA = Path(free_structures.__file__).parent
 NAMES = ("dmig", "fields", "market", "abaqus", "boeing")
 
 
+def symmetric(upper):
+    """The matrix whose triangle above and on the diagonal is given."""
+    return upper + np.triu(upper, 1).T
+
+
 def element(length, E=2.1e11, nu=0.3, rho=7850.0, a=0.0317, b=0.0213):
     """Stiffness and consistent mass (12, 12) of a beam along x: u v w and rotations, two nodes."""
     A = a * b
@@ -35,10 +40,9 @@ def element(length, E=2.1e11, nu=0.3, rho=7850.0, a=0.0317, b=0.0213):
         M[own] += mass * length / 6 * np.array([[2, 1], [1, 2]])
     h = length
     bend = np.array([[12, 6 * h, -12, 6 * h], [0, 4 * h * h, -6 * h, 2 * h * h]])
-    bend = np.vstack([bend, [[0, 0, 12, -6 * h], [0, 0, 0, 4 * h * h]]])
+    bend = symmetric(np.vstack([bend, [[0, 0, 12, -6 * h], [0, 0, 0, 4 * h * h]]]))
     move = np.array([[156, 22 * h, 54, -13 * h], [0, 4 * h * h, 13 * h, -3 * h * h]])
-    move = np.vstack([move, [[0, 0, 156, -22 * h], [0, 0, 0, 4 * h * h]]])
-    bend, move = (X + np.triu(X, 1).T for X in (bend, move))
+    move = symmetric(np.vstack([move, [[0, 0, 156, -22 * h], [0, 0, 0, 4 * h * h]]]))
     for rows, sign, inertia in (([1, 5, 7, 11], 1, Iz), ([2, 4, 8, 10], -1, Iy)):
         turn = np.diag([1.0, sign, 1.0, sign])
         K[np.ix_(rows, rows)] += E * inertia / h**3 * turn @ bend @ turn

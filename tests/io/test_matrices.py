@@ -251,7 +251,8 @@ DMIG,M,7,3,,2,1,-.25
 
 def test_dmig_is_read_alike_in_small_large_and_free_fields(tmp_path):
     (tmp_path / "job.pch").write_text(DMIG)
-    K, M = (read_matrix(tmp_path / "job.pch", key) for key in "KM")
+    K = read_matrix(tmp_path / "job.pch", "K")
+    M = read_matrix(tmp_path / "job.pch", "M")
     assert K.labels == M.labels == ((2, 1), (7, 3))
     assert K.matrix.toarray().tolist() == [[4 + 0.1j, -1.5], [-1.5, 20]]
     assert M.matrix.toarray().tolist() == [[1e-3, -0.25], [0.5, 0]]  # GJ, CJ is the column
