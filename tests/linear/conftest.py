@@ -23,7 +23,8 @@ def exact_damped(M: np.ndarray, C: np.ndarray, K: np.ndarray) -> list:
         inverse = mp.inverse(mp.matrix(M.tolist()))
         F = mp.zeros(2 * n)
         F[:n, n:] = mp.eye(n)
-        F[n:, :n], F[n:, n:] = (-inverse * mp.matrix(X.tolist()) for X in (K, C))
+        F[n:, :n] = -inverse * mp.matrix(K.tolist())
+        F[n:, n:] = -inverse * mp.matrix(C.tolist())
         return list(mp.eig(F, left=False, right=False))
 
 

@@ -50,7 +50,8 @@ def test_damped_systems_with_a_full_mass_matrix(rng, n):
         for e in spectrum.eigenvalues:
             polynomial = e.value**2 * M + e.value * C + K
             size = np.abs(e.value) ** 2 * np.linalg.norm(M) + np.linalg.norm(K)
-            left, right = (np.linalg.norm(x) for x in (e.left, e.right))
+            left = np.linalg.norm(e.left)
+            right = np.linalg.norm(e.right)
             assert np.linalg.norm(polynomial @ e.right) < 1e-12 * size * right
             assert np.linalg.norm(e.left.conj() @ polynomial) < 1e-10 * size * left
             assert (e.right.conj() @ M @ e.right).real == pytest.approx(1.0, rel=1e-12)

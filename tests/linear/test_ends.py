@@ -18,7 +18,8 @@ def oscillators(rates, at=0.0, power=1, mix=0.3, omegas=W, others=0.3):
     a function and once in terms."""
     rng = np.random.default_rng(5)
     n = len(rates)
-    L, R = (np.eye(n) + mix * rng.normal(size=(n, n)) / np.sqrt(n) for _ in range(2))
+    L = np.eye(n) + mix * rng.normal(size=(n, n)) / np.sqrt(n)
+    R = np.eye(n) + mix * rng.normal(size=(n, n)) / np.sqrt(n)
     moving = np.array(rates) != 0.0
     fixed = L @ np.diag(np.where(moving, 0.0, others)) @ R
     D = L @ np.diag(-2.0 * np.array(rates)) @ R
@@ -137,7 +138,8 @@ def test_undamped_modes_that_coalesce_at_the_start(twice):
 def test_what_is_at_rest_at_the_start_diverges_there_or_not_at_all(damping, stiffness):
     """A coordinate whose stiffness leaves zero, beside an oscillator."""
     rng = np.random.default_rng(2)
-    L, R = (np.eye(2) + 0.3 * rng.normal(size=(2, 2)) for _ in range(2))
+    L = np.eye(2) + 0.3 * rng.normal(size=(2, 2))
+    R = np.eye(2) + 0.3 * rng.normal(size=(2, 2))
     still = L @ np.diag([0.0, 4.0]) @ R
     moving = L @ np.diag([1.0, 0.0]) @ R
     C = damping * (L @ R) if damping else None

@@ -28,7 +28,9 @@ def test_slopes_are_those_of_differences(form, n, rng):
 
     along = Continuation(system, 0.0, 1.0)
     assert along.problem == form
-    at, up, down = (along.at(p) for p in (0.4, 0.4 + H, 0.4 - H))
+    at = along.at(0.4)
+    up = along.at(0.4 + H)
+    down = along.at(0.4 - H)
     nearest = [s.roots[np.argmin(np.abs(s.roots - at.roots[:, None]), axis=1)] for s in (up, down)]
     slopes = (nearest[0] - nearest[1]) / (2 * H)
     assert at.slopes == pytest.approx(slopes, abs=1e-7 * np.abs(slopes).max())
@@ -95,7 +97,8 @@ def test_what_vanishes_at_an_event_has_the_slope_of_differences(form, count, mee
     vectors = state.right[:, both], state.left[:, both]
     at = roots_near(along, 0.4, complex(state.roots[both].mean()), *vectors)
     value, slope, *_ = at.event_function(meets)
-    up, down = (at.at(along, p).event_function(meets)[0] for p in (0.4 + H, 0.4 - H))
+    up = at.at(along, 0.4 + H).event_function(meets)[0]
+    down = at.at(along, 0.4 - H).event_function(meets)[0]
     assert slope == pytest.approx((up - down) / (2 * H), rel=1e-6, abs=1e-9)
     z = state.roots[both]
     if not meets:  # the real part, or the product of both times what does not vanish

@@ -191,7 +191,8 @@ def test_motions_that_nothing_holds_add_no_crossing(seed):
     held = [np.eye(n), np.diag(k), K1, *[np.diag(0.05 * np.sqrt(k))] * damped]
     T = np.eye(n + free) + 0.4 * rng.normal(size=(n + free, n + free))
     mixed = [T.T @ block_diag(X, np.eye(free) * (X is held[0])) @ T for X in held]
-    expected, found = (thresholds(affine(*each), 2.0).crossings for each in (held, mixed))
+    expected = thresholds(affine(*held), 2.0).crossings
+    found = thresholds(affine(*mixed), 2.0).crossings
     assert [c.kind for c in found] == [c.kind for c in expected]
     assert [c.mu for c in found] == pytest.approx([c.mu for c in expected], rel=1e-7)
 
@@ -248,7 +249,10 @@ def test_a_rotating_shaft_diverges_between_its_critical_speeds(seed):
     rng = np.random.default_rng(seed)
     k = ((4.0, 4.4), (4.0, 6.0))[seed] if seed < 2 else np.sort(rng.uniform(1, 20, 2))
     T = I2 if seed % 2 else I2 + 0.3 * rng.normal(size=(2, 2))
-    M, C, K, K2 = (T.T @ X @ T for X in (I2, -2 * TURN, np.diag(k), -I2))
+    M = T.T @ I2 @ T
+    C = T.T @ (-2 * TURN) @ T
+    K = T.T @ np.diag(k) @ T
+    K2 = T.T @ (-I2) @ T
     found = thresholds(system_of(M, ((C, "p"),), (K, (K2, "p**2")), {}, "p"), 6.0)
     ways = [(c.kind, c.direction) for c in found.crossings]
     assert ways == [("divergence", "up"), ("divergence", "down")]
