@@ -56,7 +56,8 @@ def literal(p, count, q, state):
     fx, fy, moment = spring_loads(p, q)
     for i, touches in enumerate(state):
         along = p.w * (2 * i + 1 - n) / n / mp.sqrt(1 - 1 / n**2)
-        right, up = (along * a + p.h * b for a, b in ((cos, sin), (sin, -cos)))
+        right = along * cos + p.h * sin
+        up = along * sin - p.h * cos
         f = -p.k_c / n * (up + p.y0 + y + p.h) * touches
         fx = fx + p.mu * f
         fy = fy + f
