@@ -118,7 +118,9 @@ def hidden(
         roots += quadratic_roots(a, b)
         growing += growing_of(a, b)
         on_axis |= b == 0 or (a == 0 and b > 0)
-    M, damped, K = (doubles(product(L, X, R)) for X in (one, viscous, stiff))
+    M = doubles(product(L, one, R))
+    damped = doubles(product(L, viscous, R))
+    K = doubles(product(L, stiff, R))
     C = damped if damping else None
     return Known(family, M, C, K, np.array(roots), growing, on_axis)
 
@@ -128,7 +130,9 @@ def gyroscopic(n: int, rng: np.random.Generator) -> Known:
     for g^2 > -4 k, else both its pairs leave the axis."""
     n += n % 2
     zero = [[0] * n for _ in range(n)]
-    one, spin, stiff = ([row[:] for row in zero] for _ in range(3))
+    one = [row[:] for row in zero]
+    spin = [row[:] for row in zero]
+    stiff = [row[:] for row in zero]
     roots: list[complex] = []
     growing = 0
     for i in range(0, n, 2):
@@ -151,7 +155,9 @@ def gyroscopic(n: int, rng: np.random.Generator) -> Known:
         growing += 2 if square < 0 else 0
     L = unimodular(n, rng, n)
     R = [list(column) for column in zip(*L, strict=True)]
-    M, C, K = (doubles(product(L, X, R)) for X in (one, spin, stiff))
+    M = doubles(product(L, one, R))
+    C = doubles(product(L, spin, R))
+    K = doubles(product(L, stiff, R))
     return Known("gyroscopic", M, C, K, np.array(roots), growing, True)
 
 
@@ -167,7 +173,7 @@ def cascade(n: int, rng: np.random.Generator) -> Known:
     roots: list[complex] = []
     growing = 0
     for i in range(0, n, 2):
-        k, h = (int(v) for v in rng.integers(UNIT - UNIT // 100, UNIT + UNIT // 100, 2))
+        k, h = rng.integers(UNIT - UNIT // 100, UNIT + UNIT // 100, 2).tolist()
         limit = c / UNIT * math.sqrt((k + h) / UNIT / 2)
         share = 1.1 if rng.random() < 0.6 / n else rng.choice([0.9, rng.uniform(0.0, 0.9)])
         m = max(int(UNIT * math.hypot((k - h) / UNIT / 2, share * limit)), 1)
@@ -187,7 +193,9 @@ def cascade(n: int, rng: np.random.Generator) -> Known:
     one = [[UNIT * int(i == j) for j in range(n)] for i in range(n)]
     damping = [[c * int(i == j) for j in range(n)] for i in range(n)]
     order = rng.permutation(n)
-    M, C, K = (doubles(X)[np.ix_(order, order)] for X in (one, damping, stiff))
+    M = doubles(one)[np.ix_(order, order)]
+    C = doubles(damping)[np.ix_(order, order)]
+    K = doubles(stiff)[np.ix_(order, order)]
     return Known("cascade", M, C, K, np.array(roots), growing, False)
 
 
