@@ -83,7 +83,8 @@ def test_modes_that_come_near_do_not_meet_before_they_do(method, count):
         assert all(loss.low < 2e-3 < loss.high for loss in found.losses)
         for step in found.steps:  # the first one is the lower as long as they are apart
             if step.value < 1.98e-3:
-                lower, upper = (step.roots[step.modes == k].imag for k in (1, 2))
+                lower = step.roots[step.modes == 1].imag
+                upper = step.roots[step.modes == 2].imag
                 assert lower < upper
 
 

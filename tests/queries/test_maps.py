@@ -149,9 +149,8 @@ def test_growth_and_frequency_are_those_of_the_dominant_eigenvalue(stem, damping
     scene = scene_of(stem, damping=damping)
     k2 = scene.pad.k2
     axes = Axis("alpha1", 0.3, 2.9, 3), Axis("k2", 0.4 * k2, 2.5 * k2, 3)
-    growth, frequency = (
-        stability_map(scene, axes, name).quantity[2] for name in ("growth", "frequency")
-    )
+    growth = stability_map(scene, axes, "growth").quantity[2]
+    frequency = stability_map(scene, axes, "frequency").quantity[2]
     for i, j in np.ndindex(3, 3):
         one = scene.replace(alpha1=float(axes[0].values[i]), k2=float(axes[1].values[j]))
         values = squeal.sweep(one, [one.pad.mu]).steps[0].roots

@@ -180,7 +180,9 @@ def test_damped_free_bodies_stay_real_beside_a_structural_loss_factor(rows, seed
     damping = np.full(20, 0.2)
     squares = np.r_[0.0, 0.0, np.linspace(5.0, 50.0, 18) ** 2]
     damping[:2] = 0.1, 0.4
-    M, C, K = (Q.T @ X @ Q for X in (np.eye(20), np.diag(damping), np.diag(squares * (1 + 0.01j))))
+    M = Q.T @ np.eye(20) @ Q
+    C = Q.T @ np.diag(damping) @ Q
+    K = Q.T @ np.diag(squares * (1 + 0.01j)) @ Q
     found = system_roots(system_of(M, C, K), EigenvalueSelection(modes=6))
     values = np.sort([e.value.real for e in found.eigenvalues if abs(e.value.imag) < 1e-6])
     assert np.allclose(values, [-0.4, -0.1, 0.0, 0.0], atol=1e-9)

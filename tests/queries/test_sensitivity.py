@@ -87,12 +87,14 @@ def test_modes_of_one_frequency_with_two_ratios_have_no_derivative():
     alike = Damping(ratios=(0.1, 0.2, 0.2))
     assert np.isnan(normalised_damping_slope(apart, A, dA)).any()
     same = normalised_damping_slope(alike, A, dA)
-    up, down = (normalised_damping(alike, A + way * h * dA)[0] for way in (1, -1))
+    up = normalised_damping(alike, A + h * dA)[0]
+    down = normalised_damping(alike, A - h * dA)[0]
     assert same == pytest.approx((up - down) / (2 * h), abs=1e-8)
     free = np.diag([0.0, 4.0, 9.0])
     held = np.diag([0.0, 1.0, 1.0])  # a free mode has no damping
     ratios = Damping(ratios=(0.0, 0.2, 0.2))
-    up, down = (normalised_damping(ratios, free + way * h * held)[0] for way in (1, -1))
+    up = normalised_damping(ratios, free + h * held)[0]
+    down = normalised_damping(ratios, free - h * held)[0]
     slope = normalised_damping_slope(ratios, free, held + np.diag([1.0, 0, 0]))
     assert slope == pytest.approx((up - down) / (2 * h), abs=1e-8)
 
