@@ -68,7 +68,8 @@ def test_scipy_and_quad_precision_agree(stem):
     units, exact, changes = quad(scene)
     assert [e.target for e in ours.events] == [e.target for e in theirs.events]
     assert changes == len(ours.events)
-    one, two = (units.to_scaled(np.array(run.final[1:])) for run in (ours, theirs))
+    one = units.to_scaled(np.array(ours.final[1:]))
+    two = units.to_scaled(np.array(theirs.final[1:]))
     amplitude = np.abs(one[:3]).max()
     assert np.abs(one - two).max() < 1e-9 * amplitude
     assert np.abs(one - exact).max() < 1e-11 * amplitude
