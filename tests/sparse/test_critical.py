@@ -69,7 +69,8 @@ def test_a_window_between_two_values():
     w = np.linspace(20.0, 40.0, 30)
     M = csc_array(np.eye(31))
     K = csc_array(np.diag([100.0, *(w**2)]))
-    first, rest = (csc_array(np.diag([x] + [y] * 30)) for x, y in ((1.0, 0.0), (0.0, 0.4)))
+    first = csc_array(np.diag([1.0] + [0.0] * 30))
+    rest = csc_array(np.diag([0.0] + [0.4] * 30))
     system = TermSystem((Term(M),), (Term(rest), Term(first, growth)), (Term(K),), {"p": 0.0}, "p")
     region = Rectangle(-5.0, 5.0, 5.0, 15.0)
     values = [0.0, 1.0]

@@ -148,7 +148,9 @@ def _of(pattern):
 
 def test_the_parts_of_a_problem_share_a_pattern(rng):
     """P at any place is the sum of its parts, whatever entries these have."""
-    M, C, K = (diags_array(rng.uniform(1, 2, 9 - abs(k)), offsets=k) for k in (0, 2, -3))
+    M = diags_array(rng.uniform(1, 2, 9), offsets=0)
+    C = diags_array(rng.uniform(1, 2, 7), offsets=2)
+    K = diags_array(rng.uniform(1, 2, 6), offsets=-3)
     K = csc_array(K + M)
     problem = quadratic(csc_array(M), csc_array(C - K), K)
     for value in (2.0, 1.0 + 3.0j):

@@ -107,10 +107,12 @@ def test_workers_give_the_same_bits():
     K = (brake.K[0], Term(brake.K[1].matrix, Formula("mu * gap")))
     brake = replace(brake, K=K, parameters={"mu": 0.3, "gap": 1.0})
     axes = squeal.Axis("mu", 0.0, 0.8, 3), squeal.Axis("gap", 0.5, 1.5, 2)
-    full, modal = (
-        [squeal.sweep(brake, [0.1, 0.5], BAND, method=method, workers=n).to_dict() for n in (1, 2)]
-        for method in ("full", "modal")
-    )
+    full = [
+        squeal.sweep(brake, [0.1, 0.5], BAND, method="full", workers=n).to_dict() for n in (1, 2)
+    ]
+    modal = [
+        squeal.sweep(brake, [0.1, 0.5], BAND, method="modal", workers=n).to_dict() for n in (1, 2)
+    ]
     charts = [squeal.map(brake, axes, band=BAND, workers=n).to_dict() for n in (1, 2)]
     for one, two in (full, modal, charts):
         assert one == two

@@ -37,10 +37,12 @@ def test_rows_are_scaled_to_a_unit_diagonal_by_powers_of_two(rng):
     assert np.all(np.abs(np.log2(diagonal.diagonal())) <= 1.0 + 1e-12)
     value = 0.3 + 2.0j
     h = 1e-6
-    ahead, back = (scaled.at({"p": 3 + x}).at(value) for x in (h, -h))
+    ahead = scaled.at({"p": 3 + h}).at(value)
+    back = scaled.at({"p": 3 - h}).at(value)
     slope = scaled.slope("p", None, value).toarray()
     assert slope == pytest.approx(((ahead - back) / (2 * h)).toarray(), rel=1e-8, abs=1e-12)
-    ahead, back = (problem.at(value + x) for x in (h, -h))
+    ahead = problem.at(value + h)
+    back = problem.at(value - h)
     slope = problem.slope(value).toarray()
     assert slope == pytest.approx(((ahead - back) / (2 * h)).toarray(), rel=1e-8, abs=1e-7)
     assert problem.slope(2.0).dtype == float
@@ -154,7 +156,8 @@ def test_what_a_basis_lacks_contracts_as_the_worst_of_its_directions():
     p[3] = 5.0
     p[20] = 1.4
     p[25] = 0.5
-    F, P = (csc_array(diags_array(d)) for d in (f, p))
+    F = csc_array(diags_array(f))
+    P = csc_array(diags_array(p))
     for axes in ([3], [3, 25], [3, 25, 20], range(25, 30)):
         V = np.eye(30)[:, list(axes)]
         left = np.delete(abs(1 - p / f), list(axes))
@@ -195,7 +198,8 @@ def test_crossings_at_the_ends_of_a_range():
     other = crossing(vector=(0.3, 0.9))
     assert _is_same(crossing(), same)
     assert not any(_is_same(crossing(), x) for x in (other, crossing(omega=2.1)))
-    one, next_one = (replace(crossing(p), interval=(p, p)) for p in (1.0, 1 + 2e-7))
+    one = replace(crossing(1.0), interval=(1.0, 1.0))
+    next_one = replace(crossing(1 + 2e-7), interval=(1 + 2e-7, 1 + 2e-7))
     assert not _is_same(one, next_one)
     assert _is_same(crossing(), crossing(1 + 2e-7))  # whose intervals overlap
     pairs = np.array([[1 + 1j, -1 + 1j], [1 + 1j, 2.0], [1 + 1j, -1e-17 + 1j], [-1.0, 1.0]]).T
