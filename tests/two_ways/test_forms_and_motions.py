@@ -26,7 +26,8 @@ def test_thresholds_as_json_and_table(scene):
     values = [float(row["mu"]) for row in listed]
     for mu in {mu for mu in values if values.count(mu) > 1}:
         ways = [row["direction"] for row in listed if float(row["mu"]) == mu]
-        below, above = (growing_modes(scene, mu * (1 + side)) for side in (-1e-6, 1e-6))
+        below = growing_modes(scene, mu * (1 - 1e-6))
+        above = growing_modes(scene, mu * (1 + 1e-6))
         assert ways.count("up") - ways.count("down") == above - below
     pairs = [(float(r["mu"]), r["verdict"]) for r in listed if r["verdict"]]
     assert [*dict.fromkeys(pairs)] == [(c["mu"], c["kind"]) for c in found["critical"]]
@@ -69,7 +70,8 @@ def test_two_integrators_give_one_motion(scene):
     assert one["shares"] == pytest.approx(other["shares"], abs=1e-6)
     for name, ends in one["extrema"].items():
         assert ends == pytest.approx(other["extrema"][name], rel=1e-6, abs=1e-6), name
-    a, b = ([x["final"][n] for n in ("x", "y", "theta")] for x in (one, other))
+    a = [one["final"][n] for n in ("x", "y", "theta")]
+    b = [other["final"][n] for n in ("x", "y", "theta")]
     assert np.allclose(a, b, rtol=1e-6, atol=1e-10)
 
 

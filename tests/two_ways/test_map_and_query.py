@@ -19,11 +19,12 @@ def mapped(scene, widths, cell, *options):
     """The row of one cell of a map of four about the scene's own angles."""
     numbers = scene["parameters"]
     table = path("map.csv")
-    first, second = (
-        f"{name}:{numbers[name] - width!r}:{numbers[name] + width!r}"
-        for name, width in zip(("alpha1", "alpha2"), widths, strict=True)
-    )
-    given = "--first", first, "--second", second, "--n", 2, "--csv", table, *options
+
+    def axis(name, width):
+        return f"{name}:{numbers[name] - width!r}:{numbers[name] + width!r}"
+
+    axes = ("--first", axis("alpha1", widths[0]), "--second", axis("alpha2", widths[1]))
+    given = (*axes, "--n", 2, "--csv", table, *options)
     found = ask("map", written(scene), *given)
     row = asking.rows(table)[cell]
     angles = [float(value) for name, value in row.items() if name.startswith("alpha")]

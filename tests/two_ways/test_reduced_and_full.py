@@ -61,7 +61,8 @@ BAND = ("--band", f"{LOW}:{HIGH}")
 def test_a_sweeps_reduced_roots_are_the_full_ones(file, values):
     low, high = sorted(values)
     sweep = ("--sweep", f"{low!r}:{high!r}:3", *BAND, "--method")
-    full, reduced = (ask("eigenvalues", file, *sweep, way) for way in ("full", "reduced"))
+    full = ask("eigenvalues", file, *sweep, "full")
+    reduced = ask("eigenvalues", file, *sweep, "reduced")
     for one, other in zip(full["sweep"], reduced["sweep"], strict=True):
         assert_same_roots(upper(one), upper(other), 1e-6)
         # of a reduced system some roots only are known, and those outside of its region are not
@@ -81,7 +82,8 @@ def test_a_band_holds_those_of_all_roots(file, value):
 @cases(2, 0.015)
 @given(chains())
 def test_thresholds_of_a_band_are_those_of_all_that_lie_in_it(file):
-    band, every = (ask("critical-friction", file, "--max", 1, *x) for x in (BAND, ()))
+    band = ask("critical-friction", file, "--max", 1, *BAND)
+    every = ask("critical-friction", file, "--max", 1)
     inside = [c for c in every["crossings"] if LOW < c["frequency_hz"] < HIGH]
     for key in ("kind", "direction"):
         assert [c[key] for c in band["crossings"]] == [c[key] for c in inside]
