@@ -133,18 +133,19 @@ def test_other_instructions_make_another_machine():
         "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX,-FMA4,-AVX512F",
     }
     code = "import json; from workflow.release.verify import here; print(json.dumps(here()))"
-    now, other = (
-        json.loads(
-            subprocess.run(
-                [sys.executable, "-c", code],
-                cwd=ROOT,
-                env=os.environ | variables,
-                stdout=subprocess.PIPE,
-                check=True,
-            ).stdout
+
+    def machine(variables):
+        run = subprocess.run(
+            [sys.executable, "-c", code],
+            cwd=ROOT,
+            env=os.environ | variables,
+            stdout=subprocess.PIPE,
+            check=True,
         )
-        for variables in ({}, hidden)
-    )
+        return json.loads(run.stdout)
+
+    now = machine({})
+    other = machine(hidden)
     if now["NumPy's instructions"] == other["NumPy's instructions"]:
         pytest.skip("this processor has no instructions that could be hidden")
     names = [line.partition(":")[0] for line in verify.unlike(now, other)]
