@@ -40,7 +40,10 @@ def known_system(
     leaves nothing symmetric or orthogonal. Returns the system and its thresholds (mu, kind,
     direction, omega), sorted.
     """
-    C0, C1, K0, K1 = (np.zeros((n, n)) for _ in range(4))
+    C0 = np.zeros((n, n))
+    C1 = np.zeros((n, n))
+    K0 = np.zeros((n, n))
+    K1 = np.zeros((n, n))
     expected: list[Threshold] = []
     i = 0
     while i < n:
@@ -76,10 +79,12 @@ def known_system(
             C0[i, i] = rng.uniform(0.005, 0.5) * damped
         i += 1
     sparse = [rng.random((n, n)) < 3 / n for _ in range(2)]
-    left, right = (rng.uniform(-0.5, 0.5, (n, n)) * kept for kept in sparse)
-    left = np.eye(n) + np.tril(left, -1)
-    right = np.eye(n) + np.triu(right, 1)
+    left = np.eye(n) + np.tril(rng.uniform(-0.5, 0.5, (n, n)) * sparse[0], -1)
+    right = np.eye(n) + np.triu(rng.uniform(-0.5, 0.5, (n, n)) * sparse[1], 1)
     order = rng.permutation(n)
-    M, C0, C1, K0, K1 = ((left @ X @ right)[order][:, order] for X in (np.eye(n), C0, C1, K0, K1))
-    damping = (C0, C1) if damped else ()
-    return affine(M, K0, K1, *damping), sorted(expected)
+
+    def mixed(X):
+        return (left @ X @ right)[order][:, order]
+
+    damping = (mixed(C0), mixed(C1)) if damped else ()
+    return affine(mixed(np.eye(n)), mixed(K0), mixed(K1), *damping), sorted(expected)

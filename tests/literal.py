@@ -47,7 +47,8 @@ class Literal:
         p = self.p
         here = self.corners(q)
         rest = self.corners(0.0 * q)
-        a1, a2 = (np.broadcast_to(p[name], q.shape[1:]) for name in ("alpha1", "alpha2"))
+        a1 = np.broadcast_to(p["alpha1"], q.shape[1:])
+        a2 = np.broadcast_to(p["alpha2"], q.shape[1:])
         fixed = (
             rest[0] + p["L1"] * np.array([np.cos(a1), np.sin(a1)]),
             rest[1] + p["L2"] * np.array([-np.cos(a2), np.sin(a2)]),
@@ -169,7 +170,10 @@ def literal(scene: Scene, changes: dict[str, np.ndarray], n: int) -> Literal:
     if scene.damping is not None:
         C = np.broadcast_to(np.array(scene.damping.matrix), (n, 3, 3))
     if "I" in scene.pad.derived:
-        m, w, h = ((values | changes)[name] for name in ("m", "w", "h"))
+        changed = values | changes
+        m = changed["m"]
+        w = changed["w"]
+        h = changed["h"]
         values["I"] = m * (w**2 + h**2) / 3
     return Literal(scene.model, values | changes, scene.formulation, C)
 
