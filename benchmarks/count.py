@@ -303,7 +303,10 @@ def main() -> int:
     """Print the counts."""
     checkout = Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
     package = checkout / "squeal"
-    lines, files, constants, defined = (Counter[str]() for _ in range(4))
+    lines = Counter[str]()
+    files = Counter[str]()
+    constants = Counter[str]()
+    defined = Counter[str]()
     measured: dict[str, Gauges] = {}
     for file in sorted(package.rglob("*.py")):
         parts = file.relative_to(package).parts

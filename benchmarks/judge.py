@@ -193,7 +193,9 @@ def shafts(folder: Path, count: int) -> Iterator[Case]:
         d = 0.0 if seed % 2 == 0 else 0.02
         T = MIXED
         J = np.kron(np.eye(2), [[0.0, -1.0], [1.0, 0.0]])
-        M, G, K = (T.T @ X @ T for X in (np.eye(4), 2 * J, np.diag(k.ravel())))
+        M = T.T @ np.eye(4) @ T
+        G = T.T @ (2 * J) @ T
+        K = T.T @ np.diag(k.ravel()) @ T
         C = [(G, "W")] + ([(d * M, "1")] if d else [])
         file = write(folder, f"shaft-{seed}", "W", M=[(M, "1")], C=C, K=[(K, "1"), (-M, "W**2")])
         ways = ("up", "up" if d else "down") * 2
@@ -217,11 +219,13 @@ def windows(folder: Path, count: int) -> Iterator[Case]:
         K0[0, 1] = e
         K0[1, 0] = -e
         K1[0, 0] = s
-        M, K0, K1 = (T.T @ X @ T for X in (np.eye(4), K0, K1))
+        M = T.T @ np.eye(4) @ T
         C = [(c * M, "1")] if c else []
-        file = write(folder, f"window-{seed}", "p", M=[(M, "1")], C=C, K=[(K0, "1"), (K1, "p")])
+        K = [(T.T @ K0 @ T, "1"), (T.T @ K1 @ T, "p")]
+        file = write(folder, f"window-{seed}", "p", M=[(M, "1")], C=C, K=K)
         half = np.sqrt(4 * e * e - 4 * c * c * k + c**4)
-        low, high = (p0 + (-c * c + side * half) / s for side in (-1, 1))
+        low = p0 - (c * c + half) / s
+        high = p0 + (half - c * c) / s
         truth = [(low, "flutter", "up"), (high, "flutter", "down")]
         yield f"window {seed} (2 e/s = {2 * e / s:.1e}, c = {c:.1e})", file, truth, 2.0
 
@@ -302,8 +306,10 @@ def motions(folder: Path, count: int, sides: list[Checkout]) -> None:
                 rows.append(f"    motion {seed}: {one.get('said')!r}, now {other.get('said')!r}")
             continue
         changes += len(one["events"])
-        a, b = ([x["final"][n] for n in ("x", "y", "theta")] for x in (one, other))
-        s, t = ([e["t"] / period for e in x["events"]] for x in (one, other))
+        a = [one["final"][n] for n in ("x", "y", "theta")]
+        b = [other["final"][n] for n in ("x", "y", "theta")]
+        s = [e["t"] / period for e in one["events"]]
+        t = [e["t"] / period for e in other["events"]]
         names = [[(e["from"], e["to"]) for e in x["events"]] for x in (one, other)]
         if names[0] != names[1]:
             rows.append(f"    motion {seed}: {len(names[0])} changes, now {len(names[1])}")
@@ -324,7 +330,9 @@ def brake(folder: Path, rows: int) -> Path:
 def times(folder: Path, rows: int, sides: list[Checkout]) -> None:
     """Medians of whole commands."""
     scenes = Path(__file__).parent.parent / "tests" / "scenes"
-    b1, b2, b3 = (scenes / f"{stem}.yaml" for stem in ("b1-c", "b2-c", "b3"))
+    b1 = scenes / "b1-c.yaml"
+    b2 = scenes / "b2-c.yaml"
+    b3 = scenes / "b3.yaml"
     questions: dict[str, tuple[object, ...]] = {
         **{f"{name}, B1": (name, b1) for name in ("critical-friction", "eigenvalues", "simulate")},
         **{f"{name}, B2": (name, b2) for name in ("critical-friction", "simulate")},

@@ -68,7 +68,9 @@ def _eigs(parts: Any, shift: complex = 0.5j * (LOW + HIGH), near: int = NEAR) ->
     from scipy.sparse import csr_array
     from scipy.sparse.linalg import LinearOperator, eigs, splu
 
-    M, C, K = (csr_array((parts[k + "x"], parts[k + "i"], parts[k + "p"])) for k in "MCK")
+    M = csr_array((parts["Mx"], parts["Mi"], parts["Mp"]))
+    C = csr_array((parts["Cx"], parts["Ci"], parts["Cp"]))
+    K = csr_array((parts["Kx"], parts["Ki"], parts["Kp"]))
     start = time.process_time()
     n = M.shape[0]
     P = (shift * (shift * M + C) + K).tocsc()

@@ -89,7 +89,9 @@ def errors(exact: ComplexArray, found: ComplexArray) -> float:
 def projected(scaled: ScaledSystem, vectors: NDArray[np.float64], speed: float) -> ComplexArray:
     """All roots of the system projected onto orthonormal columns, at one speed."""
     problem = scaled.at({"W": speed})
-    M, C, K = (vectors.T @ (X @ vectors) for X in (problem.M, problem.C, problem.K))
+    M = vectors.T @ (problem.M @ vectors)
+    C = vectors.T @ (problem.C @ vectors)
+    K = vectors.T @ (problem.K @ vectors)
     return dense_values(M, C, K)
 
 

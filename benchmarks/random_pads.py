@@ -188,7 +188,8 @@ def _distance(scene: Scene, path: Path, point: CriticalPoint) -> tuple[float, bo
         ]
     rounding = ROUNDING * point.mu
     found = list[Any]()
-    low, high = (point.interval[k] - point.mu + s * rounding for k, s in ((0, -1), (1, 1)))
+    low = point.interval[0] - point.mu - rounding
+    high = point.interval[1] - point.mu + rounding
     for condition in conditions:
         try:
             found.append(exact.critical(condition, q, mu)[1] - point.mu)

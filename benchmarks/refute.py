@@ -171,7 +171,8 @@ def twins(rng: Rng, most: int, apart: float, kind: str) -> Case:
     families = max(count // 3, 1)
     each = []
     for _ in range(families):
-        k, h = (rng.uniform(0.8, 1.6) for _ in range(2))
+        k = rng.uniform(0.8, 1.6)
+        h = rng.uniform(0.8, 1.6)
         each.append((k, h, rng.uniform(0.3, 1.0)))
     stiffness = list[Array]()
     friction = list[Array]()
@@ -264,7 +265,9 @@ def shafts(rng: Rng, most: int) -> Case:
     slope = list[Array]()
     events = list[Event]()
     for _ in range(count):
-        g, k, fall = (dyadic(rng.uniform(*ends)) for ends in ((0.2, 2), (0.3, 2), (0.5, 3)))
+        g = dyadic(rng.uniform(0.2, 2))
+        k = dyadic(rng.uniform(0.3, 2))
+        fall = dyadic(rng.uniform(0.5, 3))
         spin.append(np.array([[0.0, g], [-g, 0.0]]))
         stiffness.append(k * np.eye(2))
         slope.append(-fall * np.eye(2))

@@ -99,8 +99,7 @@ QUAD_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0))
 
 
 def _middle(a: Sequence[float], b: Sequence[float]) -> Place:
-    x, y, z = ((one + other) / 2 for one, other in zip(a, b, strict=True))
-    return x, y, z
+    return (a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2
 
 
 def _element(
