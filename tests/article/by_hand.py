@@ -144,19 +144,20 @@ def hammers(name: str, p: Pad, solution, stop: float, spent) -> bool:
     if side and impulse > LEVEL * p.F_n * period:
         blows.append(side)
     turns = sum(a != b for a, b in itertools.pairwise(blows))
-    off = [sum(v for state, v in spent.items() if not state[edge]) for edge in (0, 1)]
     if name == "B2":
-        off = [spent.get((False, False), 0.0)] * 2
-    return turns >= TURNS and min(off) > 1e-9
+        off = spent.get((False, False), 0.0)
+    else:
+        off = min(lost(spent, (True, False)), lost(spent, (False, True)))
+    return turns >= TURNS and off > 1e-9
 
 
 def lost(spent, watched) -> float:
     """Share of time in which a watched edge is off."""
-    return sum(
-        share
-        for state, share in spent.items()
-        if any(edge and not on for edge, on in zip(watched, state, strict=True))
-    )
+    total = 0.0
+    for (leading, trailing), share in spent.items():
+        if (watched[0] and not leading) or (watched[1] and not trailing):
+            total += share
+    return total
 
 
 def says(
@@ -175,7 +176,8 @@ def says(
             rests[name, letter] = equilibrium(name, p)
             if hammers(name, p, solution, stop, spent[name, letter]):
                 hammering[name] += letter
-    both = [k for k in "abcd" if all(rests[name, k] is not None for name in pads)]
+    without = {letter for (_, letter), rest in rests.items() if rest is None}
+    both = [letter for letter in "abcd" if letter not in without]
     answer: dict[str, Any] = {"hammers": f"{hammering['B1']}/{hammering['B2']}"}
     for digit, name in enumerate(pads, 1):
         lost_shares = []

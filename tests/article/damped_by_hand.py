@@ -176,7 +176,14 @@ class Pad:
         t = 0.0
         z = z.copy()
         scale = np.append(SIZES, 3e4 * SIZES)
-        crossing = [lambda t, y, i=i: self.edges(y * scale)[0][i] / 1e-5 for i in (0, 1)]
+
+        def leading_gap(t, y):
+            return self.edges(y * scale)[0][0] / 1e-5
+
+        def trailing_gap(t, y):
+            return self.edges(y * scale)[0][1] / 1e-5
+
+        crossing = [leading_gap, trailing_gap]
         for event in crossing:
             event.terminal = True  # type: ignore[attr-defined]
         while t < time:

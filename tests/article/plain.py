@@ -104,11 +104,11 @@ class Plain:
 
     def stiffness(self, q, mu):
         steps = np.array([1e-9, 1e-9, 1e-9 / self.p.w])
-        rows = [
-            (np.subtract(self.loads(q + d, mu), self.loads(q - d, mu))) / (2 * d.sum())
-            for d in np.diag(steps)
-        ]
-        return -np.array(rows).T
+        columns = []
+        for d in np.diag(steps):
+            change = np.subtract(self.loads(q + d, mu), self.loads(q - d, mu))
+            columns.append(change / (2 * d.sum()))
+        return -np.array(columns).T
 
     def equilibrium(self, mu):
         """By Newton's method along friction from rest on the disc."""
@@ -152,10 +152,10 @@ def move(model, state, stop, samples, tolerance=1e-10):
         z = z.tolist()
         force = model.loads(z[:3], p.mu)
         v = z[3:]
-        return v + [
-            (f - c[0] * v[0] - c[1] * v[1] - c[2] * v[2]) / m
-            for f, c, m in zip(force, C, masses, strict=True)
-        ]
+        accelerations = []
+        for f, c, m in zip(force, C, masses, strict=True):
+            accelerations.append((f - c[0] * v[0] - c[1] * v[1] - c[2] * v[2]) / m)
+        return v + accelerations
 
     size = p.F_n / p.k1 * np.array([1.0, 1.0, 1.0 / p.w])
     scale = np.append(size, size * math.sqrt(p.k1 / p.m))

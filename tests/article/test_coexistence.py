@@ -117,7 +117,9 @@ def lasting(request):
     a step takes as long for one as for all.
     """
     motion = request.param
-    points = [p for c in stored(motion).boundaries for p in c.points if outermost(c, p)]
+    points = []
+    for curve in stored(motion).boundaries:
+        points += [point for point in curve.points if outermost(curve, point)]
     chosen = [points[i] for i in np.random.default_rng(2).choice(len(points), 3, replace=False)]
     one = next(o for o in stored(motion).least if (o.a, o.zeta) == (0.01, 0.005))
     folds = 2 * len(chosen)

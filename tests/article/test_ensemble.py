@@ -80,7 +80,8 @@ def test_both_edges_in_the_same_instant_in_closed_form():
     initial = np.zeros((3, 6))
     initial[:, 1] = height
     r = simulate_many("B1", pad, initial, 4.5 * period, 1e-12, events=True, measure=measures)
-    times = [n * period + t for n in range(5) for t in (touch, touch, touch + back, touch + back)]
+    in_a_period = [touch, touch, touch + back, touch + back]  # both edges each time
+    times = [n * period + t for n in range(5) for t in in_a_period]
     for i in range(3):
         assert r["events"][i][:, 0] == pytest.approx(times[:18], rel=1e-10)
         assert sorted(r["losses"][i]) == [0] * 4 + [1] * 4

@@ -69,9 +69,11 @@ def test_exact_stiffness_is_singular_and_the_printed_one_is_not():
 
 def rows_solved(K, p):
     """(x, Rn) by rows 1 and 2, and by rows 3 and 2, of Eq. (21) with y = theta = delta = 0."""
+    by_2 = [K[1, 0], -1.0]
+    load = [0.0, -p.F_n]
     return [
-        np.linalg.solve([[K[i, 0], -f * p.mu], [K[1, 0], -1.0]], [0.0, -p.F_n])
-        for i, f in ((0, 1.0), (2, p.h))
+        np.linalg.solve([[K[0, 0], -p.mu], by_2], load),
+        np.linalg.solve([[K[2, 0], -p.h * p.mu], by_2], load),
     ]
 
 
@@ -191,11 +193,11 @@ def test_state_exists_on_the_traced_curve():
 
     def closed(a1, a2):
         """(h K11 - K31) / (w (k1 + k2)) up to a factor of two."""
-        terms = (
-            k * (np.sin(2 * a) + 2 * pad.h / pad.w * (1 + np.cos(2 * a)))
-            for k, a in ((pad.k1, a1), (pad.k2, a2))
-        )
-        return sum(terms) / (pad.k1 + pad.k2)
+
+        def term(k, a):
+            return k * (np.sin(2 * a) + 2 * pad.h / pad.w * (1 + np.cos(2 * a)))
+
+        return (term(pad.k1, a1) + term(pad.k2, a2)) / (pad.k1 + pad.k2)
 
     exact = 0
     for a1, a2 in curve[1:-1]:
@@ -241,9 +243,9 @@ TABLE_1 = {
 def test_conditions_are_table_1():
     spring = {LEADING: 3, TRAILING: 4}
     name = contact_law("B1").state_name
-    found = {
-        (name(c.source), name(c.target)): tuple((spring[edge], rising) for edge, rising in c.edges)
-        for c in conditions()
-    }
+    found = {}
+    for c in conditions():
+        edges = tuple((spring[edge], rising) for edge, rising in c.edges)
+        found[name(c.source), name(c.target)] = edges
     assert found == TABLE_1
     assert sorted(c.codimension for c in conditions()) == [1] * 8 + [2] * 2

@@ -118,10 +118,9 @@ def test_state_colours_stand_out_on_white():
     """WCAG 2 contrast of at least 3:1 for graphical objects, and no two alike."""
 
     def luminance(colour):
-        parts = [
-            c / 12.92 if c <= 0.03928 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)
-        ]
-        return 0.2126 * parts[0] + 0.7152 * parts[1] + 0.0722 * parts[2]
+        encoded = np.array(to_rgb(colour))
+        linear = np.where(encoded <= 0.03928, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+        return np.array([0.2126, 0.7152, 0.0722]) @ linear
 
     values = [luminance(colour) for colour in style.STATE_COLOURS.values()]
     assert all(1.05 / (value + 0.05) >= 3.0 for value in values)

@@ -114,8 +114,11 @@ def test_figure_and_table_show_every_run(stored):
 
 
 def test_a_sentence_falls_where_the_second_method_disagrees(stored):
-    runs = tuple(
-        dataclasses.replace(run, independent=(0.1 * run.horizon[0], None)) if run.horizon else run
-        for run in stored.runs
-    )
-    assert not sentences(dataclasses.replace(stored, runs=runs))["the-motion-amplifies-the-errors"]
+    runs = []
+    for run in stored.runs:
+        if run.horizon:
+            runs.append(dataclasses.replace(run, independent=(0.1 * run.horizon[0], None)))
+        else:
+            runs.append(run)
+    changed = dataclasses.replace(stored, runs=tuple(runs))
+    assert not sentences(changed)["the-motion-amplifies-the-errors"]

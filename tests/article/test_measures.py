@@ -26,7 +26,8 @@ def naive(one):
     begin = run.events[0].t if state[0] in ("2", "SS") else 0.0
     seen = h["t"] >= begin
     names = ("F3", "F4") if one.model == "B1" else ("Rn", "delta")
-    first, second = (h[name][seen] for name in names)
+    first = h[names[0]][seen]
+    second = h[names[1]][seen]
     speed = np.array([np.gradient(h[name], h["t"]) for name in ("x_dot", "y_dot", "theta_dot")])
     size = np.hypot(np.hypot(speed[0], speed[1]), one.pad.w * speed[2])
     late = h["t"] >= one.stop - 0.1 * (one.stop - begin)
@@ -39,7 +40,10 @@ def naive(one):
         "reach": np.nanmax(second),
         "mean": np.trapezoid(first, h["t"][seen]) / (one.stop - begin),
         "calm": size[late].max() / np.maximum(size, 1e-30).max(),
-        "shares": [np.mean([name in names for name in state[seen]]) for names in ("1FC", "2SS")],
+        "shares": [
+            np.isin(state[seen], ("1", "FC")).mean(),
+            np.isin(state[seen], ("2", "SS")).mean(),
+        ],
     }
 
 

@@ -58,10 +58,13 @@ def test_what_is_stored_is_small_and_whole():
 def test_a_set_says_the_same_by_hand(number):
     """Own equations, SciPy with clipped forces, a root finder, sums over samples."""
     one = population.some(population.drawn(), slice(number, number + 1))
-    pads = {m: [stacked(one, m, case, CONSISTENT) for case in CASES] for m in MODELS}
-    first = {m: [starts(one, stack)[0] for stack in pads[m]] for m in MODELS}
-    plain = {m: [population.single(stack, 0).pad for stack in pads[m]] for m in MODELS}
-    found = by_hand.says(plain, first, STOP)
+    pads = {}
+    initial = {}
+    for model in MODELS:
+        cases = [stacked(one, model, case, CONSISTENT) for case in CASES]
+        initial[model] = [starts(one, case)[0] for case in cases]
+        pads[model] = [population.single(case, 0).pad for case in cases]
+    found = by_hand.says(pads, initial, STOP)
     row = ROWS[number]
     assert found.pop("hammers") == row.hammers
     for key, value in found.items():
