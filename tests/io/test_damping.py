@@ -113,6 +113,7 @@ def test_modes_of_a_large_system_are_damped_by_rows_of_their_own(table):
     assert ratios == pytest.approx(np.append(what.value, 0.0))
 
 
+MODULUS = "K: {file: a.mtx, modulus: {file: table.csv}}"
 WRONG = [
     ("C: {file: a.mtx, structural: 0.1}\nK: {file: a.mtx}", TABLE, "structural"),
     ("C: {file: a.mtx, rayleigh: 0.1}\nK: {file: a.mtx}", TABLE, "rayleigh"),
@@ -123,17 +124,12 @@ WRONG = [
     ("K: {file: a.mtx}\ndamping: {K4: {file: complex.mtx}}", TABLE, "complex"),
     ("K: {file: a.mtx, structural: 0.1}\ndamping: {structural: 0.1}", TABLE, "their own"),
     ("K: {file: a.mtx}\ndamping: {ratios: {file: table.csv}}", TABLE, "ratio"),
-    *(
-        ("K: {file: a.mtx, modulus: {file: table.csv}}", table, word)
-        for table, word in [
-            ("frequency,storage,loss\n100,1,0.1\n100,1,0.1\n", "100"),
-            ("frequency,storage,loss\n100,1,0.1\n200,1,-0.1\n", "-0.1"),
-            ("frequency,loss\n100,1\n200,1\n", "storage"),
-            ("frequency,storage,loss\n100,1,x\n200,1,0.1\n", "line 2"),
-            ("frequency,storage,loss\n100,1,0.1\n", "1 lines"),
-            ("", "frequency"),
-        ]
-    ),
+    (MODULUS, "frequency,storage,loss\n100,1,0.1\n100,1,0.1\n", "100"),
+    (MODULUS, "frequency,storage,loss\n100,1,0.1\n200,1,-0.1\n", "-0.1"),
+    (MODULUS, "frequency,loss\n100,1\n200,1\n", "storage"),
+    (MODULUS, "frequency,storage,loss\n100,1,x\n200,1,0.1\n", "line 2"),
+    (MODULUS, "frequency,storage,loss\n100,1,0.1\n", "1 lines"),
+    (MODULUS, "", "frequency"),
 ]
 
 

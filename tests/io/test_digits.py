@@ -82,7 +82,9 @@ FREE = {"beam": 2, "plane": 3, "space": 6}
 
 
 def lower(A):
-    return [(r, c) for c in range(len(A)) for r in range(c, len(A)) if A[r, c] != 0.0]
+    """Rows and columns of what is not zero in the lower triangle, column by column."""
+    columns, rows = np.nonzero(np.tril(A).T)
+    return list(zip(rows.tolist(), columns.tolist(), strict=True))
 
 
 def write(folder, form, matrices, labels):
@@ -111,11 +113,15 @@ def write(folder, form, matrices, labels):
             keys = ", symmetric: true"
         else:
             places = lower(A)
-            counts = np.cumsum([1] + [sum(c == k for _, c in places) for k in range(len(A))])
+            in_column = np.bincount([c for _, c in places], minlength=len(A))
+            counts = np.cumsum([1, *in_column])
 
             def card(numbers, each, width, shown):
-                rows = [numbers[k : k + each] for k in range(0, len(numbers), each)]
-                return "".join("".join(shown(x).rjust(width) for x in row) + "\n" for row in rows)
+                lines = ""
+                for k in range(0, len(numbers), each):
+                    row = [shown(x).rjust(width) for x in numbers[k : k + each]]
+                    lines += "".join(row) + "\n"
+                return lines
 
             parts = [
                 card(list(counts), 8, 10, str),

@@ -191,8 +191,9 @@ def harwell_boeing(kind, pointers, rows, values, sides=0):
     head += f"{kind:14}{n:14}{n:14}{len(rows):14}{0:14}\n"
     head += f"{'(8I10)':16}{'(8I10)':16}{'(8E10.1)':20}\n"
     head += f"F{sides:27}{0:14}\n" if sides else ""
-    lists = ("".join(f"{k:10}" for k in numbers) for numbers in (pointers, rows))
-    text = head + "\n".join([*lists, "".join(f"{v:10.1e}" for v in values)]) + "\n"
+    text = head + "".join(f"{k:10}" for k in pointers) + "\n"
+    text += "".join(f"{k:10}" for k in rows) + "\n"
+    text += "".join(f"{v:10.1e}" for v in values) + "\n"
     return text + "   1.0e+00   2.0e+00\n" * sides
 
 
@@ -290,10 +291,10 @@ def test_of_several_dmig_matrices_only_the_one_picked_is_built(tmp_path):
 def write_bar(folder, stem, labels, rows=4):
     """K and M of a fixed-free chain of unit springs and masses in lower triangles, with labels."""
     folder.mkdir(exist_ok=True)
-    K = "".join(
-        f"{i} {i} {2 if i < rows else 1}\n" + (f"{i + 1} {i} -1\n" if i < rows else "")
-        for i in range(1, rows + 1)
-    )
+    K = ""
+    for i in range(1, rows):
+        K += f"{i} {i} 2\n{i + 1} {i} -1\n"
+    K += f"{rows} {rows} 1\n"
     (folder / f"{stem}.sti").write_text(K)
     (folder / f"{stem}.mas").write_text("".join(f"{i} {i} 1\n" for i in range(1, rows + 1)))
     (folder / f"{stem}.dof").write_text("".join(f"{label}\n" for label in labels))
