@@ -47,16 +47,17 @@ def disc_and_pad(cells: int) -> TermSystem:
     pad = (2 * cells, cells, max(2, cells // 2))
     at = math.prod(ring)
     pairs, ways, springs = _lattice(ring, 4e7, 0, True)
-    for own, more in zip((pairs, ways, springs), _lattice(pad, 2.2e7, at, False), strict=True):
-        own += more  # type: ignore[operator]
+    pad_pairs, pad_ways, pad_springs = _lattice(pad, 2.2e7, at, False)
+    pairs += pad_pairs
+    ways += pad_ways
+    springs += pad_springs
     n = 3 * (at + math.prod(pad))
     ring_nodes = np.arange(at).reshape(ring)
     pad_nodes = np.arange(math.prod(pad)).reshape(pad) + at
-    contact = [
-        (int(ring_nodes[i + cells, j, -1]), int(pad_nodes[i, j, 0]))
-        for i in range(pad[0])
-        for j in range(pad[1])
-    ]
+    contact = []
+    for i in range(pad[0]):
+        for j in range(pad[1]):
+            contact.append((int(ring_nodes[i + cells, j, -1]), int(pad_nodes[i, j, 0])))
     axial = np.array([0.0, 0.0, 1.0])
     elastic = _gaps(n, pairs, ways)
     K = elastic.T @ diags_array(np.array(springs)) @ elastic

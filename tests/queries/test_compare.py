@@ -29,13 +29,16 @@ SINES = np.sin(np.outer(K, K) * np.pi / (N + 1))  # symmetric
 
 
 def table(path, order, scale=1.0, shapes=True, more=""):
-    head = "name,frequency_hz" + "".join(f",n{k}:X" for k in K) * shapes
-    rows = [
-        f"T{k},{float(scale * HERTZ[k])!r}"
-        + "".join(f",{2 * x!r}" for x in SINES[k].tolist()) * shapes
-        for k in order
-    ]
-    path.with_name("test.csv").write_text("\n".join([head, *rows]) + more)
+    head = "name,frequency_hz"
+    if shapes:
+        head += "".join(f",n{k}:X" for k in K)
+    rows = [head]
+    for k in order:
+        row = f"T{k},{float(scale * HERTZ[k])!r}"
+        if shapes:
+            row += "".join(f",{2 * x!r}" for x in SINES[k].tolist())
+        rows.append(row)
+    path.with_name("test.csv").write_text("\n".join(rows) + more)
     return path.with_name("test.csv")
 
 

@@ -236,7 +236,8 @@ def test_a_closed_curve_passes_each_turn_once(start, towards):
     turns = [(one.turn, np.arctan2(one.unknowns[0], one.value)) for one in found if one.turn]
     angles = {"fold": (0.0, np.pi), "period doubling": (2.0, 2 - np.pi), "torus": (-1, np.pi - 1)}
     for kind, known in angles.items():
-        away = [np.cos(a - at) for at in known for name, a in turns if name == kind]
+        found_angles = np.array([angle for name, angle in turns if name == kind])
+        away = np.ravel(np.cos(found_angles[:, None] - np.array(known)))
         assert sorted(away) == pytest.approx([-1.0, -1.0, 1.0, 1.0], abs=1e-8)
     along = [-np.sign(np.sin(start)) * towards * (a - start) % (2 * np.pi) for _, a in turns]
     assert along == sorted(along)

@@ -34,7 +34,8 @@ def test_bouncing_pad_in_closed_form(backend, k):
     period = 2 * touch + back
     wanted = ("events", "shares", "extrema")
     result = simulate(bounce(pad, height, 3 * period, outputs=wanted), backend)
-    expected = [n * period + t for n in range(3) for t in [touch] * 2 + [touch + back] * 2]
+    in_a_period = [touch, touch, touch + back, touch + back]  # both edges each time
+    expected = [n * period + t for n in range(3) for t in in_a_period]
     close = 1e-11 if k > 1.0 else 1e-6  # the closed form is a small difference there
     assert [e.t for e in result.events] == pytest.approx(expected, rel=close)
     assert [e.source for e in result.events[::4]] == ["2"] * 3

@@ -192,15 +192,12 @@ def test_what_cannot_be_joined_is_refused(change, words):
 @pytest.mark.parametrize("other", [0.25, -1.0, 2.0])
 def test_one_name_has_one_value_in_all_components(other):
     """The last component's value won without a word."""
-    bodies = [
-        squeal.Component(
-            squeal.System([[1.0]], K={"E": [[1.0]]}, parameters={"E": value}, name=name),
-            [1],
-            [2],
-            load=[load],
-        )
-        for name, value, load in (("a", 1.0, 0.0), ("b", other, -1.0))
-    ]
+
+    def body(name, value, load):
+        system = squeal.System([[1.0]], K={"E": [[1.0]]}, parameters={"E": value}, name=name)
+        return squeal.Component(system, [1], [2], load=[load])
+
+    bodies = [body("a", 1.0, 0.0), body("b", other, -1.0)]
     contact = squeal.Contact(("a", "b"), [(1, 1)], Z, 1.0)
     with pytest.raises(InputError, match=r"the parameter E is .* in b and 1 in another component"):
         squeal.assemble(bodies, [contact])

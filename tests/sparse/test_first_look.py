@@ -107,16 +107,16 @@ def test_workers_give_the_same_bits():
     K = (brake.K[0], Term(brake.K[1].matrix, Formula("mu * gap")))
     brake = replace(brake, K=K, parameters={"mu": 0.3, "gap": 1.0})
     axes = squeal.Axis("mu", 0.0, 0.8, 3), squeal.Axis("gap", 0.5, 1.5, 2)
-    full = [
-        squeal.sweep(brake, [0.1, 0.5], BAND, method="full", workers=n).to_dict() for n in (1, 2)
-    ]
-    modal = [
-        squeal.sweep(brake, [0.1, 0.5], BAND, method="modal", workers=n).to_dict() for n in (1, 2)
-    ]
-    charts = [squeal.map(brake, axes, band=BAND, workers=n).to_dict() for n in (1, 2)]
-    for one, two in (full, modal, charts):
-        assert one == two
-    for a, row in zip(axes[0].values, charts[0]["verdicts"], strict=True):
+
+    def swept(method, workers):
+        found = squeal.sweep(brake, [0.1, 0.5], BAND, method=method, workers=workers)
+        return found.to_dict()
+
+    assert swept("full", 1) == swept("full", 2)
+    assert swept("modal", 1) == swept("modal", 2)
+    chart = squeal.map(brake, axes, band=BAND, workers=1).to_dict()
+    assert chart == squeal.map(brake, axes, band=BAND, workers=2).to_dict()
+    for a, row in zip(axes[0].values, chart["verdicts"], strict=True):
         for b, verdict in zip(axes[1].values, row, strict=True):
             step = squeal.sweep(brake, [a * b], BAND, method="full").steps[0]
             assert step.verdict == (verdict if verdict in GROWING else None)
