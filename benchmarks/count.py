@@ -6,6 +6,7 @@ out) and runs two queries in it to count the modules of the package whose functi
 
 from __future__ import annotations
 
+import argparse
 import ast
 import graphlib
 import io
@@ -301,8 +302,12 @@ def questions(checkout: Path) -> dict[str, list[str]]:
 
 def main() -> int:
     """Print the counts."""
-    checkout = Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("checkout", nargs="?", type=Path, default=Path("."))
+    checkout: Path = parser.parse_args().checkout.resolve()
     package = checkout / "squeal"
+    if not package.is_dir():
+        parser.error(f"{checkout} is no checkout: it has no folder squeal")
     lines = Counter[str]()
     files = Counter[str]()
     constants = Counter[str]()
