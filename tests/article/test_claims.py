@@ -117,7 +117,7 @@ def test_separation_elsewhere_contradicts_only_c():
     assert verdict("B2-only-c", b2_c=case(**LOST), b2_a=case(**LOST)) == NO
 
 
-def test_claims_on_the_linear_model():
+def test_claims_on_the_linear_model_fall_with_rank_three_a_large_region_or_a_motion_at_rest():
     assert verdict("B3-singular") == YES
     assert verdict("B3-singular", linear=Linear({"a": 3}, Readings(0.1, 0.2))) == NO
     assert verdict("B3-small-region") == YES
@@ -227,7 +227,7 @@ def test_implied_claims_hold_where_those_that_imply_them_do():
     assert used >= implied - {"B1-all-separate"}
 
 
-def test_hammering_with_both_models():
+def test_c_is_severe_only_where_it_alone_hammers_with_both_models():
     beats = case(**BEATS)
     once = case(**BEATS | {"blows": (9, 9, 3, 0, 0, 0)})
     assert verdict("B12-c-severe", b1_c=beats, b2_c=beats) == YES
@@ -243,7 +243,7 @@ def test_hammering_with_both_models():
     assert hammering_cases(measured, 0.01) == {"B1": ("d",), "B2": ("c",)}
 
 
-def test_losses_in_both_models():
+def test_losses_with_one_model_are_compared_with_those_of_the_other():
     quiet = [QUIET] * 4
     apart = case(vanishes=(0.2, 0.0))
     assert more_loss_in_b1(apart, *quiet[1:], *quiet).margin == 0.25

@@ -133,7 +133,7 @@ KNOWN = {
 
 
 @pytest.mark.parametrize("name", KNOWN)
-def test_closed_forms(name):
+def test_thresholds_are_those_of_the_closed_forms(name):
     known = KNOWN[name]
     result = thresholds(known.system, known.high, mu_min=known.low)
     assert result.certified is not False
@@ -197,7 +197,7 @@ def test_motions_that_nothing_holds_add_no_crossing(seed):
     assert [c.mu for c in found] == pytest.approx([c.mu for c in expected], rel=1e-7)
 
 
-def test_jump_at_a_breakpoint():
+def test_flutter_that_begins_with_a_jump_is_located_at_the_breakpoint():
     points = thresholds(
         lambda mu: coupled(mu if mu < 0.5 else 2 * mu), 2.0, breakpoints=[0.5, 1.2]
     ).points

@@ -68,7 +68,7 @@ def test_each_change_is_the_threshold_of_the_pad_made_so_by_hand():
 
 
 @pytest.mark.parametrize("model", ["B2", "BN", "B3"])
-def test_the_other_models(model):
+def test_levers_of_the_other_models_are_thresholds_of_changed_pads(model):
     unused = {"B3": ("k3", "k4", "L1", "L2", "F_n")}.get(model, ("k3", "k4"))
     pad = Pad(**{k: v for k, v in VALUES.items() if k not in unused}, k_c=1.0e7)
     scene = Scene(model, pad, Formulation(springs=4) if model == "BN" else Formulation())
@@ -149,6 +149,6 @@ BARE = TermSystem((Term(np.eye(2)),), (), (Term(np.eye(2), Formula("mu")),), {},
         ),
     ],
 )
-def test_refusals(wrong, words):
+def test_advice_on_what_cannot_be_varied_is_refused(wrong, words):
     with pytest.raises(InputError, match=words):
         wrong()

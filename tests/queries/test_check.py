@@ -62,7 +62,7 @@ def test_free_motions_and_negative_stiffness_are_counted(copies):
         ({"mass": 1e-3}, ["t, which goes", "N/m beside t"]),
     ],
 )
-def test_what_looks_like_an_error_of_units(brake, units, words):
+def test_what_looks_like_an_error_of_units_is_hinted_at(brake, units, words):
     hints = squeal.check(file_of(brake, **units)).hints
     assert len(hints) == len(words)
     assert all(word in hint for word, hint in zip(words, hints, strict=True))

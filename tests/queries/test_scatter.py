@@ -218,7 +218,7 @@ def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
         ({"of": "noise"}, "one of threshold, growth"),
     ],
 )
-def test_refusals(given, words):
+def test_spreads_that_are_none_are_refused(given, words):
     with pytest.raises(InputError, match=words):
         scatter(SCENE, **{"spreads": {"k1": {"relative": 0.1}}, "samples": 10} | given)
 

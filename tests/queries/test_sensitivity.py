@@ -61,7 +61,7 @@ def test_eigenvalues_against_differences_through_the_whole_chain(name, damping):
 
 
 @pytest.mark.parametrize("name", ["b1-d", "b2-c"])
-def test_scaling_laws(name):
+def test_derivatives_obey_the_scaling_of_units(name):
     # in other units of mass and force the frequencies change as sqrt(k/m); lengths do not count
     scene = scene_of(name)
     analysis = analyse(scene)

@@ -21,7 +21,7 @@ def apart(one, other):
 
 @pytest.mark.parametrize("stem", ["b1-a", "b2-c", "b3"])
 @pytest.mark.parametrize("mu", [None, 0.1])
-def test_poles_and_compliance(stem, mu):
+def test_poles_are_the_eigenvalues_and_the_static_gain_is_the_compliance(stem, mu):
     scene = scene_of(stem, damping=Damping(ratios=(0.01, 0.02, 0.03)))
     plant = state_space(scene, mu)
     analysis = analyse(scene if mu is None else scene.replace(mu=mu))
@@ -29,7 +29,7 @@ def test_poles_and_compliance(stem, mu):
     assert np.allclose(plant.dcgain() @ analysis.matrices.K, np.eye(3), atol=1e-9)
 
 
-def test_refusals_and_warnings(recwarn):
+def test_a_state_space_refuses_and_warns_as_eigenvalues_do(recwarn):
     scene = scene_of("b2-c")
     with pytest.raises(InputError, match=r"mu: -1\.0 is not allowed"):
         state_space(scene, -1.0)

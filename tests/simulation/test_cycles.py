@@ -79,7 +79,7 @@ def test_work_of_friction_is_what_damping_takes(answer):
         assert one.damping >= 0.0
 
 
-def test_long_simulations_beside_the_fold(answer):
+def test_long_simulations_stay_on_a_stable_cycle_and_leave_an_unstable_one(answer):
     """Just above the fold two cycles: a motion stays on the stable one and leaves the other. Below
     it the motion from the last cycle comes to rest."""
     fold = next(one.value for one in answer.orbits if one.turn == "fold")

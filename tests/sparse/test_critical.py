@@ -63,7 +63,7 @@ def test_crossings_are_found_and_located(rng):
         crossings_along(reduction, "mu", values)
 
 
-def test_a_window_between_two_values():
+def test_both_ends_of_a_window_between_two_values_are_found():
     """Re lambda = (p - 1/2)^2 - 1/64 in a block: two crossings within one step, down then up."""
     growth = Formula("-2*((p - 0.5)**2 - 0.015625)")
     w = np.linspace(20.0, 40.0, 30)
@@ -120,7 +120,7 @@ def test_a_change_of_sign_that_is_not_located_is_said(monkeypatch):
     assert "was not located" in text
 
 
-def test_a_real_root(rng):
+def test_a_real_root_that_reaches_zero_is_a_divergence(rng):
     """K loses its rank at p = 0.7 in a mixed block: divergence, omega exactly zero."""
     mixed = large.blocks(rng.uniform(0.5, 1.5, 20), rng.uniform(3.0, 9.0, 20), rng)
     parts = zip((1, 3, 1.4), mixed, strict=True)
@@ -140,7 +140,7 @@ def test_a_real_root(rng):
 
 
 @pytest.mark.parametrize("low", [350.0, -600.0])
-def test_a_structural_loss_factor(low, rng):
+def test_a_root_of_a_structural_loss_factor_crosses_where_it_is_known_to(low, rng):
     """One root and no mirror image: below the axis lie images that grow without meaning."""
     region = Rectangle(-60.0, 60.0, low, 600.0)
     _the_crossing(*large.with_loss_factor(rng), region, [0.0, 0.7, 1.4])

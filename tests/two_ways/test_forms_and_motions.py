@@ -17,7 +17,7 @@ def growing_modes(scene, mu):
 
 @cases(6, 0.05)
 @given(pads())
-def test_thresholds_as_json_and_table(scene):
+def test_thresholds_are_the_same_as_json_and_as_a_table(scene):
     table = path("found.csv")
     file = written(scene)
     found = ask("critical-friction", file, "--csv", table)
