@@ -236,8 +236,7 @@ def test_c_is_severe_only_where_it_alone_hammers_with_both_models():
     assert verdict("B12-c-severe", b1_c=once, b2_c=beats) == NO
     pressed = case(**BEATS | {"vanishes": (0.0, 0.2)})  # blows alone are no hammering
     assert verdict("B12-c-severe", b1_c=pressed, b2_c=beats) == NO
-    two = {f"{model}_{name}": beats for model in ("b1", "b2") for name in "ac"}
-    assert verdict("B12-c-severe", **two) == NO
+    assert verdict("B12-c-severe", b1_a=beats, b1_c=beats, b2_a=beats, b2_c=beats) == NO
     measured = dict.fromkeys(HISTORY_FIGURES, QUIET) | {"b1-d": once, "b2-c": beats}
     assert hammering_cases(measured) == {"B1": (), "B2": ("c",)}
     assert hammering_cases(measured, 0.01) == {"B1": ("d",), "B2": ("c",)}

@@ -8,8 +8,11 @@ from squeal.plots.coupling import sweep_drawing
 
 
 def artists(figure, gid):
-    found = [a for axes in figure.axes for a in [*axes.get_lines(), *axes.patches]]
-    return [a for a in found if a.get_gid() == gid]
+    found = []
+    for axes in figure.axes:
+        found += [artist for artist in axes.get_lines() if artist.get_gid() == gid]
+        found += [artist for artist in axes.patches if artist.get_gid() == gid]
+    return found
 
 
 def test_the_background_changes_at_the_threshold_and_the_growing_mode_is_said():

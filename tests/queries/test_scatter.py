@@ -207,10 +207,10 @@ def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        *(
-            ({"spreads": {"k2": one}}, r"spreads\.k2")
-            for one in ({"about": 0.1}, {"relative": 0.0}, {"within": np.nan}, {"between": [1, 0]})
-        ),
+        ({"spreads": {"k2": {"about": 0.1}}}, r"spreads\.k2"),
+        ({"spreads": {"k2": {"relative": 0.0}}}, r"spreads\.k2"),
+        ({"spreads": {"k2": {"within": np.nan}}}, r"spreads\.k2"),
+        ({"spreads": {"k2": {"between": [1, 0]}}}, r"spreads\.k2"),
         ({"spreads": {"k_c": {"relative": 0.1}}}, "k_c is no parameter here"),
         ({"spreads": {"mu": {"relative": 0.1}}}, "mu is varied to find its threshold"),
         ({"samples": 100, "design": "sobol"}, "a power of 2 for the design sobol, such as 128"),

@@ -158,11 +158,11 @@ def test_a_late_return_gives_the_least_period(shooting, cycle):
 )
 def test_multipliers_that_leave_the_unit_circle_name_the_turn(kind, inside, outside):
     """Through -1, or as a pair; other kinds see nothing."""
-    both: list[Any] = [
-        SimpleNamespace(multipliers=[complex(m) for m in part]) for part in (inside, outside)
-    ]
+    cycle_inside: Any = SimpleNamespace(multipliers=np.array(inside, complex).tolist())
+    cycle_outside: Any = SimpleNamespace(multipliers=np.array(outside, complex).tolist())
     for name in ("period doubling", "torus"):
-        before, after = (SIGNS[name](cycle, None) for cycle in both)
+        before = SIGNS[name](cycle_inside, None)
+        after = SIGNS[name](cycle_outside, None)
         assert (before != after) == (name == kind)
 
 

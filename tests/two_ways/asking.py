@@ -84,7 +84,10 @@ def rows(table):
 
 def setting(**changes):
     """The options that change numbers of the file, to the last digit."""
-    return [f for name, value in changes.items() for f in ("--set", f"{name}={value!r}")]
+    options = []
+    for name, value in changes.items():
+        options += ["--set", f"{name}={value!r}"]
+    return options
 
 
 PADS = {
