@@ -171,17 +171,24 @@ def test_catalogue_is_complete_and_conflicts_are_mutual():
 
 def some_case(random):
     """A case whose measures agree with each other, some of the states left out."""
-    shares = random.dirichlet(np.ones(4)) * (random.uniform(size=4) < 0.6)
-    shares = np.array([1.0, 0, 0, 0]) if shares.sum() == 0.0 else shares / shares.sum()
-    of = dict(zip((FULL, NONE, LEAD, TRAIL), shares.tolist(), strict=True))
-    lead = of[NONE] + of[TRAIL]
-    trail = of[NONE] + of[LEAD]
+    drawn = random.dirichlet(np.ones(4))
+    drawn[random.uniform(size=4) >= 0.6] = 0.0
+    if drawn.sum() == 0.0:
+        drawn[0] = 1.0
+    shares = dict(zip((FULL, NONE, LEAD, TRAIL), (drawn / drawn.sum()).tolist(), strict=True))
+    lead = shares[NONE] + shares[TRAIL]
+    trail = shares[NONE] + shares[LEAD]
+
+    def force(share_off, greatest):
+        """The range of a force that vanishes for some share of the time."""
+        return Range(0.5 if share_off == 0.0 else 0.0, greatest)
+
     return case(
-        shares=of,
+        shares=shares,
         separated=(100.0 * lead, 100.0 * trail),
-        first=Range(0.5 * (lead == 0.0), 1.0),
-        second=Range(0.5 * (trail == 0.0), 1.0),
-        together=Range(0.5 * (of[NONE] == 0.0), 2.0),
+        first=force(lead, 1.0),
+        second=force(trail, 1.0),
+        together=force(shares[NONE], 2.0),
         losses=(LEADING, TRAILING) * int(random.integers(4)),
         blows=(int(random.integers(9)),) * len(LEVELS),
         vanishes=(lead, trail),
@@ -194,7 +201,8 @@ def leaning(each, random):
     Only the other edge then separates alone.
     """
     low, high = np.sort(random.uniform(-1.0, 1.0, 2)) + random.choice([-1.0, 0.0, 1.0])
-    first = Range(0.5 * (each.shares[NONE] == 0.0), 1.0)  # vanishes only where the surfaces part
+    # vanishes only where the surfaces separate
+    first = Range(0.5 if each.shares[NONE] == 0.0 else 0.0, 1.0)
     shares = dict(each.shares)
     for upper, lower, always in ((TRAIL, LEAD, high < 0.0), (LEAD, TRAIL, low > 0.0)):
         if always:
@@ -280,7 +288,7 @@ def test_blows_are_those_of_a_dense_history(name):
 
 
 def test_sliding_is_judged_against_the_surface():
-    slow = {f"b{m}_{n}": case(slip=0.9) for m in (1, 2) for n in "abcd"}
+    slow = {name.replace("-", "_"): case(slip=0.9) for name in HISTORY_FIGURES}
     assert verdict("B12-sliding", **slow) == YES
     assert verdict("B12-sliding", **slow | {"b1_d": case(slip=1.1)}) == NO
     rubs = {name: dataclasses.replace(one, face=1.2) for name, one in slow.items()}

@@ -146,10 +146,12 @@ def test_loads_are_the_sum_of_one_for_each_coefficient_that_they_are_proportiona
         model = PadModel(name, dataclasses.replace(pad, **changes))
         return np.array(net_loads(np, model.c, model.law, q, (1.0,) * model.law.points))
 
-    own = {k: v for k in OF_LOADS if (v := getattr(pad, k)) is not None}
-    assert loads(**{k: 2 * v for k, v in own.items()}) == pytest.approx(2 * loads(), rel=1e-12)
-    for k, v in own.items():
-        one = loads(**{k: 2 * v}) - loads()
-        two = loads(**{k: 3 * v}) - loads()
+    given = pad.given()
+    coefficients = {name: given[name] for name in OF_LOADS if name in given}
+    doubled = {name: 2 * value for name, value in coefficients.items()}
+    assert loads(**doubled) == pytest.approx(2 * loads(), rel=1e-12)
+    for name, value in coefficients.items():
+        one = loads(**{name: 2 * value}) - loads()
+        two = loads(**{name: 3 * value}) - loads()
         assert np.abs(one).max() > 1e-6
         assert two == pytest.approx(2 * one, rel=1e-9, abs=1e-12)

@@ -202,7 +202,7 @@ def test_growth_of_five_modes_at_many_values_follows_from_the_thresholds(seed):
     expected = np.full(len(p), grow[0])
     for x in found.crossings:
         roots = 2 if x.kind == "flutter" else 1
-        expected += (p > x.mu) * (roots if x.direction == "up" else -roots)
+        expected[p > x.mu] += roots if x.direction == "up" else -roots
     beside = np.all([np.abs(p - x.mu) > 1e-4 for x in found.crossings], axis=0)
     assert np.array_equal(grow[beside], expected[beside])
 

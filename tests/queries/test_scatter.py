@@ -125,8 +125,8 @@ def test_growth_and_propensity_of_each_sample_are_those_of_the_closed_form(rows)
 def test_each_threshold_is_that_of_the_closed_form(rows, c):
     """Flutter from mu^2 = (a - b)^2 / 4 + c^2 (a + b) / 200 on."""
     system = pair(rows)
-    C = (Term(csc_array(c * np.eye(rows)), Formula("1")),) * (c > 0.0)
-    system = replace(system, C=C)
+    if c > 0.0:
+        system = replace(system, C=(Term(csc_array(c * np.eye(rows)), Formula("1")),))
     spreads = {"a": {"within": 0.5}}
     answer = scatter(system, spreads, 8, mu_max=1.0, band=(1.0, 4.0))
     assert (answer.basis is None) == (rows == 2)

@@ -133,8 +133,11 @@ def test_closed_loops_have_the_roots_at_that_friction(name, rank):
     M = np.diag(masses)
     C = np.diag(dampers)
     K0 = np.array(STIFFNESS)
-    K1 = np.array([[0.0, 1.0, 0.0], [0.0, 0.4, 0.0], [0.5 * (rank > 1), 0.0, 0.0]])
-    K1[1, 2] = 0.2 * (rank > 2)
+    K1 = np.array([[0.0, 1.0, 0.0], [0.0, 0.4, 0.0], [0.0, 0.0, 0.0]])
+    if rank > 1:
+        K1[2, 0] = 0.5
+    if rank > 2:
+        K1[1, 2] = 0.2
     system = squeal.System(M, C, {"1": K0, "2 * mu * k": K1}, {"k": 0.5, "mu": 9.0})
     plant = state_space(system, loop="mu")
     assert (plant.ninputs, plant.noutputs) == (rank, rank)

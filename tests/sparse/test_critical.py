@@ -27,7 +27,7 @@ E1 = 0.02
 E2 = 0.04
 
 
-def _the_crossing(system, mu, omega, region, values):
+def assert_the_crossing(system, mu, omega, region, values):
     """The only crossing of a known system, held against its place, and the reduced system."""
     reduction = reduce_system(ScaledSystem(system), region, [{"mu": v} for v in values])
     (crossing,), unconfirmed = crossings_along(reduction, "mu", values)
@@ -55,7 +55,7 @@ def test_crossings_are_found_and_located(rng):
     known = affine(M, K0, K1, C), mu, np.sqrt(a1 / a3)
     values = [0.0, 0.2, 0.4, 0.6]
     region = Rectangle(-40.0, 60.0, 350.0, 700.0)
-    crossing, reduction = _the_crossing(*known, region, values)
+    crossing, reduction = assert_the_crossing(*known, region, values)
     assert crossing.interval[1] - crossing.interval[0] < 1e-8
     assert crossing.residual < 1e-14
     reduction.region = Rectangle(-2.0, -1.0, 1.0, 2.0)
@@ -143,4 +143,4 @@ def test_a_real_root_that_reaches_zero_is_a_divergence(rng):
 def test_a_root_of_a_structural_loss_factor_crosses_where_it_is_known_to(low, rng):
     """One root and no mirror image: below the axis lie images that grow without meaning."""
     region = Rectangle(-60.0, 60.0, low, 600.0)
-    _the_crossing(*large.with_loss_factor(rng), region, [0.0, 0.7, 1.4])
+    assert_the_crossing(*large.with_loss_factor(rng), region, [0.0, 0.7, 1.4])

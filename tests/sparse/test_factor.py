@@ -71,8 +71,10 @@ def mkl():
 
 def made(name, matrix, like=None):
     """A factorisation by one of the ways."""
-    library = None if name == "superlu" else like._library if like else mkl()
-    return factor.Factor(matrix) if library is None else factor._Pardiso(matrix, library, like)
+    if name == "superlu":
+        return factor.Factor(matrix)
+    library = like._library if like else mkl()
+    return factor._Pardiso(matrix, library, like)
 
 
 @pytest.mark.parametrize("name", MAKERS)

@@ -39,8 +39,11 @@ def motion(model, alpha1, alpha2, mu, y_dot):
     pad = PADS[model] | {"alpha1": alpha1, "alpha2": alpha2, "mu": mu}
     kick = {"from": "equilibrium", "y_dot": y_dot}
     return {
-        **{"model": model, "parameters": pad, "initial": kick},
-        **{"time": {"stop": 0.002, "samples": 21}, "outputs": ["events", "shares", "extrema"]},
+        "model": model,
+        "parameters": pad,
+        "initial": kick,
+        "time": {"stop": 0.002, "samples": 21},
+        "outputs": ["events", "shares", "extrema"],
         "damping": {"ratios": [0.01, 0.01, 0.01]},
     }
 
