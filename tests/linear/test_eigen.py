@@ -112,11 +112,16 @@ def test_condition_grows_towards_a_coalescence():
 
 
 NO_SYSTEMS = [
-    ("M", [[1, 0]], None, [[1]]), ("C", [[1]], [[1, 2], [3, 4]], [[1]]), ("M", [[0]], None, [[1]]),
-    ("K", [[1]], None, [[np.nan]]), ("K", [[1]], None, [["a"]]), ("C", [[1]], [[1j]], [[1]]),
-    ("M", [[-1]], None, [[1]]), ("M", [[1, 2], [2, 1]], None, np.eye(2)),
+    ("M", [[1, 0]], None, [[1]]),
+    ("C", [[1]], [[1, 2], [3, 4]], [[1]]),
+    ("M", [[0]], None, [[1]]),
+    ("K", [[1]], None, [[np.nan]]),
+    ("K", [[1]], None, [["a"]]),
+    ("C", [[1]], [[1j]], [[1]]),
+    ("M", [[-1]], None, [[1]]),
+    ("M", [[1, 2], [2, 1]], None, np.eye(2)),
     ("M", [[1, 0.5], [0, 1]], None, np.eye(2)),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("word", "M", "C", "K"), NO_SYSTEMS)

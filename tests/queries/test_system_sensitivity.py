@@ -39,8 +39,10 @@ def test_thresholds_move_as_their_closed_form(monkeypatch, rows, c):
     by_w = [c * c / (2 * mu), 1 / (2 * omega * TAU)]
     exact = {
         "gap": [(c * c / 2 + gap / 2) / (2 * mu), 1 / (4 * omega * TAU)],
-        "w": by_w, "stiffer": by_w, "c": [c * omega**2 / mu, 0.0],
-    }  # fmt: skip
+        "w": by_w,
+        "stiffer": by_w,
+        "c": [c * omega**2 / mu, 0.0],
+    }
     for name, slopes in exact.items():
         # a pair that coalesces in a subspace is known to the square root of rounding
         near = 1e-6 if c == 0.0 and rows == 1 else 1e-8
