@@ -280,7 +280,8 @@ def modules_run(checkout: Path, arguments: list[str]) -> tuple[int, Counter[str]
 
 def questions(checkout: Path) -> dict[str, list[str]]:
     """A pad's critical friction, and a band of a chain of 500 masses."""
-    n, folder = 500, Path(tempfile.mkdtemp())
+    n = 500
+    folder = Path(tempfile.mkdtemp())
     K = diags_array([-np.ones(n - 1), 2.1 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1]) * 1e6
     K1 = coo_array(([5e5, -5e5], ([200, 201], [201, 200])), shape=(n, n))
     for name, matrix in {"M": eye_array(n), "K": K, "K1": K1}.items():
@@ -290,7 +291,8 @@ def questions(checkout: Path) -> dict[str, list[str]]:
         "K: [{file: K.mtx}, {file: K1.mtx, factor: mu}]\n"
     )
     scene = str(checkout / "tests" / "scenes" / "b1-c.yaml")
-    chain, band = str(folder / "chain.yaml"), ["--band", "100:110"]
+    chain = str(folder / "chain.yaml")
+    band = ["--band", "100:110"]
     return {
         "critical-friction of a pad": ["critical-friction", scene],
         "eigenvalues of a band": ["eigenvalues", chain, *band],
@@ -306,7 +308,10 @@ def main() -> int:
     package = checkout / "squeal"
     if not package.is_dir():
         parser.error(f"{checkout} is no checkout: it has no folder squeal")
-    lines, files, constants, defined = (Counter[str]() for _ in range(4))
+    lines = Counter[str]()
+    files = Counter[str]()
+    constants = Counter[str]()
+    defined = Counter[str]()
     measured: dict[str, Gauges] = {}
     for file in sorted(package.rglob("*.py")):
         parts = file.relative_to(package).parts

@@ -60,7 +60,8 @@ MORE = ("b1-b", "b2-b")
 EVALUATIONS = 1_000_000
 WIDTHS = tuple(10.0**-n for n in range(3, 14, 2))  # of the bisected interval of friction
 BRACKET = 0.02  # half of the first one
-SHORT, LONG = 0.02, 0.2  # seconds that several short calls take together, and that are enough
+SHORT = 0.02  # seconds that several short calls take together
+LONG = 0.2  # seconds that are enough
 MOST = 50  # calls of one kind
 GROWS = 1e-7  # of the greatest magnitude: a real part above this is no rounding
 Answer = TypeVar("Answer")
@@ -188,7 +189,8 @@ def thresholds(scene: Scene) -> Iterator[Timed]:
         return control.ss(A, B, np.eye(6), np.zeros((6, 3))).poles()
 
     def bisected(values: Callable[[float], Any], width: float) -> float:
-        low, high = first.mu - BRACKET, first.mu + 1.1 * BRACKET
+        low = first.mu - BRACKET
+        high = first.mu + 1.1 * BRACKET
         while high - low > width:
             middle = 0.5 * (low + high)
             found = values(middle)
@@ -259,9 +261,11 @@ def main() -> None:
     if why := why_not():
         save(blank(title, why, "squeal.article.figures.work"), given.figure)
         return
-    solvers, patience = SOLVERS, PATIENCE
+    solvers = SOLVERS
+    patience = PATIENCE
     if not given.quick:
-        solvers, patience = SOLVERS | dict(peers()), EVALUATIONS
+        solvers = SOLVERS | dict(peers())
+        patience = EVALUATIONS
     stems = STEMS if given.quick else STEMS + MORE
     files = [ROOT / f"workflow/scenes/{stem}.yaml" for stem in stems]
     points: list[Point] = []

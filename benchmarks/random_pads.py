@@ -133,7 +133,9 @@ def _compare_spectrum(scene: Scene, pad: Pad) -> None:
     except ComputationError as error:
         pad.refused.append(str(error))
         return
-    exact, mu, w = Exact(scene, found.state), scene.pad.mu, scene.pad.w
+    exact = Exact(scene, found.state)
+    mu = scene.pad.mu
+    w = scene.pad.w
     q = exact.equilibrium(found.q, mu)
     lever = (1.0, 1.0, w)
     size = max(abs(v * f) for v, f in zip(q, lever, strict=True))
@@ -169,7 +171,8 @@ def _distance(scene: Scene, path: Path, point: CriticalPoint) -> tuple[float, bo
     near = np.flatnonzero(np.abs(path.branch.z[3] - point.mu) <= AT_CHANGE * point.mu)
     mu = min(point.mu, path.mu_end) * (1.0 - 1e-12)
     z, state = path.at(mu)
-    exact, q = Exact(scene, state), path.statics.to_si(z)
+    exact = Exact(scene, state)
+    q = path.statics.to_si(z)
     changed = [
         e for i in near for e in range(len(EDGE_NAMES)) if path.branch.touching[e, i] != state[e]
     ]
@@ -183,8 +186,10 @@ def _distance(scene: Scene, path: Path, point: CriticalPoint) -> tuple[float, bo
             lambda q, mu: exact.cubic(q, mu)[2],
             lambda q, mu: lead(exact, q, mu),
         ]
-    rounding, found = ROUNDING * point.mu, list[Any]()
-    low, high = (point.interval[k] - point.mu + s * rounding for k, s in ((0, -1), (1, 1)))
+    rounding = ROUNDING * point.mu
+    found = list[Any]()
+    low = point.interval[0] - point.mu - rounding
+    high = point.interval[1] - point.mu + rounding
     for condition in conditions:
         try:
             found.append(exact.critical(condition, q, mu)[1] - point.mu)

@@ -50,7 +50,8 @@ def case(**changes):
     return dataclasses.replace(QUIET, **changes)
 
 
-YES, NO = "reproduced", "not reproduced"
+YES = "reproduced"
+NO = "not reproduced"
 ALL = {FULL: 0.7, NONE: 0.1, LEAD: 0.1, TRAIL: 0.1}
 BEATS = {"blows": (4,) * 6, "vanishes": (0.1, 0.2)}
 NO_2 = {FULL: 0.7, LEAD: 0.2, TRAIL: 0.1}
@@ -173,7 +174,8 @@ def some_case(random):
     shares = random.dirichlet(np.ones(4)) * (random.uniform(size=4) < 0.6)
     shares = np.array([1.0, 0, 0, 0]) if shares.sum() == 0.0 else shares / shares.sum()
     of = dict(zip((FULL, NONE, LEAD, TRAIL), shares.tolist(), strict=True))
-    lead, trail = of[NONE] + of[TRAIL], of[NONE] + of[LEAD]
+    lead = of[NONE] + of[TRAIL]
+    trail = of[NONE] + of[LEAD]
     return case(
         shares=of,
         separated=(100.0 * lead, 100.0 * trail),
@@ -210,7 +212,8 @@ def leaning(each, random):
 
 
 def test_implied_claims_hold_where_those_that_imply_them_do():
-    random, used = np.random.default_rng(1), set()
+    random = np.random.default_rng(1)
+    used = set()
     for _ in range(1500):
         b1 = {f"b1-{name}": some_case(random) for name in "abcd"}
         b2 = {f"b2-{name}": some_case(random) for name in "abcd"}
@@ -225,7 +228,8 @@ def test_implied_claims_hold_where_those_that_imply_them_do():
 
 
 def test_hammering_with_both_models():
-    beats, once = case(**BEATS), case(**BEATS | {"blows": (9, 9, 3, 0, 0, 0)})
+    beats = case(**BEATS)
+    once = case(**BEATS | {"blows": (9, 9, 3, 0, 0, 0)})
     assert verdict("B12-c-severe", b1_c=beats, b2_c=beats) == YES
     assert verdict("B12-c-severe", b1_c=beats) == NO
     assert verdict("B12-c-severe", b2_c=beats) == NO
@@ -240,7 +244,8 @@ def test_hammering_with_both_models():
 
 
 def test_losses_in_both_models():
-    quiet, apart = [QUIET] * 4, case(vanishes=(0.2, 0.0))
+    quiet = [QUIET] * 4
+    apart = case(vanishes=(0.2, 0.0))
     assert more_loss_in_b1(apart, *quiet[1:], *quiet).margin == 0.25
     assert verdict("B12-more-loss", b1_a=apart) == YES
     assert verdict("B12-more-loss", b1_a=apart, b2_d=case(vanishes=(0.3, 0.3))) == NO
@@ -255,10 +260,13 @@ def test_blows_are_those_of_a_dense_history(name):
     dense = dataclasses.replace(scene, samples=200_001, outputs=("history",))
     history = simulate(dense).history
     if scene.model == "B1":
-        lead, trail = (np.array(history[key], dtype=float) for key in ("F3", "F4"))
+        lead = np.array(history["F3"], dtype=float)
+        trail = np.array(history["F4"], dtype=float)
     else:
-        force, place = (np.nan_to_num(np.array(history[k], dtype=float)) for k in ("Rn", "delta"))
-        lead, trail = force * (1.0 - place) / 2.0, force * (1.0 + place) / 2.0
+        force = np.nan_to_num(np.array(history["Rn"], dtype=float))
+        place = np.nan_to_num(np.array(history["delta"], dtype=float))
+        lead = force * (1.0 - place) / 2.0
+        trail = force * (1.0 + place) / 2.0
     side = np.sign(trail - lead)
     side = side[np.maximum.accumulate(np.where(side != 0.0, np.arange(side.size), 0))]
     begin = np.append(0, np.flatnonzero(np.diff(side)) + 1)
@@ -292,7 +300,8 @@ def test_friction_raises_the_reaction_by_the_closed_form():
 
 
 def test_measures_of_a_harmonic_motion():
-    pad, y0 = upright(), -4e-4
+    pad = upright()
+    y0 = -4e-4
     K = pad.k1 + pad.k2 + pad.k3 + pad.k4
     scene = bounce(pad, y0, 10 * 2 * math.pi / math.sqrt(K / pad.m))
     measures = measure(scene)

@@ -23,8 +23,9 @@ from tests.simulation.test_simulation import bounce
 
 
 def study() -> Study:
-    cases = {m: {c: read_scene(SCENES / f"{m}-{c}.yaml") for c in "abcd"} for m in ("b1", "b2")}
-    return Study(cases["b1"], cases["b2"], read_scene(SCENES / "b3.yaml"))
+    b1 = {case: read_scene(SCENES / f"b1-{case}.yaml") for case in "abcd"}
+    b2 = {case: read_scene(SCENES / f"b2-{case}.yaml") for case in "abcd"}
+    return Study(b1, b2, read_scene(SCENES / "b3.yaml"))
 
 
 @pytest.fixture(scope="module")

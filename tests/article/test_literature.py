@@ -65,13 +65,17 @@ def test_two_coupled_modes():
 
 def test_the_drum_brake_with_and_without_damping():
     own = system("drum_brake")
-    w1, w2 = (math.sqrt(own.K[0].matrix[i, i]) for i in (0, 1))
+    w1 = math.sqrt(own.K[0].matrix[0, 0])
+    w2 = math.sqrt(own.K[0].matrix[1, 1])
     undamped = first(thresholds(own, 1.0).points, "flutter")
     assert undamped == pytest.approx(abs(w1**2 - w2**2) / (2 * w1 * w2), rel=1e-12)
     for e1, e2 in ((0.02, 0.02), (0.02, 0.04)):
-        c1, c2 = e1 * w1, e2 * w2
+        c1 = e1 * w1
+        c2 = e2 * w2
         # Routh-Hurwitz conditions of the quartic
-        a3, a2, a1 = c1 + c2, w1**2 + w2**2 + c1 * c2, c1 * w2**2 + c2 * w1**2
+        a3 = c1 + c2
+        a2 = w1**2 + w2**2 + c1 * c2
+        a1 = c1 * w2**2 + c2 * w1**2
         mu = math.sqrt(a1 * (a2 * a3 - a1) / (a3 * w1 * w2) ** 2 - 1)
         points = thresholds(replace(own, C=(Term(np.diag([c1, c2])),)), 1.0).points
         assert first(points, "flutter") == pytest.approx(mu, rel=1e-10)

@@ -147,7 +147,8 @@ def test_the_map_of_equilibria_is_that_of_single_ones(monkeypatch):
 
 def test_the_damped_share_is_that_of_single_equilibria(monkeypatch):
     monkeypatch.setattr(angle_study, "COARSE", 8)
-    scene, damping = scene_of("b2-c"), Damping(ratios=(0.001, 0.02, 0.001))
+    scene = scene_of("b2-c")
+    damping = Damping(ratios=(0.001, 0.02, 0.001))
     quiet = 0
     for a in angle_axes(8)[0].values.tolist():
         for b in angle_axes(8)[1].values.tolist():

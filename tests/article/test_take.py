@@ -27,7 +27,8 @@ def build(tmp_path_factory):
     (folder / "results").mkdir()
     (folder / "paper").mkdir()
     (folder / "paper" / "report.tex").write_text("")
-    scene, result = str(ROOT / "workflow/scenes/b2-c.yaml"), folder / "results" / "b2-c.json"
+    scene = str(ROOT / "workflow/scenes/b2-c.yaml")
+    result = folder / "results" / "b2-c.json"
     with result.open("w") as stream, pytest.MonkeyPatch.context() as patch:
         patch.setattr("sys.stdout", stream)
         history = str(folder / "results" / "b2-c.csv")

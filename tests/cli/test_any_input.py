@@ -21,7 +21,8 @@ from tests.conftest import SCENES
 from tests.two_ways.asking import SEEDS, cases, pad_of, run
 
 TOTAL = int(os.environ.get("ANY_INPUT", "0"))
-SECONDS, BYTES = 10.0, 10**9
+SECONDS = 10.0
+BYTES = 10**9
 SYSTEM_FILE = {
     "parameters": {"mu": 0.2, "gap": 0.5},
     "M": {"file": "M.mtx"},
@@ -137,7 +138,8 @@ TOKENS += [
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A folder with the files, the journal of a run and a result among them."""
-    place, before = tmp_path_factory.mktemp("any"), os.getcwd()
+    place = tmp_path_factory.mktemp("any")
+    before = os.getcwd()
     os.chdir(place)
     for name, text in FILES.items():
         (place / name).write_text(text, encoding="utf-8")
@@ -153,7 +155,8 @@ def folder(tmp_path_factory):
 def ended(*arguments):
     """Exit code and output of a command that ends as one may: soon, with finite numbers or a line
     that says why not, and with no control character."""
-    begun, before = time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    begun = time.process_time()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     try:
         code, out, said = run(*arguments)
     except SystemExit as end:  # of --help
@@ -221,7 +224,8 @@ def test_broken_documents_are_refused(folder, seed):
 @given(st.sampled_from(READERS), SEEDS)
 def test_damaged_files_are_read_or_refused(folder, reader, seed):
     """Bytes changed, cut out, doubled or put in; what a journal holds is noticed."""
-    (name, command), rng = reader, np.random.default_rng(seed)
+    name, command = reader
+    rng = np.random.default_rng(seed)
     whole = (folder / name).read_bytes()
     wanted = ended(*SCATTER, "--json") if name == "journal" else None
     data = bytearray(whole)

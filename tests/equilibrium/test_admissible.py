@@ -63,7 +63,8 @@ def test_map_eigenvalues_sliding_and_sweep_agree(seed):
     scene = some_scene(seed)
     mu = scene.pad.mu
     at = codes_at(scene, ("mu",), np.array([[mu]]))
-    mapped, judged = NAMES[at.codes[0]], judged_equilibria(scene)
+    mapped = NAMES[at.codes[0]]
+    judged = judged_equilibria(scene)
     fold = mapped == "beyond a fold"
     try:
         analysis = analyse(scene)
@@ -95,7 +96,8 @@ def test_a_branch_that_leaves_the_model_on_its_way():
     assert ["tilted" in words for words in found.warnings] == [True]
     limit = found.details["admissible_to"]
     assert 0.1 < limit < found.high
-    low, high = (limit * (1 + sign * 1e-6) for sign in (-1, 1))
+    low = limit * (1 - 1e-6)
+    high = limit * (1 + 1e-6)
     for mu, kept in ((low, True), (high, False)):
         assert analyse(scene.replace(mu=mu)).admissible is kept
 

@@ -51,7 +51,8 @@ def test_ninety_degrees_are_the_end_for_path_search_and_map(turning, beyond):
 def test_a_branch_does_not_depend_on_its_steps(turning):
     model = read_scene(SCENES / "b2-a.yaml").pad_model
     fine = BranchOptions(first_step=0.01, longest_step=0.1)
-    coarse, close = Path.of(model, 1.0), Path.of(model, 1.0, fine)
+    coarse = Path.of(model, 1.0)
+    close = Path.of(model, 1.0, fine)
     assert close.branch.z.shape[1] > 2 * coarse.branch.z.shape[1]
     assert close.breakpoints == pytest.approx(coarse.breakpoints, rel=1e-12)
     for mu in (0.3, 0.9):

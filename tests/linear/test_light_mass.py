@@ -29,9 +29,12 @@ def mixed(X):
 
 
 def system(m, c=0.0, k=1.0, mu=0.9, turn=mixed):
-    K0, K1 = np.array([[2.0, -1, 0], [-1, 2, 0], [0, 0, k]]), np.zeros((3, 3))
-    K1[0, 1] = 4 / 3
-    M, C, K0, K1 = (turn(X) for X in (np.diag([1.0, 1, m]), c * np.eye(3), K0, K1))
+    friction = np.zeros((3, 3))
+    friction[0, 1] = 4 / 3
+    M = turn(np.diag([1.0, 1, m]))
+    C = turn(c * np.eye(3))
+    K0 = turn(np.array([[2.0, -1, 0], [-1, 2, 0], [0, 0, k]]))
+    K1 = turn(friction)
     return system_of((M + M.T) / 2, (C + C.T) / 2 if c else None, (K0, (K1, "mu")), {"mu": mu})
 
 

@@ -69,7 +69,8 @@ def test_the_share_of_a_line():
 
 
 def test_amplitudes_by_the_spectrum_and_by_the_range():
-    n, k = len(T), 45
+    n = len(T)
+    k = 45
     sine = 0.7 * np.sin(2 * np.pi * k / (n * STEP) * T) + 5.0
     frequencies, amplitudes = spectrum(sine[:, None], STEP)
     assert frequencies[k] == pytest.approx(k / (n * STEP))

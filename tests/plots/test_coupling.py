@@ -16,10 +16,8 @@ def test_the_background_changes_at_the_threshold_and_the_growing_mode_is_said():
     """omega^2 = 2 +- sqrt(1 - 4 mu / 3): flutter from 3/4 on."""
     K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
     pair = squeal.System([[1, 0], [0, 1]], K=K)
-    sweep, found = (
-        squeal.sweep(pair, np.linspace(0.0, 1.0, 101).tolist()),
-        squeal.thresholds(pair, 1.0),
-    )
+    sweep = squeal.sweep(pair, np.linspace(0.0, 1.0, 101).tolist())
+    found = squeal.thresholds(pair, 1.0)
     figure = sweep_drawing("pair", sweep, found, own=0.6).figure
     shaded = artists(figure, "flutter")
     assert len(shaded) == 2  # of frequency and growth

@@ -118,7 +118,8 @@ def test_a_change_that_is_no_pad_says_why():
 
 @pytest.mark.parametrize("name", ["w", "h"])
 def test_an_inertia_that_is_left_out_follows_in_contours_and_levers(name):
-    own, load = VALUES[name], squeal.Axis("F_n", 4000.0, 5000.0, 1)
+    own = VALUES[name]
+    load = squeal.Axis("F_n", 4000.0, 5000.0, 1)
     axes = squeal.Axis(name, 0.9 * own, 1.1 * own, 3), load
     values = squeal.map(SCENE, axes, "critical-friction").quantity[2]
     exact = [first(**{name: float(value)}) for value in axes[0].values]

@@ -15,7 +15,9 @@ from squeal.sparse.quadratic import PROGRESS
 from tests.conftest import SCENES
 
 api: Any = squeal  # asked for what its types do not allow
-EYE, BIG, NAN = np.eye(2), 10**400, math.nan
+EYE = np.eye(2)
+BIG = 10**400
+NAN = math.nan
 K: Any = {"1": [[2.0, -1.0], [-1.0, 2.0]], "mu": [[0.0, 4 / 3], [0.0, 0.0]]}
 S: Any = api.System(EYE, K=K)
 SCENE: Any = api.read_scene(SCENES / "b1-c.yaml")

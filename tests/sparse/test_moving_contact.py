@@ -37,7 +37,9 @@ def law(velocity, sliding, force, friction):
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0, -2, 0), (3, 4, 0)])
 @pytest.mark.parametrize("slope", [0.0, -0.02, 0.01])
 def test_damping_is_the_derivative_of_the_law_of_friction(direction, slope):
-    speed, force, mu = 3.0, 7.0, 0.5
+    speed = 3.0
+    force = 7.0
+    mu = 0.5
     found = pressed(force, sliding=direction, speed="3", slope=str(slope))
     C = found.system.at()[1]
     sliding = speed * np.array(direction) / np.linalg.norm(direction)

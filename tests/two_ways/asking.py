@@ -56,7 +56,8 @@ def ask_if_any(*arguments):
 
 def run(*arguments):
     """Exit code, standard output and standard error."""
-    out, said = io.StringIO(), io.StringIO()
+    out = io.StringIO()
+    said = io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
         ended = main([str(a) for a in arguments])
     return ended, out.getvalue(), said.getvalue()
@@ -143,7 +144,8 @@ def roots(found):
 
 def assert_same(one, other, close=1e-7):
     """Every root of each of two answers has its like in the other, and the verdict is one."""
-    a, b = roots(one), roots(other)
+    a = roots(one)
+    b = roots(other)
     assert len(a) == len(b)
     apart = np.abs(a[:, None] - b)
     assert max(apart.min(axis=0).max(), apart.min(axis=1).max()) <= close * np.abs(a).max()

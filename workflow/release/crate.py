@@ -57,9 +57,13 @@ def described(folder: Path) -> dict[str, Any]:
         for link, name in PROFILES.items()
     ]
     root["name"], root["description"] = about["name"], about["description"]
-    root["datePublished"], root["license"] = about["dateModified"], [cc_by, mit]
-    root["author"], root["publisher"], root["citation"] = maker, maker, article
-    root["version"], root["keywords"] = about["version"], ", ".join(about["keywords"])
+    root["datePublished"] = about["dateModified"]
+    root["license"] = [cc_by, mit]
+    root["author"] = maker
+    root["publisher"] = maker
+    root["citation"] = article
+    root["version"] = about["version"]
+    root["keywords"] = ", ".join(about["keywords"])
     root["conformsTo"] = profiles
 
     def add_file(path: Path, licence: ContextEntity) -> Any:
@@ -78,8 +82,10 @@ def described(folder: Path) -> dict[str, Any]:
     workflow = crate.add_workflow(
         folder / "Snakefile", dest_path="Snakefile", main=True, lang="snakemake"
     )
-    workflow["name"], workflow["author"] = "From the scenes to the report", maker
-    workflow["license"], workflow["creator"] = mit, maker
+    workflow["name"] = "From the scenes to the report"
+    workflow["author"] = maker
+    workflow["license"] = mit
+    workflow["creator"] = maker
     given = [add_file(path, cc_by) for path in files("squeal/article/scenes/**/*.yaml")]
     made = files("results/*.json", "results/*.csv", "figures/*.pdf", "figures/*.txt")
     made += files("paper/generated/*.tex")

@@ -64,7 +64,8 @@ class Mesh:
     """Nodes of a regular grid, made as they are asked for, and elements over them."""
 
     def __init__(self, cells: tuple[int, int, int], size: Place) -> None:
-        self.cells, self.size = cells, size
+        self.cells = cells
+        self.size = size
         self.nodes: dict[Place, int] = {}
         self.elements: list[list[int]] = []
 
@@ -98,8 +99,7 @@ QUAD_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0))
 
 
 def _middle(a: Sequence[float], b: Sequence[float]) -> Place:
-    x, y, z = ((one + other) / 2 for one, other in zip(a, b, strict=True))
-    return x, y, z
+    return (a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2
 
 
 def _element(
