@@ -153,7 +153,7 @@ def test_changes_of_matrices_stand_on_the_rows_that_their_labels_name(tmp_path):
         assert slopes[1.0] == pytest.approx(0.5j)
         assert slopes[2.0] == pytest.approx(0.0)
     turned = dK.loc[rows[::-1], rows[::-1]]
-    with pytest.raises(InputError, match="q.K: the index is not the rows"):
+    with pytest.raises(InputError, match=r"q\.K: the index is not the rows"):
         squeal.sensitivity(system, matrices={"q": {"K": turned}})
 
 
