@@ -138,13 +138,13 @@ def gauges(text: str) -> Gauges:
 
 def _docstring_starts(tree: ast.Module) -> set[tuple[int, int]]:
     """Where strings begin that stand as statements."""
-    return {
-        (node.lineno, node.col_offset)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Expr)
-        and isinstance(node.value, ast.Constant)
-        and isinstance(node.value.value, str)
-    }
+    starts = set()
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Expr) or not isinstance(node.value, ast.Constant):
+            continue
+        if isinstance(node.value.value, str):
+            starts.add((node.lineno, node.col_offset))
+    return starts
 
 
 def _pairs(node: ast.Assign) -> bool:
@@ -250,9 +250,8 @@ def picture(links: Mapping[str, Collection[str]]) -> str:
         reach[room] = below[room].union(*(reach[other] for other in below[room]))
     lines = []
     for room in reversed(order):
-        direct = {
-            one for one in below[room] if not any(one in reach[other] for other in below[room])
-        }
+        through_others = set[str]().union(*(reach[other] for other in below[room]))
+        direct = below[room] - through_others
         lines.append(f"{room:12s} {' '.join(sorted(direct))}".rstrip())
     return "\n".join(lines)
 
@@ -329,20 +328,26 @@ def main() -> int:
             defined.update(name.lstrip("_") for name in names)
     heads = "lines", "files", "constants", "tokens", "a line", "paired", "loops", "a if b", "Any"
     print(f"{'room':14s}" + "".join(f"{head:>10s}" for head in heads))
-    toolkit = [room for room in lines if room != "article"]
-    for name, rooms in {**{room: [room] for room in sorted(lines)}, "toolkit": toolkit}.items():
-        counts = [sum(count[room] for room in rooms) for count in (lines, files, constants)]
-        shares = list(sum((measured[room] for room in rooms), Gauges()).table().values())
-        row = "".join(f"{count:10d}" for count in counts) + f"{shares[0]:10d}"
-        print(f"{name:14s}{row}" + "".join(f"{share:10.1f}" for share in shares[1:6]))
+    listed = {room: [room] for room in sorted(lines)}
+    listed["toolkit"] = [room for room in lines if room != "article"]
+    for name, rooms in listed.items():
+        row = f"{name:14s}"
+        for counted in (lines, files, constants):
+            row += f"{sum(counted[room] for room in rooms):10d}"
+        total = Gauges()
+        for room in rooms:
+            total += measured[room]
+        tokens, *shares = total.table().values()
+        row += f"{tokens:10d}"
+        print(row + "".join(f"{share:10.1f}" for share in shares[:5]))
     links = downwards(checkout)
     tied = circle({n: o - {"squeal"} for n, o in links.items() if n != "squeal"})
     print(f"on a circle of imports: {', '.join(tied) or 'no module'}")
     if not tied:
         print(f"the house, each room with those that it stands on:\n{picture(links)}")
     for what, wanted in NAMES.items():
-        found = {name: defined[name] for name in wanted if defined[name]}
-        print(f"{what}: " + (", ".join(f"{n} {k}" for n, k in found.items()) or "none so named"))
+        found = [f"{name} {defined[name]}" for name in wanted if defined[name]]
+        print(f"{what}: {', '.join(found) or 'none so named'}")
     print("modules that run, without those of the command line:")
     for name, arguments in questions(checkout).items():
         ended, ran = modules_run(checkout, [*arguments, "--json"])

@@ -191,10 +191,9 @@ def printed(what: str, pads: int, times: dict[str, tuple[float, int]]) -> None:
 
 def main() -> None:
     """Compile, run all, print."""
-    scenes = {
-        case: dataclasses.replace(read_scene(SCENES / f"b1-{case}.yaml"), outputs=())
-        for case in "abcd"
-    }
+    scenes = {}
+    for case in "abcd":
+        scenes[case] = dataclasses.replace(read_scene(SCENES / f"b1-{case}.yaml"), outputs=())
     with tempfile.TemporaryDirectory() as folder:
         programs = {n: compiled(Path(folder), n) for n in (0, 1, LANES)}
         hands = {n: [partial(by_hand, one) for one in programs[n]] for n in programs}

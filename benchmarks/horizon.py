@@ -185,9 +185,10 @@ def compute(model: Model, stiffness: float, periods: float) -> Run:
         counts.append(count)
         double.append(tuple(first_excess(times, curves[-1], level) for level in LEVELS))
     shown = slice(SAMPLES // SHOWN, None, SAMPLES // SHOWN)
-    kept = [
-        tuple(float(f"{v:.3g}") for v in curve[shown]) for curve in (curves[0], by_second, by_start)
-    ]
+
+    def stored(curve: np.ndarray) -> tuple[float, ...]:
+        return tuple(float(f"{value:.3g}") for value in curve[shown])
+
     exponent = lyapunov_exponent(scene) / units.time * PERIOD
     one = None
     ten = None
@@ -208,7 +209,7 @@ def compute(model: Model, stiffness: float, periods: float) -> Run:
         one=one,
         ten=ten,
         times=tuple(np.round(times[shown], 9).tolist()),
-        errors=Errors(*kept),
+        errors=Errors(stored(curves[0]), stored(by_second), stored(by_start)),
     )
 
 

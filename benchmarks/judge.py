@@ -33,7 +33,7 @@ from scipy.sparse import coo_array
 
 from benchmarks.random_pads import scene_of
 from squeal.examples.brake import solid_brake
-from squeal.linear.system import TermSystem
+from squeal.linear.system import Term, TermSystem
 from tests.known import known_system
 
 CLOSE = 1e-8  # relative distance of a threshold that counts as found
@@ -158,10 +158,11 @@ def write(folder: Path, name: str, parameter: str, **parts: list[tuple[Any, str]
 
 def terms_of(system: TermSystem) -> dict[str, list[tuple[Any, str]]]:
     """Matrices and factors of M, C and K."""
-    return {
-        part: [(t.matrix, getattr(t.factor, "text", "1")) for t in getattr(system, part)]
-        for part in ("M", "C", "K")
-    }
+
+    def listed(terms: tuple[Term, ...]) -> list[tuple[Any, str]]:
+        return [(term.matrix, getattr(term.factor, "text", "1")) for term in terms]
+
+    return {"M": listed(system.M), "C": listed(system.C), "K": listed(system.K)}
 
 
 Case = tuple[str, Path, list[Truth], float]
@@ -262,14 +263,18 @@ def difference(one: dict[str, Any], other: dict[str, Any]) -> str:
     if "said" in one or "said" in other:
         failed = "said" in one and "said" in other
         return "" if failed else f"{one.get('said')!r}, now {other.get('said')!r}"
-    lists = [[(c["kind"], c["mu"]) for c in x["critical"]] for x in (one, other)]
-    kinds = [[kind for kind, _ in x] for x in lists]
-    ends = [x["mu_end"] for x in (one, other)]
-    if kinds[0] != kinds[1] or abs(ends[0] - ends[1]) > 1e-6:
-        return f"{lists[0]} to {ends[0]:.9g}, now {lists[1]} to {ends[1]:.9g}"
-    pairs = zip(*lists, strict=True)
-    apart = [abs(a[1] - b[1]) > (1e-6 if b[0] == "fold" else CLOSE) * b[1] for a, b in pairs]
-    return f"{lists[0]}, now {lists[1]}" if any(apart) else ""
+    before = [(point["kind"], point["mu"]) for point in one["critical"]]
+    after = [(point["kind"], point["mu"]) for point in other["critical"]]
+    end_before = one["mu_end"]
+    end_after = other["mu_end"]
+    same_kinds = [kind for kind, _ in before] == [kind for kind, _ in after]
+    if not same_kinds or abs(end_before - end_after) > 1e-6:
+        return f"{before} to {end_before:.9g}, now {after} to {end_after:.9g}"
+    for (_, mu_before), (kind, mu) in zip(before, after, strict=True):
+        close = 1e-6 if kind == "fold" else CLOSE
+        if abs(mu_before - mu) > close * mu:
+            return f"{before}, now {after}"
+    return ""
 
 
 def pads(folder: Path, count: int, sides: list[Checkout]) -> None:
@@ -310,9 +315,10 @@ def motions(folder: Path, count: int, sides: list[Checkout]) -> None:
         b = [other["final"][n] for n in ("x", "y", "theta")]
         s = [e["t"] / period for e in one["events"]]
         t = [e["t"] / period for e in other["events"]]
-        names = [[(e["from"], e["to"]) for e in x["events"]] for x in (one, other)]
-        if names[0] != names[1]:
-            rows.append(f"    motion {seed}: {len(names[0])} changes, now {len(names[1])}")
+        names = [(e["from"], e["to"]) for e in one["events"]]
+        names_now = [(e["from"], e["to"]) for e in other["events"]]
+        if names != names_now:
+            rows.append(f"    motion {seed}: {len(names)} changes, now {len(names_now)}")
         elif not np.allclose(s, t, atol=1e-7, rtol=0) or not np.allclose(a, b, rtol=1e-6, atol=0):
             rows.append(f"    motion {seed}: final {a}, now {b}")
     print("\n".join([f"  {count} motions, {changes} changes, {len(rows)} differ", *rows]))

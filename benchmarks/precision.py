@@ -139,12 +139,18 @@ def spectra(scene: Scene) -> Iterator[Timed]:
     A, B = state_matrices(*analysis.matrices)
     exact = Exact(scene, analysis.state)
     squares = exact.squares(exact.equilibrium(analysis.q, scene.pad.mu), scene.pad.mu)
-    roots = [sign * mp.sqrt(-square) for square in squares for sign in (1, -1)]
+    roots = []
+    for square in squares:
+        root = mp.sqrt(-square)
+        roots += [root, -root]
     size = max(abs(root) for root in roots)
 
     def error(values: Any) -> float:
         found = [mp.mpc(complex(value)) for value in values]
-        return float(max(min(abs(root - value) for value in found) for root in roots) / size)
+        distances = []
+        for root in roots:
+            distances.append(min(abs(root - value) for value in found))
+        return float(max(distances) / size)
 
     def own() -> list[complex]:
         return [e.value for e in analyse(scene).spectrum.eigenvalues]
@@ -243,10 +249,10 @@ def in_words(record: Accuracy, times: dict[tuple[str, str, float], float]) -> st
                 ms = times[case, p.path, p.tolerance]
                 least[p.path] = min(ms, least.get(p.path, ms))
         own = least.get(OWN)
-        shown = [
-            f"{path} {ms:.3g}" + (f" ({ms / own:.3g} times)" if own and path != OWN else "")
-            for path, ms in least.items()
-        ]
+        shown = []
+        for path, ms in least.items():
+            multiple = f" ({ms / own:.3g} times)" if own and path != OWN else ""
+            shown.append(f"{path} {ms:.3g}{multiple}")
         lines.append(f"{case}: {', '.join(shown)}")
     return f"Processor time in ms for an error of at most {AIM:g}. " + "; ".join(lines) + "."
 

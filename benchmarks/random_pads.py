@@ -143,13 +143,16 @@ def _compare_spectrum(scene: Scene, pad: Pad) -> None:
     if any((gap < 0) != touches for gap, touches in zip(exact.gaps(q), found.state, strict=True)):
         pad.wrong.append("contact state")
     K = exact.stiffness(q, mu)
-    balanced = [K[i][j] / lever[i] / lever[j] for i in range(3) for j in range(3)]
+    balanced = []
+    for i in range(3):
+        balanced += [K[i][j] / lever[i] / lever[j] for j in range(3)]
     unit = np.array([1.0, 1.0, 1.0 / w])
     ours = (unit[:, None] * found.matrices.K * unit).ravel()
     pad.stiffness = _relative(ours, balanced, max(abs(k) for k in balanced))
     squares = exact.squares(q, mu)
     roots = [(-s) ** 0.5 for s in squares]
-    expected = np.array([complex(r) for root in roots for r in (root, -root)])
+    upper = np.array([complex(root) for root in roots])
+    expected = np.concatenate([upper, -upper])
     radius = np.abs(expected).max()
     distance = np.abs(found.spectrum.values[:, None] - expected) / radius
     pad.eigenvalues = float(max(distance.min(axis=0).max(), distance.min(axis=1).max()))
@@ -173,9 +176,9 @@ def _distance(scene: Scene, path: Path, point: CriticalPoint) -> tuple[float, bo
     z, state = path.at(mu)
     exact = Exact(scene, state)
     q = path.statics.to_si(z)
-    changed = [
-        e for i in near for e in range(len(EDGE_NAMES)) if path.branch.touching[e, i] != state[e]
-    ]
+    changed = []
+    for i in near:
+        changed += [e for e in range(len(EDGE_NAMES)) if path.branch.touching[e, i] != state[e]]
     if changed:
         conditions = [lambda q, _: exact.gaps(q)[changed[0]]]
     elif point.kind == "fold":

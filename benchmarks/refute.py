@@ -313,11 +313,14 @@ def characteristic(C: Array, K0: Array, K1: Array) -> list[Any]:
                 line.append(flint.fmpq_poly([constant, rational(K1[i, j])]))
             rows.append(line)
         values.append(determinant(rows))
-    vandermonde = flint.fmpq_mat([[s**k for k in range(7)] for s in range(7)]).inv()
-    return [
-        sum((vandermonde[k, s] * values[s] for s in range(7)), flint.fmpq_poly([0]))
-        for k in range(6, -1, -1)
-    ]
+    interpolation = flint.fmpq_mat([[s**k for k in range(7)] for s in range(7)]).inv()
+    coefficients = []
+    for power in range(6, -1, -1):
+        coefficient = flint.fmpq_poly([0])
+        for s in range(7):
+            coefficient += interpolation[power, s] * values[s]
+        coefficients.append(coefficient)
+    return coefficients
 
 
 def growing_at(coefficients: list[Any], mu: Any, damped: bool) -> int:
@@ -489,25 +492,30 @@ def at_a_value(system: Known, rng: Rng) -> Outcome:
         faults.append("right printed answer refuted")
     if answer.verdict is None:
         return Outcome("open", said, faults, mutants)
-    name = judged if judged == "proved" else "certified" if answer.certified else "right"
-    return Outcome(name, said, faults, mutants)
+    if judged == "proved":
+        return Outcome("proved", said, faults, mutants)
+    return Outcome("certified" if answer.certified else "right", said, faults, mutants)
 
 
 # Judging thresholds
+
+
+def stands_for(crossing: Crossing, event: Event) -> bool:
+    """Whether a crossing is of the kind of an event, and it and its interval are where that is."""
+    low, high = crossing.interval
+    rounding = CLOSE * event.value
+    return (
+        (crossing.kind, crossing.direction) == (event.kind, event.direction)
+        and low - rounding <= event.value <= high + rounding
+        and abs(crossing.mu - event.value) <= high - low + rounding
+    )
 
 
 def matches(case: Case, crossings: Sequence[Crossing]) -> bool:
     """True if the crossings are those that are known, each one once."""
     left = list(crossings)
     for event in case.events:
-        near = [
-            c
-            for c in left
-            if (c.kind, c.direction) == (event.kind, event.direction)
-            and c.interval[0] - CLOSE * event.value <= event.value
-            and event.value <= c.interval[1] + CLOSE * event.value
-            and abs(c.mu - event.value) <= c.interval[1] - c.interval[0] + CLOSE * event.value
-        ]
+        near = [crossing for crossing in left if stands_for(crossing, event)]
         if not near:
             return False
         left.remove(min(near, key=lambda c: abs(c.mu - event.value)))

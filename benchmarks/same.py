@@ -386,8 +386,10 @@ def differences(old: Any, new: Any, close: float, where: str = "", scale: float 
     if isinstance(old, list) and isinstance(new, list):
         if len(old) != len(new):
             return [f"{where}: {len(old)} entries, now {len(new)}"]
-        pairs = enumerate(zip(old, new, strict=True))
-        return [d for i, (a, b) in pairs for d in differences(a, b, close, f"{where}[{i}]", scale)]
+        found = []
+        for i, (a, b) in enumerate(zip(old, new, strict=True)):
+            found += differences(a, b, close, f"{where}[{i}]", scale)
+        return found
     if isinstance(old, str) and isinstance(new, str):
         return text_differences(old, new, where)
     if isinstance(old, float) and isinstance(new, float | int) and not isinstance(new, bool):
@@ -429,9 +431,8 @@ def text_differences(old: str, new: str, where: str) -> list[str]:
         return [f"{where}: {len(before)} lines, now {len(after)}: {old[:200]!r}, now {new[:200]!r}"]
     found = []
     for a, b in zip(before, after, strict=True):
-        words = [NUMBER.sub("#", line).split() for line in (a, b)]
-        numbers = [NUMBER.findall(line) for line in (a, b)]
-        if words[0] != words[1] or not all(map(same_numbers, *numbers)):
+        same_words = NUMBER.sub("#", a).split() == NUMBER.sub("#", b).split()
+        if not same_words or not all(map(same_numbers, NUMBER.findall(a), NUMBER.findall(b))):
             found.append(f"{where}: {a.strip()!r}, now {b.strip()!r}")
     return found
 

@@ -95,7 +95,8 @@ class Exact:
 
     def stiffness(self, q: Any, mu: Any) -> Rows:
         """K, minus the derivative of the loads."""
-        return [[-v for v in row] for row in naive.jacobian(*self._given(q, mu))]
+        rows = naive.jacobian(*self._given(q, mu))
+        return [[-row[0], -row[1], -row[2]] for row in rows]
 
     def gaps(self, q: Any) -> tuple[Any, Any]:
         """Heights of the leading and the trailing edge over where they touch."""

@@ -194,8 +194,11 @@ def frictionless(eqs: Literal, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
     most = np.full(n, -np.inf)
     meant = np.zeros(n, dtype=bool)
     for start in range(STARTS):
-        wide = start % 3 == 2
-        q = random.normal(size=(3, n)) * (0.3 * p["w"] if wide else 3.0 * size) * (start > 0)
+        q = random.normal(size=(3, n))
+        if start == 0:
+            q *= 0.0
+        else:
+            q *= 0.3 * p["w"] if start % 3 == 2 else 3.0 * size
         q[2] /= p["w"]
         found, good = eqs.newton(q, 0.0, 40)
         energy = np.where(good, eqs.energy(found), np.inf)

@@ -20,10 +20,11 @@ def corners(p, q):
     angle = q[2] + (p.theta0 or 0.0)
     cosine = math.cos(angle)
     sine = math.sin(angle)
-    return [
-        (x + cosine * a - sine * b, y + sine * a + cosine * b)
-        for a, b in ((-p.w, p.h), (p.w, p.h), (-p.w, -p.h), (p.w, -p.h))
-    ]
+
+    def turned(a, b):
+        return (x + cosine * a - sine * b, y + sine * a + cosine * b)
+
+    return [turned(-p.w, p.h), turned(p.w, p.h), turned(-p.w, -p.h), turned(p.w, -p.h)]
 
 
 class Plain:

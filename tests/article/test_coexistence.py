@@ -48,7 +48,7 @@ def si(pad):
 def test_rates_against_the_equations_by_hand(motion):
     pad = DampedContact(scene(motion), 0.2, 0.01, 0.4)
     states = np.random.default_rng(2).uniform(-2.0, 2.0, (6, 400))
-    states[1] += 1.0 - 2.0 * (motion == "b1-d")
+    states[1] += -1.0 if motion == "b1-d" else 1.0
     scale = si(pad)[:, None]
     exact = by_hand(motion, 0.2, 0.01, 0.4).rates(states * scale) / scale * pad.time
     found = pad.at(states)

@@ -86,7 +86,7 @@ def test_energy_on_a_closed_path_vanishes_with_a_potential():
     assert abs(energy_gained(pad, "mean")[0]) > 1e-4 * energy
 
 
-def test_numbers_with_known_values(results):
+def test_measured_numbers_have_their_known_values(results):
     def numbers(key: str) -> dict[str, float]:
         return results[key].measured
 

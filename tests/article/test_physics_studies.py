@@ -29,7 +29,7 @@ def energy():
     return energy_study.study(sorted(SCENES.glob("b?-?.yaml")))
 
 
-def test_energy_comes_from_somewhere(energy):
+def test_the_work_of_the_law_is_that_of_its_episodes(energy):
     assert energy.wrong == ""
     assert len(energy.motions) == 12
     for name, motion in energy.motions.items():

@@ -85,7 +85,7 @@ def test_equal_bytes_when_it_is_taken_again(build, figure, tmp_path):
             assert path.read_bytes() == other.read_bytes(), path.name
 
 
-def test_a_number(build, tmp_path):
+def test_a_number_is_written_as_its_result_holds_it(build, tmp_path):
     taken = take("b2-c.steps", build, tmp_path / "number")
     assert {"value.txt", "value.tex"} | ALWAYS == set(taken.files)
     steps = json.loads((build / "results" / "b2-c.json").read_text())["steps"]
@@ -138,7 +138,7 @@ def test_a_damaged_build_is_refused(tmp_path, capsys):
     assert "damaged" in assert_refused(capsys, "take", "fig11", "--build", tmp_path)
 
 
-def test_the_list(build, capsys, monkeypatch):
+def test_without_a_name_the_command_lists_the_figures(build, capsys, monkeypatch):
     monkeypatch.chdir(build)
     assert main(["take"]) == 0
     lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
@@ -153,7 +153,7 @@ def test_every_figure_has_a_caption_of_its_own():
     assert title("Run time of $\\mu$ at \\val{a.b}: more. Then.") == "Run time of μ: more"
 
 
-def test_rows_of_tables():
+def test_a_table_in_latex_is_read_as_rows_of_plain_text():
     tex = (
         "\\begin{tabular}{lp{1in}r}\n\\toprule\na & b & $\\mu$ \\\\\n\\midrule\n"
         "\\verdict{flutter} & 1\\,\\% \\& more & $-1.5 \\times 10^{-3}$ \\\\\n\\midrule\n"

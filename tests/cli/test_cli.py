@@ -84,7 +84,7 @@ def test_every_command_has_help(capsys, command):
     with pytest.raises(SystemExit) as stop:
         main([command, "--help"])
     assert stop.value.code == 0
-    group = "article " * (command in GROUPS[ARTICLE])
+    group = "article " if command in GROUPS[ARTICLE] else ""
     assert f"usage: squeal {group}{command}" in capsys.readouterr().out
 
 

@@ -120,7 +120,9 @@ def test_a_shape_is_drawn_on_nodes_and_refused_without_them(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("kind", ["divergence", "flutter"])
-def test_what_grows_far_right_of_a_band(kind, tmp_path, capsys):
+def test_what_grows_far_right_of_a_band_is_in_a_region_and_beyond_a_named_limit(
+    kind, tmp_path, capsys
+):
     """Modes at 4, 8, ... Hz, unit masses; one row diverges with 1000 1/s, or two flutter: a region
     holds them, and of a band the limit of growth is named."""
     n = ROWS + 20

@@ -118,10 +118,15 @@ def write(folder: Path) -> None:
         K, M, labels = make()
         model = BDF(debug=False)
         for key, X in (("KAAX", K), ("MAAX", M)):
-            places = [(c, r) for c in range(len(X)) for r in range(c, len(X)) if X[r, c]]
-            columns = [labels[c] for c, _ in places]
-            rows = [labels[r] for _, r in places]
-            values = [X[r, c] for c, r in places]
+            columns = []
+            rows = []
+            values = []
+            for c in range(len(X)):
+                for r in range(c, len(X)):
+                    if X[r, c]:
+                        columns.append(labels[c])
+                        rows.append(labels[r])
+                        values.append(X[r, c])
             model.add_dmig(key, 6, 2, 0, 0, len(X), columns, rows, values)
         model.punch = True
         model.write_bdf(folder / f"{name}.bdf", size=16, is_double=False, write_header=False)

@@ -84,9 +84,9 @@ class Block:
             corners = [n for n in nodes[:8] if n in forces]
             spread = np.ptp([self.nodes[n] for n in corners], axis=0)
             area = spread[0] * spread[1]
+            of_corner = 0.25 if len(on_face) == 4 else -1 / 12
             for node in on_face:
-                is_corner = node in corners
-                share = (0.25 if len(on_face) == 4 else -1 / 12) if is_corner else 1 / 3
+                share = of_corner if node in corners else 1 / 3
                 forces[node] += share * area
         return forces
 

@@ -79,7 +79,7 @@ def test_a_long_table_shows_some_rows_and_counts_the_others(left, form):
     counts = [n for n in found if n < 1000]
     assert sorted(set(values)) == values
     assert len(values) == 6
-    assert counts == [left] * bool(left)
+    assert counts == ([left] if left else [])
     if form == "text" and left:  # the count stands where the rows are left out
         assert found == [1000, 1001, 1002, left, *range(1003 + left, 1006 + left)]
     assert "a title" in getattr(table, form)(6)

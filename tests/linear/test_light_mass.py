@@ -53,7 +53,10 @@ def test_roots_of_the_heavy_modes_keep_their_digits(m, c):
     assert found.certified is not False
     values = np.array([e.value for e in found.eigenvalues])
     assert set(values) == set(values.conj())
-    assert len(values) == 4 + 2 * (m > 1e-14) + (1 if c and m <= 1e-14 else 0)
+    of_light_motion = 2
+    if m <= 1e-14:  # as good as massless: a damper alone leaves one root
+        of_light_motion = 1 if c else 0
+    assert len(values) == 4 + of_light_motion
     assert np.abs(values - growing(c)).min() < (1e-9 if m > 1e-7 else 1e-12)
     assert np.abs(dense_values(*system(m, c)(0.9)) - growing(c)).min() < 1e-7
     if m >= 1e-10:  # the light mode itself, as far as M's rounding leaves it

@@ -22,9 +22,12 @@ def test_slopes_are_those_of_differences(form, n, rng):
 
     def system(p):
         M = np.eye(n) + 0.1 * (X + X.T) / n + p * np.diag(np.arange(n) / n)
-        K = np.diag(np.arange(1.0, n + 1) ** 2) + p * (Y + Y.T) / n + 0.1 * (form == "damped") * Z
-        C = {"undamped": None, "gyroscopic": (1 + p) * skew, "damped": full + p * Z}[form]
-        return M, C, K
+        K = np.diag(np.arange(1.0, n + 1) ** 2) + p * (Y + Y.T) / n
+        if form == "undamped":
+            return M, None, K
+        if form == "gyroscopic":
+            return M, (1 + p) * skew, K
+        return M, full + p * Z, K + 0.1 * Z
 
     along = Continuation(system, 0.0, 1.0)
     assert along.problem == form
@@ -60,9 +63,8 @@ def test_two_roots_that_meet_in_a_step_are_expected_where_they_do(low):
 @pytest.mark.parametrize("damping", [0.4, -0.4])
 def test_one_of_two_roots_that_meet_in_a_step_passes_zero_where_it_does(damping):
     """lambda^2 + c lambda + p: a pair that becomes real and of which one is zero at p = 0."""
-    along, found = _between(
-        lambda p: (np.eye(1), [[damping]] * np.eye(1), [[p]] * np.eye(1)), -1, 1
-    )
+    C = np.array([[damping]])
+    along, found = _between(lambda p: (np.eye(1), C, np.array([[p]])), -1, 1)
     assert along.problem == "damped"
     assert [g.value for g in found] == pytest.approx([0.0], abs=0.021)
 
@@ -86,8 +88,11 @@ def test_what_vanishes_at_an_event_has_the_slope_of_differences(form, count, mee
     X, Y, W = rng.normal(size=(3, 5, 5))
 
     def system(p):
-        K = np.diag([4.0, 4.3, 9.0, 16.0, 25.0]) + 0.1 * p * (X + X.T + (form != "gyroscopic") * Y)
-        return np.eye(5), {"undamped": None, "gyroscopic": W - W.T}.get(form, 0.3 * W + p * X), K
+        K = np.diag([4.0, 4.3, 9.0, 16.0, 25.0]) + 0.1 * p * (X + X.T)
+        if form == "gyroscopic":
+            return np.eye(5), W - W.T, K
+        C = None if form == "undamped" else 0.3 * W + p * X
+        return np.eye(5), C, K + 0.1 * p * Y
 
     along = Continuation(system, 0.0, 1.0)
     assert along.problem == form

@@ -33,7 +33,7 @@ def _system(kind=np.asarray):
 
 
 @KINDS
-def test_sums_and_derivatives(kind):
+def test_matrices_are_sums_of_terms_and_derivatives_those_of_their_factors(kind):
     system = _system(kind)
     given = system.at({"mu": 0.25})
     assert {is_sparse(X) for X in given} == {kind is csc_array}
@@ -63,7 +63,7 @@ def test_sums_and_derivatives(kind):
         lambda: thresholds(lambda _: (1, 2), 1.0).points,  # type: ignore[arg-type, return-value]
     ],
 )
-def test_refusals(ask):
+def test_what_is_no_system_of_terms_is_refused(ask):
     with pytest.raises(InputError):
         ask()
 

@@ -13,8 +13,14 @@ def beside(pads, apart, rest):
     K1 = []
     exact = []
     for index in range(pads + rest):
-        k, h, g = (1.21, 1.3, 0.8) if index < pads else (1.3225 + 0.11 * index, 1.4, 0.75)
-        k *= 1.0 + apart * index * (index < pads)
+        if index < pads:
+            k = 1.21 * (1.0 + apart * index)
+            h = 1.3
+            g = 0.8
+        else:
+            k = 1.3225 + 0.11 * index
+            h = 1.4
+            g = 0.75
         K0 += [k, h]
         K1.append(g)
         exact.append(np.sqrt(k * h) / g)

@@ -33,7 +33,7 @@ def _padded(K, n):
     return np.vstack([top, bottom])
 
 
-def test_random_pads(rng):
+def test_verdicts_of_random_pads_are_those_of_the_exact_roots(rng):
     pads = [random_pad(rng) for _ in range(200)]
     names = [verdict(*pad) for pad in pads]
     assert names == [exact_verdict(exact_squares(M, K)) for M, _, K in pads]

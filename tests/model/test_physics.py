@@ -70,7 +70,7 @@ def close(ours, exact, tolerance):
 
 
 @pytest.mark.parametrize("state", STATES)
-def test_loads_of_points_and_line(state):
+def test_loads_of_points_and_line_are_those_of_the_literal_equations(state):
     for seed, form in enumerate(FORMULATIONS):
         p = random_pad(seed)
         q = PLACES[state]

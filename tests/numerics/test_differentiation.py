@@ -59,7 +59,7 @@ BOUNDS = [  # least of a bound of the second derivative
 
 
 @pytest.mark.parametrize(("text", "value", "slope"), VALUES)
-def test_value_and_slope(text, value, slope):
+def test_a_formula_has_the_value_and_the_slope_of_the_closed_form(text, value, slope):
     formula = Formula(text)
     assert formula.value(AT) == pytest.approx(value, rel=1e-15, abs=1e-15)
     assert formula.slope(AT, "Omega") == pytest.approx(slope, rel=1e-14, abs=1e-15)

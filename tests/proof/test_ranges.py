@@ -34,7 +34,7 @@ def coupled() -> Terms:
     return Terms([Term(np.eye(2))], [], [Term(SPRINGS), friction], HALF_ULP)
 
 
-def test_closed_form_of_mode_coupling():
+def test_the_threshold_of_mode_coupling_is_proved():
     right = prove_thresholds(coupled(), 0.0, 2.0, [around(0.75)], 1e-8, rises=[2])
     assert (right.status, right.growth_below, right.data) == ("proved", 1e-8, HALF_ULP)
     assert prove_thresholds(coupled(), 0.0, 0.74, [], 1e-8).status == "proved"

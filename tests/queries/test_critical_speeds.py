@@ -40,7 +40,7 @@ def test_bounce_and_backward_tilt_of_a_disc_and_no_forward_one():
 
 
 @pytest.mark.parametrize("order", [0.5, 1.0, 2.0, 3.0])
-def test_tilt_of_a_thin_rotor_at_any_order(order):
+def test_a_thin_rotor_tilts_at_the_speeds_of_the_closed_form_of_any_order(order):
     """n^2 Jd W^2 -+ n Jp W^2 = kt: forward and backward, for Jp < n Jd."""
     Jd = 0.8
     Jp = 0.3
@@ -147,7 +147,7 @@ def test_the_command_prints_and_draws_and_refuses(tmp_path, capsys):
         squeal.critical_speeds(squeal.System([[1.0]], K=[[1.0 + 1j]]), 2.0)
 
 
-def test_the_documented_rotor_of_ross():
+def test_the_documented_rotor_of_ross_has_its_printed_speeds():
     """ROSS prints 92, 96, 271 and 300 rad/s for six shaft elements, two discs and two bearings."""
     data = json.loads((DATA / "documented_rotor.json").read_text(encoding="utf-8"))
     whole = {}

@@ -24,7 +24,7 @@ def _nearest(values, wanted):
 
 @pytest.mark.parametrize("rate", [1e-9, 1.0, 1e9])
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-def test_poles_of_a_controller(rate, scale):
+def test_poles_of_a_controller_are_the_roots_of_its_polynomial(rate, scale):
     answer = squeal.eigenvalues(_without_mass(scale * np.eye(3), scale * rate * COMPANION))
     assert len(answer.values) == 3
     assert _nearest(answer.values / rate, [-1.0, PAIR, PAIR.conjugate()]) < 1e-14

@@ -22,16 +22,19 @@ def two(coupling, others, at=0.0, damping=0.0):
     T = np.linalg.qr(np.random.default_rng(n).normal(size=(n, n)))[0]
     K0 = np.diag([1.0, 3.0, *(50.0 + np.arange(others))])
     K0[0, 1] = K0[1, 0] = coupling
-    K = {"1": T @ K0 @ T.T, "p": T @ np.diag([1.0, -1.0] + [0.0] * others) @ T.T}
+    slopes = np.diag([1.0, -1.0, *np.zeros(others)])
+    K = {"1": T @ K0 @ T.T, "p": T @ slopes @ T.T}
     C = damping * T @ np.diag(np.arange(n)) @ T.T if damping else None
     return squeal.System(np.eye(n), C, K, {"p": at}, "p")
 
 
 def squares(sweep, number):
-    at = [
-        (s.roots[(s.modes == number) & (s.roots.imag > 0)].imag ** 2).tolist() for s in sweep.steps
-    ]
-    return np.ravel(at)
+    """The squares of the frequencies of a mode over a sweep."""
+    found = []
+    for step in sweep.steps:
+        upper = step.roots[(step.modes == number) & (step.roots.imag > 0)]
+        found.append(upper.imag**2)
+    return np.ravel(found)
 
 
 @pytest.mark.parametrize("others", [0, 60])

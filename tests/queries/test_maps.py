@@ -53,7 +53,9 @@ def assert_point_by_point(scene, axes, verdict=verdict_at):
 @pytest.mark.parametrize(
     ("stem", "axes"),
     [
-        *((stem, angle_axes(n)) for stem, n in (("b1-c", 4), ("b2-c", 4), ("b3", 16))),
+        ("b1-c", angle_axes(4)),
+        ("b2-c", angle_axes(4)),
+        ("b3", angle_axes(16)),
         # the damping ratios are those of each point's own pad
         ("b2-b", (Axis("mu", 0.0, 0.6, 6), Axis("m", 0.05, 0.5, 5))),
     ],

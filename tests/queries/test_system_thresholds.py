@@ -95,7 +95,7 @@ def test_a_band_without_a_root_has_no_threshold(band, verdict):
     assert (found.verdict, found.crossings, found.certified) == (verdict, (), True)
 
 
-def test_a_structural_loss_factor(monkeypatch):
+def test_a_structural_loss_factor_flutters_where_it_is_known_to(monkeypatch):
     system, mu, omega = large.with_loss_factor(np.random.default_rng(4), 42)  # reduced
     region = EigenvalueSelection(region=Rectangle(-60.0, 60.0, 350.0, 600.0))
     found = system_thresholds(system, 1.4, wanted=region).answer

@@ -79,7 +79,7 @@ def test_work_of_friction_is_what_damping_takes(answer):
         assert one.damping >= 0.0
 
 
-def test_long_simulations_beside_the_fold(answer):
+def test_long_simulations_stay_on_a_stable_cycle_and_leave_an_unstable_one(answer):
     """Just above the fold two cycles: a motion stays on the stable one and leaves the other. Below
     it the motion from the last cycle comes to rest."""
     fold = next(one.value for one in answer.orbits if one.turn == "fold")
@@ -158,11 +158,11 @@ def test_a_late_return_gives_the_least_period(shooting, cycle):
 )
 def test_multipliers_that_leave_the_unit_circle_name_the_turn(kind, inside, outside):
     """Through -1, or as a pair; other kinds see nothing."""
-    both: list[Any] = [
-        SimpleNamespace(multipliers=[complex(m) for m in part]) for part in (inside, outside)
-    ]
+    cycle_inside: Any = SimpleNamespace(multipliers=np.array(inside, complex).tolist())
+    cycle_outside: Any = SimpleNamespace(multipliers=np.array(outside, complex).tolist())
     for name in ("period doubling", "torus"):
-        before, after = (SIGNS[name](cycle, None) for cycle in both)
+        before = SIGNS[name](cycle_inside, None)
+        after = SIGNS[name](cycle_outside, None)
         assert (before != after) == (name == kind)
 
 

@@ -27,7 +27,7 @@ E1 = 0.02
 E2 = 0.04
 
 
-def _the_crossing(system, mu, omega, region, values):
+def assert_the_crossing(system, mu, omega, region, values):
     """The only crossing of a known system, held against its place, and the reduced system."""
     reduction = reduce_system(ScaledSystem(system), region, [{"mu": v} for v in values])
     (crossing,), unconfirmed = crossings_along(reduction, "mu", values)
@@ -55,7 +55,7 @@ def test_crossings_are_found_and_located(rng):
     known = affine(M, K0, K1, C), mu, np.sqrt(a1 / a3)
     values = [0.0, 0.2, 0.4, 0.6]
     region = Rectangle(-40.0, 60.0, 350.0, 700.0)
-    crossing, reduction = _the_crossing(*known, region, values)
+    crossing, reduction = assert_the_crossing(*known, region, values)
     assert crossing.interval[1] - crossing.interval[0] < 1e-8
     assert crossing.residual < 1e-14
     reduction.region = Rectangle(-2.0, -1.0, 1.0, 2.0)
@@ -63,7 +63,7 @@ def test_crossings_are_found_and_located(rng):
         crossings_along(reduction, "mu", values)
 
 
-def test_a_window_between_two_values():
+def test_both_ends_of_a_window_between_two_values_are_found():
     """Re lambda = (p - 1/2)^2 - 1/64 in a block: two crossings within one step, down then up."""
     growth = Formula("-2*((p - 0.5)**2 - 0.015625)")
     w = np.linspace(20.0, 40.0, 30)
@@ -120,7 +120,7 @@ def test_a_change_of_sign_that_is_not_located_is_said(monkeypatch):
     assert "was not located" in text
 
 
-def test_a_real_root(rng):
+def test_a_real_root_that_reaches_zero_is_a_divergence(rng):
     """K loses its rank at p = 0.7 in a mixed block: divergence, omega exactly zero."""
     mixed = large.blocks(rng.uniform(0.5, 1.5, 20), rng.uniform(3.0, 9.0, 20), rng)
     parts = zip((1, 3, 1.4), mixed, strict=True)
@@ -140,7 +140,7 @@ def test_a_real_root(rng):
 
 
 @pytest.mark.parametrize("low", [350.0, -600.0])
-def test_a_structural_loss_factor(low, rng):
+def test_a_root_of_a_structural_loss_factor_crosses_where_it_is_known_to(low, rng):
     """One root and no mirror image: below the axis lie images that grow without meaning."""
     region = Rectangle(-60.0, 60.0, low, 600.0)
-    _the_crossing(*large.with_loss_factor(rng), region, [0.0, 0.7, 1.4])
+    assert_the_crossing(*large.with_loss_factor(rng), region, [0.0, 0.7, 1.4])

@@ -176,7 +176,7 @@ def test_structural_damping_is_viscous_damping_at_the_frequency():
         lambda s: squeal.advise(s),
     ],
 )
-def test_refusals(ask):
+def test_what_a_dispersive_system_cannot_answer_is_refused(ask):
     with pytest.raises(InputError):
         ask(_brake(Modulus(table=SHORT)))
 

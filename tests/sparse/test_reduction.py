@@ -84,7 +84,7 @@ def test_a_mass_that_a_parameter_takes_away_is_refused_where_nothing_damps():
         scaled.at({"share": 0.0})
 
 
-def test_two_parameters():
+def test_one_reduction_serves_two_parameters():
     system = TermSystem(
         BRAKE.M,
         (Term(BRAKE.C[0].matrix, Formula("damping")),),
@@ -101,7 +101,7 @@ def test_two_parameters():
         assert distance.min(axis=0).max() < 1e-6 * np.abs(full).max()
 
 
-def test_dense_roots():
+def test_dense_roots_are_those_of_the_construction():
     rng = np.random.default_rng(4)
     a = rng.uniform(0.0, 0.1, 12)
     w = np.linspace(1.0, 4.0, 12)

@@ -17,7 +17,7 @@ def growing_modes(scene, mu):
 
 @cases(6, 0.05)
 @given(pads())
-def test_thresholds_as_json_and_table(scene):
+def test_thresholds_are_the_same_as_json_and_as_a_table(scene):
     table = path("found.csv")
     file = written(scene)
     found = ask("critical-friction", file, "--csv", table)
@@ -39,8 +39,11 @@ def motion(model, alpha1, alpha2, mu, y_dot):
     pad = PADS[model] | {"alpha1": alpha1, "alpha2": alpha2, "mu": mu}
     kick = {"from": "equilibrium", "y_dot": y_dot}
     return {
-        **{"model": model, "parameters": pad, "initial": kick},
-        **{"time": {"stop": 0.002, "samples": 21}, "outputs": ["events", "shares", "extrema"]},
+        "model": model,
+        "parameters": pad,
+        "initial": kick,
+        "time": {"stop": 0.002, "samples": 21},
+        "outputs": ["events", "shares", "extrema"],
         "damping": {"ratios": [0.01, 0.01, 0.01]},
     }
 

@@ -52,11 +52,11 @@ def described(folder: Path) -> dict[str, Any]:
     publication = about["referencePublication"]
     article = add("#article", "ScholarlyArticle", name=publication["name"])
     article["datePublished"] = publication["datePublished"]
-    profiles = [
-        add(link, "CreativeWork", name=name, version=link.rsplit("/", 1)[1])
-        for link, name in PROFILES.items()
-    ]
-    root["name"], root["description"] = about["name"], about["description"]
+    profiles = []
+    for link, name in PROFILES.items():
+        profiles.append(add(link, "CreativeWork", name=name, version=link.rsplit("/", 1)[1]))
+    root["name"] = about["name"]
+    root["description"] = about["description"]
     root["datePublished"] = about["dateModified"]
     root["license"] = [cc_by, mit]
     root["author"] = maker
@@ -105,10 +105,9 @@ def described(folder: Path) -> dict[str, Any]:
     versions: dict[str, str] = {}
     for path in files("results/*.json"):
         versions |= json.loads(path.read_text(encoding="utf-8"))["provenance"]["versions"]
-    packages = [
-        add(f"#{name}", "SoftwareApplication", name=name, softwareVersion=number)
-        for name, number in sorted(versions.items())
-    ]
+    packages = []
+    for name, number in sorted(versions.items()):
+        packages.append(add(f"#{name}", "SoftwareApplication", name=name, softwareVersion=number))
     workflow["softwareRequirements"] = packages
     run = crate.add_action(
         workflow,
