@@ -3,7 +3,6 @@
 import functools
 import json
 import shutil
-import shutil
 from dataclasses import replace
 
 import numpy as np
