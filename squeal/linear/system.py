@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.errors import InputError, within_doubles
+from squeal.errors import InputError, meant, within_doubles
 from squeal.linear.matrices import Array, checked, dense, given_matrix, is_sparse
 from squeal.linear.matrices import Matrix as Matrix
 from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
@@ -203,10 +203,10 @@ class System:
                         f"the shape of the first M, {shape}"
                     )
                 for name in sorted(term.factor.names - self.parameters.keys()):
-                    allowed = ", ".join(sorted(self.parameters))
                     raise InputError(
-                        f"{letter}: factor {term.factor.text}: {name} is no parameter; allowed are "
-                        f"{allowed}"
+                        f"{letter}: factor {term.factor.text}: {name} is no parameter; "
+                        f"{meant(name, sorted(self.parameters))}; `parameters` of the same system "
+                        "names others"
                     )
 
     @staticmethod
@@ -318,8 +318,7 @@ class System:
         """
         values = {**self.parameters, **(changes or {})}
         for name in values.keys() - self.parameters.keys():
-            allowed = ", ".join(sorted(self.parameters))
-            raise InputError(f"{name}: is no parameter; allowed are {allowed}")
+            raise InputError(f"{name}: is no parameter; {meant(name, sorted(self.parameters))}")
         return values
 
     def replace(self, changes: Mapping[str, float]) -> System:

@@ -375,7 +375,7 @@ class Response:
             ("dominant frequency", frequency),
             ("amplitude", amplitude),
             ("growth at the start", growth),
-            ("settled", settled),
+            ("at rest at the end", settled),
         ]
 
 
