@@ -107,6 +107,26 @@ def test_modes_of_a_reduced_assembly_are_paired_on_all_nodes(brake, tmp_path, ca
     assert min(pair["mac"] for pair in found) > 0.99
 
 
+def test_elements_of_components_are_those_of_the_assembly(brake, tmp_path):
+    """They were dropped, so that a shape of joined components was points."""
+    path, *_ = brake
+    shutil.copytree(path.parent, tmp_path, dirs_exist_ok=True)
+    file = tmp_path / "pad" / "system.yaml"
+    nodes = [line.split(",")[0] for line in (tmp_path / "pad" / "nodes.csv").read_text().split()]
+    corners = list(dict.fromkeys(nodes[1:]))[:4]
+    (tmp_path / "pad" / "cells.csv").write_text(
+        f"element,type,a,b,c,d\n7,tetra,{','.join(corners)}"
+    )
+    file.write_text(file.read_text() + "elements: {file: cells.csv}\n")
+    where = squeal.read_system(tmp_path / path.name).coordinates
+    own = squeal.read_system(file).coordinates
+    assert where.elements == ("pad 7",)
+    (kind, found), (kind_of_own, expected) = where.cells[0], own.cells[0]
+    assert kind == kind_of_own
+    assert [where.names[k] for k in found] == [f"pad {corner}" for corner in corners]
+    assert np.array_equal(where.places[list(found)], own.places[list(expected)])
+
+
 def test_a_number_given_twice_is_refused_and_a_strange_column_named(brake, tmp_path, capsys):
     path, *_ = brake
     text = path.read_text()

@@ -12,7 +12,7 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.queries.cycles import Cycles
 from squeal.queries.thresholds import critical_friction
-from squeal.simulation.cycles import CLOSED_CURVE, SIGNS, Cycle, Point, Shooting, _return
+from squeal.simulation.cycles import CLOSED_CURVE, SIGNS, Cycle, Point, Shooting, _first_return
 from squeal.simulation.hybrid import Segment
 from squeal.simulation.run import in_natural_units
 from tests.conftest import ROOT, hammering_scene, needs_heyoka
@@ -263,6 +263,6 @@ def test_a_motion_returns_after_all_the_passages_of_its_period(passages):
         count=empty,
         limit=empty,
     )
-    state, period = _return(segment)
+    state, period = _first_return(segment)
     assert state == pytest.approx(height[0])
     assert period == (passages if passages < 10 else 0.0)

@@ -185,6 +185,8 @@ def test_what_cannot_be_joined_is_refused(change, words):
     }
     with pytest.raises(InputError, match=words):
         squeal.assemble([ground, block], [squeal.Contact(**(given | change))])
+    with pytest.raises(InputError, match="tangentail is no parameter; did you mean tang"):
+        squeal.assemble([ground, block], [squeal.Contact(**given)], parameter="tangentail")
     with pytest.raises(InputError, match="load"):
         squeal.assemble([ground, block], [squeal.Contact(**given)])
 
