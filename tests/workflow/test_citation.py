@@ -7,7 +7,7 @@ import yaml
 
 import squeal
 from squeal.article.report.bibliography import entries
-from squeal.article.report.values import ASKED
+from squeal.article.report.values import VAL_MACRO
 from squeal.errors import EXTRAS, missing
 from tests.conftest import ROOT
 from workflow.release import codemeta, journal, rescience
@@ -107,7 +107,7 @@ def test_licences_are_said():
 
 
 def test_the_metadata_of_a_replication_are_whole(monkeypatch, tmp_path):
-    monkeypatch.setattr(rescience, "filled", lambda text, known: ASKED.sub("1", text))
+    monkeypatch.setattr(rescience, "filled", lambda text, known: VAL_MACRO.sub("1", text))
     found = rescience.metadata(tmp_path)
     assert found["title"].startswith("[Re] ")
     assert len(found["abstract"].split()) > 100
