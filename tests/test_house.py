@@ -72,7 +72,7 @@ def test_a_room_imports_what_lies_below_only():
                 assert "squeal.plots" not in {room(o) for o in others}, name
 
 
-def test_no_circle_of_modules_or_rooms():
+def test_modules_and_rooms_stand_on_no_circle():
     """Imports count wherever they stand: inside functions, and for type checkers alone."""
     links = {name: others - {"squeal"} for name, others in imports().items() if name != "squeal"}
     assert circle(links) == []  # the package itself names what it offers, loaded on first use

@@ -503,7 +503,7 @@ def test_pointers_that_decrease_are_refused_where_the_last_one_is_zero(tmp_path,
         read_matrix(tmp_path / "K.mat")
 
 
-def test_ansys_full_without_its_constrained_rows():
+def test_an_ansys_full_is_read_without_its_constrained_rows():
     """The cantilever that the package ships has the frequencies that it prints."""
     examples = pytest.importorskip("ansys.mapdl.reader.examples")
     K, M = aligned([read_matrix(examples.fullfile, key) for key in "KM"])
@@ -541,7 +541,7 @@ def full(tmp_path, monkeypatch):
     return tmp_path / "a.full"
 
 
-def test_ansys_full_with_a_reader_in_its_place(full):
+def test_an_ansys_full_is_read_by_a_reader_in_its_place(full):
     """Triangles of node 3, whose second row is held, and of node 4."""
     full.write_text("any", encoding="utf-8")
     found = read_matrix(full, "K")

@@ -103,7 +103,7 @@ def test_a_window_of_a_thousandth_is_not_missed():
     assert prove_thresholds(terms, 0.0, 1.0, [], 1e-6).status == "refuted"
 
 
-def test_windows_that_bend():
+def test_windows_that_bend_are_proved():
     """Growth in two windows of 7e-4 beside a middle where it only nearly begins."""
     c = 0.52246391
     inner = 6.3e-7
@@ -139,7 +139,7 @@ def test_a_pole_of_a_factor_is_open():
 
 
 @pytest.mark.parametrize("damped", [False, True])
-def test_systems_with_thresholds_in_closed_form(damped):
+def test_systems_with_thresholds_in_closed_form_are_proved(damped):
     for seed in range(2):
         system, expected = known_system(5, np.random.default_rng(seed), damped)
         M, C, K = [terms_of(part) for part in system.parts]

@@ -42,7 +42,7 @@ def table(path, order, scale=1.0, shapes=True, more=""):
     return path.with_name("test.csv")
 
 
-def test_mac_of_known_vectors():
+def test_mac_of_known_vectors_is_that_of_its_definition():
     X = np.array([[1, 1], [0, 1j]])
     assert squeal.mac(X, X) == pytest.approx(np.array([[1, 0.5], [0.5, 1]]))
     assert squeal.mac(X, -3j * X) == pytest.approx(squeal.mac(X, X))

@@ -25,7 +25,7 @@ def field(bibtex, name):
     return found and re.sub(r"\s+", " ", re.sub(r"[{}\\]", "", found[1]))
 
 
-def test_one_title_and_one_version():
+def test_all_files_name_one_title_and_one_version():
     title = CITATION["title"]
     assert README.splitlines()[0] == f"# {title}"
     assert (squeal.__doc__ or "").splitlines()[0] == f"{title}."
