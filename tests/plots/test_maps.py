@@ -20,7 +20,8 @@ B3 = SCENES / "b3.yaml"
 
 def test_own_pad_and_its_level_are_drawn():
     scene = read_scene(B3)
-    low, high = 0.5 * scene.pad.k_c, 2 * scene.pad.k_c
+    low = 0.5 * scene.pad.k_c
+    high = 2 * scene.pad.k_c
     axes = Axis("alpha1", 0.2, 2.8, 12), Axis("k_c", low, high, 12)
     found = squeal.map(scene, axes, quantity="critical-friction")
     own = (scene.pad.alpha1, scene.pad.k_c)
