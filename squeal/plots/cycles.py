@@ -9,8 +9,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from squeal.io.writing import number
+from squeal.linear import GROWING
 from squeal.model.pad import PARAMETERS
-from squeal.plots.style import SINGLE, Drawing, blank, literal, origin, style
+from squeal.plots.coupling import NO_EQUILIBRIUM
+from squeal.plots.maps import friction_symbol
+from squeal.plots.style import SINGLE, Drawing, blank, literal, origin, style, write_upright
 from squeal.queries.cycles import Cycles, Orbit
 
 LOOKS: dict[str, dict[str, Any]] = {
@@ -18,11 +21,17 @@ LOOKS: dict[str, dict[str, Any]] = {
     "unstable or undecided": {"color": "#3498DB", "ls": (0, (3, 1.5))},
     "faster than the surface": {"color": "0.6", "ls": ":"},
 }
+SLIDING_LOOKS: dict[str, dict[str, Any]] = {
+    "stable": {"color": "k"},
+    "marginal": {"color": "0.6"},
+    "unstable": {"color": "k", "ls": (0, (3, 1.5))},
+}
 MARKS = {"fold": "D", "period doubling": "s", "torus": "^", "grazing": "|"}
 
 
 def cycles_drawing(found: Cycles, name: str) -> Drawing:
-    """Cycles as a curve, red where stable and blue, dashed, where not; sliding on the axis."""
+    """Cycles as a curve, red where stable and blue, dashed, where not; on the axis sliding, dashed
+    where it is unstable, with the values at which its verdict changes."""
     title = f"Periodic motions of {name}"
     if not found.orbits:
         return blank(title, f"No periodic motion: {found.reason}.", __name__)
@@ -33,11 +42,10 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
         axes = figure.subplots()
         _draw_cycles(axes, found, values, micrometres)
         _draw_sliding(axes, found)
-        if found.parameter == "mu":
-            axes.set_xlabel(r"friction coefficient $\mu$")
-        else:
-            axes.set_xlabel(f"{literal(found.parameter)} ({PARAMETERS[found.parameter].unit})")
-        axes.set_ylabel(r"amplitude of $y$ ($\mu$m)")
+        label = friction_symbol(found.parameter)
+        unit = PARAMETERS[found.parameter].unit
+        axes.set_xlabel(label if unit == "1" else f"{label} [{unit}]")
+        axes.set_ylabel(r"amplitude of $y$ [$\mu$m]")
         axes.set_ylim(bottom=-0.04 * micrometres.max())
         figure.legend(loc="outside lower center", ncols=2)
         axes.set_title(literal(name), loc="left")
@@ -47,6 +55,8 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
         f"Amplitude of periodic motions over {found.parameter}, from {number(values.min())} to "
         f"{number(values.max())}; {amplitude}."
     )
+    for value, verdict in found.critical:
+        text += f" Sliding: {verdict or NO_EQUILIBRIUM} from {number(value)} on."
     return Drawing(figure, text, title, origin(__name__))
 
 
@@ -68,13 +78,23 @@ def _draw_cycles(axes: Axes, found: Cycles, values: NDArray, sizes: NDArray) -> 
 
 
 def _draw_sliding(axes: Axes, found: Cycles) -> None:
-    """Steady sliding at amplitude zero where it is stable or marginal, with gaps elsewhere."""
-    values = [value for value, _ in found.sliding]
-    for verdict, colour in (("stable", "k"), ("marginal", "0.6")):
-        heights = [0.0 if word == verdict else np.nan for _, word in found.sliding]
-        if np.isfinite(heights).any():
-            label = f"sliding, {verdict}"
-            axes.plot(values, heights, "-", marker=".", ms=2, color=colour, label=label)
+    """Steady sliding at amplitude zero, where it exists, and where its verdict changes."""
+    starts = [found.sliding[0], *found.critical]
+    ends = [*(value for value, _ in found.critical), found.sliding[-1][0]]
+    unnamed = set(SLIDING_LOOKS)
+    for (start, verdict), end in zip(starts, ends, strict=True):
+        if verdict is None:
+            continue
+        kind = "unstable" if verdict in GROWING else verdict
+        label = None
+        if kind in unnamed:
+            label = f"sliding, {kind}"
+            unnamed.remove(kind)
+        look = SLIDING_LOOKS[kind]
+        axes.plot([start, end], [0.0, 0.0], marker=".", ms=2, label=label, **look)
+    for value, verdict in found.critical:
+        axes.axvline(value, color="0.6", lw=0.6, zorder=0, gid="critical")
+        write_upright(axes, value, f"{verdict or NO_EQUILIBRIUM} from {value:.4g}")
 
 
 def _kind(orbit: Orbit, following: Orbit) -> str:
