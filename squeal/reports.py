@@ -11,6 +11,7 @@ from base64 import b64encode
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from squeal.errors import ComputationError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
 from squeal.io.system import SystemFile
-from squeal.io.writing import Answer, Column, Panel, Table, number, write_text
+from squeal.io.writing import Answer, Column, Panel, Table, number, picked, write_text
 from squeal.linear import UnstableMode
 from squeal.queries.check import Check, check
 from squeal.queries.eigenvalues import eigenvalues
@@ -220,13 +221,8 @@ class Report(Answer):
     def to_dict(self) -> dict[str, Any]:
         remedy = None
         if self.remedy is not None:
-            remedy = {
-                "parameter": self.remedy.parameter,
-                "before": self.remedy.before,
-                "after": self.remedy.after,
-                "verdict_line": self.remedy.computed.conclusion,
-                "helps": self.remedy.helps,
-            }
+            remedy = picked(self.remedy, "parameter before after helps")
+            remedy["verdict_line"] = self.remedy.computed.conclusion
         return {
             "name": self.name,
             "verdict_line": self.verdict,
@@ -481,25 +477,21 @@ def _growing(report: Report) -> list[int]:
 def _feeds(report: Report) -> Table:
     """A row for each term, a column for each mode that grows, and their sums."""
     modes = _growing(report)
-    contributions = report.energy.contributions
-    rows: dict[tuple[str, str], dict[int, float]] = {}
-    for one in contributions:
-        of_term = rows.setdefault((one.term, one.role), {})
+    hertz: dict[int, float] = {}
+    rows: dict[str, dict[int, float]] = {}  # a term that feeds none of these modes has none
+    for one in report.energy.contributions:
         rounding = VISIBLE * math.tau * one.frequency_hz
-        if one.growth is not None and abs(one.growth) > rounding:
-            of_term[one.mode] = one.growth
-
-    columns = [Column("term", value=lambda row: _term(*row[0]))]
-    for mode in modes:
-        hertz = next(one.frequency_hz for one in contributions if one.mode == mode)
-        head = f"mode {mode}, {number(hertz, 4)} Hz"
+        if one.mode not in modes or one.growth is None:
+            continue
+        hertz[one.mode] = one.frequency_hz
+        if abs(one.growth) > rounding:
+            term = one.term if one.term == one.role else f"{one.term} ({one.role})"
+            rows.setdefault(term, {})[one.mode] = one.growth
+    columns = [Column("term", value=itemgetter(0))]
+    for mode in hertz:
+        head = f"mode {mode}, {number(hertz[mode], 4)} Hz"
         columns.append(Column(head, words=head, shown=_growth_of(mode)))
-    # a term that feeds none of the shown modes has no row
-    return Table(columns, [row for row in rows.items() if not row[1].keys().isdisjoint(modes)])
-
-
-def _term(name: str, role: str) -> str:
-    return name if name == role else f"{name} ({role})"
+    return Table(columns, list(rows.items()))
 
 
 def _growth_of(mode: int) -> Callable[[Any], str]:

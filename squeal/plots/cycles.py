@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from squeal.io.writing import number
-from squeal.linear import GROWING
 from squeal.model.pad import PARAMETERS
 from squeal.plots.coupling import NO_EQUILIBRIUM
 from squeal.plots.maps import friction_symbol
@@ -24,14 +23,15 @@ LOOKS: dict[str, dict[str, Any]] = {
 SLIDING_LOOKS: dict[str, dict[str, Any]] = {
     "stable": {"color": "k"},
     "marginal": {"color": "0.6"},
-    "unstable": {"color": "k", "ls": (0, (3, 1.5))},
+    "flutter": {"color": "k", "ls": (0, (3, 1.5))},
+    "divergence": {"color": "k", "ls": (0, (1, 1.5))},
 }
 MARKS = {"fold": "D", "period doubling": "s", "torus": "^", "grazing": "|"}
 
 
 def cycles_drawing(found: Cycles, name: str) -> Drawing:
     """Cycles as a curve, red where stable and blue, dashed, where not; on the axis sliding, dashed
-    where it is unstable, with the values at which its verdict changes."""
+    where it flutters, with the values at which its verdict changes."""
     title = f"Periodic motions of {name}"
     if not found.orbits:
         return blank(title, f"No periodic motion: {found.reason}.", __name__)
@@ -47,7 +47,9 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
         axes.set_xlabel(label if unit == "1" else f"{label} [{unit}]")
         axes.set_ylabel(r"amplitude of $y$ [$\mu$m]")
         axes.set_ylim(bottom=-0.04 * micrometres.max())
-        figure.legend(loc="outside lower center", ncols=2)
+        handles, names = axes.get_legend_handles_labels()
+        once = dict(zip(names, handles, strict=True))
+        figure.legend(once.values(), once, loc="outside lower center", ncols=2)
         axes.set_title(literal(name), loc="left")
     own = found.orbits[found.own]
     amplitude = f"{number(micrometres[found.own])} micrometres at {number(own.value)}"
@@ -62,14 +64,9 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
 
 def _draw_cycles(axes: Axes, found: Cycles, values: NDArray, sizes: NDArray) -> None:
     """The branch of cycles, each piece in the look of its kind, and marks where it changes."""
-    unnamed = set(LOOKS)  # kinds that the legend has not yet
     for i, (orbit, following) in enumerate(itertools.pairwise(found.orbits)):
         kind = _kind(orbit, following)
-        label = None
-        if kind in unnamed:
-            label = f"cycle, {kind}"
-            unnamed.remove(kind)
-        axes.plot(values[i : i + 2], sizes[i : i + 2], label=label, **LOOKS[kind])
+        axes.plot(values[i : i + 2], sizes[i : i + 2], label=f"cycle, {kind}", **LOOKS[kind])
     axes.plot(values[found.own], sizes[found.own], "o", mfc="none", mec="k", label="the scene")
     for kind, mark in MARKS.items():
         at = [i for i, orbit in enumerate(found.orbits) if orbit.turn == kind]
@@ -81,17 +78,10 @@ def _draw_sliding(axes: Axes, found: Cycles) -> None:
     """Steady sliding at amplitude zero, where it exists, and where its verdict changes."""
     starts = [found.sliding[0], *found.critical]
     ends = [*(value for value, _ in found.critical), found.sliding[-1][0]]
-    unnamed = set(SLIDING_LOOKS)
     for (start, verdict), end in zip(starts, ends, strict=True):
-        if verdict is None:
-            continue
-        kind = "unstable" if verdict in GROWING else verdict
-        label = None
-        if kind in unnamed:
-            label = f"sliding, {kind}"
-            unnamed.remove(kind)
-        look = SLIDING_LOOKS[kind]
-        axes.plot([start, end], [0.0, 0.0], marker=".", ms=2, label=label, **look)
+        if verdict is not None:
+            look = SLIDING_LOOKS[verdict] | {"label": f"sliding, {verdict}"}
+            axes.plot([start, end], [0.0, 0.0], marker=".", ms=2, **look)
     for value, verdict in found.critical:
         axes.axvline(value, color="0.6", lw=0.6, zorder=0, gid="critical")
         write_upright(axes, value, f"{verdict or NO_EQUILIBRIUM} from {value:.4g}")

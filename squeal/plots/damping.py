@@ -25,7 +25,6 @@ LARGEST = 160.0  # points squared: the bubble of the fastest growth
 BELOW = 1.25  # shown damping ratios below zero, over the depth of the lowest one
 GROWS = 1e-9  # of |lambda|: a growth rate below is rounding
 NEAREST = 0.1  # of the frequency: no partner is farther from a mode where it grows fastest
-EDGE = 0.15  # of the axis of frequency: a name so near to its end stays within it
 ABOVE = 1.4  # shown damping ratios above zero, over the depth of the lowest one
 
 
@@ -139,11 +138,7 @@ def _name_mode(
 ) -> None:
     """The name of a mode below its largest bubble, within the limits of the axis."""
     place = (hertz - limits[0]) / (limits[1] - limits[0])
-    side = "center"
-    if place < EDGE:
-        side = "left"
-    elif place > 1.0 - EDGE:
-        side = "right"
+    side = ("left", "center", "right")[int(3 * place)]
     axes.annotate(
         f"mode {mode}, {hertz:.4g} Hz",
         (hertz, ratio),

@@ -50,7 +50,7 @@ def test_each_step_of_a_branch_is_drawn_by_its_ends():
     assert fold.tolist() == [[0.1, 2.0]]
     assert {text.get_text() for text in drawing.figure.legends[0].get_texts()} == {
         *("cycle, unstable or undecided", "cycle, stable", "cycle, faster than the surface"),
-        *("the scene", "fold", "sliding, stable", "sliding, unstable"),
+        *("the scene", "fold", "sliding, stable", "sliding, flutter"),
     }
     assert "from 0.1 to 0.4; 4 micrometres at 0.3" in drawing.alternative
 
