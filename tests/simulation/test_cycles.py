@@ -63,6 +63,15 @@ def test_the_branch_of_cycles_starts_where_the_equilibrium_begins_to_flutter(ans
     assert [one.turn for one in answer.orbits if one.turn] == ["grazing", "fold"]
 
 
+def test_sliding_changes_where_thresholds_say(answer):
+    points = squeal.thresholds(HAMMERS).points
+    within = [(point.mu, point.kind) for point in points if 0.5 < point.mu < 0.8]
+    assert within
+    assert [verdict for _, verdict in answer.critical] == [kind for _, kind in within]
+    for (value, _), (mu, _) in zip(answer.critical, within, strict=True):
+        assert value == pytest.approx(mu, rel=1e-8)
+
+
 def test_multipliers_are_those_of_differences_of_the_flow(shooting, cycle):
     step = 1e-6 * np.abs(cycle.state).max()
 
