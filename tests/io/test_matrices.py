@@ -14,6 +14,7 @@ from scipy.io import hb_write, mmwrite, savemat
 from scipy.sparse import coo_array, csc_array, random_array, save_npz
 from scipy.sparse.linalg import eigsh
 
+import squeal
 from squeal.errors import InputError, InputWarning
 from squeal.examples.brake import FILES, solid_brake, write_brake
 from squeal.io.matrices import aligned, fingerprint, read_matrix, write_matrix
@@ -128,6 +129,9 @@ def test_abaqus_text_is_placed_by_its_labels(tmp_path):
     assert C.matrix.toarray().tolist() == [[1.0, 0.5], [-0.5, 0.0]]
     with pytest.raises(InputError, match="cannot be combined"):
         aligned([K, C])
+    (tmp_path / "two.yaml").write_text("M: {file: job_MASS1.mtx}\nK: {file: C.txt}\n")
+    with pytest.raises(InputError, match=r"C\.txt: the rows have no labels .* needs a \.mapping"):
+        squeal.read_system(tmp_path / "two.yaml")
     write_matrix(tmp_path / "big.mtx", csc_array(np.eye(5)))
     assert aligned([C, read_matrix(tmp_path / "big.mtx")])[0].shape == (5, 5)
 
