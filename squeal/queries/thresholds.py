@@ -426,12 +426,16 @@ def _proved_system(
     """
     from squeal.queries.ranges import system_statement
     from squeal.queries.systems.all_roots import roots_of_all
+    from squeal.queries.systems.verdicts import rounding_of
 
     changes = {system.parameter: answer.low}
     roots = roots_of_all(system, EigenvalueSelection(), changes)
-    fastest = float(np.max(np.abs(roots), initial=0.0))
+    sizes = np.abs(roots)
+    oscillates = np.abs(roots.imag) > rounding_of(system, roots)
+    fastest = float(np.max(sizes, initial=0.0))
+    slowest = float(np.min(sizes[oscillates], initial=fastest))
     statement, intervals = system_statement(
-        system, every, answer.low, answer.high, fastest, at_any_cost
+        system, every, answer.low, answer.high, (slowest, fastest), at_any_cost
     )
     doubts = list(answer.details["unconfirmed"])
     selected = roots_of_all(system, selection, changes)
