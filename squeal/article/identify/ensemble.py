@@ -58,7 +58,7 @@ def _unsure(segment: Segment, options: Options) -> np.ndarray:
     They could not be carried to the end, a gap has the wrong sign there, or several points may have
     changed in one instant.
     """
-    wrong = (segment.wrong > options.missed).any(axis=0)
+    wrong = (segment.beyond > options.missed).any(axis=0)
     doubt = (segment.limit == Limit.FAILED) | (wrong & (segment.limit == Limit.NONE))
     at = segment.coefficients(segment.lane)
     heights = np.array(segment.law.gaps(at, pose(np, at.place(segment.state))))

@@ -99,8 +99,7 @@ def system_eigenvalues(
     shapes = None
     if system.n <= SHOWN_ROWS:
         modes = mode_shapes(Spectrum(roots.eigenvalues))
-        coordinates = [f"q{row}" for row in range(1, system.n + 1)] if modes else []
-        shapes = shape_rows(modes, coordinates, "largest entry 1")
+        shapes = shape_rows(modes, system.row_names if modes else [], "largest entry 1")
     return Eigenvalues(
         name=system.name,
         parameter=parameter,
