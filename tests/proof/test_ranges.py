@@ -126,7 +126,7 @@ def test_windows_that_bend():
 
 
 def test_symmetry_is_read_from_terms_not_from_their_sum():
-    """Around mu = 0, where roots are counted, the midpoint of K is symmetric, the others are not."""
+    """At mu = 0, where roots are counted, K is symmetric, elsewhere it is not."""
     twist = np.array([[0.0, 1.0], [-1.0, 0.0]])
     terms = Terms([Term(np.eye(2))], [], [Term(np.eye(2)), Term(twist, lambda mu: mu)])
     assert not terms.is_symmetric
