@@ -127,14 +127,10 @@ class Branches:
             )
             missed = np.flatnonzero(~good)
             if missed.size:  # a component runs far ahead of the others
-                followed, reached = self._followed(
-                    node[between[missed]],
-                    pad[between[missed]],
-                    mu[between[missed]],
-                    touching_there[:, missed],
+                far = between[missed]
+                corrected[:, missed], good[missed] = self._followed(
+                    node[far], pad[far], mu[far], touching_there[:, missed]
                 )
-                corrected[:, missed] = followed
-                good[missed] = reached
             z[:, between] = corrected
             exists[between] = good
         return Equilibria(z, touching, exists)

@@ -49,14 +49,11 @@ class State(tuple[bool, ...]):
 def states(points: int) -> tuple[State, ...]:
     """The states of a straight face with that many contact points: all touch, none, or those on
     the leading or on the trailing side."""
-    contact_states = [State(*[True] * points), State(*[False] * points)]
+    leading = []
     for touching in range(points - 1, 0, -1):
-        separated = points - touching
-        contact_states.append(State(*[True] * touching, *[False] * separated))
-    for touching in range(points - 1, 0, -1):
-        separated = points - touching
-        contact_states.append(State(*[False] * separated, *[True] * touching))
-    return tuple(contact_states)
+        leading.append(State(*(point < touching for point in range(points))))
+    trailing = [State(*reversed(state)) for state in leading]
+    return State(*[True] * points), State(*[False] * points), *leading, *trailing
 
 
 STATES = states(2)

@@ -84,10 +84,8 @@ class ReducedThresholdSamples:
             reduction = self.reduction.replaced(values)
             system = reduction.scaled.system
             found = system_thresholds(system, self.high, wanted=self.selection, served=reduction)
-        except InputError as error:
-            return Sample(values, kind=NO_PAD, reason=str(error))
-        except ComputationError as error:
-            return Sample(values, reason=str(error))
+        except (InputError, ComputationError) as error:
+            return _refused(values, error)
         loss = first_loss(found.answer, self.high)
         at = self.high if loss.critical is None else loss.critical
         _, residuals, _ = reduction.modes({found.answer.parameter: at})
@@ -108,10 +106,8 @@ class GrowthSamples:
     def _sample(self, values: Changes) -> Sample:
         try:
             found = self._roots(values)
-        except InputError as error:
-            return Sample(values, kind=NO_PAD, reason=str(error))
-        except ComputationError as error:
-            return Sample(values, reason=str(error))
+        except (InputError, ComputationError) as error:
+            return _refused(values, error)
         roots = found.roots
         if not len(roots):
             return Sample(values, reason="no root lies in the band")
@@ -162,6 +158,12 @@ SampleComputer: TypeAlias = ThresholdSamples | ReducedThresholdSamples | GrowthS
 def _samples(computer: SampleComputer, changes: Sequence[Changes]) -> list[Sample]:
     """The samples of a chunk of changes; a task of a process."""
     return computer.samples(changes)
+
+
+def _refused(values: Changes, error: InputError | ComputationError) -> Sample:
+    """A sample that is no pad at all, or that could not be computed."""
+    kind = NO_PAD if isinstance(error, InputError) else None
+    return Sample(values, kind=kind, reason=str(error))
 
 
 def _at_loss(values: Changes, loss: Outcome, residual: float | None = None) -> Sample:

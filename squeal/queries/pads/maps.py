@@ -123,20 +123,13 @@ def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) 
     """
     rows = max(1, POINTS_AT_ONCE // len(y))
     compiled = len(x) * len(y) >= COMPILED_FROM
-    codes = []
-    contact = []
-    beyond = []
+    parts = []
     for start in range(0, len(x), rows):
         grid = np.meshgrid(x[start : start + rows], y, indexing="ij")
-        points = codes_at(scene, names, np.reshape(grid, (2, -1)), compiled)
-        codes.append(points.codes.reshape(-1, len(y)))
-        contact.append(points.contact.reshape(-1, len(y)))
-        beyond.append(points.beyond.reshape(3, -1, len(y)))
-    return PointVerdicts(
-        codes=np.concatenate(codes),
-        contact=np.concatenate(contact),
-        beyond=np.concatenate(beyond, axis=1),
-    )
+        parts.append(codes_at(scene, names, np.reshape(grid, (2, -1)), compiled))
+    codes, contact, beyond = (np.concatenate(each, axis=-1) for each in zip(*parts, strict=True))
+    shape = (len(x), len(y))
+    return PointVerdicts(codes.reshape(shape), contact.reshape(shape), beyond.reshape(3, *shape))
 
 
 def _angle_codes(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
@@ -272,8 +265,8 @@ def _share(is_point: np.ndarray) -> str:
 
 def _quantity(scene: Scene, axes: tuple[Axis, Axis], name: str) -> tuple[np.ndarray, np.ndarray]:
     """Values (n1, n2) of one of the `QUANTITIES` over two axes, and where (n1, n2) unknown."""
-    grid = np.meshgrid(axes[0].values, axes[1].values, indexing="ij")
-    points = np.reshape(grid, (2, -1))
+    grid = np.array(np.meshgrid(axes[0].values, axes[1].values, indexing="ij"))
+    points = grid.reshape(2, -1)
     values = []
     unknown = []
     for start in range(0, points.shape[1], QUANTITY_POINTS):

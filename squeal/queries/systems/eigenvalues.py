@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from squeal.errors import InputError
-from squeal.io.system import SystemFile
 from squeal.io.writing import number
 from squeal.linear import Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
@@ -83,6 +82,9 @@ def _eigenvalues(
     system = analysis.system
     roots = _roots(analysis, look, prove)
     doubts = [*roots.doubts, *file.assumptions]
+    criterion = roots.criterion
+    if roots.verdict is None:  # perhaps because the files print too few digits
+        criterion = open_by_digits(file, roots.every) or criterion
     outside = _outside(analysis, roots)
     extent = ""
     if roots.region is not None:
@@ -107,7 +109,7 @@ def _eigenvalues(
         value=system.parameters[system.parameter],
         eigenvalues=roots.eigenvalues,
         verdict=roots.verdict,
-        criterion=_criterion(file, roots),
+        criterion=criterion,
         unstable=_unstable_modes(system, roots),
         certified=roots.certified and not doubts,
         count=roots.count,
@@ -121,13 +123,6 @@ def _eigenvalues(
         proof_line=proof_line,
         depends=analysis.depends_on_parameter,
     )
-
-
-def _criterion(file: SystemFile, roots: SystemRoots) -> str:
-    """What the verdict is by, or why there is none: perhaps the files print too few digits."""
-    if roots.verdict is None:
-        return open_by_digits(file, roots.every) or roots.criterion
-    return roots.criterion
 
 
 def _shapes(system: System, roots: SystemRoots) -> dict[str, Any] | None:
