@@ -355,8 +355,10 @@ class _AdaptiveRefinement:
         """Where to divide the range from a to b: near the middle, or next to an event.
 
         It lies beside the intervals of the events `inside`; None where there is no room for that.
+        Where rounding hides what grows a count that lies outside of those at a and b is noise.
         """
         least = max(1e-10 * self.range, _resolution(a, b))
+        fewer, more = sorted(self.continuation.at(p).unstable_count.roots for p in (a, b))
         candidates = [a + self.continuation.options.aside * (b - a)]
         for event in inside:
             candidates += [event.interval[0] - least, event.interval[1] + least]
@@ -364,7 +366,10 @@ class _AdaptiveRefinement:
             is_free = not any(
                 event.interval[0] - least < p < event.interval[1] + least for event in inside
             )
-            if is_free and a + least < p < b - least:
+            if not (is_free and a + least < p < b - least):
+                continue
+            state = self.continuation.at(p)
+            if state.sure or fewer <= state.unstable_count.roots <= more:
                 return p
         return None
 

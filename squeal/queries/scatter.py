@@ -229,8 +229,9 @@ def scatter(
     mu_max : float
         Upper end of the range that is searched for the critical friction.
     of : {"threshold", "growth"}
-        The first loss of stability, or the largest growth rate and the squeal propensity index at
-        the sample's own parameters. The free parameter may scatter for growth.
+        The first loss of stability, searched for and not proved as by `thresholds`, or the largest
+        growth rate and the squeal propensity index at the sample's own parameters. The free
+        parameter may scatter for growth.
     band : (float, float), optional
         Frequencies in Hz whose roots are judged, of systems.
     design : {"random", "latin", "sobol"}

@@ -360,7 +360,7 @@ class Response:
 
     def rows(self) -> list[tuple[str, str]]:
         """Name and value of each, for people."""
-        names = ("dominant frequency", "amplitude", "growth at the start", "settled")
+        names = ("dominant frequency", "amplitude", "growth at the start", "at rest at the end")
         rows = dict.fromkeys(names, "cannot be told")
         if self.frequency_hz is not None:
             rows["dominant frequency"] = f"{number(self.frequency_hz)} Hz"
@@ -373,7 +373,7 @@ class Response:
             hertz = number(self.growth_frequency_hz or 0.0)
             rows["growth at the start"] = f"{number(self.growth_rate)} 1/s at {hertz} Hz"
         if self.settled is not None:
-            rows["settled"] = "yes" if self.settled else "no"
+            rows["at rest at the end"] = "yes" if self.settled else "no"
         return list(rows.items())
 
 

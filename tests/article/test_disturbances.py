@@ -43,7 +43,8 @@ def test_losses_after_a_release_by_another_program(name, load):
 
 
 def test_forces_at_the_start_in_closed_form():
-    points, line = reference("b1-a"), reference("b2-a")
+    points = reference("b1-a")
+    line = reference("b2-a")
     force = -(points.pad.k3 + points.pad.k4) * points.initial[1] / points.pad.F_n
     assert releases.start_force(points) == pytest.approx(force, rel=1e-9)
     depth = -(line.pad.y0 + line.initial[1])

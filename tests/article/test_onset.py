@@ -131,7 +131,7 @@ def test_a_branch_does_not_end_where_a_step_passes_small_cycles():
     assert found.closed
 
 
-def test_intervals_of_growth():
+def test_growth_lasts_from_a_loss_of_stability_until_it_is_regained():
     kinds = {0.2: "flutter", 0.4: "restabilised", 0.6: "divergence"}
     points = [CriticalPoint(mu, kind, 0.0, (mu, mu), True) for mu, kind in kinds.items()]
     assert onset._unstable(points) == ((0.2, 0.4), (0.6, onset.GREATEST))

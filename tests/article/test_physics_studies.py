@@ -29,7 +29,7 @@ def energy():
     return energy_study.study(sorted(SCENES.glob("b?-?.yaml")))
 
 
-def test_energy_comes_from_somewhere(energy):
+def test_the_work_of_the_law_is_that_of_its_episodes(energy):
     assert energy.wrong == ""
     assert len(energy.motions) == 12
     for name, motion in energy.motions.items():
@@ -93,11 +93,9 @@ def short():
 def test_every_integrator_comes_near_the_reference(short, monkeypatch):
     monkeypatch.setattr(accuracy_study, "TOLERANCES", (1e-8,))
     exact = reference(short)
-    points = [
-        point
-        for name, solver in accuracy_study.SOLVERS.items()
-        for point in accuracy_study.points_of("c", short, exact, name, solver)
-    ]
+    points = []
+    for name, solver in accuracy_study.SOLVERS.items():
+        points += accuracy_study.points_of("c", short, exact, name, solver)
     assert [p.path for p in points] == list(accuracy_study.SOLVERS)
     assert all(p.error < 1e-5 for p in points)
     assert all(p.evaluations > p.steps for p in points)

@@ -53,7 +53,7 @@ def test_what_is_no_sum_of_exponentials_over_two_periods_has_no_exponent():
 
 
 @pytest.mark.parametrize("frequency", [0.05, 0.0513, 0.4, 1.0])
-def test_the_line_of_a_sine(frequency):
+def test_a_sine_has_its_line_at_its_frequency(frequency):
     signals = np.array([3.0 + np.sin(2 * np.pi * frequency * T + 0.3), np.cos(6.28 * T) / 9]).T
     found, share = line(signals, STEP)
     assert found == pytest.approx(frequency, rel=1e-4)
@@ -61,7 +61,7 @@ def test_the_line_of_a_sine(frequency):
 
 
 @pytest.mark.filterwarnings("error")
-def test_the_share_of_a_line():
+def test_the_share_of_a_line_is_its_part_of_the_power():
     two = np.array([np.sin(2 * np.pi * 0.3 * T) + 2 * np.sin(2 * np.pi * 0.81 * T)]).T
     assert line(two, STEP) == pytest.approx((0.81, 0.8), abs=0.01)
     assert line(np.random.default_rng(0).standard_normal((600, 3)), STEP)[1] < 0.1
@@ -69,7 +69,8 @@ def test_the_share_of_a_line():
 
 
 def test_amplitudes_by_the_spectrum_and_by_the_range():
-    n, k = len(T), 45
+    n = len(T)
+    k = 45
     sine = 0.7 * np.sin(2 * np.pi * k / (n * STEP) * T) + 5.0
     frequencies, amplitudes = spectrum(sine[:, None], STEP)
     assert frequencies[k] == pytest.approx(k / (n * STEP))

@@ -9,8 +9,10 @@ from squeal.queries.cycles import Cycles, Orbit
 
 def orbit(mu: float, y: float, stable: bool | None, face: float = 0.5, turn: str = "") -> Orbit:
     """A cycle of amplitude y (micrometres)."""
-    size, multipliers = (0.0, 1e-6 * y, 0.0), (0.5 + 0j,) * 5
-    work, start = (0.0, 0.0), (0.0,) * 6
+    size = (0.0, 1e-6 * y, 0.0)
+    multipliers = (0.5 + 0j,) * 5
+    work = (0.0, 0.0)
+    start = (0.0,) * 6
     return Orbit(mu, 1e-3, size, 0.1, {}, ("FC",), multipliers, stable, *work, face, start, turn)
 
 

@@ -317,7 +317,8 @@ def test_entries_of_any_type_and_order_are_the_same_numbers(kind):
 def hidden_complex(rng: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """M and complex K with the squares k (n,) of known frequencies, hidden by integer matrices."""
     k = rng.integers(1, 60, n) / 4 + 1j * rng.integers(-8, 9, n) / 64
-    L, R = (np.array(unimodular(n, rng, n), dtype=float) for _ in range(2))
+    L = np.array(unimodular(n, rng, n), dtype=float)
+    R = np.array(unimodular(n, rng, n), dtype=float)
     return L @ R, L @ np.diag(k) @ R, k
 
 

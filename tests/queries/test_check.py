@@ -46,7 +46,9 @@ def test_mass_and_modes_of_a_brake(brake):
 @pytest.mark.parametrize("copies", [1, 40])  # dense and sparse
 def test_free_motions_and_negative_stiffness_are_counted(copies):
     chain = np.diag([1.0, 2.0, 1.0]) - np.eye(3, k=1) - np.eye(3, k=-1)
-    K = block_diag([chain] * 6 + [np.diag(np.arange(2.0, 14.0))] * copies + [[[-0.5]]])
+    chains = [chain] * 6
+    springs = [np.diag(np.arange(2.0, 14.0))] * copies
+    K = block_diag([*chains, *springs, [[-0.5]]])
     found = squeal.check(squeal.System(csc_array(np.eye(K.shape[0])), K=csc_array(K)), modes=2)
     assert (found.free, found.negative, found.mass) == (6, 1, None)
     assert 2 * np.pi * np.array(found.frequencies_hz) == pytest.approx([1.0, 1.0])
@@ -62,7 +64,7 @@ def test_free_motions_and_negative_stiffness_are_counted(copies):
         ({"mass": 1e-3}, ["t, which goes", "N/m beside t"]),
     ],
 )
-def test_what_looks_like_an_error_of_units(brake, units, words):
+def test_what_looks_like_an_error_of_units_is_hinted_at(brake, units, words):
     hints = squeal.check(file_of(brake, **units)).hints
     assert len(hints) == len(words)
     assert all(word in hint for word, hint in zip(words, hints, strict=True))

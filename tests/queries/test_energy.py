@@ -19,7 +19,8 @@ from tests.conftest import ROOT
 from tests.known import system_of
 
 ROTOR = json.loads((ROOT / "squeal" / "examples" / "rotor.json").read_text("utf-8"))
-EYE, TURN = np.eye(2), np.array([[0.0, 1.0], [-1.0, 0.0]])
+EYE = np.eye(2)
+TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 STIFF = np.diag([100.0, 120.0])
 
 
@@ -27,7 +28,8 @@ def roots_by_companion(M: Any, C: Any, K: Any) -> np.ndarray:
     """All eigenvalues, by another form than the package's, in a unit of time that balances it."""
     n = len(M)
     rate = np.sqrt(np.linalg.norm(K, 2) / np.linalg.norm(M, 2))
-    zero, eye = np.zeros((n, n)), np.eye(n)
+    zero = np.zeros((n, n))
+    eye = np.eye(n)
     A = np.block([[zero, eye], [-K / rate**2, -C / rate]])
     B = np.block([[eye, zero], [zero, M]])
     return rate * scipy.linalg.eigvals(A, B)
@@ -61,7 +63,10 @@ def rotor():
 
 def test_damping_that_turns_with_a_shaft_is_no_friction():
     """Of a Jeffcott rotor internal damping c puts in c speed / (2 w) beside what it takes."""
-    internal, external, stiffness, speed = 1.5, 0.8, 1e4, 50.0
+    internal = 1.5
+    external = 0.8
+    stiffness = 1e4
+    speed = 50.0
     C = (internal + external) * EYE
     K = {"1": stiffness * EYE, f"{internal} * speed": TURN}
     jeffcott = squeal.System(EYE, C, K, parameters={"speed": speed}, parameter="speed")
@@ -71,8 +76,10 @@ def test_damping_that_turns_with_a_shaft_is_no_friction():
 
 def joined():
     """Two blocks of two coordinates each, one pressed on the other and dragged by friction."""
-    nodes, ways = [1, 1], [0, 2]
-    M, K = EYE, np.diag([90.0, 110.0])
+    nodes = [1, 1]
+    ways = [0, 2]
+    M = EYE
+    K = np.diag([90.0, 110.0])
     C = np.diag([0.1, 0.3])
     one = squeal.Component(squeal.System(M, C, K, name="disc"), nodes, ways)
     own = squeal.System(M, C, K + [[0, 3], [3, 0]], name="pad")
@@ -134,8 +141,10 @@ def test_growth_is_the_work_of_a_cycle_over_twice_the_stored_energy():
     def mean(X, left, right):
         return float(np.mean(np.sum(left * (X @ right), axis=0)))
 
-    K1, C1 = np.array([[0.0, 40.0], [-30.0, 5.0]]), np.array([[0.2, 0.1], [0.0, 0.4]])
-    friction, damping = 0.8 * K1, np.diag([0.5, 0.2])
+    K1 = np.array([[0.0, 40.0], [-30.0, 5.0]])
+    C1 = np.array([[0.2, 0.1], [0.0, 0.4]])
+    friction = 0.8 * K1
+    damping = np.diag([0.5, 0.2])
     symmetric = STIFF + (friction + friction.T) / 2
     twice = mean(EYE, v, v) + mean(symmetric, q, q)
     skew = (friction - friction.T) / 2
@@ -156,13 +165,16 @@ def test_growth_is_the_work_of_a_cycle_over_twice_the_stored_energy():
 
 def test_two_degrees_of_freedom_in_closed_form():
     """M = I, K = w I + mu TURN, C = c I: x = (1, -+ i), lambda^2 + c lambda + w -+ i mu = 0."""
-    c, w, mu = 0.3, 50.0, 4.0
+    c = 0.3
+    w = 50.0
+    mu = 4.0
     system = system_of(EYE, ((EYE, "c"),), ((EYE, "w"), (TURN, "mu")), {"c": c, "w": w, "mu": mu})
     found = squeal.eigenvalues(system)
     answer = squeal.energy(found)
     for mode in answer.modes:
         rows = {row.term: row for row in answer.contributions if row.mode == mode}
-        sigma, omega = rows["c"].growth_rate, 2 * np.pi * rows["c"].frequency_hz
+        sigma = rows["c"].growth_rate
+        omega = 2 * np.pi * rows["c"].frequency_hz
         square = sigma**2 + omega**2
         stored = 1 + w / square
         turn = 1.0 if sigma > -c / 2 else -1.0
@@ -212,7 +224,8 @@ def test_parts_share_what_the_terms_do():
 
 def test_a_loss_factor_takes_half_of_itself_per_radian():
     """K (1 + i eta): lambda = i w (1 + i eta)^(1/2), and all of its decay is damping's."""
-    eta, w2 = 0.02, 100.0
+    eta = 0.02
+    w2 = 100.0
     K = np.array([[w2 * (1 + 1j * eta)]])
     found = squeal.eigenvalues(squeal.System([[1.0]], K=K))
     (row,) = [row for row in squeal.energy(found).contributions if row.part == "K"]
@@ -234,7 +247,8 @@ def swept(subject, values, **selection):
 
 def test_terms_over_a_sweep_sum_to_each_root_and_move_it_as_differences_say():
     """Of the sweep of friction: d lambda / d mu is what its terms do, over mu."""
-    K1, C1 = np.array([[0.0, 40.0], [-30.0, 5.0]]), np.array([[0.06, 0.03], [0.0, 0.12]])
+    K1 = np.array([[0.0, 40.0], [-30.0, 5.0]])
+    C1 = np.array([[0.06, 0.03], [0.0, 0.12]])
 
     def roots(mu):
         damping = np.diag([0.5, 0.2]) + 0.3 * TURN + mu * C1

@@ -24,7 +24,7 @@ def _nearest(values, wanted):
 
 @pytest.mark.parametrize("rate", [1e-9, 1.0, 1e9])
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-def test_poles_of_a_controller(rate, scale):
+def test_poles_of_a_controller_are_the_roots_of_its_polynomial(rate, scale):
     answer = squeal.eigenvalues(_without_mass(scale * np.eye(3), scale * rate * COMPANION))
     assert len(answer.values) == 3
     assert _nearest(answer.values / rate, [-1.0, PAIR, PAIR.conjugate()]) < 1e-14
@@ -33,7 +33,8 @@ def test_poles_of_a_controller(rate, scale):
 
 
 def test_states_without_a_derivative_give_no_root():
-    E, A = np.diag([2.0, 1.0, 0.0]), np.array([[-1.0, 2, 1], [0, -3, 1], [1, 1, -4]])
+    E = np.diag([2.0, 1.0, 0.0])
+    A = np.array([[-1.0, 2, 1], [0, -3, 1], [1, 1, -4]])
     answer = squeal.eigenvalues(_without_mass(E, A))
     # x3 = (x1 + x2)/4 leaves [[-3/8, 9/8], [1/4, -11/4]]
     assert len(answer.values) == 2
@@ -91,7 +92,9 @@ def test_an_integrator_without_stiffness_of_its_own():
 
 
 def test_a_large_sparse_one_over_a_band():
-    n, stiffness, damping = 300, 100.0, 0.01
+    n = 300
+    stiffness = 100.0
+    damping = 0.01
     chain = diags_array([np.ones(n - 1), -2 * np.ones(n), np.ones(n - 1)], offsets=[-1, 0, 1])
     damped = -damping * eye_array(n)
     A = block_array([[None, eye_array(n)], [stiffness * chain, damped]], format="csc")

@@ -47,8 +47,10 @@ def test_shapes_of_mode_coupling():
 @pytest.mark.parametrize("stem", ["b1-a", "b2-c", "b3"])
 def test_shapes_of_pads_solve_the_equations(stem):
     scene = scene_of(stem)
-    analysis, lever = analyse(scene), np.array([1.0, 1.0, scene.pad.w])
-    m, shapes = analysis.matrices, mode_shapes(analysis.spectrum, lever)
+    analysis = analyse(scene)
+    lever = np.array([1.0, 1.0, scene.pad.w])
+    m = analysis.matrices
+    shapes = mode_shapes(analysis.spectrum, lever)
     assert len(shapes) == 3
     for one in shapes:
         s = one.growth_rate + 2j * math.pi * one.frequency_hz

@@ -75,7 +75,8 @@ def _moved(crossing):
 
 def test_a_window_that_the_search_overlooks_is_searched_again():
     """K = [[2, f], [1, 2]] grows where f < 0: over 1.4e-6 of the range, in which no step ends."""
-    centre, width = 0.5224, 1e-6
+    centre = 0.5224
+    width = 1e-6
     bump = f"1 - 1.5*{width**2!r}/((mu - {centre})**2 + {width**2!r})"
     K = {"1": [[2.0, 0.0], [1.0, 2.0]], bump: [[0.0, 1.0], [0.0, 0.0]]}
     system = squeal.System(np.eye(2), K=K, parameters={"mu": 0.0})

@@ -79,7 +79,7 @@ def test_work_of_friction_is_what_damping_takes(answer):
         assert one.damping >= 0.0
 
 
-def test_long_simulations_beside_the_fold(answer):
+def test_long_simulations_stay_on_a_stable_cycle_and_leave_an_unstable_one(answer):
     """Just above the fold two cycles: a motion stays on the stable one and leaves the other. Below
     it the motion from the last cycle comes to rest."""
     fold = next(one.value for one in answer.orbits if one.turn == "fold")
@@ -100,7 +100,8 @@ def test_long_simulations_beside_the_fold(answer):
 
 def test_a_bouncing_mass_without_damping_has_the_period_of_its_closed_form():
     """Free fall and half an oscillation on the springs: a family that no multiplier isolates."""
-    pad, height = upright(), 1e-4
+    pad = upright()
+    height = 1e-4
     scene = Scene("B1", pad, initial=(0.0, height, 0.0, 0.0, 0.0, 0.0), stop=1.0, samples=2)
     units, model, start, _ = in_natural_units(scene)
     shooting = Shooting(lambda mu: model.replace(mu=mu), units)
@@ -157,11 +158,11 @@ def test_a_late_return_gives_the_least_period(shooting, cycle):
 )
 def test_multipliers_that_leave_the_unit_circle_name_the_turn(kind, inside, outside):
     """Through -1, or as a pair; other kinds see nothing."""
-    both: list[Any] = [
-        SimpleNamespace(multipliers=[complex(m) for m in part]) for part in (inside, outside)
-    ]
+    cycle_inside: Any = SimpleNamespace(multipliers=np.array(inside, complex).tolist())
+    cycle_outside: Any = SimpleNamespace(multipliers=np.array(outside, complex).tolist())
     for name in ("period doubling", "torus"):
-        before, after = (SIGNS[name](cycle, None) for cycle in both)
+        before = SIGNS[name](cycle_inside, None)
+        after = SIGNS[name](cycle_outside, None)
         assert (before != after) == (name == kind)
 
 
@@ -208,7 +209,8 @@ def test_a_branch_is_a_closed_curve_where_its_first_cycle_returns_and_no_other(t
     """The value alone returns twice in a turn; on a helix the cycle never does."""
     start = np.array([np.sin(1.0), 0, 0, 0, 0, 0, 2 + 0.3 * np.sin(1.0), np.cos(1.0)])
     nothing: Any = None
-    circle, helix = OnACurve(nothing, nothing), OnAHelix(nothing, nothing)
+    circle = OnACurve(nothing, nothing)
+    helix = OnAHelix(nothing, nothing)
     own = circle.solve(start)[0]
     found, why = circle.branch(own, towards, (-2.0, 2.0), 0.2, 200)
     assert why == CLOSED_CURVE
@@ -234,7 +236,8 @@ def test_a_closed_curve_passes_each_turn_once(start, towards):
     turns = [(one.turn, np.arctan2(one.unknowns[0], one.value)) for one in found if one.turn]
     angles = {"fold": (0.0, np.pi), "period doubling": (2.0, 2 - np.pi), "torus": (-1, np.pi - 1)}
     for kind, known in angles.items():
-        away = [np.cos(a - at) for at in known for name, a in turns if name == kind]
+        found_angles = np.array([angle for name, angle in turns if name == kind])
+        away = np.ravel(np.cos(found_angles[:, None] - np.array(known)))
         assert sorted(away) == pytest.approx([-1.0, -1.0, 1.0, 1.0], abs=1e-8)
     along = [-np.sign(np.sin(start)) * towards * (a - start) % (2 * np.pi) for _, a in turns]
     assert along == sorted(along)

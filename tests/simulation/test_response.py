@@ -123,7 +123,8 @@ def test_a_level_pad_on_the_surface_that_begins_to_turn(rate, law):
 
     # the contact length is 0/0 there and half the face at once; the motion depends on the start
     # continuously, so that it lies between those from a little tilt to either side
-    level, beside = run(0.0), [run(tilt) for tilt in (1e-9, -1e-9)]
+    level = run(0.0)
+    beside = [run(tilt) for tilt in (1e-9, -1e-9)]
     scale = np.abs(level) + 1e-12
     assert np.abs(level - sum(beside) / 2).max() / scale.max() < 1e-9
     assert np.all(np.abs(level - beside[0]) / scale < 1e-5)

@@ -61,7 +61,8 @@ def logarithms(roots, nodes, rng):
 
 def test_a_count_is_the_number_of_missing_roots_where_none_is_near_the_outline(rng):
     for _ in range(300):
-        inside, outside = rng.integers(0, 3), rng.integers(0, 9)
+        inside = rng.integers(0, 3)
+        outside = rng.integers(0, 9)
         sizes = np.concatenate([rng.uniform(0, 0.3, inside), rng.uniform(3, 9, outside)])
         roots = sizes * np.exp(2j * np.pi * rng.random(len(sizes)))
         assert _winding(logarithms(roots, 32, rng)) == inside

@@ -41,7 +41,8 @@ def test_an_archive_inside_is_written_the_same_way(tmp_path):
         with zipfile.ZipFile(tmp_path / f"{i}.zip", "w") as packed:
             for name in order:
                 packed.writestr(zipfile.ZipInfo(name, (2000 + i, 1, 1, 0, 0, 0)), name * 9)
-    first, second = (tmp_path / f"{i}.zip" for i in (0, 1))
+    first = tmp_path / "0.zip"
+    second = tmp_path / "1.zip"
     assert first.read_bytes() != second.read_bytes()
     pack.repack(first)
     pack.repack(second)

@@ -107,13 +107,14 @@ def summary(path: Path) -> dict[str, list[float]]:
     """Number, mean, mean magnitude and mean spread of the numbers under each key of a result."""
     if path.suffix == ".csv":
         with path.open(encoding="utf-8", newline="") as stream:
-            rows = csv.DictReader(stream)
-            found = [(k, float(v), 0.0) for row in rows for k, v in row.items() if _is_number(v)]
+            found = []
+            for row in csv.DictReader(stream):
+                found += [(key, float(text), 0.0) for key, text in row.items() if _is_number(text)]
     else:
         value = json.loads(path.read_text(encoding="utf-8"))
         del value["provenance"]
-        moved = value.pop("spread", ())
-        found = [*_numbers(value, {one["key"]: one["high"] - one["low"] for one in moved})]
+        widths = {one["key"]: one["high"] - one["low"] for one in value.pop("spread", ())}
+        found = list(_numbers(value, widths))
     groups = defaultdict(list)
     for group, number, width in found:
         groups[group].append((number, width))
@@ -271,11 +272,11 @@ def compared(known: dict[str, Any], folder: Path, alike: bool) -> tuple[list[str
 
 def unlike(known: dict[str, str], now: dict[str, str]) -> list[str]:
     """What this build was made with otherwise than the manifest's, by name."""
-    return [
-        f"{name}: {known.get(name, 'unknown')} there, {value} here"
-        for name, value in now.items()
-        if value != known.get(name)
-    ]
+    lines = []
+    for name, value in now.items():
+        if value != known.get(name):
+            lines.append(f"{name}: {known.get(name, 'unknown')} there, {value} here")
+    return lines
 
 
 def main() -> int:

@@ -41,8 +41,10 @@ def _share(case: Case, state: State) -> float:
 def _apart(case: Case, edge: int) -> float:
     """Share of time that an edge is separated; below TOUCH none, then less its least force."""
     share = case.separated[edge] / case.duration
-    low = (case.first if edge == LEADING else case.second).low
-    return share if share > TOUCH else -max(low, 0.0)
+    if share > TOUCH:
+        return share
+    force = case.first if edge == LEADING else case.second
+    return -max(force.low, 0.0)
 
 
 def _surface_apart(case: Case) -> float:
@@ -108,7 +110,9 @@ def alternate(case: Case) -> Outcome:
 
 def each_separates(*cases: Case) -> Outcome:
     """At least one edge separates in each of cases a to d."""
-    apart = {n: max(_apart(case, e) for e in (0, 1)) for n, case in zip("abcd", cases, strict=True)}
+    apart = {}
+    for name, case in zip("abcd", cases, strict=True):
+        apart[name] = max(_apart(case, LEADING), _apart(case, TRAILING))
     least = min(apart, key=lambda name: apart[name])
     words = f"least in case {least}: {100 * max(apart[least], 0.0):.2f} % of the time"
     return Outcome(apart[least], words)
@@ -140,7 +144,8 @@ def tilted_up(case: Case) -> Outcome:
 
 def trailing_edge_alone(case: Case) -> Outcome:
     """Where contact is lost, it is at the trailing edge; without a loss nothing contradicts it."""
-    leading, trailing = (apart / case.duration for apart in case.separated)
+    leading = case.separated[LEADING] / case.duration
+    trailing = case.separated[TRAILING] / case.duration
     margin = -leading if leading > TOUCH else 1.0 - leading
     words = (
         f"leading edge off for {100 * leading:.1f} % of the time, trailing edge for "
@@ -186,8 +191,13 @@ def hammers(case: Case, level: float = LEVEL) -> Outcome:
 
 def hammering_cases(cases: Mapping[str, Case], level: float = LEVEL) -> dict[str, tuple[str, ...]]:
     """The cases that hammer by model, from the measures by name (`b1-a` to `b2-d`)."""
-    hammering = [name for name, case in cases.items() if hammers(case, level).margin > 0.0]
-    return {m.upper(): tuple(n[-1] for n in hammering if n.startswith(m)) for m in ("b1", "b2")}
+    b1: list[str] = []
+    b2: list[str] = []
+    for name, case in cases.items():
+        if hammers(case, level).margin > 0.0:
+            of_model = b1 if name.startswith("b1") else b2
+            of_model.append(name[-1])
+    return {"B1": tuple(b1), "B2": tuple(b2)}
 
 
 def only_c_hammers(*cases: Case) -> Outcome:

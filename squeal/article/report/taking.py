@@ -62,7 +62,8 @@ class Origin:
         for file in self.reads:
             if file.suffix == ".json":
                 made = json.loads(file.read_text(encoding="utf-8")).get("provenance")
-                records += [from_dict(Provenance, made)] if made else []
+                if made:
+                    records.append(from_dict(Provenance, made))
         return records
 
     def to_dict(self) -> dict[str, Any]:
@@ -92,30 +93,42 @@ def take(name: str, build: Path, to: Path | None = None) -> Taken:
     builds them), or if the folder holds other things.
     """
     listed = captions()
-    if (numbered := re.fullmatch(r"fig(?:ure)?[ ._-]*(\d+)", name.lower())) is not None:
-        name = f"fig{int(numbered[1]):02}"
-    study = name.partition(".")[0]
-    if name not in listed and result_file(study) not in RESULTS:
+    key = _listed_name(name)
+    study = key.partition(".")[0]
+    if key not in listed and result_file(study) not in RESULTS:
         raise InputError(
-            f"{name}: is no figure, table or number of the report; `squeal take` lists figures and "
+            f"{key}: is no figure, table or number of the report; `squeal take` lists figures and "
             "tables, and a number is named as in results/NAME.json: NAME.key.key"
         )
-    folder = Path(name) if to is None else to
-    _check(folder, name)
+    folder = Path(key) if to is None else to
+    _check(folder, key)
     folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".take-") as made:
-        if name not in listed:
-            _number(name, build, Path(made))
-        else:
-            fill = _table
-            if name in FIGURES:
-                fill = _measured if FIGURES[name].measured else _figure
-            reads = fill(name, build, Path(made))
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".take-") as temporary:
+        made = Path(temporary)
+        if key in listed:
+            reads = _figure_or_table(key, build, made)
             known = read(file for file in reads if file.suffix == ".json")
-            text = plain(filled(listed[name], known))
-            write_text(Path(made) / "caption.txt", f"{text}\n")
-        _sealed(Path(made))
-        return Taken(name, str(folder), _moved(Path(made), folder))
+            text = plain(filled(listed[key], known))
+            write_text(made / "caption.txt", f"{text}\n")
+        else:
+            _number(key, build, made)
+        _sealed(made)
+        return Taken(key, str(folder), _moved(made, folder))
+
+
+def _listed_name(name: str) -> str:
+    """The name by which a figure is listed (fig11) of one as people write it (Fig. 11)."""
+    numbered = re.fullmatch(r"fig(?:ure)?[ ._-]*(\d+)", name.lower())
+    return name if numbered is None else f"fig{int(numbered[1]):02}"
+
+
+def _figure_or_table(name: str, build: Path, made: Path) -> tuple[Path, ...]:
+    """Write a figure or table with what belongs to it; the files that it was made from."""
+    if name not in FIGURES:
+        return _table(name, build, made)
+    if FIGURES[name].measured:
+        return _measured(name, build, made)
+    return _figure(name, build, made)
 
 
 def _check(folder: Path, name: str) -> None:
@@ -169,14 +182,14 @@ def _moved(made: Path, folder: Path) -> tuple[str, ...]:
 
 def _built(build: Path, wanted: Iterable[str]) -> tuple[Path, ...]:
     """Files of a build. Raises InputError that says how to build those that are missing."""
-    wanted = tuple(wanted)
-    missing = [file for file in wanted if not (build / file).is_file()]
+    files = list(wanted)
+    missing = [file for file in files if not (build / file).is_file()]
     if missing:
         raise InputError(
             f"{', '.join(missing)}: not built yet; build first, in {build.resolve().name}: "
             f"snakemake {' '.join(missing)}"
         )
-    return tuple(build / file for file in wanted)
+    return tuple(build / file for file in files)
 
 
 def _figure(name: str, build: Path, made: Path) -> tuple[Path, ...]:

@@ -41,8 +41,12 @@ def ends(results: Mapping[str, Any], key: str) -> tuple[float, float] | None:
     """Least and greatest value of a number that moves between repeats, None of any other."""
     study, _, path = key.partition(".")
     result = results.get(study)
-    moved = result.get("spread", ()) if isinstance(result, dict) else ()
-    return next(((one["low"], one["high"]) for one in moved if one["key"] == path), None)
+    if not isinstance(result, dict):
+        return None
+    for moved in result.get("spread", ()):
+        if moved["key"] == path:
+            return moved["low"], moved["high"]
+    return None
 
 
 def printed(results: Mapping[str, Any], key: str, form: str = "") -> str:
@@ -74,8 +78,10 @@ def shown(value: Any, form: str = "") -> str:
     if not math.isfinite(value):
         raise InputError("no finite number")
     digits = int(form or 3)
-    text = f"{value:#.{digits}g}" if 1e-3 <= abs(value) < 10.0**digits else f"{value:.{digits}g}"
-    return f"${number_text(text.rstrip('.'))}$"
+    text = f"{value:.{digits}g}"
+    if 1e-3 <= abs(value) < 10.0**digits:  # with zeros at its end
+        text = f"{value:#.{digits}g}".rstrip(".")
+    return f"${number_text(text)}$"
 
 
 def read(files: Iterable[Path]) -> dict[str, Any]:

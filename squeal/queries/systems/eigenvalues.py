@@ -130,8 +130,7 @@ def _shapes(system: System, roots: SystemRoots) -> dict[str, Any] | None:
     if system.n > SHOWN_ROWS:
         return None
     modes = mode_shapes(Spectrum(roots.eigenvalues))
-    coordinates = [f"q{row}" for row in range(1, system.n + 1)] if modes else []
-    return shape_rows(modes, coordinates, "largest entry 1")
+    return shape_rows(modes, system.row_names if modes else [], "largest entry 1")
 
 
 def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> SystemRoots:
