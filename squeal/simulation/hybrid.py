@@ -61,8 +61,6 @@ class Options:
 
     # steps of one motion after which observers see it; bounds the memory of a run
     steps_at_once: int = 5000
-    # steps of a motion of an ensemble; one that needs more is given up
-    most_steps: int = 1_000_000
     # gap, over 1 + w + h, below which a contact point may change together with another one
     clear: float = 1e-9
     # gap of the wrong sign that shows a missed contact change
@@ -76,8 +74,6 @@ class Options:
     # tolerance above which the compiler may regroup sums: a step is a third cheaper, but rounding
     # drifts, which a hundred scenes' energy shows at finer tolerances
     regrouped_above: float = 1e-14
-    # motions of an ensemble side by side
-    lanes: int = 8
     # places in each step at which signals are read first, at most 20
     samples: int = 8
     # longest step of SciPy's integrator, which sees contact changes at the ends of steps only, and

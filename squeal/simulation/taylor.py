@@ -1,4 +1,4 @@
-"""Taylor integration with heyoka, of one motion or of many side by side.
+"""Taylor integration with heyoka.
 
 The equations of `squeal.model.equations` become heyoka's expressions. A pad's numbers and contact
 are runtime parameters, so that the code that heyoka compiles, and keeps on disk, serves all. A
@@ -275,7 +275,7 @@ def limit_of(outcome: Any, points: int) -> Limit:
     return Limit.FAILED
 
 
-def _parameters(model: PadModel, contact: np.ndarray) -> np.ndarray:
+def parameters_of(model: PadModel, contact: np.ndarray) -> np.ndarray:
     """Runtime parameters (k, n) of n pads: coefficients, contact (points, n), terms."""
     points, n = contact.shape
     terms = model.term_values.reshape(-1, n)
@@ -309,7 +309,7 @@ class TaylorIntegrator:
         self._fp = fp_type
         self._options = options
 
-    def _compiled(self, lanes: int) -> Machine:
+    def compiled(self, lanes: int) -> Machine:
         """The machine of this thread, with an empty log."""
         regrouped = self._fp is float and self.tolerance > self._options.regrouped_above
         model = self._model
@@ -325,10 +325,10 @@ class TaylorIntegrator:
         """See `squeal.simulation.hybrid.Integrator`."""
         law = self._model.law
         options = self._options
-        machine = self._compiled(lanes=0)
+        machine = self.compiled(lanes=0)
         number = machine.state.dtype
         first = np.reshape(contact, (law.points, 1))
-        parameters = _parameters(self._model, first)
+        parameters = parameters_of(self._model, first)
         t0 = np.reshape(t, 1).astype(number)
         until = np.reshape(stop, 1).astype(number)
         machine.start(parameters, np.reshape(state, (6, 1)), t0)
@@ -342,7 +342,7 @@ class TaylorIntegrator:
             raise ComputationError(
                 f"the motion is not finite after t = {float(t):.9g} natural time units"
             )
-        return _segment(
+        return segment_of(
             machine,
             parameters,
             t0=t0,
@@ -355,99 +355,7 @@ class TaylorIntegrator:
         )
 
 
-class TaylorBatch(TaylorIntegrator):
-    """Integrator over many scaled pads whose numbers are arrays (n,), some at a time side by side.
-
-    It resolves no changes of several points in one instant.
-    """
-
-    def run(
-        self, contact: np.ndarray, t: Any, state: np.ndarray, stop: Any, dense: bool
-    ) -> Segment:
-        """Integrate n motions (a multiple of `Options.lanes`) in their contact (points, n).
-
-        Each goes from its time `t` (n,) and state (6, n) to `stop` (n,), or to an earlier limit of
-        the options; `dense` keeps the whole path.
-        """
-        lanes = self._options.lanes
-        machine = self._compiled(lanes)
-        parameters = _parameters(self._model, np.asarray(contact))
-        n = parameters.shape[1]
-        t0 = np.array(t, dtype=float)
-        t1 = np.array(stop, dtype=float)
-        end = np.array(state, dtype=float)
-        count = np.zeros(n, dtype=int)
-        limit = np.full(n, Limit.NONE)
-        parts = []
-        for offset in range(0, n, lanes):
-            motions = slice(offset, offset + lanes)
-            machine.first_motion = offset
-            machine.start(parameters[:, motions], end[:, motions], t0[motions])
-            record = Record(machine) if dense else None
-            # slices are views: it writes into them where each motion ended
-            self._carry(
-                machine, record, t1[motions], end[:, motions], count[motions], limit[motions]
-            )
-            if record is not None:
-                parts.append(record.smooth(offset))
-        smooth = None
-        if dense:
-            smooth = DenseOutput(
-                *(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
-            )
-        # the machine's log holds the contact changes of all blocks
-        return _segment(
-            machine,
-            parameters,
-            t0=t0,
-            t1=t1,
-            first=np.asarray(contact),
-            end=end,
-            count=count,
-            limit=limit,
-            smooth=smooth,
-        )
-
-    def _carry(
-        self,
-        machine: Machine,
-        record: Record | None,
-        t: np.ndarray,
-        state: np.ndarray,
-        count: np.ndarray,
-        limit: np.ndarray,
-    ) -> None:
-        """Carry motions side by side from where the machine stands to their ends.
-
-        t (lanes,): the ends, which become where each motion stops; state (6, lanes), count, limit
-        (lanes,): are filled.
-        """
-        points = self._model.law.points
-        how = record.options() if record is not None else {}
-        parameters = machine.pars.copy()
-        start = machine.state.copy()
-        until = t.copy()
-        while True:
-            machine.ta.propagate_until(until, max_steps=self._options.most_steps, **how)
-            results = machine.ta.propagate_res
-            count += [result[3] for result in results]
-            stopped_by = np.array([limit_of(result[0], points) for result in results])
-            going = limit == Limit.NONE
-            t[:] = machine.ta.time
-            state[:, going] = machine.state[:, going]
-            stopped = (t < until) & (stopped_by != Limit.NONE)
-            limit[stopped] = stopped_by[stopped]
-            if not stopped.any():
-                break
-            # a motion that ends at a limit waits at its start while the others go on
-            until[stopped] = t[stopped]
-            machine.pars[:, stopped] = parameters[:, stopped]
-            machine.state[:, stopped] = start[:, stopped]
-            machine.ta.reset_cooldowns()
-        limit[t < until] = Limit.FAILED
-
-
-def _segment(machine: Machine, parameters: np.ndarray, **motions: Any) -> Segment:
+def segment_of(machine: Machine, parameters: np.ndarray, **motions: Any) -> Segment:
     """What a machine has run with parameters (k, n), and the contact changes of its log."""
     number = machine.state.dtype
     changes = sorted(machine.log, key=lambda change: change.motion)

@@ -84,6 +84,9 @@ def _motions(
     pads_in_si, initial, duration = task
     n = len(duration)
     taylor = heyoka()
+    # here, since it needs heyoka
+    from squeal.article.identify.side_by_side import LANES, TaylorBatch
+
     of_unit = vars(natural_units(pads_in_si, initial.T)).values()
     units = Units(*(np.broadcast_to(v, n) for v in of_unit))  # type: ignore[arg-type]
     model = units.scaled(pads_in_si)
@@ -126,12 +129,12 @@ def _motions(
     dense = measure is not None
     lengths = stop * np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
     order = np.argsort(-lengths, kind="stable")
-    order = np.append(order, order[-1:].repeat(-n % options.lanes))
+    order = np.append(order, order[-1:].repeat(-n % LANES))
     while order.size:
         # of long motions fewer are measured at once: their steps are stored meanwhile
         groups = min(int(800.0 / lengths[order[0]]) + 1, 8) if dense else n
-        block, order = np.split(order, [groups * options.lanes])
-        side_by_side = taylor.TaylorBatch(_some(model, block), tolerance, options=options)
+        block, order = np.split(order, [groups * LANES])
+        side_by_side = TaylorBatch(_some(model, block), tolerance, options=options)
         begin = np.zeros(len(block))
         segment = side_by_side.run(contact[:, block], begin, state[:, block], stop[block], dense)
         unsure = _unsure(segment, options)
