@@ -78,7 +78,7 @@ def null_vectors(J: np.ndarray, row: np.ndarray) -> np.ndarray:
     A = np.concatenate([np.moveaxis(J, -1, 0), row.T[:, None, :]], axis=1)
     right_sides = np.tile(np.eye(4)[:, 3:], (len(A), 1, 1))
     vectors, _ = solve_stack(A, right_sides)
-    return np.asarray(vectors[:, :, 0].T)
+    return vectors[:, :, 0].T
 
 
 def linear_step(values: np.ndarray, J: np.ndarray) -> Step:
@@ -167,7 +167,7 @@ class Statics:
 
     def tilt(self, z: np.ndarray) -> np.ndarray:
         """theta0 + theta, shape (...)."""
-        return np.asarray(self.model.pad.theta0 + self.place(z)[2])
+        return self.model.pad.theta0 + self.place(z)[2]
 
     def to_si(self, z: np.ndarray) -> np.ndarray:
         """q = (x, y, theta) in SI units, shape (3, ...)."""
@@ -209,14 +209,14 @@ class Statics:
     def touches(self, z: np.ndarray) -> np.ndarray:
         """Where a pad at z (4, ...) touches the surface, if only to rounding, shape (...)."""
         gaps, rounding = self.gaps_and_rounding(z)
-        return np.asarray(np.any(gaps <= rounding, axis=0))
+        return np.any(gaps <= rounding, axis=0)
 
     def hidden(self, z: np.ndarray) -> np.ndarray:
         """Where rounding hides whether and how a pad at z (4, ...) touches, shape (...)."""
         gaps, rounding = self.gaps_and_rounding(z)
         touches = np.any(gaps <= rounding, axis=0)
         deepest = np.max(-gaps, axis=0)
-        return np.asarray(touches & (np.max(rounding, axis=0) > HIDDEN * deepest))
+        return touches & (np.max(rounding, axis=0) > HIDDEN * deepest)
 
     def gaps_and_rounding(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Both (points, ...) at z (4, ...)."""
@@ -231,7 +231,7 @@ class Statics:
         moved_2 = np.hypot(*at.displacement(c.r2x, c.r2y))
         rounding = ROUNDING * (c.k1 * moved_1 + c.k2 * moved_2 + NEWTON_ROUNDING)
         forced = -springs(np, c, at).y > rounding
-        return np.asarray(self.touches(z) & (~self.hidden(z) | (c.F_n > 0.0) | forced))
+        return self.touches(z) & (~self.hidden(z) | (c.F_n > 0.0) | forced)
 
     def admits(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
         """Where gaps at z (4, k) agree with the state touching (points, k), to rounding, and the
@@ -244,7 +244,7 @@ class Statics:
         balanced = imbalance <= 1e3 * np.max(rounding, axis=0) + 1e-9
         wrong = np.any(np.where(touching, gaps, -gaps) > rounding, axis=0)
         upright = np.abs(self.tilt(z)) < np.pi / 2
-        return np.asarray(upright & balanced & ~wrong)
+        return upright & balanced & ~wrong
 
     def resultant(self, z: np.ndarray, state: Touching) -> tuple[Any, Any]:
         """R_n and its distance delta, as the formulation counts it."""
@@ -267,7 +267,7 @@ class Statics:
     def over(self, z: np.ndarray, on: np.ndarray, mu_max: np.ndarray) -> np.ndarray:
         """Which of these events lie behind places z (4, ..., k), beyond rounding."""
         values = self.event_functions(z, on, mu_max)
-        over = np.asarray(values > 0.0)
+        over = values > 0.0
         if over.any():
             points = len(on)
             over[:points] &= values[:points] > self.rounding(z)
@@ -292,7 +292,7 @@ class Statics:
         """Of the balance's derivative by q, zero at folds, at z (4, ..., k), shape (1, ..., k)."""
         _, slopes = self.linearised(z, on[:, None])
         of_x, of_y, of_moment = slopes[:, :3]
-        return np.asarray((of_x * np.cross(of_y, of_moment, axis=0)).sum(axis=0, keepdims=True))
+        return (of_x * np.cross(of_y, of_moment, axis=0)).sum(axis=0, keepdims=True)
 
     def surface_step(self, z: np.ndarray, on: np.ndarray, surface: np.ndarray) -> Step:
         """A step of Newton's method to where the balance meets a surface.
@@ -343,7 +343,7 @@ class Statics:
 
         They are minus the static stiffness (3, 3): it is -1 where that has a positive determinant.
         """
-        return np.asarray(np.sign(np.linalg.det(np.moveaxis(derivatives, -1, 0))))
+        return np.sign(np.linalg.det(np.moveaxis(derivatives, -1, 0)))
 
     def settle(
         self, z: np.ndarray, touching: np.ndarray | None, passes: int

@@ -136,7 +136,7 @@ class PadModel:
             return np.zeros((3, 3))
         turn = np.array(np.broadcast_arrays(1.0, 1.0, self.pad.w))
         mass = np.array(np.broadcast_arrays(self.pad.m, self.pad.m, self.pad.I))
-        return np.asarray(np.array(self.damping) * turn[:, None] / (mass[:, None] * turn))
+        return np.array(self.damping) * turn[:, None] / (mass[:, None] * turn)
 
     def energy(self, q: Number, rates: Number, state: Touching) -> Number:
         """Kinetic plus potential energy, shape of q[0]; F_n is a dead load."""

@@ -159,7 +159,7 @@ class Segment:
         flips = flips.cumsum(axis=1)
         changes_of_earlier_motions = np.searchsorted(self.lane, lane)
         flips_of_the_motion = flips[:, changes] ^ flips[:, changes_of_earlier_motions]
-        return np.asarray((self.first[:, lane] ^ flips_of_the_motion) & 1)
+        return (self.first[:, lane] ^ flips_of_the_motion) & 1
 
     @cached_property
     def on(self) -> np.ndarray:
@@ -284,7 +284,7 @@ def first_contact(model: PadModel, state: np.ndarray, options: Options = DEFAULT
         # the change of the gap, not the gap: an offset of rounding size must not decide
         change = model.gaps(model.c.place(moved)) - heights
         heights = np.where(near, change, heights)
-    return np.asarray(heights < 0.0).astype(int)
+    return (heights < 0.0).astype(int)
 
 
 def off_level(

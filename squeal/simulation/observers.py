@@ -295,7 +295,7 @@ class Sliding:
         self.lost: float | None = None
 
     def _excess(self, _c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
-        return np.asarray(states[3] - self._speed)
+        return states[3] - self._speed
 
     def observe(self, segment: Segment) -> None:
         if self.lost is not None:
@@ -419,7 +419,7 @@ class ResponseObserver:
     def _energy_of_parts(self) -> np.ndarray:
         """Mean kinetic energy, doubled, in each of `PARTS` equal parts of the run."""
         energy = (self._mass * self._spread.states[:, 3:] ** 2).sum(axis=1)
-        return np.asarray(energy.reshape(PARTS, -1).mean(axis=1))
+        return energy.reshape(PARTS, -1).mean(axis=1)
 
     @staticmethod
     def _is_steady(states: np.ndarray) -> bool:
