@@ -5,7 +5,8 @@ import pytest
 
 from squeal import System
 from squeal.errors import InputError
-from squeal.proof import HALF_ULP, Term, Terms, prove_thresholds
+from squeal.proof.balls import HALF_ULP
+from squeal.proof.ranges import Term, Terms, prove_thresholds
 from tests.known import known_system
 
 pytest.importorskip("flint")
