@@ -37,7 +37,7 @@ def test_damping_that_touches_zero_or_begins_critical(factor, rows, critical_at)
     stiffness = level**2 / 4 * np.diag([1.0, 1.0, 3.0][3 - rows :] if rows > 1 else [1.0])
     K = turn.T @ stiffness @ turn
     system = squeal.System(np.eye(rows), {factor: c * np.eye(rows)}, (K + K.T) / 2)
-    answer = squeal.thresholds(system, 3.0, low=min(critical_at, 0.25))
+    answer = squeal.thresholds(system, 3.0, low=min(critical_at, 0.25), prove=False)
     found = set()
     for crossing in answer.crossings:
         low, high = crossing.interval
