@@ -14,6 +14,7 @@ from squeal.sparse.components import Component
 from squeal.sparse.contact_faces import Surface, forces_of_pressure
 
 LOADS = ("*CLOAD", "*DLOAD", "*DSLOAD")
+OTHER_LOADS = ("*BASEMOTION", "*TEMPERATURE")  # without blanks
 
 
 def read_load(path: Path, body: Component, where: Coordinates) -> NDArray[np.float64]:
@@ -60,7 +61,11 @@ def _deck_load(path: Path, body: Component, where: Coordinates) -> NDArray[np.fl
     load = np.zeros(body.system.n)
     nodes = deck_sets(path, "NODE")
     elements = deck_sets(path, "ELEMENT")
-    lines = [line for line in deck_lines(path) if line.keyword[0] in LOADS]
+    lines = []
+    for line in deck_lines(path):
+        _refuse_other_load(line)
+        if line.keyword[0] in LOADS:
+            lines.append(line)
     if not lines:
         raise Place(str(path)).refuse(f"no load; {', '.join(LOADS)} are read")
     for line in lines:
@@ -85,6 +90,19 @@ def _deck_load(path: Path, body: Component, where: Coordinates) -> NDArray[np.fl
             with line.at.named():
                 _add_pressure(load, body, read_surface(where, name), value)
     return load
+
+
+def _refuse_other_load(line: DeckLine) -> None:
+    """Raises InputError for what loads a structure beside forces and pressures, and for axes along
+    which forces would act."""
+    name = line.keyword[0].replace(" ", "")
+    is_moved = False
+    if name == "*BOUNDARY" and line.step > 0 and len(line.cells) > 3:
+        is_moved = number_in(line.cells[3] or "0", line.at) != 0.0
+    if is_moved or name in OTHER_LOADS:
+        raise line.at.refuse(f"{line.keyword[0]} loads it too; only forces and pressures are read")
+    if name == "*TRANSFORM":
+        raise line.at.refuse("*TRANSFORM is not allowed; a load along x, y and z is needed")
 
 
 def _add_force(

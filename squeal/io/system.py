@@ -55,9 +55,8 @@ class Origin(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class SystemFile:
     """A system from a file; `inputs` are the other files that were read, `damped` says what has
-    damping that is not given as a matrix, `assembly` is what components were joined to, `labels`
-    are the (node, degree of freedom) of the rows where matrices name them. `assumptions` say what
-    was guessed, left out or united: nothing is certified after it.
+    damping that is not given as a matrix, `assembly` is what components were joined to.
+    `assumptions` say what was guessed, left out or united: nothing is certified after it.
 
     Examples
     --------
@@ -76,7 +75,6 @@ class SystemFile:
     coordinates: Coordinates | None = None
     damped: tuple[Damped, ...] = ()
     assembly: Any = field(default=None, repr=False)
-    labels: tuple[tuple[int, int], ...] = field(default=(), repr=False)
     assumptions: tuple[str, ...] = ()
 
     def replaced(self, changes: Mapping[str, float]) -> SystemFile:
@@ -124,15 +122,14 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
             keys.get("parameters", {}),
             parameter,
             keys.get("name") or Path(at.source).stem,
+            labels=tuple(labels),
         )
         if not POWERS.keys().isdisjoint(keys):
             mass = dense(system.at()[0])
             reduce(mass, None, np.zeros_like(mass))  # refuses a mass that is not positive definite
         system, supports = without_supports(system)
         if supports.size:
-            (at / "K").warn(supported(supports))
-            supported_rows = set(supports.tolist())
-            labels = [label for row, label in enumerate(labels) if row not in supported_rows]
+            (at / "K").warn(supported(supports, labels))
         undamped_rows = system.n
         system, damping_records = _with_damping(system, keys, folder, made.damping)
         _warn_of_parameters(at / "damping", system, damping_records)
@@ -146,7 +143,6 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
         inputs=_input_files(keys, terms, folder),
         coordinates=coordinates,
         damped=(*made.damping.records, *damping_records),
-        labels=tuple(labels),
         assumptions=tuple(dict.fromkeys([*assumptions, *system.assumptions])),
     )
 
@@ -304,10 +300,19 @@ def _input_files(keys: Document, terms: Sequence[TermKeys], folder: Path) -> tup
 
 def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[MatrixFile]) -> list[str]:
     """Warn of rows (node, dof) that M or K alone have, or C besides, and say what is assumed of
-    those of M without K; internal nodes, below zero, have no mass."""
+    those of M without K; internal nodes, below zero, have no mass. Raises InputError where only
+    some matrices have labels."""
     labels: dict[str, set[tuple[int, int]]] = {part: set() for part in PARTS}
+    unlabelled = []
     for term, file in zip(terms, files, strict=True):
         labels[term.matrix_part].update(file.labels or ())
+        if not file.labels:
+            unlabelled.append(term.keys.get("file", term.part))
+    if unlabelled and any(labels.values()):
+        raise at.refuse(
+            f"{', '.join(unlabelled)}: the rows have no labels (node, dof) as other matrices have; "
+            "HBMAT needs a .mapping beside each matrix, CalculiX a .dof"
+        )
     assumptions = []
     for part, other in ("MK", "KM", "CK"):
         alone = sorted(label for label in labels[part] - labels[other] if label[0] >= 0)

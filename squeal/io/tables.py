@@ -11,6 +11,24 @@ from squeal.io.cells import cell_name
 from squeal.schema import ANY, NOT_NEGATIVE, Kind, Place, read_content
 
 MOST_NODES = 20  # of an element that are read: corners, and middles of edges
+# keywords of a deck, without blanks, that say what is not read
+REFUSED_KEYWORDS = {
+    "*CYCLICSYMMETRYMODEL": "the matrices of a sector are not those of the structure; write all of "
+    "its sectors",
+    **dict.fromkeys(("*INSTANCE", "*SYSTEM"), "write the file without parts and local axes"),
+    **dict.fromkeys(
+        ("*ELCOPY", "*ELGEN", "*NCOPY", "*NFILL", "*NGEN", "*NMAP"),
+        "write out each node and element",
+    ),
+}
+HELD = "a node that it ties has no row; mode shapes, loads and contact take it as held"
+WARNINGS_OF_KEYWORDS = {
+    **dict.fromkeys(("*COUPLING", "*DISTRIBUTINGCOUPLING", "*KINEMATICCOUPLING"), HELD),
+    **dict.fromkeys(("*EMBEDDEDELEMENT", "*EQUATION", "*MPC", "*PRE-TENSIONSECTION"), HELD),
+    **dict.fromkeys(("*RIGIDBODY", "*SHELLTOSOLIDCOUPLING", "*TIE"), HELD),
+    "*TRANSFORM": "rows are taken along x, y and z, as CalculiX writes them; Abaqus writes them "
+    "along the local axes",
+}
 
 
 class Line(NamedTuple):
@@ -136,7 +154,8 @@ class DeckLine(NamedTuple):
 
 def deck_lines(path: Path) -> Iterator[DeckLine]:
     """The lines of data of an input file of Abaqus or CalculiX and of those that it includes;
-    elements that go on in the next line are one. Raises InputError."""
+    elements that go on in the next line are one. Warns of keywords that tie or turn rows, and
+    raises InputError for those that make nodes and elements or local axes."""
     at = Place(str(path))
     text = _with_included(path, _text_lines(path, at), at, (path.resolve(),))
     keyword = [""]
@@ -151,11 +170,7 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
             begun = ""
             if keyword[0] == "*STEP":
                 step += 1
-            has_local_axes = any(option.startswith("SYSTEM") for option in keyword)
-            if has_local_axes or keyword[0] in ("*INSTANCE", "*SYSTEM"):
-                raise here.refuse(
-                    f"{keyword[0]} is not allowed; write the file without parts and local axes"
-                )
+            _check_keyword(keyword, at, here)
             continue
         full_line = begun + line
         if not full_line.strip():
@@ -165,6 +180,20 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
         begun = full_line if goes_on else ""
         if not goes_on:
             yield DeckLine(here, number, keyword, cells, step)
+
+
+def _check_keyword(keyword: Sequence[str], at: Place, here: Place) -> None:
+    """Warn of a keyword, once for its file `at`, or refuse it `here`. Raises InputError."""
+    name = keyword[0].replace(" ", "")
+    has_local_axes = any(option.startswith("SYSTEM") for option in keyword)
+    way_on = REFUSED_KEYWORDS["*SYSTEM"] if has_local_axes else REFUSED_KEYWORDS.get(name)
+    if way_on:
+        raise here.refuse(f"{keyword[0]} is not allowed; {way_on}")
+    if name in ("*NODE", "*ELEMENT", "*NSET", "*ELSET"):
+        if any(option.startswith("INPUT") for option in keyword):
+            raise here.refuse(f"INPUT of {name} is not read; name the file below *INCLUDE")
+    elif name in WARNINGS_OF_KEYWORDS:
+        at.warn(f"{keyword[0]}: {WARNINGS_OF_KEYWORDS[name]}")
 
 
 def _input_file_rows(path: Path, wanted: str) -> Iterator[_Row]:

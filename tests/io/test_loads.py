@@ -80,10 +80,9 @@ def test_displacements_under_a_load_of_a_deck_are_those_of_calculix(tmp_path, lo
         assert load == pytest.approx(PRESSURE * pressure_load(body, where, "above"))
     moved = where.displacements(spsolve(csc_array(file.system.at()[2]), load))
     text = (tmp_path / "pressed.dat").read_text()
-    printed = {
-        node: [float(value) for value in values]
-        for node, *values in re.findall(r"^ +(\d+) +(\S+) +(\S+) +(\S+)$", text, re.MULTILINE)
-    }
+    printed = {}
+    for node, *values in re.findall(r"^ +(\d+) +(\S+) +(\S+) +(\S+)$", text, re.MULTILINE):
+        printed[node] = [float(value) for value in values]
     wanted = np.array([printed[name] for name in where.names])
     assert moved == pytest.approx(wanted, abs=2e-6 * np.abs(wanted).max())
 
@@ -91,7 +90,8 @@ def test_displacements_under_a_load_of_a_deck_are_those_of_calculix(tmp_path, lo
 @pytest.fixture
 def cube(tmp_path):
     """A component of one brick, its lower nodes held."""
-    places = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    places = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    places += [(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
     deck = ["*NODE,NSET=N", *(f"{i},{x},{y},{z}" for i, (x, y, z) in enumerate(places, 1))]
     deck += ["*ELEMENT,TYPE=C3D8,ELSET=E", "7,1,2,3,4,5,6,7,8", "*SURFACE,NAME=HIGH", "E,S2"]
     table = ["node,dof,x,y,z"]
@@ -138,6 +138,7 @@ def test_an_assembly_takes_a_pressure(cube, load, deck):
     assert other.load.sum() == pytest.approx(-2.0e6)
 
 
+@pytest.mark.filterwarnings("ignore:.*TRANSFORM. rows are taken")
 @pytest.mark.parametrize(
     ("cards", "words"),
     [
@@ -156,6 +157,9 @@ def test_an_assembly_takes_a_pressure(cube, load, deck):
             ["*CLOAD", "7,3,1.", "*END STEP", "*STEP", "*CLOAD", "7,3,1."],
             "a second step with loads",
         ),
+        (["*CLOAD", "7,3,1.", "*BOUNDARY", "8,3,3,-1.e-3"], r"\*BOUNDARY loads it too"),
+        (["*CLOAD", "7,3,1.", "*TEMPERATURE", "N,80."], r"\*TEMPERATURE loads it too"),
+        (["*TRANSFORM,NSET=N", "0,1,0,-1,0,0", "*CLOAD", "7,3,1."], r"\*TRANSFORM is not allowed"),
     ],
 )
 def test_a_load_that_is_not_read_is_refused_in_a_sentence(cube, cards, words):
@@ -163,6 +167,13 @@ def test_a_load_that_is_not_read_is_refused_in_a_sentence(cube, cards, words):
     (cube / "load.inp").write_text("\n".join([text, "*STEP", *cards, "*END STEP"]))
     with pytest.raises(InputError, match=words):
         squeal.read_system(assembly(cube, "{file: load.inp}"))
+
+
+def test_a_load_may_hold_nodes_where_they_are(cube):
+    cards = ["*STEP", "*BOUNDARY", "1,1,3", "2,1,3,0.", "*CLOAD", "7,3,1.", "*END STEP"]
+    (cube / "load.inp").write_text("\n".join(cards))
+    other = squeal.read_system(assembly(cube, "{file: load.inp}")).assembly.components[1]
+    assert other.load.sum() == 1.0
 
 
 @pytest.mark.parametrize("load", ["{file: load.inp, surface: HIGH}", "{factor: pressure}"])

@@ -58,7 +58,7 @@ def _unsure(segment: Segment, options: Options) -> np.ndarray:
     They could not be carried to the end, a gap has the wrong sign there, or several points may have
     changed in one instant.
     """
-    wrong = (segment.wrong > options.missed).any(axis=0)
+    wrong = (segment.beyond > options.missed).any(axis=0)
     doubt = (segment.limit == Limit.FAILED) | (wrong & (segment.limit == Limit.NONE))
     at = segment.coefficients(segment.lane)
     heights = np.array(segment.law.gaps(at, pose(np, at.place(segment.state))))
@@ -84,8 +84,7 @@ def _motions(
     pads_in_si, initial, duration = task
     n = len(duration)
     taylor = heyoka()
-    # here, since it needs heyoka
-    from squeal.article.identify.side_by_side import LANES, TaylorBatch
+    from squeal.article.identify.batch import TaylorBatch  # where heyoka is installed
 
     of_unit = vars(natural_units(pads_in_si, initial.T)).values()
     units = Units(*(np.broadcast_to(v, n) for v in of_unit))  # type: ignore[arg-type]
@@ -129,11 +128,11 @@ def _motions(
     dense = measure is not None
     lengths = stop * np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
     order = np.argsort(-lengths, kind="stable")
-    order = np.append(order, order[-1:].repeat(-n % LANES))
+    order = np.append(order, order[-1:].repeat(-n % options.lanes))
     while order.size:
         # of long motions fewer are measured at once: their steps are stored meanwhile
         groups = min(int(800.0 / lengths[order[0]]) + 1, 8) if dense else n
-        block, order = np.split(order, [groups * LANES])
+        block, order = np.split(order, [groups * options.lanes])
         side_by_side = TaylorBatch(_some(model, block), tolerance, options=options)
         begin = np.zeros(len(block))
         segment = side_by_side.run(contact[:, block], begin, state[:, block], stop[block], dense)

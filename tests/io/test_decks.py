@@ -1,0 +1,87 @@
+"""What a deck says beside nodes, elements, sets and loads: CalculiX writes the rows."""
+
+import shutil
+import warnings
+
+import numpy as np
+import pytest
+
+from squeal.errors import InputError, InputWarning
+from squeal.io.system_files import read_system
+from squeal.io.tables import deck_lines
+from tests.io.test_faces import STORE, Block, calculix
+
+needs_calculix = pytest.mark.skipif(not shutil.which("ccx"), reason="needs CalculiX (ccx)")
+LENGTH = 0.06  # m
+REFERENCE = ["*NODE,NSET=REF", "900,0.08,0.01,0.01", "901,0.08,0.01,0.01"]
+# cards behind a bar, whose last element is 3 and whose end has four nodes, and rows that go
+TIED = {
+    "*EQUATION": (["*EQUATION", "2", "{1},1,1.,{0},1,-1."], 1),
+    "*RIGID BODY": ([*REFERENCE, "*RIGID BODY,NSET=TIP,REF NODE=900,ROT NODE=901"], 12),
+    "*COUPLING": (
+        [*REFERENCE, "*COUPLING,REF NODE=900,SURFACE=END,CONSTRAINT NAME=C", "*KINEMATIC", "1,3"],
+        12,
+    ),
+    "*TRANSFORM": (["*TRANSFORM,NSET=TIP", "1.,1.,0.,-1.,1.,0.", "*BOUNDARY", "{0},1,1"], 1),
+}
+
+
+def bar():
+    """A bar of three bricks, clamped at one end, its cards and the nodes of its other end."""
+    block = Block("E", "C3D8", np.zeros(3), (LENGTH, 0.02, 0.02), (3, 1, 1), 1)
+    clamped = [n for n, place in block.nodes.items() if abs(place[0]) < 1e-9]
+    tip = [n for n, place in block.nodes.items() if abs(place[0] - LENGTH) < 1e-9]
+    cards = [*block.cards(), "*NSET,NSET=CLAMPED", *(f"{n}," for n in clamped)]
+    cards += ["*NSET,NSET=TIP", *(f"{n}," for n in tip)]
+    cards += ["*SURFACE,NAME=END,TYPE=ELEMENT", "3,S4", "*BOUNDARY", "CLAMPED,1,3"]
+    return cards, tip
+
+
+def read(folder, name):
+    (folder / f"{name}.yaml").write_text(
+        f"M: {{file: {name}.mas, symmetric: true}}\nK: {{file: {name}.sti, symmetric: true}}\n"
+        f"coordinates: {{file: {name}.inp}}\nelements: {{file: {name}.inp}}\n"
+    )
+    return read_system(folder / f"{name}.yaml")
+
+
+@needs_calculix
+@pytest.mark.filterwarnings("ignore:.*no line for 1 nodes")  # one that CalculiX adds
+@pytest.mark.parametrize("keyword", TIED)
+def test_a_keyword_that_takes_rows_from_nodes_is_named(tmp_path, keyword):
+    """CalculiX eliminates what depends on other rows, and writes no row for it."""
+    cards, tip = bar()
+    tying, gone = TIED[keyword]
+    calculix(tmp_path, "bar", [*cards, *(line.format(*tip) for line in tying), *STORE])
+    with pytest.warns(InputWarning, match=rf"bar\.inp: \{keyword}: ") as given:
+        where = read(tmp_path, "bar").coordinates
+    assert len([one for one in given if keyword in str(one.message)]) in (1, 2)
+    of_tip = [name for name in np.array(where.names)[where.nodes] if int(name) in tip]
+    assert len(of_tip) == 3 * len(tip) - gone
+
+
+@needs_calculix
+def test_a_deck_without_such_a_keyword_is_read_without_a_word(tmp_path):
+    cards, _ = bar()
+    calculix(tmp_path, "bar", [*cards, *STORE])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", InputWarning)
+        assert read(tmp_path, "bar").system.n == 36
+
+
+@pytest.mark.parametrize(
+    ("card", "words"),
+    [
+        ("*Cyclic symmetry model, N=12", "CYCLIC SYMMETRY MODEL is not allowed; the matrices of"),
+        ("*CYCLICSYMMETRYMODEL,N=12", "the matrices of a sector are not those of the structure"),
+        ("*NGEN", "write out each node and element"),
+        ("*ELGEN,ELSET=E", "write out each node and element"),
+        ("*NMAP,NSET=N,TYPE=CYLINDRICAL", "write out each node and element"),
+        ("*ELEMENT,TYPE=C3D8,INPUT=more.inp", r"INPUT of \*ELEMENT is not read"),
+        ("*NODE, NSET=N, INPUT=more.inp", r"INPUT of \*NODE is not read"),
+    ],
+)
+def test_a_keyword_that_says_what_is_not_read_is_refused(tmp_path, card, words):
+    (tmp_path / "deck.inp").write_text(f"*NODE\n1,0.,0.,0.\n{card}\n1,2\n")
+    with pytest.raises(InputError, match=rf"line 3: .*{words}"):
+        list(deck_lines(tmp_path / "deck.inp"))
