@@ -21,11 +21,11 @@ from tests.conftest import ROOT
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
     "tokens": (304_900, 175_000),
-    "tokens a code line": (9.95, 9.5),
-    "paired assignments per 1,000 code lines": (0.3, 3),
-    "comprehensions per 1,000 code lines": (32.95, 15),
-    "conditional expressions per 1,000 code lines": (18.6, 12),
-    "Any in signatures": (76, 60),
+    "tokens a code line": (9.89, 9.5),
+    "paired assignments per 1,000 code lines": (0.23, 3),
+    "comprehensions per 1,000 code lines": (32.42, 15),
+    "conditional expressions per 1,000 code lines": (17.6, 12),
+    "Any in signatures": (47, 60),
     "calls of locals()": (0, 0),
     "modules of our own loaded by a string": (2, 0),
 }
