@@ -63,7 +63,7 @@ def factors_of(system: SystemFunction) -> list[Factor]:
     return factors
 
 
-def is_bent(continuation: Continuation, step: Step, factor: Factor) -> bool:
+def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool:
     """True if a factor bends so much within a step that roots may do what its ends do not tell.
 
     One that is monotone and nearly straight moves the roots as a straight one does. Else it may

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.linear.bends import factors_of, is_bent
+from squeal.linear.bends import bends_within, factors_of
 from squeal.linear.continuation import (
     DAMPED,
     UNDAMPED,
@@ -160,7 +160,7 @@ class _AdaptiveRefinement:
         step = Step(before, after, options)
         guesses, division = guesses_of(step, (low == continuation.low, high == continuation.high))
         meetings = list(near_coalescences(before, after))
-        is_bent = any(is_bent(continuation, step, factor) for factor in self.factors)
+        is_bent = any(bends_within(continuation, step, factor) for factor in self.factors)
         # third roots decide, or two windows are near
         has_several = (
             len(meetings) > 2
