@@ -41,7 +41,7 @@ def test_verdicts_of_random_pads_are_those_of_the_exact_roots(rng):
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 6])
-def test_both_sides_of_a_coalescence_and_of_divergence(rng, n):
+def test_verdicts_hold_on_both_sides_of_a_coalescence_and_of_divergence(rng, n):
     for share, expected in ((1 - 1e-9, "marginal"), (1.0, "marginal"), (1 + 1e-9, "flutter")):
         K = _padded(coupled(0.75 * share)[2], n)
         assert verdict(np.eye(n), None, K) == expected

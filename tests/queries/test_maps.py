@@ -207,7 +207,7 @@ def mode_coupling(pad, k1):
 
 
 @pytest.mark.parametrize("log", [False, True])
-def test_curves_of_mode_coupling_in_closed_form(log):
+def test_curves_of_mode_coupling_are_those_of_the_closed_form(log):
     axes = Axis("k1", 1.5e6, 6e6, 16, log), Axis("mu", 0.0, 3.0, 16)
     curves = [
         (points, hertz) for kind, points, hertz in curves_of(UPRIGHT, axes) if kind == "flutter"
