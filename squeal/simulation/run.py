@@ -18,7 +18,14 @@ from squeal.io.writing import Answer, Column, Mark, Panel, Table, number, picked
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
 from squeal.schema import public
-from squeal.simulation.hybrid import DEFAULT, Integrator, Options, Segment, integrate
+from squeal.simulation.hybrid import (
+    DEFAULT,
+    Integrator,
+    Observe,
+    Options,
+    Segment,
+    integrate,
+)
 from squeal.simulation.observers import (
     UNITS,
     Event,
@@ -315,8 +322,7 @@ def simulate(
     check_simulation(scene)
     units, model, start, stop = in_natural_units(scene)
     observers = _observers(scene, model, units, stop, options)
-    observe: list[Callable[[Segment], object]] = []
-    observe += [observer.observe for observer in observers.values()]
+    observe: list[Observe] = [observer.observe for observer in observers.values()]
     sliding = None
     if scene.pad.V is not None:
         sliding = Sliding(scene.pad.V / units.velocity, options)
