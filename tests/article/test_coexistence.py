@@ -20,7 +20,7 @@ from tests.conftest import ROOT, needs_heyoka
 
 pytestmark = needs_heyoka
 ASIDE = 0.06  # relative distance in modal damping from a fold, at which motions are compared
-STEP = 1.6e-6  # s, of Runge and Kutta's method: some 200 a period
+STEPS = 140  # of Runge and Kutta's method a period
 PERIODS = 90  # after which a motion above a fold has come to rest
 AFTER_DISTURBANCE = 0.015  # s, after which a motion has come to rest or lasts
 FACTORS = np.array([0.8, 0.9, 0.97, 1.0005, 1.001, 1.002, 1.003, 1.005])  # of the least one
@@ -139,10 +139,12 @@ def lasting(request):
         np.concatenate([np.tile(mu, 2), pad.mu * same]),
     )
     begun = np.concatenate([np.tile(from_folds, 2), disturbed], axis=1)
-    states, after_disturbance = together.march(begun, AFTER_DISTURBANCE, step=STEP)
-    time = PERIODS * max(p.period for p in chosen) * pad.time
+    period = max(p.period for p in chosen) * pad.time
+    step = period / STEPS
+    states, after_disturbance = together.march(begun, AFTER_DISTURBANCE, step=step)
     beside_folds = by_hand(motion, np.tile(a, 2), zetas, np.tile(mu, 2))
-    _, later = beside_folds.march(states[:, :folds], time - AFTER_DISTURBANCE, step=STEP)
+    rest_of_time = PERIODS * period - AFTER_DISTURBANCE
+    _, later = beside_folds.march(states[:, :folds], rest_of_time, step=step)
     below, above = np.split(later, 2)
     return below, above, after_disturbance[folds:]
 

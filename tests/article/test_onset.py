@@ -83,8 +83,18 @@ D_CYCLES = {
 
 @functools.cache
 def cycles_of_d(case):
-    """The cycles of case (d) from a stored one, which two tests compare with other programs."""
-    return onset.cycles(scene(case), np.array(D_CYCLES[case]))
+    """The cycles of case (d) from a stored one, which two tests compare with other programs.
+
+    Those of B2 begin later: the branch narrows to cycles in full contact of a third of the
+    amplitude, and from this phase of the first cycle a step lands on the equilibrium beside them.
+    """
+    one = scene(case)
+    state = np.array(D_CYCLES[case])
+    if case == "b2-d":
+        start = onset.Begun(damped_model(onset.damped(one, onset.RATIO)), state)
+        period = 0.353788574654628e-3
+        state = onset.run([start], 0.125 * period, False)["final"][0]
+    return onset.cycles(one, state)
 
 
 @pytest.mark.parametrize(
@@ -117,18 +127,6 @@ def test_forces_of_the_cycle_on_points_are_those_of_another_program():
     assert found.own.peak == pytest.approx((leading + trailing).max(), rel=1e-4)
     assert found.airborne == pytest.approx(np.mean((motion.gaps > 0.0).all(axis=0)), abs=1e-3)
     assert np.abs(motion.states[-1] - state).max() < 1e-4 * np.abs(state).max()
-
-
-def test_a_branch_does_not_end_where_a_step_passes_small_cycles():
-    """The branch of B2 (d) narrows to cycles in full contact of a third of the amplitude; from this
-    phase of the first cycle a step lands on the equilibrium beside them."""
-    one = scene("b2-d")
-    start = onset.Begun(damped_model(onset.damped(one, onset.RATIO)), np.array(D_CYCLES["b2-d"]))
-    period = 0.353788574654628e-3
-    later = onset.run([start], 0.125 * period, False)["final"][0]
-    found = onset.cycles(one, later)
-    assert isinstance(found, onset.Cycles)
-    assert found.closed
 
 
 def test_growth_lasts_from_a_loss_of_stability_until_it_is_regained():
