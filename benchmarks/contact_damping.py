@@ -27,7 +27,8 @@ from scipy.optimize import brentq, root
 HERE = Path(__file__).resolve().parent
 SCENES = HERE.parent / "workflow" / "scenes"
 CASES = {"b1-d": 2.2e-4, "b2-d": 3.54e-4}  # with the periods of their cycles, s
-STARTS, STEP = 24, 5e-7
+STARTS = 24
+STEP = 5e-7
 SIZES = np.array([1.0, 1.0, 25.0])  # of x, y in 1e-5 m, theta
 
 NAMES = (
@@ -70,7 +71,8 @@ class Case:
         given["k3"] = given.pop("k_c", given.get("k3"))
         for angle in ("alpha1", "alpha2"):
             given[angle] = float(str(given[angle]).removesuffix("*pi")) * np.pi
-        self.program, self.period = program, CASES[name]
+        self.program = program
+        self.period = CASES[name]
         self.brake = Brake(model=float(scene["model"][1]), **given)
         self.masses = np.array([self.brake.m, self.brake.m, self.brake.I])
         self.brake.a = a
@@ -86,12 +88,10 @@ class Case:
 
     def loads(self, place: Place, speed: Place) -> tuple[np.ndarray, float]:
         """Loads (3,) and the contact force."""
-        state, rates, gaps, force = (
-            np.concatenate([place, speed]),
-            np.empty(6),
-            np.empty(2),
-            np.empty(1),
-        )
+        state = np.concatenate([place, speed])
+        rates = np.empty(6)
+        gaps = np.empty(2)
+        force = np.empty(1)
         pointers = (one.ctypes.data_as(ctypes.c_void_p) for one in (state, rates, gaps, force))
         self.program.rates(ctypes.byref(self.brake), *pointers)
         return rates[3:] * self.masses, float(force[0])
@@ -108,7 +108,8 @@ class Case:
 
     def matrices(self, place: Place) -> tuple[np.ndarray, np.ndarray]:
         """Stiffness and damping (3, 3) about rest, by differences."""
-        still, columns = np.zeros(3), []
+        still = np.zeros(3)
+        columns = []
         for e in np.diag(1e-9 * SIZES):
             by_place = self.loads(place - e, still)[0] - self.loads(place + e, still)[0]
             by_speed = self.loads(place, -1e5 * e)[0] - self.loads(place, 1e5 * e)[0]
@@ -129,7 +130,8 @@ class Case:
 
     def lasting(self, time: float) -> tuple[int, int]:
         """How many motions still lose contact after a time, and how many are as fast as V."""
-        b, rest = self.brake, self.sliding()
+        b = self.brake
+        rest = self.sliding()
         reach = 3.0 * b.F_n / (b.k3 + b.k4) * np.array([1.0, 1.0, 1.0 / b.w])
         reach = np.append(reach, reach * np.sqrt(b.k1 / b.m))
         drawn = np.random.default_rng(1).uniform(-1.0, 1.0, (STARTS, 6))

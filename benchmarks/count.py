@@ -6,6 +6,7 @@ out) and runs two queries in it to count the modules of the package whose functi
 
 from __future__ import annotations
 
+import argparse
 import ast
 import graphlib
 import io
@@ -137,13 +138,13 @@ def gauges(text: str) -> Gauges:
 
 def _docstring_starts(tree: ast.Module) -> set[tuple[int, int]]:
     """Where strings begin that stand as statements."""
-    return {
-        (node.lineno, node.col_offset)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Expr)
-        and isinstance(node.value, ast.Constant)
-        and isinstance(node.value.value, str)
-    }
+    starts = set()
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Expr) or not isinstance(node.value, ast.Constant):
+            continue
+        if isinstance(node.value.value, str):
+            starts.add((node.lineno, node.col_offset))
+    return starts
 
 
 def _pairs(node: ast.Assign) -> bool:
@@ -249,9 +250,8 @@ def picture(links: Mapping[str, Collection[str]]) -> str:
         reach[room] = below[room].union(*(reach[other] for other in below[room]))
     lines = []
     for room in reversed(order):
-        direct = {
-            one for one in below[room] if not any(one in reach[other] for other in below[room])
-        }
+        through_others = set[str]().union(*(reach[other] for other in below[room]))
+        direct = below[room] - through_others
         lines.append(f"{room:12s} {' '.join(sorted(direct))}".rstrip())
     return "\n".join(lines)
 
@@ -279,7 +279,8 @@ def modules_run(checkout: Path, arguments: list[str]) -> tuple[int, Counter[str]
 
 def questions(checkout: Path) -> dict[str, list[str]]:
     """A pad's critical friction, and a band of a chain of 500 masses."""
-    n, folder = 500, Path(tempfile.mkdtemp())
+    n = 500
+    folder = Path(tempfile.mkdtemp())
     K = diags_array([-np.ones(n - 1), 2.1 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1]) * 1e6
     K1 = coo_array(([5e5, -5e5], ([200, 201], [201, 200])), shape=(n, n))
     for name, matrix in {"M": eye_array(n), "K": K, "K1": K1}.items():
@@ -289,7 +290,8 @@ def questions(checkout: Path) -> dict[str, list[str]]:
         "K: [{file: K.mtx}, {file: K1.mtx, factor: mu}]\n"
     )
     scene = str(checkout / "tests" / "scenes" / "b1-c.yaml")
-    chain, band = str(folder / "chain.yaml"), ["--band", "100:110"]
+    chain = str(folder / "chain.yaml")
+    band = ["--band", "100:110"]
     return {
         "critical-friction of a pad": ["critical-friction", scene],
         "eigenvalues of a band": ["eigenvalues", chain, *band],
@@ -299,9 +301,16 @@ def questions(checkout: Path) -> dict[str, list[str]]:
 
 def main() -> int:
     """Print the counts."""
-    checkout = Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("checkout", nargs="?", type=Path, default=Path("."))
+    checkout: Path = parser.parse_args().checkout.resolve()
     package = checkout / "squeal"
-    lines, files, constants, defined = (Counter[str]() for _ in range(4))
+    if not package.is_dir():
+        parser.error(f"{checkout} is no checkout: it has no folder squeal")
+    lines = Counter[str]()
+    files = Counter[str]()
+    constants = Counter[str]()
+    defined = Counter[str]()
     measured: dict[str, Gauges] = {}
     for file in sorted(package.rglob("*.py")):
         parts = file.relative_to(package).parts
@@ -319,20 +328,26 @@ def main() -> int:
             defined.update(name.lstrip("_") for name in names)
     heads = "lines", "files", "constants", "tokens", "a line", "paired", "loops", "a if b", "Any"
     print(f"{'room':14s}" + "".join(f"{head:>10s}" for head in heads))
-    toolkit = [room for room in lines if room != "article"]
-    for name, rooms in {**{room: [room] for room in sorted(lines)}, "toolkit": toolkit}.items():
-        counts = [sum(count[room] for room in rooms) for count in (lines, files, constants)]
-        shares = list(sum((measured[room] for room in rooms), Gauges()).table().values())
-        row = "".join(f"{count:10d}" for count in counts) + f"{shares[0]:10d}"
-        print(f"{name:14s}{row}" + "".join(f"{share:10.1f}" for share in shares[1:6]))
+    listed = {room: [room] for room in sorted(lines)}
+    listed["toolkit"] = [room for room in lines if room != "article"]
+    for name, rooms in listed.items():
+        row = f"{name:14s}"
+        for counted in (lines, files, constants):
+            row += f"{sum(counted[room] for room in rooms):10d}"
+        total = Gauges()
+        for room in rooms:
+            total += measured[room]
+        tokens, *shares = total.table().values()
+        row += f"{tokens:10d}"
+        print(row + "".join(f"{share:10.1f}" for share in shares[:5]))
     links = downwards(checkout)
     tied = circle({n: o - {"squeal"} for n, o in links.items() if n != "squeal"})
     print(f"on a circle of imports: {', '.join(tied) or 'no module'}")
     if not tied:
         print(f"the house, each room with those that it stands on:\n{picture(links)}")
     for what, wanted in NAMES.items():
-        found = {name: defined[name] for name in wanted if defined[name]}
-        print(f"{what}: " + (", ".join(f"{n} {k}" for n, k in found.items()) or "none so named"))
+        found = [f"{name} {defined[name]}" for name in wanted if defined[name]]
+        print(f"{what}: {', '.join(found) or 'none so named'}")
     print("modules that run, without those of the command line:")
     for name, arguments in questions(checkout).items():
         ended, ran = modules_run(checkout, [*arguments, "--json"])

@@ -36,8 +36,12 @@ SCENES = HERE.parent / "workflow" / "scenes"
 ORDERS = (12, 13, 14, 16)
 TOLERANCES = (3e-9, 1e-9, 3e-10, 1e-10, 1e-11)
 ERROR = 1e-10
-ROUNDS, REPEATS = 15, 11
-PADS, SPREAD, SAMPLE, BATCH_ROUNDS = 4096, 0.05, 24, 7
+ROUNDS = 15
+REPEATS = 11
+PADS = 4096
+SPREAD = 0.05
+SAMPLE = 24
+BATCH_ROUNDS = 7
 LANES = 8
 OPTIONS = ("-std=c++17", "-O3", "-march=native", "-ffast-math", "-mprefer-vector-width=512")
 
@@ -113,8 +117,10 @@ def alone(tolerance: float, scenes: Sequence[Scene], repeats: int) -> Outcome:
 
 def batch(tolerance: float, scenes: Sequence[Scene], repeats: int) -> Outcome:
     """All pads by the batch path."""
-    pads, stops = stack([s.pad for s in scenes]), np.array([s.stop for s in scenes])
-    initial, spent = np.array([s.initial for s in scenes]), []
+    pads = stack([s.pad for s in scenes])
+    stops = np.array([s.stop for s in scenes])
+    initial = np.array([s.initial for s in scenes])
+    spent = []
     for _ in range(repeats):
         begun = time.process_time()
         found = simulate_many("B1", pads, initial, stops, tolerance)
@@ -185,10 +191,9 @@ def printed(what: str, pads: int, times: dict[str, tuple[float, int]]) -> None:
 
 def main() -> None:
     """Compile, run all, print."""
-    scenes = {
-        case: dataclasses.replace(read_scene(SCENES / f"b1-{case}.yaml"), outputs=())
-        for case in "abcd"
-    }
+    scenes = {}
+    for case in "abcd":
+        scenes[case] = dataclasses.replace(read_scene(SCENES / f"b1-{case}.yaml"), outputs=())
     with tempfile.TemporaryDirectory() as folder:
         programs = {n: compiled(Path(folder), n) for n in (0, 1, LANES)}
         hands = {n: [partial(by_hand, one) for one in programs[n]] for n in programs}

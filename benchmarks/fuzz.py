@@ -34,7 +34,8 @@ from typing import Any
 import yaml
 
 ROOT = Path(__file__).parent.parent
-SECONDS, BYTES = 10, 10**9
+SECONDS = 10
+BYTES = 10**9
 SHORT = 20_000  # bytes of an input
 CUT = b"|next|"  # between the members of an archive
 SYSTEM = "M: {file: M.mtx}\nK: [{file: K.mtx}, {matrix: [[0, 1], [-1, 0]], factor: mu}]\n"
@@ -115,7 +116,8 @@ def formula(data: bytes) -> None:
     from squeal.errors import InputError
     from squeal.numerics.differentiation import Formula
 
-    text, at = data.decode("utf-8", "surrogateescape"), {"mu": 0.3, "a": 2.0, "b": -1.5}
+    text = data.decode("utf-8", "surrogateescape")
+    at = {"mu": 0.3, "a": 2.0, "b": -1.5}
     found = Formula(text)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -126,7 +128,8 @@ def formula(data: bytes) -> None:
             wanted = None
     for name in ("a", "mu"):
         try:
-            value, slope = found.value(at), found.slope(at, name)
+            value = found.value(at)
+            slope = found.slope(at, name)
         except InputError:
             continue
         assert _finite([value, slope]), "not finite"
@@ -143,7 +146,9 @@ def table(data: bytes) -> None:
     from squeal.queries.compare import read_test
 
     name = list(TABLES)[data[0] % len(TABLES)] if data else "nodes.csv"
-    path, at, body = Path("given.csv"), schema.Place("given.yaml"), _body()
+    path = Path("given.csv")
+    at = schema.Place("given.yaml")
+    body = _body()
     path.write_bytes(data[1:])
     if name == "modes.csv":
         assert _finite([mode[0] for mode in read_test(path, body[0])])
@@ -174,7 +179,8 @@ def matrix(data: bytes) -> None:
     from squeal.io.matrices import fingerprint, read_matrix
 
     suffix = SUFFIXES[data[0] % len(SUFFIXES)] if data else ""
-    path, body = Path(f"given{suffix}"), data[1:]
+    path = Path(f"given{suffix}")
+    body = data[1:]
     if suffix == ".npz" and body[:2] != b"PK":
         stream = io.BytesIO()
         with zipfile.ZipFile(stream, "w") as archive:
@@ -263,7 +269,9 @@ def _hdf5(some: Any) -> list[bytes]:
         file["K"] = some
         group = file.create_group("S")
         group.attrs["MATLAB_sparse"] = 3
-        group["data"], group["ir"], group["jc"] = some[0], [0, 1, 2], [0, 1, 2, 3]
+        group["data"] = some[0]
+        group["ir"] = [0, 1, 2]
+        group["jc"] = [0, 1, 2, 3]
     head = b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM"
     return [b"\1" + head + Path("seed.h5").read_bytes()[128:]]
 
@@ -287,7 +295,8 @@ class Findings:
     """Kinds of failure, each with the input that first met it."""
 
     def __init__(self, folder: Path, target: str) -> None:
-        self.folder, self.target = folder, target
+        self.folder = folder
+        self.target = target
         self.seen = {one.stem for one in folder.glob(f"{target}-*")}
 
     def add(self, data: bytes, words: str, key: str) -> None:
@@ -365,10 +374,12 @@ def _child(target: str, folder: Path, corpus: Path, runs: int) -> None:
 
 def run(target: str, folder: Path, runs: int) -> int:
     """Run a target so often, in as many child processes as that takes; how often it ran."""
-    corpus, counter = folder / f"corpus-{target}", folder / f"{target}.count"
+    corpus = folder / f"corpus-{target}"
+    counter = folder / f"{target}.count"
     corpus.mkdir(exist_ok=True)
     counter.write_bytes(bytes(8))
-    done, command = 0, [sys.executable, "-m", "benchmarks.fuzz", target]
+    done = 0
+    command = [sys.executable, "-m", "benchmarks.fuzz", target]
     with tempfile.TemporaryDirectory(dir="/dev/shm") as place:
         os.chdir(place)
         for name, text in BESIDE.items():
@@ -380,7 +391,8 @@ def run(target: str, folder: Path, runs: int) -> int:
         while done < runs:
             child = [*command, "--folder", str(folder), "--child", str(runs - done)]
             ended = subprocess.run(child, env=os.environ | more, capture_output=True, check=False)
-            before, done = done, struct.unpack("<q", counter.read_bytes())[0]
+            before = done
+            done = struct.unpack("<q", counter.read_bytes())[0]
             if ended.returncode:
                 tail = ended.stderr.decode(errors="replace")[-3000:]
                 Findings(folder, target).add(b"", tail, f"{ended.returncode} {tail[-200:]}")

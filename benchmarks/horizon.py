@@ -48,18 +48,24 @@ ENSEMBLE = STORED.with_name("ensemble.csv")
 # beyond 1e8 rounding of the place, over a depth so small, hides contact changes from doubles
 STIFFNESSES = tuple(10.0**n for n in range(9))
 PERIODS = 10.0  # the longest window
-CHANGES, STIFFER_CHANGES = 3_300, 2_000  # contact changes of a window, up to 1e6 and beyond
-SHORTENED, STIFFER = 1e3, 1e6  # stiffness above which a window ends soon after the motion is lost
-LOST, AFTER = 1e-3, 1.5  # difference at which it is, and the window over the time until then
+CHANGES = 3_300  # contact changes of a window, up to the stiffness STIFFER
+STIFFER_CHANGES = 2_000  # and beyond
+SHORTENED = 1e3  # stiffness above which a window ends soon after the motion is lost
+STIFFER = 1e6
+LOST = 1e-3  # difference at which it is
+AFTER = 1.5  # the window over the time until then
 SAMPLES = 400  # times in a window at which motions are compared
 SHOWN = 40  # of them, stored with their errors
 RENORMALISED = 1e-5  # distance of a neighbour in natural units, those of the contact's depth
 LONG_TOLERANCE = 1e-18  # of long doubles
 LEGS = 300  # of a motion, after each of which it is set back
-SETS, SETS_STIFFNESS, SETS_START_ERROR = 100, 1e3, 1e-14  # random sets beside the pad of the suite
+SETS = 100  # random sets beside the pad of the suite
+SETS_STIFFNESS = 1e3
+SETS_START_ERROR = 1e-14
 TIGHT = 1e-15  # tolerance of their motions
 BITS = (0, 1, -1, 2, -2)  # units in the last place by which the double run's start is changed
-ONE_UP_TO, TEN_UP_TO = 1e8, 1e6  # stiffness up to which one and ten periods are run in doubles
+ONE_UP_TO = 1e8  # stiffness up to which one period is run in doubles
+TEN_UP_TO = 1e6  # and ten
 
 
 def stiff_scene(model: Model, stiffness: float, periods: float) -> Scene:
@@ -80,7 +86,8 @@ def places(
     state = np.array([number(float(v)) for v in first])
     if factor is not None:
         state = state * factor
-    found, changes = [state[:3]], 0
+    found = [state[:3]]
+    changes = 0
     for span in np.diff(shares * stop).tolist():
         _, state, _, more = integrate(model, integrator, units, state, span)
         found.append(state[:3])
@@ -144,7 +151,8 @@ def lyapunov_exponent(scene: Scene) -> float:
     grown = 0.0
     for _ in range(LEGS - 1):
         near = state + RENORMALISED / np.sqrt(apart @ apart) * apart
-        state, near = carried(state), carried(near)
+        state = carried(state)
+        near = carried(near)
         apart = near - state
         grown += math.log(float(np.sqrt(apart @ apart)) / RENORMALISED)
     return grown / (stop - span)
@@ -167,7 +175,9 @@ def compute(model: Model, stiffness: float, periods: float) -> Run:
     by_second = errors(units.to_scaled(second.states)[:, :3].astype(exact.dtype))
     by_start = errors(moved)
     times = shares * periods
-    double, counts, curves = [], [], []
+    double = []
+    counts = []
+    curves = []
     for bits in BITS:
         factor = 1.0 + bits * sys.float_info.epsilon
         found, count = places(scene, shares, float, scene.tolerance, factor)
@@ -175,11 +185,13 @@ def compute(model: Model, stiffness: float, periods: float) -> Run:
         counts.append(count)
         double.append(tuple(first_excess(times, curves[-1], level) for level in LEVELS))
     shown = slice(SAMPLES // SHOWN, None, SAMPLES // SHOWN)
-    kept = [
-        tuple(float(f"{v:.3g}") for v in curve[shown]) for curve in (curves[0], by_second, by_start)
-    ]
+
+    def stored(curve: np.ndarray) -> tuple[float, ...]:
+        return tuple(float(f"{value:.3g}") for value in curve[shown])
+
     exponent = lyapunov_exponent(scene) / units.time * PERIOD
-    one, ten = None, None
+    one = None
+    ten = None
     if stiffness <= ONE_UP_TO:
         one = count_changes(stiff_scene(model, stiffness, 1.0))
     if stiffness <= TEN_UP_TO:
@@ -197,7 +209,7 @@ def compute(model: Model, stiffness: float, periods: float) -> Run:
         one=one,
         ten=ten,
         times=tuple(np.round(times[shown], 9).tolist()),
-        errors=Errors(*kept),
+        errors=Errors(stored(curves[0]), stored(by_second), stored(by_start)),
     )
 
 

@@ -22,7 +22,8 @@ from typing import Any
 
 import numpy as np
 
-BAND, NEAR = (500.0, 5000.0), 20  # Hz; roots around the middle of the band
+BAND = (500.0, 5000.0)  # Hz
+NEAR = 20  # roots around the middle of the band
 SWEPT = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
 WAYS = ("squeal", "thresholds", "slepc", "eigs", "look", "loop")
 DEBIAN = "/usr/bin/python3"
@@ -42,7 +43,8 @@ def _slepc(parts: Any, shift: complex, near: int) -> tuple[float, Any]:
         n = len(rows[0]) - 1
         return PETSc.Mat().createAIJ((n, n), csr=(*rows, parts[name + "x"].astype(complex)))
 
-    operators, start = [matrix(name) for name in "KCM"], time.process_time()
+    operators = [matrix(name) for name in "KCM"]
+    start = time.process_time()
     solver = SLEPc.PEP().create()
     solver.setOperators(operators)
     solver.setType("toar")
@@ -66,11 +68,15 @@ def _eigs(parts: Any, shift: complex = 0.5j * (LOW + HIGH), near: int = NEAR) ->
     from scipy.sparse import csr_array
     from scipy.sparse.linalg import LinearOperator, eigs, splu
 
-    M, C, K = (csr_array((parts[k + "x"], parts[k + "i"], parts[k + "p"])) for k in "MCK")
-    start, n = time.process_time(), M.shape[0]
+    M = csr_array((parts["Mx"], parts["Mi"], parts["Mp"]))
+    C = csr_array((parts["Cx"], parts["Ci"], parts["Cp"]))
+    K = csr_array((parts["Kx"], parts["Ki"], parts["Kp"]))
+    start = time.process_time()
+    n = M.shape[0]
     P = (shift * (shift * M + C) + K).tocsc()
     order = {"permc_spec": "MMD_AT_PLUS_A", "options": {"SymmetricMode": True}}
-    lu, slope = splu(P, diag_pivot_thresh=0.01, **order), 2 * shift * M + C
+    lu = splu(P, diag_pivot_thresh=0.01, **order)
+    slope = 2 * shift * M + C
     size = abs(shift)
 
     def applied(x: Any) -> Any:
@@ -107,7 +113,8 @@ def _squeal(folder: Path, way: str) -> tuple[float, Any]:
 
     for name in ("scipy.linalg", "scipy.optimize", "scipy.sparse.linalg"):  # as of the peers
         importlib.import_module(name)
-    system, wanted = read_system(folder / "system.yaml").system, EigenvalueSelection(band=BAND)
+    system = read_system(folder / "system.yaml").system
+    wanted = EigenvalueSelection(band=BAND)
     start = time.process_time()
     if way == "thresholds":
         found = system_thresholds(system, 1.0, wanted=wanted).answer
@@ -169,7 +176,8 @@ def main() -> int:
 
     for rows in map(int, sys.argv[1:] or ["5000", "20000"]):
         with tempfile.TemporaryDirectory() as name:
-            folder, brake = Path(name) / "brake", solid_brake(rows)
+            folder = Path(name) / "brake"
+            brake = solid_brake(rows)
             write_brake(folder, brake)
             write_parts(folder, brake.system, 0.5j * (LOW + HIGH), NEAR)
             for way in WAYS:

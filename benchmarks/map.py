@@ -22,7 +22,8 @@ REPEATS = 5
 
 def matrices(scene: Scene, n: int) -> np.ndarray:
     """M^-1 K of every point of the map, shape (n, n, 3, 3)."""
-    pad, axes = scene.pad, angle_axes(n)
+    pad = scene.pad
+    axes = angle_axes(n)
     a1, a2 = spring_directions(pad, (axes[0].values, axes[1].values))
     K = np.zeros((n, n, 3, 3)) + about_origin(scene.pad_model.replace(k1=0.0, k2=0.0)).K
     K += pad.k1 * np.einsum("ik,jk->kij", a1, a1)[:, None]
@@ -61,7 +62,8 @@ def main() -> None:
     parser.add_argument("scene", type=Path, nargs="?", default=SCENE, metavar="SCENE.yaml")
     parser.add_argument("--n", type=int, default=1000)
     given = parser.parse_args()
-    scene, axes = read_scene(given.scene), angle_axes(given.n)
+    scene = read_scene(given.scene)
+    axes = angle_axes(given.n)
     stack = matrices(scene, given.n)
     ours = fastest(lambda: stability_map(scene, axes), REPEATS)
     theirs = fastest(lambda: np.linalg.eigvals(stack), 2)

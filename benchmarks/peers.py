@@ -94,11 +94,14 @@ def _diffrax_leg(model: PadModel, contact: State) -> Any:
 def with_diffrax(scene: Scene, tolerance: float) -> Run:
     """Dopri8 of diffrax with events; the equations go through JAX's arithmetic."""
     _, model, state, stop = in_natural_units(scene)
-    contact, t, steps = state_of(first_contact(model, state)), 0.0, 0
+    contact = state_of(first_contact(model, state))
+    t = 0.0
+    steps = 0
     times: list[float] = []
     while t < stop and len(times) < MOST_STEPS:
         found = _diffrax_leg(model, contact)(t, state, stop, tolerance)
-        t, state = float(found.ts[-1]), np.asarray(found.ys[-1])
+        t = float(found.ts[-1])
+        state = np.asarray(found.ys[-1])
         steps += int(found.stats["num_steps"])
         if bool(found.event_mask):
             times.append(t)

@@ -60,7 +60,8 @@ MORE = ("b1-b", "b2-b")
 EVALUATIONS = 1_000_000
 WIDTHS = tuple(10.0**-n for n in range(3, 14, 2))  # of the bisected interval of friction
 BRACKET = 0.02  # half of the first one
-SHORT, LONG = 0.02, 0.2  # seconds that several short calls take together, and that are enough
+SHORT = 0.02  # seconds that several short calls take together
+LONG = 0.2  # seconds that are enough
 MOST = 50  # calls of one kind
 GROWS = 1e-7  # of the greatest magnitude: a real part above this is no rounding
 Answer = TypeVar("Answer")
@@ -138,12 +139,18 @@ def spectra(scene: Scene) -> Iterator[Timed]:
     A, B = state_matrices(*analysis.matrices)
     exact = Exact(scene, analysis.state)
     squares = exact.squares(exact.equilibrium(analysis.q, scene.pad.mu), scene.pad.mu)
-    roots = [sign * mp.sqrt(-square) for square in squares for sign in (1, -1)]
+    roots = []
+    for square in squares:
+        root = mp.sqrt(-square)
+        roots += [root, -root]
     size = max(abs(root) for root in roots)
 
     def error(values: Any) -> float:
         found = [mp.mpc(complex(value)) for value in values]
-        return float(max(min(abs(root - value) for value in found) for root in roots) / size)
+        distances = []
+        for root in roots:
+            distances.append(min(abs(root - value) for value in found))
+        return float(max(distances) / size)
 
     def own() -> list[complex]:
         return [e.value for e in analyse(scene).spectrum.eigenvalues]
@@ -188,7 +195,8 @@ def thresholds(scene: Scene) -> Iterator[Timed]:
         return control.ss(A, B, np.eye(6), np.zeros((6, 3))).poles()
 
     def bisected(values: Callable[[float], Any], width: float) -> float:
-        low, high = first.mu - BRACKET, first.mu + 1.1 * BRACKET
+        low = first.mu - BRACKET
+        high = first.mu + 1.1 * BRACKET
         while high - low > width:
             middle = 0.5 * (low + high)
             found = values(middle)
@@ -241,10 +249,10 @@ def in_words(record: Accuracy, times: dict[tuple[str, str, float], float]) -> st
                 ms = times[case, p.path, p.tolerance]
                 least[p.path] = min(ms, least.get(p.path, ms))
         own = least.get(OWN)
-        shown = [
-            f"{path} {ms:.3g}" + (f" ({ms / own:.3g} times)" if own and path != OWN else "")
-            for path, ms in least.items()
-        ]
+        shown = []
+        for path, ms in least.items():
+            multiple = f" ({ms / own:.3g} times)" if own and path != OWN else ""
+            shown.append(f"{path} {ms:.3g}{multiple}")
         lines.append(f"{case}: {', '.join(shown)}")
     return f"Processor time in ms for an error of at most {AIM:g}. " + "; ".join(lines) + "."
 
@@ -259,9 +267,11 @@ def main() -> None:
     if why := why_not():
         save(blank(title, why, "squeal.article.figures.work"), given.figure)
         return
-    solvers, patience = SOLVERS, PATIENCE
+    solvers = SOLVERS
+    patience = PATIENCE
     if not given.quick:
-        solvers, patience = SOLVERS | dict(peers()), EVALUATIONS
+        solvers = SOLVERS | dict(peers())
+        patience = EVALUATIONS
     stems = STEMS if given.quick else STEMS + MORE
     files = [ROOT / f"workflow/scenes/{stem}.yaml" for stem in stems]
     points: list[Point] = []

@@ -89,7 +89,9 @@ def errors(exact: ComplexArray, found: ComplexArray) -> float:
 def projected(scaled: ScaledSystem, vectors: NDArray[np.float64], speed: float) -> ComplexArray:
     """All roots of the system projected onto orthonormal columns, at one speed."""
     problem = scaled.at({"W": speed})
-    M, C, K = (vectors.T @ (X @ vectors) for X in (problem.M, problem.C, problem.K))
+    M = vectors.T @ (problem.M @ vectors)
+    C = vectors.T @ (problem.C @ vectors)
+    K = vectors.T @ (problem.K @ vectors)
     return dense_values(M, C, K)
 
 
@@ -110,7 +112,8 @@ def by_hand(scaled: ScaledSystem, modes: int = 60) -> ComplexArray:
     from scipy.sparse.linalg import eigs
 
     problem = scaled.at({"W": SPEED})
-    rate, eye = 1e4, eye_array(scaled.n)
+    rate = 1e4
+    eye = eye_array(scaled.n)
     A = block_array([[None, eye], [-problem.K / rate**2, -problem.C / rate]], format="csc")
     B = block_array([[eye, None], [None, problem.M]], format="csc")
     shift = REGION.centre / rate  # with real matrices eigs would take the shift's real part alone

@@ -133,7 +133,9 @@ def _compare_spectrum(scene: Scene, pad: Pad) -> None:
     except ComputationError as error:
         pad.refused.append(str(error))
         return
-    exact, mu, w = Exact(scene, found.state), scene.pad.mu, scene.pad.w
+    exact = Exact(scene, found.state)
+    mu = scene.pad.mu
+    w = scene.pad.w
     q = exact.equilibrium(found.q, mu)
     lever = (1.0, 1.0, w)
     size = max(abs(v * f) for v, f in zip(q, lever, strict=True))
@@ -141,13 +143,16 @@ def _compare_spectrum(scene: Scene, pad: Pad) -> None:
     if any((gap < 0) != touches for gap, touches in zip(exact.gaps(q), found.state, strict=True)):
         pad.wrong.append("contact state")
     K = exact.stiffness(q, mu)
-    balanced = [K[i][j] / lever[i] / lever[j] for i in range(3) for j in range(3)]
+    balanced = []
+    for i in range(3):
+        balanced += [K[i][j] / lever[i] / lever[j] for j in range(3)]
     unit = np.array([1.0, 1.0, 1.0 / w])
     ours = (unit[:, None] * found.matrices.K * unit).ravel()
     pad.stiffness = _relative(ours, balanced, max(abs(k) for k in balanced))
     squares = exact.squares(q, mu)
     roots = [(-s) ** 0.5 for s in squares]
-    expected = np.array([complex(r) for root in roots for r in (root, -root)])
+    upper = np.array([complex(root) for root in roots])
+    expected = np.concatenate([upper, -upper])
     radius = np.abs(expected).max()
     distance = np.abs(found.spectrum.values[:, None] - expected) / radius
     pad.eigenvalues = float(max(distance.min(axis=0).max(), distance.min(axis=1).max()))
@@ -169,10 +174,11 @@ def _distance(scene: Scene, path: Path, point: CriticalPoint) -> tuple[float, bo
     near = np.flatnonzero(np.abs(path.branch.z[3] - point.mu) <= AT_CHANGE * point.mu)
     mu = min(point.mu, path.mu_end) * (1.0 - 1e-12)
     z, state = path.at(mu)
-    exact, q = Exact(scene, state), path.statics.to_si(z)
-    changed = [
-        e for i in near for e in range(len(EDGE_NAMES)) if path.branch.touching[e, i] != state[e]
-    ]
+    exact = Exact(scene, state)
+    q = path.statics.to_si(z)
+    changed = []
+    for i in near:
+        changed += [e for e in range(len(EDGE_NAMES)) if path.branch.touching[e, i] != state[e]]
     if changed:
         conditions = [lambda q, _: exact.gaps(q)[changed[0]]]
     elif point.kind == "fold":
@@ -183,8 +189,10 @@ def _distance(scene: Scene, path: Path, point: CriticalPoint) -> tuple[float, bo
             lambda q, mu: exact.cubic(q, mu)[2],
             lambda q, mu: lead(exact, q, mu),
         ]
-    rounding, found = ROUNDING * point.mu, list[Any]()
-    low, high = (point.interval[k] - point.mu + s * rounding for k, s in ((0, -1), (1, 1)))
+    rounding = ROUNDING * point.mu
+    found = list[Any]()
+    low = point.interval[0] - point.mu - rounding
+    high = point.interval[1] - point.mu + rounding
     for condition in conditions:
         try:
             found.append(exact.critical(condition, q, mu)[1] - point.mu)

@@ -171,13 +171,17 @@ def twins(rng: Rng, most: int, apart: float, kind: str) -> Case:
     families = max(count // 3, 1)
     each = []
     for _ in range(families):
-        k, h = (rng.uniform(0.8, 1.6) for _ in range(2))
+        k = rng.uniform(0.8, 1.6)
+        h = rng.uniform(0.8, 1.6)
         each.append((k, h, rng.uniform(0.3, 1.0)))
-    stiffness, friction, events = list[Array](), list[Array](), list[Event]()
+    stiffness = list[Array]()
+    friction = list[Array]()
+    events = list[Event]()
     for index in range(count):
         k, h, g = each[index % families]
         k = dyadic(k * (1.0 + apart * (index // families)))
-        h, g = dyadic(h), dyadic(g)
+        h = dyadic(h)
+        g = dyadic(g)
         if kind == "divergence":
             K0, K1, event = divergence_block(k, h, g)
         else:
@@ -212,8 +216,10 @@ def repeated(rng: Rng, most: int) -> Case:
 
 def windows(rng: Rng, most: int) -> Case:
     """Two narrow windows of flutter beside each other, of a factor that bends within a step."""
-    centre, inner = rng.uniform(0.2, 1.8), 10.0 ** rng.uniform(-8, -5)
-    outer, blunt = inner * rng.uniform(2.0, 6.0), 10.0 ** rng.uniform(-5, -3)
+    centre = rng.uniform(0.2, 1.8)
+    inner = 10.0 ** rng.uniform(-8, -5)
+    outer = inner * rng.uniform(2.0, 6.0)
+    blunt = 10.0 ** rng.uniform(-5, -3)
     square = f"(mu - {centre!r})**2"
     factor = f"({square} - {inner!r}) * ({square} - {outer!r}) / ({square}**2 + {blunt!r})"
 
@@ -222,8 +228,11 @@ def windows(rng: Rng, most: int) -> Case:
         return (x - inner) * (x - outer) / (x**2 + blunt)
 
     n = rows_of(rng, min(most, 12))
-    K0, K1 = np.diag(2.0 + np.arange(n) * dyadic(rng.uniform(0.7, 1.4))), np.zeros((n, n))
-    K0[1, 1], K0[1, 0], K1[0, 1] = 2.0, 1.0, 1.0
+    K0 = np.diag(2.0 + np.arange(n) * dyadic(rng.uniform(0.7, 1.4)))
+    K1 = np.zeros((n, n))
+    K0[1, 1] = 2.0
+    K0[1, 0] = 1.0
+    K1[0, 1] = 1.0
     ends = [-math.sqrt(outer), -math.sqrt(inner), math.sqrt(inner), math.sqrt(outer)]
     ways = ["up", "down", "up", "down"]
     events = [Event(centre + x, "flutter", way) for x, way in zip(ends, ways, strict=True)]
@@ -251,9 +260,14 @@ def shafts(rng: Rng, most: int) -> Case:
     """Gyroscopic shafts s^2 + k -+ i g s, whose stiffness falls through zero, where nothing grows
     yet, to -g^2/4, where both pairs leave the axis."""
     count = max(rows_of(rng, most) // 2, 2)
-    spin, stiffness, slope, events = list[Array](), list[Array](), list[Array](), list[Event]()
+    spin = list[Array]()
+    stiffness = list[Array]()
+    slope = list[Array]()
+    events = list[Event]()
     for _ in range(count):
-        g, k, fall = (dyadic(rng.uniform(*ends)) for ends in ((0.2, 2), (0.3, 2), (0.5, 3)))
+        g = dyadic(rng.uniform(0.2, 2))
+        k = dyadic(rng.uniform(0.3, 2))
+        fall = dyadic(rng.uniform(0.5, 3))
         spin.append(np.array([[0.0, g], [-g, 0.0]]))
         stiffness.append(k * np.eye(2))
         slope.append(-fall * np.eye(2))
@@ -299,11 +313,14 @@ def characteristic(C: Array, K0: Array, K1: Array) -> list[Any]:
                 line.append(flint.fmpq_poly([constant, rational(K1[i, j])]))
             rows.append(line)
         values.append(determinant(rows))
-    vandermonde = flint.fmpq_mat([[s**k for k in range(7)] for s in range(7)]).inv()
-    return [
-        sum((vandermonde[k, s] * values[s] for s in range(7)), flint.fmpq_poly([0]))
-        for k in range(6, -1, -1)
-    ]
+    interpolation = flint.fmpq_mat([[s**k for k in range(7)] for s in range(7)]).inv()
+    coefficients = []
+    for power in range(6, -1, -1):
+        coefficient = flint.fmpq_poly([0])
+        for s in range(7):
+            coefficient += interpolation[power, s] * values[s]
+        coefficients.append(coefficient)
+    return coefficients
 
 
 def growing_at(coefficients: list[Any], mu: Any, damped: bool) -> int:
@@ -475,25 +492,30 @@ def at_a_value(system: Known, rng: Rng) -> Outcome:
         faults.append("right printed answer refuted")
     if answer.verdict is None:
         return Outcome("open", said, faults, mutants)
-    name = judged if judged == "proved" else "certified" if answer.certified else "right"
-    return Outcome(name, said, faults, mutants)
+    if judged == "proved":
+        return Outcome("proved", said, faults, mutants)
+    return Outcome("certified" if answer.certified else "right", said, faults, mutants)
 
 
 # Judging thresholds
+
+
+def stands_for(crossing: Crossing, event: Event) -> bool:
+    """Whether a crossing is of the kind of an event, and it and its interval are where that is."""
+    low, high = crossing.interval
+    rounding = CLOSE * event.value
+    return (
+        (crossing.kind, crossing.direction) == (event.kind, event.direction)
+        and low - rounding <= event.value <= high + rounding
+        and abs(crossing.mu - event.value) <= high - low + rounding
+    )
 
 
 def matches(case: Case, crossings: Sequence[Crossing]) -> bool:
     """True if the crossings are those that are known, each one once."""
     left = list(crossings)
     for event in case.events:
-        near = [
-            c
-            for c in left
-            if (c.kind, c.direction) == (event.kind, event.direction)
-            and c.interval[0] - CLOSE * event.value <= event.value
-            and event.value <= c.interval[1] + CLOSE * event.value
-            and abs(c.mu - event.value) <= c.interval[1] - c.interval[0] + CLOSE * event.value
-        ]
+        near = [crossing for crossing in left if stands_for(crossing, event)]
         if not near:
             return False
         left.remove(min(near, key=lambda c: abs(c.mu - event.value)))

@@ -303,7 +303,8 @@ def ask_command(words: tuple[Any, ...]) -> dict[str, Any]:
     answer: dict[str, Any] = {}
     for form, flags in (("text", ()), ("json", ("--json",))):
         shutil.rmtree("written", ignore_errors=True)
-        out, said = io.StringIO(), io.StringIO()
+        out = io.StringIO()
+        said = io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
             try:
                 code = command_line([*map(str, words), *flags])
@@ -346,7 +347,8 @@ def ask(question: Question) -> dict[str, Any]:
 
 def answers(folder: Path, questions: list[Question]) -> dict[str, dict[str, Any]]:
     """The answers by the names of their questions, asked from within the folder of the inputs."""
-    before, given = Path.cwd(), {}
+    before = Path.cwd()
+    given = {}
     os.chdir(folder)
     try:
         for question in questions:
@@ -372,7 +374,8 @@ def largest(value: Any) -> float:
 def differences(old: Any, new: Any, close: float, where: str = "", scale: float = 0.0) -> list[str]:
     """What differs between two JSON values, by key; `scale`: of the object that holds them."""
     if isinstance(old, dict) and isinstance(new, dict):
-        scale, found = max(largest(old), largest(new)), []
+        scale = max(largest(old), largest(new))
+        found = []
         for key in old | new:
             inner = f"{where}.{key}" if where else str(key)
             if key not in old or key not in new:
@@ -383,8 +386,10 @@ def differences(old: Any, new: Any, close: float, where: str = "", scale: float 
     if isinstance(old, list) and isinstance(new, list):
         if len(old) != len(new):
             return [f"{where}: {len(old)} entries, now {len(new)}"]
-        pairs = enumerate(zip(old, new, strict=True))
-        return [d for i, (a, b) in pairs for d in differences(a, b, close, f"{where}[{i}]", scale)]
+        found = []
+        for i, (a, b) in enumerate(zip(old, new, strict=True)):
+            found += differences(a, b, close, f"{where}[{i}]", scale)
+        return found
     if isinstance(old, str) and isinstance(new, str):
         return text_differences(old, new, where)
     if isinstance(old, float) and isinstance(new, float | int) and not isinstance(new, bool):
@@ -406,7 +411,8 @@ def same_numbers(old: str, new: str) -> bool:
     if old == new:
         return True
     try:
-        a, b = float(old), float(new)
+        a = float(old)
+        b = float(new)
     except ValueError:
         return False
     if max(abs(a), abs(b)) < 1e-9 and "e" in old.lower():  # backward errors and the like
@@ -419,14 +425,14 @@ def text_differences(old: str, new: str, where: str) -> list[str]:
     """The lines of two texts that differ in more than the last digits of numbers."""
     if old == new:
         return []
-    before, after = old.splitlines(), new.splitlines()
+    before = old.splitlines()
+    after = new.splitlines()
     if len(before) != len(after):
         return [f"{where}: {len(before)} lines, now {len(after)}: {old[:200]!r}, now {new[:200]!r}"]
     found = []
     for a, b in zip(before, after, strict=True):
-        words = [NUMBER.sub("#", line).split() for line in (a, b)]
-        numbers = [NUMBER.findall(line) for line in (a, b)]
-        if words[0] != words[1] or not all(map(same_numbers, *numbers)):
+        same_words = NUMBER.sub("#", a).split() == NUMBER.sub("#", b).split()
+        if not same_words or not all(map(same_numbers, NUMBER.findall(a), NUMBER.findall(b))):
             found.append(f"{where}: {a.strip()!r}, now {b.strip()!r}")
     return found
 
@@ -460,7 +466,8 @@ def compare(folder: Path, close: float) -> int:
     with tempfile.TemporaryDirectory() as scratch:  # where answers write, and others may compare
         inputs = Path(shutil.copytree(folder / "inputs", Path(scratch) / "inputs"))
         given = answers(inputs, questions)
-    lines, other = [], 0
+    lines = []
+    other = 0
     for name, old in stored["answers"].items():
         new = json.loads(json.dumps(given[name]))  # as the stored one went through JSON
         found = differences(old, new, close)

@@ -76,7 +76,8 @@ def measured(rows: int, certify: bool, check: bool) -> Size:
 
     brake = solid_brake(rows)
     scaled = ScaledSystem(brake.system)
-    problem, region = scaled.at(), band(*BAND)
+    problem = scaled.at()
+    region = band(*BAND)
     mu = [float(x) for x in np.linspace(0.0, 1.0, VALUES)]
     start = clock()
     factorise(problem.at(region.centre))

@@ -33,7 +33,8 @@ from squeal.numerics.differentiation import Formula
 BAND = (1000.0, 8000.0)  # Hz
 NEAR = 20  # roots of `eigs`
 RANGE = (0.0, 0.7)  # of mu
-LIGHT, HEAVY = 2.0e4, 1.0e6  # Pa
+LIGHT = 2.0e4  # Pa
+HEAVY = 1.0e6
 ROUNDING = 1e-10  # of |lambda|: of full solutions
 SPREADS = {
     "mu": {"between": [0.2, 0.6]},

@@ -36,12 +36,14 @@ def _escaped(text: str, kept: str = "\t") -> str:
 def meant(name: str, known: Iterable[str]) -> str:
     """What is allowed in place of an unknown name: one that is near, or all.
 
-    >>> meant("facter", ["file", "factor"]), meant("x", ["file", "factor"])
-    ('did you mean factor?', 'allowed are file, factor')
+    >>> meant("facter", ["file", "factor"]), meant("x", ["file", "factor"]), meant("x", [])
+    ('did you mean factor?', 'allowed are file, factor', 'none is allowed')
     """
     names = list(known)
     close = difflib.get_close_matches(name, names, 1, 0.7)
-    return f"did you mean {close[0]}?" if close else f"allowed are {', '.join(names)}"
+    if close:
+        return f"did you mean {close[0]}?"
+    return f"allowed are {', '.join(names)}" if names else "none is allowed"
 
 
 class _OneLine(Exception):

@@ -23,22 +23,27 @@ def loads(name: str, p: Pad):
     feet = (rest[0] + p.L1 * cmath.exp(1j * p.alpha1), rest[1] - p.L2 * cmath.exp(-1j * p.alpha2))
 
     def at(q, mu: float):
-        centre, turn = start + complex(q[0], q[1]), cmath.exp(1j * (p.theta0 + q[2]))
+        centre = start + complex(q[0], q[1])
+        turn = cmath.exp(1j * (p.theta0 + q[2]))
         arms = [turn * corner for corner in corners]
-        force, moment = -1j * p.F_n, 0.0
+        force = -1j * p.F_n
+        moment = 0.0
         for arm, foot, k, L in zip(arms[:2], feet, (p.k1, p.k2), (p.L1, p.L2), strict=True):
             v = centre + arm - foot
             f = -k * (abs(v) - L) / abs(v) * v
-            force, moment = force + f, moment + (arm.conjugate() * f).imag
+            force = force + f
+            moment = moment + (arm.conjugate() * f).imag
         if name == "B1":
             for arm, at_rest, k in zip(arms[2:], rest[2:], (p.k3, p.k4), strict=True):
                 f = k * max((at_rest - centre - arm).imag, 0.0) * complex(mu, 1.0)
-                force, moment = force + f, moment + (arm.conjugate() * f).imag
+                force = force + f
+                moment = moment + (arm.conjugate() * f).imag
             return force.real, force.imag, moment
         depth = [-p.h - (centre + arm).imag for arm in arms[2:]]
         if max(depth) <= 0.0:
             return force.real, force.imag, moment
-        low, high = 0.0, 1.0
+        low = 0.0
+        high = 1.0
         if depth[0] < 0.0:
             low = depth[0] / (depth[0] - depth[1])
         elif depth[1] < 0.0:
@@ -56,10 +61,12 @@ def loads(name: str, p: Pad):
 def motion(name, p, initial, times, C=None, mu=None, max_step=None):
     """States (n, 6) at the times; C (3, 3) damps, mu(x_dot) is the coefficient of friction."""
     C = np.zeros((3, 3)) if C is None else np.asarray(C)
-    mass, force = np.array([p.m, p.m, p.I]), loads(name, p)
+    mass = np.array([p.m, p.m, p.I])
+    force = loads(name, p)
 
     def rates(_t, state):
-        q, v = state[:3].tolist(), state[3:]
+        q = state[:3].tolist()
+        v = state[3:]
         f = force(q, p.mu if mu is None else mu(v[0]))
         return np.concatenate([v, (f - C @ v) / mass])
 

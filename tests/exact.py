@@ -95,7 +95,8 @@ class Exact:
 
     def stiffness(self, q: Any, mu: Any) -> Rows:
         """K, minus the derivative of the loads."""
-        return [[-v for v in row] for row in naive.jacobian(*self._given(q, mu))]
+        rows = naive.jacobian(*self._given(q, mu))
+        return [[-row[0], -row[1], -row[2]] for row in rows]
 
     def gaps(self, q: Any) -> tuple[Any, Any]:
         """Heights of the leading and the trailing edge over where they touch."""
@@ -121,9 +122,14 @@ class Exact:
         """Coefficients a, b, c of the polynomial in s = -lambda^2."""
         pad = self.scene.pad
         masses = (pad.m, pad.m, pad.I)
-        A = [[v / m for v in row] for row, m in zip(self.stiffness(q, mu), masses, strict=True)]
-        b = sum(A[i][i] * A[j][j] - A[i][j] * A[j][i] for i, j in ((0, 1), (0, 2), (1, 2)))
-        return A[0][0] + A[1][1] + A[2][2], b, det(A)
+        A = []
+        for row, mass in zip(self.stiffness(q, mu), masses, strict=True):
+            A.append([value / mass for value in row])
+
+        def minor(i: int, j: int) -> Any:
+            return A[i][i] * A[j][j] - A[i][j] * A[j][i]
+
+        return A[0][0] + A[1][1] + A[2][2], minor(0, 1) + minor(0, 2) + minor(1, 2), det(A)
 
     def squares(self, q: Any, mu: Any) -> list[Any]:
         """The three roots s."""
@@ -137,16 +143,17 @@ class Exact:
         unit = mp.mpf(10) ** -22
         for _ in range(12):
             *q, at = z
-            here, f = condition(q, at), self.loads(q, at)
+            here = condition(q, at)
+            f = self.loads(q, at)
             slopes = []
             for i in range(4):
                 ahead = list(z)
                 ahead[i] += unit
                 slopes.append((condition(ahead[:3], ahead[3]) - here) / unit)
-            by_mu = [b - a for a, b in zip(f, self.loads(q, at + 1), strict=True)]  # linear in mu
-            J = [
-                [*(-v for v in row), m] for row, m in zip(self.stiffness(q, at), by_mu, strict=True)
-            ]
+            ahead_in_mu = self.loads(q, at + 1)  # linear in mu
+            J = []
+            for row, load, load_ahead in zip(self.stiffness(q, at), f, ahead_in_mu, strict=True):
+                J.append([-row[0], -row[1], -row[2], load_ahead - load])
             step = solve([*J, slopes], [*f, here])
             z = [v - s for v, s in zip(z, step, strict=True)]
             if abs(step[3]) <= SMALL and max(map(abs, step[:3])) <= SMALL * max(map(abs, z)):

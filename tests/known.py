@@ -40,21 +40,30 @@ def known_system(
     leaves nothing symmetric or orthogonal. Returns the system and its thresholds (mu, kind,
     direction, omega), sorted.
     """
-    C0, C1, K0, K1 = (np.zeros((n, n)) for _ in range(4))
+    C0 = np.zeros((n, n))
+    C1 = np.zeros((n, n))
+    K0 = np.zeros((n, n))
+    K1 = np.zeros((n, n))
     expected: list[Threshold] = []
     i = 0
     while i < n:
-        kind, w, at = rng.random(), rng.uniform(1, 10), rng.uniform(0.05, 1.95)
+        kind = rng.random()
+        w = rng.uniform(1, 10)
+        at = rng.uniform(0.05, 1.95)
         K0[i, i] = w * w
         if damped and kind < 0.15:
             rate = rng.choice([-1, 1]) * rng.uniform(0.01, 0.5)
-            C0[i, i], C1[i, i] = rate * at, -rate
+            C0[i, i] = rate * at
+            C1[i, i] = -rate
             expected.append((at, "flutter", "up" if rate > 0 else "down", w))
         elif kind < 0.25 and i + 1 < n:
             gap = rng.uniform(0.2, 3)
-            a, mean = gap / 2 / at, w * w + gap / 2
-            K0[i, i], K0[i + 1, i + 1] = w * w + gap, w * w
-            K1[i, i + 1], K1[i + 1, i] = a, -a
+            a = gap / 2 / at
+            mean = w * w + gap / 2
+            K0[i, i] = w * w + gap
+            K0[i + 1, i + 1] = w * w
+            K1[i, i + 1] = a
+            K1[i + 1, i] = -a
             c = rng.uniform(0.01, 0.2) if damped else 0.0
             C0[i, i] = C0[i + 1, i + 1] = c
             at = np.sqrt(c * c * mean + gap * gap / 4) / a
@@ -62,15 +71,20 @@ def known_system(
                 expected.append((at, "flutter", "up", np.sqrt(mean)))
             i += 1
         elif kind < 0.3:
-            K1[i, i], C0[i, i] = -w * w / at, rng.uniform(0.01, 0.5) * damped
+            K1[i, i] = -w * w / at
+            C0[i, i] = rng.uniform(0.01, 0.5) * damped
             expected.append((at, "divergence", "up", 0.0))
         else:
-            K1[i, i], C0[i, i] = rng.uniform(-0.2, 0.2), rng.uniform(0.005, 0.5) * damped
+            K1[i, i] = rng.uniform(-0.2, 0.2)
+            C0[i, i] = rng.uniform(0.005, 0.5) * damped
         i += 1
     sparse = [rng.random((n, n)) < 3 / n for _ in range(2)]
-    left, right = (rng.uniform(-0.5, 0.5, (n, n)) * kept for kept in sparse)
-    left, right = np.eye(n) + np.tril(left, -1), np.eye(n) + np.triu(right, 1)
+    left = np.eye(n) + np.tril(rng.uniform(-0.5, 0.5, (n, n)) * sparse[0], -1)
+    right = np.eye(n) + np.triu(rng.uniform(-0.5, 0.5, (n, n)) * sparse[1], 1)
     order = rng.permutation(n)
-    M, C0, C1, K0, K1 = ((left @ X @ right)[order][:, order] for X in (np.eye(n), C0, C1, K0, K1))
-    damping = (C0, C1) if damped else ()
-    return affine(M, K0, K1, *damping), sorted(expected)
+
+    def mixed(X):
+        return (left @ X @ right)[order][:, order]
+
+    damping = (mixed(C0), mixed(C1)) if damped else ()
+    return affine(mixed(np.eye(n)), mixed(K0), mixed(K1), *damping), sorted(expected)

@@ -18,7 +18,9 @@ def _lattice(
 ) -> tuple[list[tuple[int, int]], list[np.ndarray], list[float]]:
     """Springs of a block of nodes to all neighbours: pairs of nodes, directions, stiffnesses."""
     nodes = np.arange(math.prod(shape)).reshape(shape) + offset
-    pairs, ways, springs = [], [], []
+    pairs = []
+    ways = []
+    springs = []
     for way in itertools.product((-1, 0, 1), repeat=3):
         if way <= (0, 0, 0):
             continue
@@ -45,15 +47,17 @@ def disc_and_pad(cells: int) -> TermSystem:
     pad = (2 * cells, cells, max(2, cells // 2))
     at = math.prod(ring)
     pairs, ways, springs = _lattice(ring, 4e7, 0, True)
-    for own, more in zip((pairs, ways, springs), _lattice(pad, 2.2e7, at, False), strict=True):
-        own += more  # type: ignore[operator]
+    pad_pairs, pad_ways, pad_springs = _lattice(pad, 2.2e7, at, False)
+    pairs += pad_pairs
+    ways += pad_ways
+    springs += pad_springs
     n = 3 * (at + math.prod(pad))
-    ring_nodes, pad_nodes = np.arange(at).reshape(ring), np.arange(math.prod(pad)).reshape(pad) + at
-    contact = [
-        (int(ring_nodes[i + cells, j, -1]), int(pad_nodes[i, j, 0]))
-        for i in range(pad[0])
-        for j in range(pad[1])
-    ]
+    ring_nodes = np.arange(at).reshape(ring)
+    pad_nodes = np.arange(math.prod(pad)).reshape(pad) + at
+    contact = []
+    for i in range(pad[0]):
+        for j in range(pad[1]):
+            contact.append((int(ring_nodes[i + cells, j, -1]), int(pad_nodes[i, j, 0])))
     axial = np.array([0.0, 0.0, 1.0])
     elastic = _gaps(n, pairs, ways)
     K = elastic.T @ diags_array(np.array(springs)) @ elastic
@@ -76,7 +80,8 @@ def disc_and_pad(cells: int) -> TermSystem:
 
 def _gaps(n: int, pairs: list[tuple[int, int]], ways: list[np.ndarray]) -> csc_array:
     """Elongation of springs from displacements (number of springs, n)."""
-    way, rows = np.ravel(ways), np.repeat(np.arange(len(pairs)), 3)
+    way = np.ravel(ways)
+    rows = np.repeat(np.arange(len(pairs)), 3)
     a, b = (3 * np.array(pairs).T[:, :, None] + np.arange(3)).reshape(2, -1)
     where = np.tile(rows, 2), np.concatenate([b, a])
     return csc_array((np.concatenate([way, -way]), where), shape=(len(pairs), n))
@@ -95,7 +100,8 @@ def mixed(rng: np.random.Generator, *matrices) -> tuple[csc_array, ...]:
         data = rng.uniform(-0.4, 0.4, keep.sum())
         return eye_array(n) + coo_array((data, (rows[keep], columns[keep])), shape=(n, n))
 
-    left, right = mixer(), mixer().T
+    left = mixer()
+    right = mixer().T
     return tuple(csc_array(left @ x @ right) for x in matrices)
 
 
@@ -103,7 +109,8 @@ def blocks(
     damping: np.ndarray, frequency: np.ndarray, rng: np.random.Generator
 ) -> tuple[csc_array, ...]:
     """M, C, K with the roots of q'' + 2 a q' + (a^2 + w^2) q = 0 for each (a, w): -a +- i w."""
-    a, w = np.asarray(damping, dtype=float), np.asarray(frequency, dtype=float)
+    a = np.asarray(damping, dtype=float)
+    w = np.asarray(frequency, dtype=float)
     return mixed(rng, *(diags_array(d) for d in (np.ones(len(a)), 2 * a, a * a + w * w)))
 
 
@@ -113,8 +120,11 @@ def with_loss_factor(rng: np.random.Generator, size: int = 30) -> tuple[TermSyst
 
     The system, its threshold and the frequency there, rad/s.
     """
-    eta, a, b = 0.03, 400.0**2, 480.0**2
-    k, n = 0.5 * (b - a), size + 2
+    eta = 0.03
+    a = 400.0**2
+    b = 480.0**2
+    k = 0.5 * (b - a)
+    n = size + 2
     mu = np.sqrt(a * b * (eta**2 + ((a - b) / (a + b)) ** 2)) / k
     K0 = diags_array(np.r_[a, b, rng.uniform(300.0, 900.0, size) ** 2]) * (1 + 1j * eta)
     K1 = coo_array(([-k, k], ([0, 1], [1, 0])), shape=(n, n))

@@ -25,9 +25,11 @@ class Literal:
 
     def corners(self, q: np.ndarray) -> list[np.ndarray]:
         """r1, r2 and the lower corners, each (2, n), in the fixed frame; last the mass centre."""
-        p, t = self.p, self.p["theta0"] + q[2]
+        p = self.p
+        t = self.p["theta0"] + q[2]
         centre = np.array([p["x0"] + q[0], p["y0"] + q[1]])
-        c, s = np.cos(t), np.sin(t)
+        c = np.cos(t)
+        s = np.sin(t)
         body = [(-p["w"], p["h"]), (p["w"], p["h"]), (-p["w"], -p["h"]), (p["w"], -p["h"])]
         turned = [centre + np.array([c * a - s * b, s * a + c * b]) for a, b in body]
         return [*turned, centre]
@@ -42,8 +44,11 @@ class Literal:
 
     def spring_loads(self, q: np.ndarray) -> np.ndarray:
         """Forces and moment (3, n) of springs 1 and 2."""
-        p, here, rest = self.p, self.corners(q), self.corners(0.0 * q)
-        a1, a2 = (np.broadcast_to(p[name], q.shape[1:]) for name in ("alpha1", "alpha2"))
+        p = self.p
+        here = self.corners(q)
+        rest = self.corners(0.0 * q)
+        a1 = np.broadcast_to(p["alpha1"], q.shape[1:])
+        a2 = np.broadcast_to(p["alpha2"], q.shape[1:])
         fixed = (
             rest[0] + p["L1"] * np.array([np.cos(a1), np.sin(a1)]),
             rest[1] + p["L2"] * np.array([-np.cos(a2), np.sin(a2)]),
@@ -59,14 +64,16 @@ class Literal:
 
     def loads(self, q: np.ndarray, mu: Any, touching: np.ndarray) -> np.ndarray:
         """Right-hand sides of Eqs. (4)-(6) or (8)-(10); touching (2, n) of booleans."""
-        p, here = self.p, self.corners(q)
+        p = self.p
+        here = self.corners(q)
         fx, fy, moment = self.spring_loads(q)
         depth = self.depths(q)
         if self.model == "B1":
             for edge, k in enumerate((p["k3"], p["k4"])):
                 N = np.where(touching[edge], k * depth[edge], 0.0)
                 arm = here[2 + edge] - here[4]
-                fx, fy = fx + mu * N, fy + N
+                fx = fx + mu * N
+                fy = fy + N
                 moment = moment + arm[0] * N - arm[1] * mu * N
             return np.array([fx, fy - p["F_n"], moment])
         # along the face, share s from the leading to the trailing edge: Gauss' rule, exact here
@@ -80,7 +87,8 @@ class Literal:
             s = low + (high - low) * (1 + node) / 2
             pressure = (pl + s * (pt - pl)) * (high - low) / 2
             place = here[2][0] + s * (here[3][0] - here[2][0])
-            area, first = area + pressure, first + pressure * place
+            area = area + pressure
+            first = first + pressure * place
         some = touching.any(axis=0)
         Rn = p["k_c"] * area
         if self.form.line_force == "mean":
@@ -101,7 +109,8 @@ class Literal:
 
     def newton(self, q: np.ndarray, mu: Any, rounds: int) -> tuple[np.ndarray, np.ndarray]:
         """Equilibria near q (3, n), and where they were found."""
-        q, w = q.copy(), self.p["w"]
+        q = q.copy()
+        w = self.p["w"]
         unit = np.array([np.ones_like(q[0]), np.ones_like(q[0]), np.ones_like(q[0]) / w])
         size = np.full(q.shape[1], np.inf)
         for _ in range(rounds):
@@ -122,7 +131,9 @@ class Literal:
 
     def energy(self, q: np.ndarray) -> np.ndarray:
         """Potential of springs, load and contact (of the integral law)."""
-        p, here, rest = self.p, self.corners(q), self.corners(0.0 * q)
+        p = self.p
+        here = self.corners(q)
+        rest = self.corners(0.0 * q)
         total = p["F_n"] * q[1]
         for i, (k, L, side) in enumerate(((p["k1"], p["L1"], 1), (p["k2"], p["L2"], -1))):
             a = p["alpha1"] if i == 0 else p["alpha2"]
@@ -159,7 +170,10 @@ def literal(scene: Scene, changes: dict[str, np.ndarray], n: int) -> Literal:
     if scene.damping is not None:
         C = np.broadcast_to(np.array(scene.damping.matrix), (n, 3, 3))
     if "I" in scene.pad.derived:
-        m, w, h = ((values | changes)[name] for name in ("m", "w", "h"))
+        changed = values | changes
+        m = changed["m"]
+        w = changed["w"]
+        h = changed["h"]
         values["I"] = m * (w**2 + h**2) / 3
     return Literal(scene.model, values | changes, scene.formulation, C)
 
@@ -175,11 +189,16 @@ def frictionless(eqs: Literal, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
     p = eqs.p
     stiff = p["k1"] + p["k2"] + (p["k3"] + p["k4"] if eqs.model == "B1" else p["k_c"])
     size = p["F_n"] / stiff + abs(p["y0"]) + 1e-9 * p["w"]
-    best, least, most = np.zeros((3, n)), np.full(n, np.inf), np.full(n, -np.inf)
+    best = np.zeros((3, n))
+    least = np.full(n, np.inf)
+    most = np.full(n, -np.inf)
     meant = np.zeros(n, dtype=bool)
     for start in range(STARTS):
-        wide = start % 3 == 2
-        q = random.normal(size=(3, n)) * (0.3 * p["w"] if wide else 3.0 * size) * (start > 0)
+        q = random.normal(size=(3, n))
+        if start == 0:
+            q *= 0.0
+        else:
+            q *= 0.3 * p["w"] if start % 3 == 2 else 3.0 * size
         q[2] /= p["w"]
         found, good = eqs.newton(q, 0.0, 40)
         energy = np.where(good, eqs.energy(found), np.inf)
@@ -187,11 +206,9 @@ def frictionless(eqs: Literal, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
         fits = good & eqs.admissible(found)
         lower = energy < least - 1e-9 * np.where(np.isfinite(least), np.abs(least), 0.0)
         better = (fits & ~meant) | ((fits == meant) & lower)
-        best[:, better], least[better], meant[better] = (
-            found[:, better],
-            energy[better],
-            fits[better],
-        )
+        best[:, better] = found[:, better]
+        least[better] = energy[better]
+        meant[better] = fits[better]
     there = np.isfinite(least)
     several = there & (most - np.where(there, least, 0.0) > 1e-6 * np.abs(most))
     return best, there, several & ~meant

@@ -15,10 +15,14 @@ mp.mp.dps = 50
 def points(p: Pad, q):
     """Free ends r1, r2 and lower corners (leading, trailing), from the fixed frame's origin."""
     x, y, theta = (mp.mpf(v) for v in q)
-    w, h, t0 = mp.mpf(p.w), mp.mpf(p.h), mp.mpf(p.theta0)
-    d, beta = mp.sqrt(w * w + h * h), mp.asin(h / mp.sqrt(w * w + h * h))
+    w = mp.mpf(p.w)
+    h = mp.mpf(p.h)
+    t0 = mp.mpf(p.theta0)
+    d = mp.sqrt(w * w + h * h)
+    beta = mp.asin(h / mp.sqrt(w * w + h * h))
     t = t0 + theta
-    X, Y = p.x0 + x, p.y0 + y
+    X = p.x0 + x
+    Y = p.y0 + y
     r1 = (X - d * mp.cos(beta - t), Y + d * mp.sin(beta - t))
     r2 = (X + d * mp.cos(beta + t), Y + d * mp.sin(beta + t))
     leading = (X - d * mp.cos(beta + t), Y - d * mp.sin(beta + t))
@@ -28,8 +32,10 @@ def points(p: Pad, q):
 
 def spring_loads(p: Pad, q):
     """Force and moment of springs 1 and 2, Eqs. (1)-(3) and their terms in Eq. (6)."""
-    here, rest = points(p, q), points(p, (0, 0, 0))
-    a1, a2 = mp.mpf(p.alpha1), mp.mpf(p.alpha2)
+    here = points(p, q)
+    rest = points(p, (0, 0, 0))
+    a1 = mp.mpf(p.alpha1)
+    a2 = mp.mpf(p.alpha2)
     fixed = (
         (rest[0][0] + p.L1 * mp.cos(a1), rest[0][1] + p.L1 * mp.sin(a1)),
         (rest[1][0] - p.L2 * mp.cos(a2), rest[1][1] + p.L2 * mp.sin(a2)),
@@ -47,12 +53,15 @@ def spring_loads(p: Pad, q):
 def b1_loads(p: Pad, q, state):
     """Right-hand sides of Eqs. (4)-(6)."""
     fx, fy, moment = spring_loads(p, q)
-    here, rest = points(p, q), points(p, (0, 0, 0))
+    here = points(p, q)
+    rest = points(p, (0, 0, 0))
     for touches, k, i in zip(state, (p.k3, p.k4), (2, 3), strict=True):
         if touches:
             N = -k * (here[i][1] - rest[i][1])
-            ax, ay = here[i][0] - here[4][0], here[i][1] - here[4][1]
-            fx, fy = fx + p.mu * N, fy + N
+            ax = here[i][0] - here[4][0]
+            ay = here[i][1] - here[4][1]
+            fx = fx + p.mu * N
+            fy = fy + N
             moment += ax * N - ay * p.mu * N
     return [fx, fy - p.F_n, moment]
 
@@ -60,7 +69,8 @@ def b1_loads(p: Pad, q, state):
 def line_reaction(p: Pad, form: Formulation, q, state):
     """R_n and delta by integration along the contact line, Eqs. (13) and (17) corrected."""
     _, _, leading, trailing, centre = points(p, q)
-    (x0, y0), (x1, y1) = leading, trailing
+    x0, y0 = leading
+    x1, y1 = trailing
 
     def depth(s):  # penetration of the point at share s of the lower face
         return -p.h - (y0 + s * (y1 - y0))
@@ -68,7 +78,8 @@ def line_reaction(p: Pad, form: Formulation, q, state):
     def place(s):
         return x0 + s * (x1 - x0)
 
-    low, high = mp.mpf(0), mp.mpf(1)
+    low = mp.mpf(0)
+    high = mp.mpf(1)
     if state != (True, True):
         crossing = (-p.h - y0) / (y1 - y0)
         low, high = (low, crossing) if state[0] else (crossing, high)
@@ -91,7 +102,9 @@ def b2_loads(p: Pad, form: Formulation, q, state):
     if any(state):
         Rn, delta = line_reaction(p, form, q, state)
         sign = 1 if form.delta_moment == "+" else -1
-        fx, fy, moment = fx + p.mu * Rn, fy + Rn, moment + p.h * p.mu * Rn + sign * delta * Rn
+        fx = fx + p.mu * Rn
+        fy = fy + Rn
+        moment = moment + p.h * p.mu * Rn + sign * delta * Rn
     return [fx, fy - p.F_n, moment]
 
 
@@ -105,9 +118,11 @@ def jacobian(name, p, form, q, state):
     step = mp.mpf(10) ** -round(0.36 * mp.mp.dps)
     columns = []
     for i in range(3):
-        up, down = [mp.mpf(v) for v in q], [mp.mpf(v) for v in q]
+        up = [mp.mpf(v) for v in q]
+        down = [mp.mpf(v) for v in q]
         up[i] += step
         down[i] -= step
-        a, b = loads(name, p, form, up, state), loads(name, p, form, down, state)
+        a = loads(name, p, form, up, state)
+        b = loads(name, p, form, down, state)
         columns.append([(u - d) / (2 * step) for u, d in zip(a, b, strict=True)])
     return [list(row) for row in zip(*columns, strict=True)]

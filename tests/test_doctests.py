@@ -11,7 +11,7 @@ from tests.test_house import MODULES
 
 
 @pytest.mark.parametrize("name", [n for n, file in MODULES.items() if ">>> " in file.read_text()])
-def test_examples(name, monkeypatch, tmp_path):
+def test_examples_print_what_they_show(name, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)  # where examples write their files
     monkeypatch.setenv("MPLBACKEND", "Agg")
     assert not doctest.testmod(importlib.import_module(name)).failed

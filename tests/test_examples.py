@@ -60,7 +60,9 @@ def test_the_solids_are_those_of_scikit_fem():
     corners = np.array(CORNERS, dtype=float)
     places = (corners + 0.2 * (rng.random((8, 3)) - 0.5)).T
     cells = np.arange(8)[:, None]
-    young, poisson, density = 2.1e11, 0.3, 7800.0
+    young = 2.1e11
+    poisson = 0.3
+    density = 7800.0
     basis = skfem.Basis(
         skfem.MeshHex(places, cells), skfem.ElementVector(skfem.ElementHex1()), intorder=7
     )
@@ -74,9 +76,11 @@ def test_the_brake_has_the_roots_that_scipy_finds():
     system = solid_brake(500, around=42).system
     M, C, K = (matrix.toarray() for matrix in system.at())
     n = len(M)
-    stiffness, damping = np.linalg.solve(M, K), np.linalg.solve(M, C)
+    stiffness = np.linalg.solve(M, K)
+    damping = np.linalg.solve(M, C)
     roots = eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]]))
-    low, high = 500.0, 4000.0
+    low = 500.0
+    high = 4000.0
     hertz = (roots[roots.imag > 0.0].imag / (2 * np.pi)).tolist()
     expected = sorted(value for value in hertz if low < value < high)
     found = squeal.eigenvalues(system, band=(low, high))

@@ -39,29 +39,47 @@ class Quantity:
 PAD: typing.Any = api.read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml")
 EYE = np.eye(2)
 WRONG: list = [
-    *(lambda end=end: api.thresholds(SCENE, end) for end in (np.nan, 5000, True, "2", None, 0)),
-    *(lambda mus=mus: api.sweep(SCENE, mus) for mus in (0.3, ["a"], "a", [], [np.inf], [-1])),
-    *(
-        lambda name=name: api.map(SCENE, (api.Axis(name, -1, 1, 3), api.Axis("mu", 0, 1, 3)))
-        for name in ("mu", "k9", "k3")
-    ),
-    *(lambda verb=verb: verb("pad.yaml") for verb in (api.eigenvalues, api.simulate)),
-    *(lambda verb=verb: verb(None) for verb in (api.read_scene, api.read_system)),
-    *(lambda verb=verb: verb(SYSTEM) for verb in (api.map, api.advise)),
-    lambda: api.eigenvalues(SCENE, band=(1.0, 2.0)), lambda: api.eigenvalues(SCENE.pad),
-    lambda: api.reduce(SCENE), lambda: api.Axis("k1", 0.0, 1.0, 3, log=True),
-    lambda: api.sensitivity(SCENE, of="colour"), lambda: api.sensitivity(SCENE, matrices={"q": {}}),
+    lambda: api.thresholds(SCENE, np.nan),
+    lambda: api.thresholds(SCENE, 5000),
+    lambda: api.thresholds(SCENE, True),
+    lambda: api.thresholds(SCENE, "2"),
+    lambda: api.thresholds(SCENE, None),
+    lambda: api.thresholds(SCENE, 0),
+    lambda: api.sweep(SCENE, 0.3),
+    lambda: api.sweep(SCENE, ["a"]),
+    lambda: api.sweep(SCENE, "a"),
+    lambda: api.sweep(SCENE, []),
+    lambda: api.sweep(SCENE, [np.inf]),
+    lambda: api.sweep(SCENE, [-1]),
+    lambda: api.map(SCENE, (api.Axis("mu", -1, 1, 3), api.Axis("mu", 0, 1, 3))),
+    lambda: api.map(SCENE, (api.Axis("k9", -1, 1, 3), api.Axis("mu", 0, 1, 3))),
+    lambda: api.map(SCENE, (api.Axis("k3", -1, 1, 3), api.Axis("mu", 0, 1, 3))),
+    lambda: api.eigenvalues("pad.yaml"),
+    lambda: api.simulate("pad.yaml"),
+    lambda: api.read_scene(None),
+    lambda: api.read_system(None),
+    lambda: api.map(SYSTEM),
+    lambda: api.advise(SYSTEM),
+    lambda: api.eigenvalues(SCENE, band=(1.0, 2.0)),
+    lambda: api.eigenvalues(SCENE.pad),
+    lambda: api.reduce(SCENE),
+    lambda: api.Axis("k1", 0.0, 1.0, 3, log=True),
+    lambda: api.sensitivity(SCENE, of="colour"),
+    lambda: api.sensitivity(SCENE, matrices={"q": {}}),
     lambda: api.sensitivity(SYSTEM, matrices={"mu": {}}),
-    *(
-        lambda given=given: api.sensitivity(SYSTEM, matrices={"q": given})
-        for given in ({"X": EYE}, {"K": np.eye(3)}, {"K": "x"})
-    ),
-    lambda: api.thresholds(SYSTEM, -1.0), lambda: api.advise(SCENE, mu_max=-1),
-    lambda: api.System(EYE), lambda: api.System(EYE, K=np.eye(3)),
-    lambda: api.System(EYE, K={"nu": EYE}), lambda: api.Damping(matrix=EYE),
-    lambda: api.scatter(SCENE, {}), lambda: api.scatter("pad.yaml", {"k1": {"relative": 0.1}}),
+    lambda: api.sensitivity(SYSTEM, matrices={"q": {"X": EYE}}),
+    lambda: api.sensitivity(SYSTEM, matrices={"q": {"K": np.eye(3)}}),
+    lambda: api.sensitivity(SYSTEM, matrices={"q": {"K": "x"}}),
+    lambda: api.thresholds(SYSTEM, -1.0),
+    lambda: api.advise(SCENE, mu_max=-1),
+    lambda: api.System(EYE),
+    lambda: api.System(EYE, K=np.eye(3)),
+    lambda: api.System(EYE, K={"nu": EYE}),
+    lambda: api.Damping(matrix=EYE),
+    lambda: api.scatter(SCENE, {}),
+    lambda: api.scatter("pad.yaml", {"k1": {"relative": 0.1}}),
     lambda: SCENE.replace(pad=3),
-]  # fmt: skip
+]
 
 
 def test_names_for_type_checkers_are_those_that_are_loaded():
@@ -88,8 +106,10 @@ def test_a_pad_and_matrices_answer_the_same_verbs():
     for subject, value in ((PAD, 0.4), (SYSTEM, 1.0)):
         found = squeal.eigenvalues(subject, at=value)
         assert (found.verdict, found.unstable[0].kind, found.certified) == (
-            "flutter", "flutter", True
-        )  # fmt: skip
+            "flutter",
+            "flutter",
+            True,
+        )
         steps = squeal.sweep(subject, [0.1, value]).steps
         assert [step.verdict for step in steps] == ["marginal", "flutter"]
         first = squeal.thresholds(subject).first
@@ -114,10 +134,15 @@ def test_an_answer_prints_and_saves_what_it_holds(tmp_path):
     axes = squeal.Axis("mu", 0.0, 1.0, 3), squeal.Axis("k1", 1e8, 2e8, 2)
     short = PAD.replace(outputs=("history",), samples=7, stop=1e-3)
     answers = [
-        squeal.eigenvalues(PAD), squeal.eigenvalues(SYSTEM, at=0.75),
-        squeal.sweep(SYSTEM, [0.0, 1.0]), squeal.thresholds(SYSTEM), squeal.map(PAD, axes),
-        squeal.sensitivity(PAD), squeal.simulate(short), squeal.sensitivity(PAD, of="threshold"),
-    ]  # fmt: skip
+        squeal.eigenvalues(PAD),
+        squeal.eigenvalues(SYSTEM, at=0.75),
+        squeal.sweep(SYSTEM, [0.0, 1.0]),
+        squeal.thresholds(SYSTEM),
+        squeal.map(PAD, axes),
+        squeal.sensitivity(PAD),
+        squeal.simulate(short),
+        squeal.sensitivity(PAD, of="threshold"),
+    ]
     for answer in answers:
         rows = answer.to_records()
         assert rows

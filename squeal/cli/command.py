@@ -91,6 +91,8 @@ class Source:
         hint = ""
         if group is not SCENE:
             hint = "; another number is set by a parameter that the file names in its place"
+        if "components" in self.document:
+            hint += ", one of a component's file by a parameter of its name here"
         keys, key = group.find(name.strip(), at, hint)
         value = scalar(text)
         key.kind.read(value, at)
@@ -171,12 +173,12 @@ def _keys_of(document: dict[str, Any]) -> Group:
         group = ASSEMBLY
         names += OWN  # which every assembly has, whatever its file names
     numbers = {str(name): Key("a parameter", ANY) for name in names}
-    keys = {}
+    keys = {"parameters": Key("named numbers", Group(numbers))}  # listed first
     for name, key in group.keys.items():
         is_list_or_mapping = type(key.kind) in (Several, Named)  # no text of an option holds one
         if not is_list_or_mapping:
             keys[name] = key
-    return Group(keys | {"parameters": Key("named numbers", Group(numbers))})
+    return Group(keys)
 
 
 @dataclass(frozen=True)

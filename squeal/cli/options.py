@@ -92,6 +92,20 @@ SWEEP = numbers(
     lambda a, b, n: a < b and n == int(n) and 2 <= n <= MOST,
     lambda a, b, n: [a + (b - a) * i / (n - 1) for i in range(int(n))],
 )
+
+
+def sweep_values(text: str) -> list[float]:
+    """The values that A:B:N names, those of the free parameter. Raises InputError."""
+    named = re.match(r"(?!nan|inf)([a-z_]\w*)[=:]", text, re.IGNORECASE)
+    if named:
+        raise InputError(
+            f"is not allowed; it must be A:B:N, of a pad values of mu; of a system --set "
+            f"parameter={named[1]} beside it makes {named[1]} the free parameter"
+        )
+    values: list[float] = SWEEP(text)
+    return values
+
+
 BAND = numbers("LOW:HIGH in Hz with 0 <= LOW < HIGH", lambda low, high: 0.0 <= low < high)
 REGION = numbers("RE0:RE1:IM0:IM1 with RE0 < RE1, IM0 < IM1", lambda a, b, c, d: a < b and c < d)
 
@@ -110,7 +124,8 @@ class Option:
 
 # fmt: off
 OPTIONS = {
-    "values": Option("--sweep --mu", "A:B:N", "values of mu or of the free parameter", SWEEP),
+    "values": Option(
+        "--sweep --mu", "A:B:N", "values of mu or of the free parameter", sweep_values),
     "high": Option("--max --mu-max", "MU", "upper end of the range", NUMBER),
     "n": Option("--n", "N", "points a side (200; of a system 41)", whole(2, 4000)),
     "first": Option(

@@ -43,8 +43,7 @@ def run(given: argparse.Namespace) -> Reply:
         refinement = math.ceil(LEAST / intervals)  # few samples would draw another motion
     task = dataclasses.replace(scene, outputs=outputs, samples=intervals * refinement + 1)
     show = counter("per cent")
-    progress = None if show is None else lambda share: show(round(100 * share), 100)
-    motion = simulate(task, given.integrator, progress)
+    motion = simulate(task, given.integrator, lambda share: show(round(100 * share), 100))
     if given.figure is not None:
         name = given.source.name.removesuffix(".yaml")
         motion.save(given.figure, name=name, scene=scene, inputs=given.source.inputs)

@@ -10,6 +10,7 @@ from typing import TextIO
 from squeal.errors import ComputationError, InputError, missing, visible, within_doubles
 from squeal.io.writing import remaining
 
+SILENCE = 10.0  # s
 _COLOURS = {"unstable": 31, "stable": 32, "open": 33}
 _VERDICT = re.compile(
     r"^(?:(?P<unstable>\d+ unstable mode)|(?P<stable>Stable)"
@@ -77,24 +78,34 @@ def _silence(stream: TextIO) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def steps() -> Callable[[str], None] | None:
-    """What says the steps of long work on standard error, if that is a terminal."""
-    if not sys.stderr.isatty():
-        return None
-    return lambda text: say(f"squeal: {text}")
+def steps() -> Callable[[str], None]:
+    """What says the steps of long work on standard error: where that is no terminal but a pipe or
+    a file, only a step that comes `SILENCE` after the last one that was said."""
+    said = time.monotonic()
+
+    def tell(text: str) -> None:
+        nonlocal said
+        if sys.stderr.isatty() or time.monotonic() > said + SILENCE:
+            said = time.monotonic()
+            say(f"squeal: {text}")
+
+    return tell
 
 
-def counter(what: str) -> Callable[[int, int], None] | None:
-    """What shows (done, count) on standard error until all is done, if that is a terminal."""
-    if not sys.stderr.isatty():
-        return None
+def counter(what: str) -> Callable[[int, int], None]:
+    """What shows (done, count) on standard error until all is done: on a line of a terminal, else
+    as `steps` does."""
     begun = time.monotonic()
+    tell = steps()
 
     def show(done: int, count: int) -> None:
         line = ""
         if done < count:
             line = f"{done} of {count} {what}, {remaining(begun, done, count)}"
-        print(f"{_erase()}{line}", end="", file=sys.stderr, flush=True)
+        if sys.stderr.isatty():
+            print(f"{_erase()}{line}", end="", file=sys.stderr, flush=True)
+        elif line:
+            tell(line)
 
     return show
 

@@ -194,15 +194,15 @@ class CompiledStatics(Statics):
         gaps, rounding = np.split(self._run(_gaps(self.model.law), z), 2)
         return gaps, rounding
 
-    def over_on(
+    def events_behind_on(
         self, curve: np.ndarray, on: np.ndarray, mu_max: np.ndarray
     ) -> Callable[[np.ndarray], np.ndarray]:
         rows = np.concatenate([mu_max[None], on, mu_max[None], curve.reshape(16, -1)])
 
-        def over(share: np.ndarray) -> np.ndarray:
+        def behind(share: np.ndarray) -> np.ndarray:
             if share.ndim == 1:
                 rows[0] = share
                 return self._run(_excesses(self.model.law), rows) > 0.0
-            return np.stack([over(each.repeat(mu_max.size)) for each in share], axis=1)
+            return np.stack([behind(each.repeat(mu_max.size)) for each in share], axis=1)
 
-        return over
+        return behind

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
+from squeal.io.cells import Corners
 from squeal.io.coordinates import Coordinates
 from squeal.io.loads import pressure_load, read_load
 from squeal.io.matrices import read_matrix
@@ -172,7 +173,7 @@ def assembly_file(
         reference=keys.get("reference", ""),
         origins=tuple(origins),
         inputs=tuple(inputs),
-        coordinates=_coordinates(bodies, assembly.components),
+        coordinates=_coordinates(read, assembly.components),
         assembly=assembly,
         assumptions=tuple(assumptions),
     )
@@ -406,15 +407,25 @@ def write_points(path: Path, contact: Contact) -> None:
     write_csv(path, [*POINT_COLUMNS, "area", "nx", "ny", "nz", "x", "y", "z"], rows)
 
 
-def _coordinates(full: Sequence[Component], reduced: Sequence[Component]) -> Coordinates:
-    """The nodes of all rows before their reduction, for mode shapes."""
-    labels = [f"{body.name} {node}" for body in full for node in body.nodes]
-    names, first_rows, nodes = np.unique(labels, return_index=True, return_inverse=True)
-    places = np.concatenate([body.places for body in full])
+def _coordinates(sides: Sequence[_Side], reduced: Sequence[Component]) -> Coordinates:
+    """The nodes of all rows before their reduction, and the elements, for mode shapes."""
+    names: list[str] = []
+    nodes = []
+    cells: list[tuple[str, Corners]] = []
+    elements: list[str] = []
+    for body, own in sides:
+        before = len(names)
+        nodes.append(own.nodes + before)
+        names += [f"{body.name} {node}" for node in own.names]
+        elements += [f"{body.name} {element}" for element in own.elements]
+        for kind, corners in own.cells:
+            cells.append((kind, tuple(corner + before for corner in corners)))
     return Coordinates(
-        nodes,
-        directions=np.concatenate([body.directions for body in full]),
-        places=places[first_rows],
-        names=tuple(names.tolist()),
+        nodes=np.concatenate(nodes),
+        directions=np.concatenate([side.coordinates.directions for side in sides]),
+        places=np.concatenate([side.coordinates.places for side in sides]),
+        names=tuple(names),
+        cells=tuple(cells),
+        elements=tuple(elements),
         bases=tuple(body.basis for body in reduced if body.basis is not None),  # of all or none
     )

@@ -17,7 +17,10 @@ DIRECTIONS = {"1": 0, "2": 1, "3": 2, "x": 0, "y": 1, "z": 2}
 DIRECTIONS |= dict.fromkeys(("4", "5", "6", "rx", "ry", "rz", "-"), NO_DIRECTION)
 DIRECTIONS["fixed"] = FIXED
 DOF = Word(tuple(DIRECTIONS))
-POINTS = "mode shapes are points; `elements: {file: job.inp}` in the system file gives faces"
+POINTS = (
+    "mode shapes are points; `elements: {file: job.inp}` in the system file gives faces, of "
+    "components in the file of each"
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 import hashlib
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import IO, TypeAlias
@@ -33,6 +33,10 @@ LONGEST_REASON = 300  # characters of what a library says of a broken file
 
 Matrix: TypeAlias = csc_array | NDArray
 OpenedFiles: TypeAlias = dict[Path, MatrixFile | NamedMatrices]
+OTHER_ROWS = (
+    "matrices whose rows share labels can be combined only with matrices of the same rows; "
+    "export them from one job"
+)
 
 
 def read_matrix(
@@ -285,19 +289,19 @@ def aligned(files: Sequence[MatrixFile]) -> list[csc_array]:
     if not all(file.labels for file in files):
         raise InputError("matrices with (node, dof) labels and without cannot be combined")
     if any(file.numbered and file.labels != files[0].labels for file in files):
-        raise InputError(
-            "matrices whose rows share labels can be combined only with matrices of the same rows; "
-            "export them from one job"
-        )
-    row_of_label = {label: row for row, label in enumerate(all_labels(files))}
-    n = len(row_of_label)
-    matrices = []
-    for file in files:
-        rows = np.array([row_of_label[label] for label in file.labels or ()])
-        entries = file.matrix.tocoo()
-        positions = (rows[entries.row], rows[entries.col])
-        matrices.append(coo_array((entries.data, positions), shape=(n, n)).tocsc())
-    return matrices
+        raise InputError(OTHER_ROWS)
+    labels = all_labels(files)
+    return [on_rows(file, labels) for file in files]
+
+
+def on_rows(file: MatrixFile, labels: Sequence[Hashable]) -> csc_array:
+    """The matrix of a file with labels on rows that have these."""
+    row_of_label = {label: row for row, label in enumerate(labels)}
+    rows = np.array([row_of_label[label] for label in file.labels or ()])
+    entries = file.matrix.tocoo()
+    positions = (rows[entries.row], rows[entries.col])
+    n = len(labels)
+    return coo_array((entries.data, positions), shape=(n, n)).tocsc()
 
 
 def _at_common_size(files: Sequence[MatrixFile]) -> list[csc_array]:

@@ -55,9 +55,8 @@ class Origin(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class SystemFile:
     """A system from a file; `inputs` are the other files that were read, `damped` says what has
-    damping that is not given as a matrix, `assembly` is what components were joined to, `labels`
-    are the (node, degree of freedom) of the rows where matrices name them. `assumptions` say what
-    was guessed, left out or united: nothing is certified after it.
+    damping that is not given as a matrix, `assembly` is what components were joined to.
+    `assumptions` say what was guessed, left out or united: nothing is certified after it.
 
     Examples
     --------
@@ -76,7 +75,6 @@ class SystemFile:
     coordinates: Coordinates | None = None
     damped: tuple[Damped, ...] = ()
     assembly: Any = field(default=None, repr=False)
-    labels: tuple[tuple[int, int], ...] = field(default=(), repr=False)
     assumptions: tuple[str, ...] = ()
 
     def replaced(self, changes: Mapping[str, float]) -> SystemFile:
@@ -124,15 +122,14 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
             keys.get("parameters", {}),
             parameter,
             keys.get("name") or Path(at.source).stem,
+            labels=tuple(labels),
         )
         if not POWERS.keys().isdisjoint(keys):
             mass = dense(system.at()[0])
             reduce(mass, None, np.zeros_like(mass))  # refuses a mass that is not positive definite
         system, supports = without_supports(system)
         if supports.size:
-            (at / "K").warn(supported(supports))
-            supported_rows = set(supports.tolist())
-            labels = [label for row, label in enumerate(labels) if row not in supported_rows]
+            (at / "K").warn(supported(supports, labels))
         undamped_rows = system.n
         system, damping_records = _with_damping(system, keys, folder, made.damping)
         _warn_of_parameters(at / "damping", system, damping_records)
@@ -146,7 +143,6 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
         inputs=_input_files(keys, terms, folder),
         coordinates=coordinates,
         damped=(*made.damping.records, *damping_records),
-        labels=tuple(labels),
         assumptions=tuple(dict.fromkeys([*assumptions, *system.assumptions])),
     )
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.errors import InputError, within_doubles
+from squeal.errors import InputError, meant, within_doubles
 from squeal.linear.matrices import Array, checked, dense, given_matrix, is_sparse
 from squeal.linear.matrices import Matrix as Matrix
 from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
@@ -70,6 +70,8 @@ class Term:
 
 SystemMatrix = ArrayLike | Sequence[object] | SparseMatrix | Mapping[str, object] | tuple[Term, ...]
 """A matrix as `System` takes it: one array, arrays by their factors, or terms."""
+Label = Hashable
+"""Of a row: what an index of pandas or xarray holds, of files (node, degree of freedom)."""
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
@@ -84,7 +86,7 @@ class System:
     M, C, K : array_like (n, n), SciPy sparse array, mapping of formulas to such, or tuple of Term
         A mapping holds terms by their factors, formulas of the parameters, such as
         ``{"1": K0, "mu": K1}``. C may be left out (undamped). Data frames of pandas and data arrays
-        of xarray must have the same labels.
+        of xarray must have the same labels, which name the rows in answers.
     parameters : mapping of str to float
         Named numbers that the factors depend on; the free parameter is 0 if it is not among them.
     parameter : str
@@ -96,6 +98,8 @@ class System:
         `parameters` does not name.
     assumptions : tuple of str
         What was guessed when it was made; nothing is certified after it.
+    labels : tuple
+        Of the first rows or of all: those of data frames, or (node, degree of freedom) of files.
 
     Raises
     ------
@@ -129,6 +133,7 @@ class System:
     name: str
     follows: tuple[str, ...]
     assumptions: tuple[str, ...]
+    labels: tuple[Label, ...]
 
     def __init__(
         self,
@@ -140,6 +145,7 @@ class System:
         name: str = "system",
         follows: tuple[str, ...] = (),
         assumptions: tuple[str, ...] = (),
+        labels: tuple[Label, ...] = (),
     ) -> None:
         if K is None:
             raise InputError("System: K: missing; a matrix or a mapping of formulas to matrices is")
@@ -164,15 +170,16 @@ class System:
             assumptions=assumptions,
         )
         with within_doubles():
-            vars(self).update(_read_terms(arguments))
+            parts, labels_of_frames = _read_terms(arguments)
+            vars(self).update(parts, labels=labels or labels_of_frames)
             self._complete_parameters()
             self._check_terms()
             if from_terms:
                 return
             without, supports = without_supports(self)
         if supports.size:
+            Place("System", "K").warn(supported(supports, self.labels))
             vars(self).update(vars(without))
-            Place("System", "K").warn(supported(supports))
 
     def _complete_parameters(self) -> None:
         """Give the free parameter and the frequency of each root values if they have none."""
@@ -196,10 +203,10 @@ class System:
                         f"the shape of the first M, {shape}"
                     )
                 for name in sorted(term.factor.names - self.parameters.keys()):
-                    allowed = ", ".join(sorted(self.parameters))
                     raise InputError(
-                        f"{letter}: factor {term.factor.text}: {name} is no parameter; allowed are "
-                        f"{allowed}"
+                        f"{letter}: factor {term.factor.text}: {name} is no parameter; "
+                        f"{meant(name, sorted(self.parameters))}; `parameters` of the same system "
+                        "names others"
                     )
 
     @staticmethod
@@ -242,6 +249,7 @@ class System:
             self.name,
             self.follows,
             self.assumptions,
+            self.labels,
         )
 
     @property
@@ -268,6 +276,18 @@ class System:
     def n(self) -> int:
         """Number of degrees of freedom."""
         return int(self.M[0].matrix.shape[0])
+
+    @property
+    def row_names(self) -> list[str]:
+        """What each row is called: by its label, such as 12:3 of (12, 3), or by its number, q3.
+
+        Examples
+        --------
+        >>> System(np.eye(2), K=np.eye(2), labels=("pad.z",)).row_names
+        ['pad.z', 'q2']
+        """
+        numbered = [f"q{row}" for row in range(len(self.labels) + 1, self.n + 1)]
+        return [*map(row_name, self.labels), *numbered]
 
     @property
     def real(self) -> bool:
@@ -298,8 +318,7 @@ class System:
         """
         values = {**self.parameters, **(changes or {})}
         for name in values.keys() - self.parameters.keys():
-            allowed = ", ".join(sorted(self.parameters))
-            raise InputError(f"{name}: is no parameter; allowed are {allowed}")
+            raise InputError(f"{name}: is no parameter; {meant(name, sorted(self.parameters))}")
         return values
 
     def replace(self, changes: Mapping[str, float]) -> System:
@@ -435,6 +454,12 @@ class System:
         return total
 
 
+def row_name(label: Label) -> str:
+    """The label of a row in words, the levels of one that has several between colons."""
+    levels = label if isinstance(label, tuple) else (label,)
+    return ":".join(map(str, levels))
+
+
 TermSystem = System
 """The class by the name that it had when `System` was a function."""
 
@@ -444,13 +469,16 @@ def _are_terms(given: object) -> bool:
     return isinstance(given, tuple) and all(isinstance(term, Term) for term in given)
 
 
-def _read_terms(given: Mapping[str, Any]) -> dict[str, tuple[Term, ...]]:
-    """The terms of M, C and K: as they are, from arrays, or from mappings of formulas to arrays.
+def _read_terms(
+    given: Mapping[str, Any],
+) -> tuple[dict[str, tuple[Term, ...]], tuple[Label, ...]]:
+    """The terms of M, C and K, as they are, from arrays, or from mappings of formulas to arrays;
+    and the labels of their rows, if they are data frames.
 
     Raises InputError for what is no matrix, and for data frames whose labels differ.
     """
     parts: dict[str, tuple[Term, ...]] = {}
-    labels: dict[str, list[object]] = {}
+    labels: dict[str, list[Label]] = {}
     for part, value in given.items():
         if _are_terms(value):
             parts[part] = value
@@ -468,11 +496,12 @@ def _read_terms(given: Mapping[str, Any]) -> dict[str, tuple[Term, ...]]:
                 matrix = given_matrix(array, real=part == "M")
                 terms.append(Term(matrix, Formula(TEXT.read(factor, Place("factor")))))
         parts[part] = tuple(terms)
-    _refuse_other_labels(labels)
-    return parts
+    with Place("System").named():
+        refuse_other_labels(labels)
+    return parts, tuple(next(iter(labels.values()), ()))
 
 
-def labels_of(matrix: object) -> tuple[list[object], list[object]] | None:
+def labels_of(matrix: object) -> tuple[list[Label], list[Label]] | None:
     """The labels of rows and columns of a data frame (pandas) or a data array (xarray) that has
     them; None of any other matrix."""
     if hasattr(matrix, "columns") and hasattr(matrix, "index"):
@@ -484,14 +513,14 @@ def labels_of(matrix: object) -> tuple[list[object], list[object]] | None:
     return labels[0], labels[1]
 
 
-def _refuse_other_labels(labels: Mapping[str, list[object]]) -> None:
+def refuse_other_labels(labels: Mapping[str, list[Label]]) -> None:
     """Refuse data frames whose rows or columns have other labels, or another order, than those of
     the first. Raises InputError."""
     first = next(iter(labels), "")
     for name, others in labels.items():
         if others != labels[first]:
             raise InputError(
-                f"System: the {name} is not the {first}; labelled matrices must have the same "
+                f"the {name} is not the {first}; labelled matrices must have the same "
                 "labels in the same order as rows and as columns (frame.loc[labels, labels] sorts "
                 "them)"
             )
@@ -580,16 +609,20 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
             C=tuple(map(free_rows, system.C)),
             K=tuple(map(free_rows, system.K)),
             assumptions=(*system.assumptions, assumption),
+            labels=tuple(system.labels[row] for row in free if row < len(system.labels)),
         ),
         supports,
     )
 
 
-def supported(rows: NDArray[np.intp]) -> str:
-    """What is said of rows that `without_supports` left out."""
+def supported(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:
+    """What is said of rows that `without_supports` left out, of a system with these labels."""
+    first = f"row {rows[0] + 1}"
+    if labels:
+        first += f", {row_name(labels[rows[0]])}"
     return (
         f"{rows.size} rows whose diagonal stands decades above all others are taken for supports "
-        f"and left out, the first is row {rows[0] + 1}"
+        f"and left out, the first is {first}"
     )
 
 

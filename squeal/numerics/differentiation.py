@@ -21,7 +21,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from squeal.errors import InputError
+from squeal.errors import InputError, meant
 
 Number = Any
 """A number or array of some arithmetic: doubles, complex or dual numbers, intervals, or others."""
@@ -176,8 +176,7 @@ class Formula:
     def _finite(self, parameters: Mapping[str, float], by: str, what: str) -> float:
         about = f"{self.place}: {self.text}" if self.place else self.text
         for name in sorted(self.names - parameters.keys()):
-            allowed = ", ".join(sorted(parameters)) or "none"
-            raise InputError(f"{about}: {name} is no parameter; allowed are {allowed}")
+            raise InputError(f"{about}: {name} is no parameter; {meant(name, sorted(parameters))}")
         at: dict[str, Number] = {name: float(parameters[name]) for name in self.names}
         if by in at:
             at[by] = Dual(at[by], 1.0)

@@ -22,6 +22,7 @@ COLOUR_OF = dict(zip(NAMES, VERDICT_COLOURS, strict=True))
 QUARTERS = ([0.0, 0.25, 0.5, 0.75, 1.0], ["$0$", r"$\pi/4$", r"$\pi/2$", r"$3\pi/4$", r"$\pi$"])
 """Ticks of an axis from 0 to pi, over pi, and their labels."""
 THRESHOLD = "#E69F00"  # of the curves on which stability is lost
+NO_VALUE = "0.85"  # where a quantity has none
 OWN_LEVEL = "#C8380E"  # of the contour at the scene's own value
 GREEK = {"alpha": r"\alpha", "theta": r"\theta", "mu": r"\mu"}
 
@@ -106,7 +107,7 @@ def map_drawing(name: str, answer: Map, own: Own = None, level: float | None = N
     with_contours = own is not None and answer.quantity is not None
     with style():
         figure = Figure(figsize=(SINGLE, 3.2 if with_contours else 3.6))
-        axes = figure.add_subplot(facecolor="0.85")
+        axes = figure.add_subplot(facecolor=NO_VALUE)
         drawn = _contours(axes, answer, level) if with_contours else _cells(axes, answer)
         handles = [*drawn.handles, *_finish_axes(axes, answer, own)]
         if handles:
@@ -175,4 +176,7 @@ def _contours(axes: Axes, answer: Map, level: float | None) -> _Drawn:
     if known.size:
         span = f"{known.min():.4g} to {known.max():.4g} {unit}"
     percent = f"{100 * known.size / values.size:.1f} %"
-    return _Drawn([], words.capitalize(), f"{span}, on {percent} of the area")
+    handles = []
+    if known.size < values.size:
+        handles.append(Patch(fc=NO_VALUE, ec="k", lw=0.5, label=f"no {words}"))
+    return _Drawn(handles, words.capitalize(), f"{span}, on {percent} of the area")

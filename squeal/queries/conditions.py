@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from squeal.errors import ComputationError
+from squeal.errors import ComputationError, meant
 from squeal.io.processes import counted, one_thread
 from squeal.io.scene import Scene
 from squeal.linear import GROWING
@@ -126,7 +126,7 @@ def _combinations(space: ParameterSpace, axes: Mapping[str, Values]) -> list[Cha
     count = 1
     for name, values in axes.items():
         if name not in space.values:
-            raise AT.refuse(f"{name} is no parameter here; allowed are {', '.join(space.values)}")
+            raise AT.refuse(f"{name} is no parameter here; {meant(name, space.values)}")
         if len(set(values)) < len(values):
             raise AT.refuse(f"{name} has a value twice; each value is allowed once")
         count *= len(values)

@@ -17,13 +17,12 @@ from squeal.queries.options import (
     refuse_options,
 )
 from squeal.queries.pads.equilibrium import analyse, branch_system
-from squeal.results.eigenvalues import Eigenvalues, mode_shapes, shape_rows
+from squeal.results.eigenvalues import COORDINATES, Eigenvalues, mode_shapes, shape_rows
 from squeal.results.sources import PadAnalysis, PadSource
 from squeal.results.sweep import Sweep
 from squeal.schema import Positive, public
 
 MATRIX_DIGITS = "12 digits"  # to which those of an equilibrium are taken to be known
-COORDINATES = {"x": "m", "y": "m", "theta": "rad"}
 
 
 @public

@@ -17,7 +17,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from squeal.errors import ComputationError, InputError
+from squeal.errors import ComputationError, InputError, meant
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array
@@ -407,8 +407,8 @@ def _checked_bounds(system: TermSystem, bounds: Mapping[str, Band]) -> dict[str,
     checked: dict[str, Band] = {}
     for name, (low, high) in bounds.items():
         if name not in system.names:
-            allowed = ", ".join(sorted(system.names)) or "none"
-            raise (at / name).refuse(f"no matrix depends on it; allowed are {allowed}")
+            hint = meant(name, sorted(system.names))
+            raise (at / name).refuse(f"no matrix depends on it; {hint}")
         if not low < high:
             raise (at / name).must_be(f"{low:g} to {high:g}", "a range with low < high")
         checked[name] = (low, high)

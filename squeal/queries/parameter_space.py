@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from squeal.errors import ComputationError, InputError
+from squeal.errors import ComputationError, InputError, meant
 from squeal.io.scene import Scene
 from squeal.io.writing import picked, unit_word
 from squeal.linear import GROWING
@@ -163,7 +163,7 @@ class ParameterSpace:
         why = "is no parameter here"
         if name == self.free:
             why = "is varied to find its threshold, and scatters with --of growth alone"
-        raise at.refuse(f"{name} {why}; allowed are {', '.join(self.values)}")
+        raise at.refuse(f"{name} {why}; {meant(name, self.values)}")
 
     def step(self, name: str, size: float, is_share: bool, at: Place) -> float:
         """A change of a parameter in its unit.
@@ -245,18 +245,21 @@ class ParameterSpace:
         for k, number in enumerate(changed):
             if losses.unknown[k]:
                 continue
-            if losses.nowhere[k]:
+            if losses.no_start[k]:
                 outcomes[number] = Outcome(kind=NO_PAD, reason=NO_EQUILIBRIUM)
             else:
-                outcomes[number] = outcome_at(losses.mu[k], losses.kinds[k], losses.hertz[k])
+                outcomes[number] = outcome_at(losses.mu[k], losses.kinds[k], losses.frequency_hz[k])
         return outcomes
 
 
 def _outcome_of_query(
     subject: Scene | TermSystem, high: float, band: tuple[float, float] | None = None
 ) -> Outcome:
-    """The outcome of a subject by the query `thresholds`, with the reason if there is none."""
+    """The outcome of a subject by the query `thresholds`, with the reason if there is none.
+
+    The referee is not asked: a proof takes longer than the search, and no outcome tells of it.
+    """
     try:
-        return first_loss(thresholds(subject, high, band=band), high)
+        return first_loss(thresholds(subject, high, band=band, prove=False), high)
     except (InputError, ComputationError) as error:
         return Outcome(reason=str(error))

@@ -27,6 +27,8 @@ from squeal.results.columns import (
 from squeal.results.sources import Source, SystemSource
 
 SAME = 1e-9  # of |lambda|: a mode that grows is this listed one
+COORDINATES = {"x": "m", "y": "m", "theta": "rad"}
+"""Of a pad, with their units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,6 +161,13 @@ class Eigenvalues(Answer):
         if known_by:
             within = f"what {known_by} leave open"
         return f"growth of {mode} {', '.join(map(str, numbers))} is within {within}"
+
+    @property
+    def coordinates(self) -> list[str]:
+        """What each row of an eigenvector is called: of a system by the label of the row."""
+        if isinstance(self.source, SystemSource):
+            return self.source.file.system.row_names
+        return list(COORDINATES)
 
     def mode_of(self, mode: UnstableMode) -> int | None:
         """The number of a mode that grows, None if it is not listed.

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import itemgetter
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -147,6 +147,10 @@ class Point(NamedTuple):
     direction: np.ndarray
 
 
+Sign = Callable[[Cycle, np.ndarray], bool | int | tuple[State, ...]]
+"""What changes, of a cycle and the direction (8,) of its branch, where something happens."""
+
+
 @dataclass(frozen=True, eq=False)
 class Shooting:
     """A pad in natural units over a scaled parameter: `at` gives its model at a value."""
@@ -203,7 +207,7 @@ class Shooting:
         """
         e_value = np.eye(8)[VALUE]
         orthogonal_to = e_value if direction is None else direction
-        # of the states that a cycle passes the one in a plane across the motion of the guess
+        # of the states that a cycle passes that in a plane across the motion of the guess
         phase = self._rates(guess[:6], guess[VALUE])
         phase /= np.linalg.norm(phase)
         x = guess.copy()
@@ -212,6 +216,7 @@ class Shooting:
             cycle = self.over(state, period, value)
             end = cycle.segment.end[:, 0]
             end_at_next_value = self.motion(state, period, value + DIFFERENCE).end[:, 0]
+            # rows: the ends meet, the state lies in the plane, the correction is orthogonal
             J = np.zeros((8, 8))
             J[:6, :6] = cycle.monodromy - np.eye(6)
             J[:6, 6] = self._rates(end, value)
@@ -246,21 +251,22 @@ class Shooting:
     ) -> tuple[Cycle | None, str]:
         """The cycle to which the motion from a state settles within so many windows of time, or
         None with the reason. Raises ComputationError where the model ends."""
+        start = state
         speed = 0.0
         changes = 0
         resting = RESTING * max(1e-6, float(np.linalg.norm(self._rates(state, value))))
         for passed in range(windows):
-            segment = self.motion(state, window, value, since=passed * window)
-            state = segment.end[:, 0]
+            segment = self.motion(start, window, value, since=passed * window)
+            start = segment.end[:, 0]
             changes = len(segment.t)
-            speed = float(np.linalg.norm(self._rates(state, value)))
+            speed = float(np.linalg.norm(self._rates(start, value)))
             if not changes and speed <= resting:
                 break
-            begin, period = _return(segment)
+            at_change, period = _first_return(segment)
             if period:
                 # from between two changes, so that none falls on an end
-                begin = self.motion(begin, 0.01 * period, value).end[:, 0]
-                cycle, _ = self.solve(np.concatenate([begin, [period, value]]))
+                between = self.motion(at_change, 0.01 * period, value).end[:, 0]
+                cycle, _ = self.solve(np.concatenate([between, [period, value]]))
                 return self._shortest(cycle), ""
         if changes:
             return None, "contact goes on changing and the motion does not return to itself"
@@ -298,26 +304,22 @@ class Shooting:
             present.cycle, present.direction * (np.sign(present.direction[VALUE]) * towards)
         )
         step = longest_step
-        rates_at_first = self._rates(present.cycle.state, present.cycle.value)
-        rates = rates_at_first
+        resting = RESTING * float(np.linalg.norm(self._rates_of(present.cycle)))
         while len(members) < most:
             guess = present.cycle.unknowns + step * present.direction
             following = self._solve_or_none(guess, present.direction, PASSES_AHEAD)
             if following is None or following.direction @ present.direction <= STRAIGHT:
-                step /= 2.0  # may be a jump between branches
-                if step < SHORTEST * longest_step:
-                    return members, "no further cycle was found"
-                continue
-            after = following.cycle
-            rates_after = self._rates(after.state, after.value)
-            resting = np.linalg.norm(rates_after) < RESTING * np.linalg.norm(rates_at_first)
-            beyond = rates_after @ rates < 0.0  # past the equilibrium the same cycles follow
-            if resting or beyond:
-                # a long step may come to either also from small cycles that do not shrink to it
+                refusal = "no further cycle was found"  # or that of another branch
+            elif self._shrinks(present.cycle, following.cycle, resting):
+                refusal = "the cycle shrinks to the equilibrium"
+            else:
+                refusal = ""
+            if following is None or refusal:
                 step /= 2.0
                 if step < SHORTEST * longest_step:
-                    return members, "the cycle shrinks to the equilibrium"
+                    return members, refusal
                 continue
+            after = following.cycle
             turns = self._turns(present, step, following)
             closing = self._closing(first, present.cycle, turns, after)
             if closing is not None:
@@ -329,10 +331,23 @@ class Shooting:
             members.append(after)
             if after.of_any_amplitude:
                 return members, "without a change of contact, cycles of any amplitude follow"
-            rates = rates_after
             present = following
             step = min(GROWTH * step, longest_step)
         return members, f"{most} cycles were followed"
+
+    def _rates_of(self, cycle: Cycle) -> np.ndarray:
+        """The rates (6,) at the state from which a cycle is counted."""
+        return self._rates(cycle.state, cycle.value)
+
+    def _shrinks(self, before: Cycle, after: Cycle, resting: float) -> bool:
+        """Whether a step leads to the equilibrium, where rates are below `resting`, or past it,
+        where the same cycles follow in the opposite phase.
+
+        A long step may do so also from small cycles that do not shrink to it.
+        """
+        rates = self._rates_of(after)
+        is_past = rates @ self._rates_of(before) < 0.0
+        return bool(is_past or np.linalg.norm(rates) < resting)
 
     def _closing(
         self, first: Cycle, before: Cycle, turns: list[Cycle], after: Cycle
@@ -388,8 +403,8 @@ class Shooting:
     def _first_change(
         self,
         first: Point,
-        sign: "Sign",
-        sign_at_low: Any,
+        sign: Sign,
+        sign_at_low: bool | int | tuple[State, ...],
         low: float,
         beyond: tuple[float, Point],
     ) -> tuple[float, Point]:
@@ -434,17 +449,16 @@ def _contact_states(cycle: Cycle, _direction: np.ndarray) -> tuple[State, ...]:
     return cycle.contacts
 
 
-Sign = Callable[[Cycle, np.ndarray], Any]
 SIGNS: dict[str, Sign] = {
     "fold": _value_rises,
     "period doubling": _real_multipliers_below_minus_one,
     "torus": _pairs_outside_the_unit_circle,
     "grazing": _contact_states,
 }
-"""What changes of a cycle, with the direction of its branch, at each kind of turn."""
+"""What changes at each kind of turn."""
 
 
-def _return(segment: Segment) -> tuple[np.ndarray, float]:
+def _first_return(segment: Segment) -> tuple[np.ndarray, float]:
     """The state (6,) from which a separation repeats and the time until then, 0 if none does."""
     changes = np.arange(len(segment.t))
     separations = np.flatnonzero(segment.on[segment.point, changes] == 0)
@@ -453,7 +467,7 @@ def _return(segment: Segment) -> tuple[np.ndarray, float]:
     first = separations[0]
     same_contact = (segment.on == segment.on[:, [first]]).all(axis=0)
     same_point = segment.point == segment.point[first]
-    passages = separations[(same_contact & same_point)[separations]]
+    passages = separations[(same_contact & same_point)[separations]]  # the first one begins them
     start = segment.state[:, first]
     later = passages[1 : PASSAGES + 1]
     size = np.abs(segment.state[:, passages]).max()

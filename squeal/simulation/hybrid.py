@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -129,6 +129,15 @@ class DenseOutput(NamedTuple):
     h: np.ndarray
     series: np.ndarray
 
+    @staticmethod
+    def joined(parts: Sequence["DenseOutput | None"]) -> "DenseOutput | None":
+        """The steps of all parts, one after the other; None if no part has any."""
+        dense = [part for part in parts if part is not None]
+        if not dense:
+            return None
+        columns = zip(*dense, strict=True)
+        return DenseOutput(*(np.concatenate(arrays, axis=-1) for arrays in columns))
+
 
 @dataclass(frozen=True)
 class Segment:
@@ -187,8 +196,9 @@ class Segment:
         return Steps(lane, t, h, series, on=self._contact(lane, changes))
 
     @cached_property
-    def wrong(self) -> np.ndarray:
-        """How far (points, n) each gap is on the wrong side of zero at the end."""
+    def beyond(self) -> np.ndarray:
+        """How far (points, n) each gap at the end is beyond zero, where its contact would change:
+        the height of a point that touches, the depth of another one."""
         end = np.asarray(self.end, dtype=float)
         heights = np.array(self.law.gaps(self.c, pose(np, self.c.place(end))))
         return np.where(self.last > 0, heights, -heights)
@@ -213,12 +223,6 @@ class Segment:
             return parts[0]
         first = parts[0]
         last = parts[-1]
-        smooth = None
-        dense = [part.smooth for part in parts if part.smooth is not None]
-        if dense:
-            smooth = DenseOutput(
-                *(np.concatenate(arrays, axis=-1) for arrays in zip(*dense, strict=True))
-            )
         return Segment(
             law=last.law,
             c=last.c,
@@ -232,7 +236,7 @@ class Segment:
             state=np.concatenate([part.state for part in parts], axis=-1),
             count=np.sum([part.count for part in parts], axis=0),
             limit=last.limit,
-            smooth=smooth,
+            smooth=DenseOutput.joined([part.smooth for part in parts]),
         )
 
 
@@ -274,21 +278,22 @@ def first_contact(model: PadModel, state: np.ndarray, options: Options = DEFAULT
     A point that starts on the switching surface, to rounding, belongs to the side to which the
     first motion takes it; a short Runge-Kutta step tells which, since the loads are continuous.
     """
-    state = np.asarray(state, dtype=float)
+    start = np.asarray(state, dtype=float)
     pad = model.pad
-    heights = model.gaps(model.c.place(state))
-    rounding = _ROUNDING * (pad.h + pad.w + abs(pad.y0) + abs(state[1]))
-    near = np.abs(heights) <= rounding
-    if np.any(near):
+    gaps = model.gaps(model.c.place(start))
+    rounding = _ROUNDING * (pad.h + pad.w + abs(pad.y0) + abs(start[1]))
+    on_surface = np.abs(gaps) <= rounding
+    touches = gaps < 0.0
+    if np.any(on_surface):
         step = options.first_step
-        k1 = state_rates(model, state)
-        k2 = state_rates(model, state + step * k1)
+        k1 = state_rates(model, start)
+        k2 = state_rates(model, start + step * k1)
         # a h^2 / 2 + (da/dt) h^3 / 6, with da/dt from both accelerations
-        moved = state[:3] + step * state[3:] + step**2 / 6 * (2 * k1 + k2)[3:]
+        moved = start[:3] + step * start[3:] + step**2 / 6 * (2 * k1 + k2)[3:]
         # the change of the gap, not the gap: an offset of rounding size must not decide
-        change = model.gaps(model.c.place(moved)) - heights
-        heights = np.where(near, change, heights)
-    return np.asarray(heights < 0.0).astype(int)
+        change = model.gaps(model.c.place(moved)) - gaps
+        touches = np.where(on_surface, change < 0.0, touches)
+    return np.asarray(touches).astype(int)
 
 
 def off_level(
@@ -303,8 +308,9 @@ def off_level(
     if model.law.points > 2:
         return state
     leading, trailing = model.gaps(model.c.place(np.asarray(state, dtype=float)))
-    level = np.abs(leading - trailing) < options.least_turn * model.pad.w
-    turn = level * options.least_turn * (contact[0] - contact[1])
+    is_level = np.abs(leading - trailing) < options.least_turn * model.pad.w
+    partial = contact[0] - contact[1]  # 1 where the leading edge touches alone, -1 the trailing
+    turn = is_level * options.least_turn * partial
     if not np.any(turn):
         return state
     w_theta = np.eye(6)[2]  # the unit vector of that coordinate
@@ -318,17 +324,17 @@ def _simultaneous(model: PadModel, segment: Segment, point: int) -> np.ndarray:
     Such a crossing lies behind the located one by rounding and would not be seen again: its gap
     is as far beyond zero as that of the located point, which rounding may leave just before it.
     """
-    wrong = segment.wrong[:, 0]
-    near = wrong >= -abs(wrong[point])
-    near[point] = False
-    if near.any():
+    beyond = segment.beyond[:, 0]
+    passed = beyond >= -abs(beyond[point])
+    passed[point] = False
+    if passed.any():
         end = np.asarray(segment.end[:, 0], dtype=float)
         q = np.array(model.c.place(end[:3]))
         velocity = np.array(model.c.place(end[3:]))
         gap_rates = complex_step(model.gaps, q, along=velocity)
-        away = np.where(segment.last[:, 0] > 0, gap_rates, -gap_rates) > 0.0
-        near &= away
-    return np.flatnonzero(near)
+        goes_on = np.where(segment.last[:, 0] > 0, gap_rates, -gap_rates) > 0.0
+        passed &= goes_on
+    return np.flatnonzero(passed)
 
 
 def _with_simultaneous(model: PadModel, segment: Segment) -> Segment:
@@ -359,7 +365,7 @@ def integrate(
     units: Units,
     state: np.ndarray,
     stop: float,
-    observers: Sequence[Callable[[Segment], Any]] = (),
+    observers: Sequence[Callable[[Segment], object]] = (),
     dense: bool = False,
     options: Options = DEFAULT,
     since: float = 0.0,
@@ -371,32 +377,32 @@ def integrate(
     segment before the model ends, and ComputationError where a contact change was missed.
     """
 
-    def instant() -> str:
+    def instant(t: float) -> str:
         return f"t = {float(since + t) * units.time:.9g} s"
 
     contact = first_contact(model, state, options)
-    state = off_level(model, state, contact, options)
+    z = off_level(model, state, contact, options)
     t = 0.0
     steps = 0
     changes = 0
     while t < stop:
-        segment = integrator.run(contact, t, state, stop, dense)
+        segment = integrator.run(contact, t, z, stop, dense)
         begin = t
         t = segment.t1[0]
-        state = segment.end[:, 0]
-        limit = int(segment.limit[0])
-        if (segment.wrong[:, 0] > options.missed).any():
+        z = segment.end[:, 0]
+        limit = Limit(segment.limit[0])
+        if (segment.beyond[:, 0] > options.missed).any():
             raise ComputationError(
-                f"a contact change was missed before {instant()}; ask for a smaller tolerance"
+                f"a contact change was missed before {instant(t)}; ask for a smaller tolerance"
             )
-        if limit < 0 and t < stop:
+        if limit == Limit.NONE and t < stop:
             ends_at_a_change = segment.t.size and segment.t[-1] == t
             if ends_at_a_change:
                 segment = _with_simultaneous(model, segment)
-                state = off_level(model, state, segment.last[:, 0], options)
+                z = off_level(model, z, segment.last[:, 0], options)
             elif t - begin < options.least_progress * stop:
                 raise ComputationError(
-                    f"no progress beyond {instant()}; a spring may have collapsed to zero length "
+                    f"no progress beyond {instant(t)}; a spring may have collapsed to zero length "
                     "there"
                 )
         contact = segment.last[:, 0]
@@ -404,9 +410,9 @@ def integrate(
         changes += len(segment.t)
         for observe in observers:
             observe(segment)
-        if limit >= 0:
-            raise ModelEnd(f"{LIMITS[limit]} at {instant()}; the model ends there")
-    return MotionEnd(t, state, steps, changes)
+        if limit != Limit.NONE:
+            raise ModelEnd(f"{LIMITS[limit]} at {instant(t)}; the model ends there")
+    return MotionEnd(t, z, steps, changes)
 
 
 def whole(

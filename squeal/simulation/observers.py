@@ -6,8 +6,7 @@ not grow with the length of the run. `Grid` serves single motions and ensembles 
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -72,25 +71,8 @@ class Grid:
         low = np.fmin.reduce(values)
         # no peak rises over the samples by more than half of their range
         promising = np.flatnonzero(high + 0.5 * (high - low) > enough)
-        values = values[:, promising]
-        shares = self.shares[:, None]
-        # the top of a parabola through each three samples: place, and height over the middle one
-        slopes = np.diff(values, axis=0) / np.diff(shares, axis=0)
-        curvature = np.diff(slopes, axis=0) / (shares[2:] - shares[:-2])
-        middles = (shares[1:] + shares[:-1]) / 2.0
-        with np.errstate(divide="ignore", invalid="ignore"):
-            top = middles[:-1] - slopes[:-1] / (2.0 * curvature)
-            rise = -curvature * (top - shares[1:-1]) ** 2
-        # each parabola serves the part of the step that is nearest to its middle sample
-        left = middles[:-1].copy()
-        right = middles[1:].copy()
-        left[0] = 0.0
-        right[-1] = 1.0
-        has_top = (curvature < 0.0) & (top >= left) & (top <= right)
-        may_be_enough = values[1:-1] + 2.0 * rise > enough[promising]
-        parabola, column = np.nonzero(has_top & may_be_enough)
+        parabola, column, share = self._tops(values[:, promising], enough[promising])
         step = promising[column]
-        share = top[parabola, column]
         if not step.size:
             return step, share, share
         least = self.shares[parabola]
@@ -112,6 +94,29 @@ class Grid:
             share = np.clip(share + move, least, most)
         return step, share, np.fmax(value(share), here)
 
+    def _tops(
+        self, values: np.ndarray, enough: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Tops of parabolas through each three neighbouring samples (k, j) of j steps, where they
+        may exceed `enough` (j,): parabola (m,) by its first sample, step (m,), share of it (m,)."""
+        shares = self.shares[:, None]
+        # the place of each top, and its height over the middle sample
+        slopes = np.diff(values, axis=0) / np.diff(shares, axis=0)
+        curvature = np.diff(slopes, axis=0) / (shares[2:] - shares[:-2])
+        middles = (shares[1:] + shares[:-1]) / 2.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            top = middles[:-1] - slopes[:-1] / (2.0 * curvature)
+            rise = -curvature * (top - shares[1:-1]) ** 2
+        # each parabola serves the part of the step that is nearest to its middle sample
+        left = middles[:-1].copy()
+        right = middles[1:].copy()
+        left[0] = 0.0
+        right[-1] = 1.0
+        has_top = (curvature < 0.0) & (top >= left) & (top <= right)
+        may_be_enough = values[1:-1] + 2.0 * rise > enough
+        parabola, step = np.nonzero(has_top & may_be_enough)
+        return parabola, step, top[parabola, step]
+
     def ranges(
         self, signal: Read, values: np.ndarray | None = None, since: np.ndarray | None = None
     ) -> np.ndarray:
@@ -120,35 +125,41 @@ class Grid:
         values (k, s): the signal at all places, if it is known; since (n,): times before which
         samples do not count. inf and -inf stand for a signal that a motion nowhere has.
         """
-        values = self.read(signal) if values is None else values
-        lane = self.steps.lane
-        if since is None:
-            begin = np.full(len(lane), -np.inf)
-            counting = values
-            around_peaks = values
-        else:
-            begin = since[lane]
+        read = self.read(signal) if values is None else values
+        begin = np.full(len(self.steps.lane), -np.inf)
+        counting = read
+        around_peaks = read
+        if since is not None:
+            begin = since[self.steps.lane]
             counts = self.t >= begin - 1e-12 * np.abs(begin)
-            counting = np.where(counts, values, np.nan)
+            counting = np.where(counts, read, np.nan)
             # a peak beside the first sample that counts does so too
-            around_peaks = np.where(counts.any(axis=0), values, np.nan)
+            around_peaks = np.where(counts.any(axis=0), read, np.nan)
+
+        def negative(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
+            return -signal(c, states, on)
+
+        greatest = self._greatest(signal, counting, around_peaks, begin)
+        least = -self._greatest(negative, -counting, -around_peaks, begin)
+        return np.array([least, greatest]).T
+
+    def _greatest(
+        self, signal: Read, counting: np.ndarray, around_peaks: np.ndarray, begin: np.ndarray
+    ) -> np.ndarray:
+        """Greatest value (n,) of a signal in each motion.
+
+        counting, around_peaks (k, s): its values at all places, NaN where they do not count, and
+        where there is no peak that does; begin (s,): the time from which on peaks count.
+        """
+        lane = self.steps.lane
+        highest = np.fmax.reduce(counting)
+        highest = np.where(np.isnan(highest), -np.inf, highest)
+        greatest = np.fmax.reduceat(highest, self.first)
+        step, share, tops = self.peaks(signal, around_peaks, greatest[lane])
         widest = np.diff(self.shares).max()
-        ends = []
-        for sign in (-1.0, 1.0):
-
-            def signed(
-                c: Coefficients, states: np.ndarray, on: np.ndarray, sign: float = sign
-            ) -> np.ndarray:
-                return sign * signal(c, states, on)
-
-            highest = np.fmax.reduce(sign * counting)
-            highest = np.where(np.isnan(highest), -np.inf, highest)
-            best = np.fmax.reduceat(highest, self.first)
-            step, share, tops = self.peaks(signed, sign * around_peaks, best[lane])
-            late = self.steps.t[step] + self.steps.h[step] * (share + widest) >= begin[step]
-            np.fmax.at(best, lane[step[late]], tops[late])
-            ends.append(sign * best)
-        return np.array(ends).T
+        late = self.steps.t[step] + self.steps.h[step] * (share + widest) >= begin[step]
+        np.fmax.at(greatest, lane[step[late]], tops[late])
+        return greatest
 
 
 def plotted(law: ContactLaw) -> Read:
@@ -187,6 +198,12 @@ class Event:
     target: str
 
 
+def _states_in_turn(model: PadModel, segment: Segment) -> list[str]:
+    """Names of the contact states that a segment of one motion passes, from its first one on."""
+    contact = np.concatenate([segment.first, segment.on], axis=1)
+    return [model.state_name(state_of(on)) for on in contact.T]
+
+
 class Events:
     """The list of contact changes."""
 
@@ -196,8 +213,7 @@ class Events:
         self._events: list[Event] = []
 
     def observe(self, segment: Segment) -> None:
-        contact = np.concatenate([segment.first, segment.on], axis=1)
-        names = [self._model.state_name(state_of(on)) for on in contact.T]
+        names = _states_in_turn(self._model, segment)
         times = (segment.t * self._units.time).tolist()
         self._events += map(Event, times, names[:-1], names[1:])
 
@@ -214,10 +230,10 @@ class Shares:
         self._time = dict.fromkeys(model.law.meanings, 0.0)
 
     def observe(self, segment: Segment) -> None:
-        contact = np.concatenate([segment.first, segment.on], axis=1)
         spent = np.diff(np.concatenate([segment.t0, segment.t, segment.t1]))
-        for time, on in zip(spent.tolist(), contact.T, strict=True):
-            self._time[self._model.state_name(state_of(on))] += time
+        names = _states_in_turn(self._model, segment)
+        for time, name in zip(spent.tolist(), names, strict=True):
+            self._time[name] += time
 
     def result(self) -> dict[str, float]:
         return {state: spent / self._stop for state, spent in self._time.items()}
@@ -236,9 +252,8 @@ class Extrema:
         signals = plotted(self._law)
         for which, values in enumerate(grid.read(signals)):
             ((low, high),) = grid.ranges(one_of(signals, which), values)
-            so_far = self._ranges[which]
-            so_far[0] = min(so_far[0], low)
-            so_far[1] = max(so_far[1], high)
+            least, greatest = self._ranges[which]
+            self._ranges[which] = min(least, low), max(greatest, high)
 
     def result(self) -> dict[str, tuple[float, float] | None]:
         extrema: dict[str, tuple[float, float] | None] = {}
@@ -311,12 +326,14 @@ class Sliding:
         # bisection, down to neighbouring numbers, between the last time before and the first one
         high = too_fast.min()
         low = max(grid.t[grid.t < high].max(initial=-np.inf), segment.t0[0])
-        while low < (middle := low + (high - low) / 2) < high:
+        middle = low + (high - low) / 2
+        while low < middle < high:
             states, _ = segment.at(np.array([middle]))
             if states[0, 3] >= self._speed:
                 high = middle
             else:
                 low = middle
+            middle = low + (high - low) / 2
         self.lost = float(high)
 
 
@@ -343,25 +360,21 @@ class Response:
 
     def rows(self) -> list[tuple[str, str]]:
         """Name and value of each, for people."""
-        unknown = "cannot be told"
-        frequency = amplitude = growth = unknown
+        names = ("dominant frequency", "amplitude", "growth at the start", "at rest at the end")
+        rows = dict.fromkeys(names, "cannot be told")
         if self.frequency_hz is not None:
-            frequency = f"{number(self.frequency_hz)} Hz"
+            rows["dominant frequency"] = f"{number(self.frequency_hz)} Hz"
         if self.amplitude:
-            sizes = [
-                f"{name} {number(size)} {UNITS[name]}" for name, size in self.amplitude.items()
-            ]
-            amplitude = ", ".join(sizes)
+            sizes = []
+            for name, size in self.amplitude.items():
+                sizes.append(f"{name} {number(size)} {UNITS[name]}")
+            rows["amplitude"] = ", ".join(sizes)
         if self.growth_rate is not None:
             hertz = number(self.growth_frequency_hz or 0.0)
-            growth = f"{number(self.growth_rate)} 1/s at {hertz} Hz"
-        settled = {True: "yes", False: "no", None: unknown}[self.settled]
-        return [
-            ("dominant frequency", frequency),
-            ("amplitude", amplitude),
-            ("growth at the start", growth),
-            ("settled", settled),
-        ]
+            rows["growth at the start"] = f"{number(self.growth_rate)} 1/s at {hertz} Hz"
+        if self.settled is not None:
+            rows["at rest at the end"] = "yes" if self.settled else "no"
+        return list(rows.items())
 
 
 class ResponseObserver:
@@ -397,24 +410,26 @@ class ResponseObserver:
         greatest = float(np.sqrt(energy.max()))
         if greatest <= 1e-11:  # in natural units: only rounding
             return Response(amplitude=self._amplitude(last), settled=True)
-        found: dict[str, Any] = {}
+        response = Response()
         time = self._units.time
         before_any_change = self._first.states[self._first.times < self._first_change]
         growth = exponent(before_any_change, self._step)
         if growth is not None:
-            found["growth_rate"] = growth.real / time
-            found["growth_frequency_hz"] = growth.imag / (2 * np.pi * time)
+            hertz = growth.imag / (2 * np.pi * time)
+            response = Response(growth_rate=growth.real / time, growth_frequency_hz=hertz)
         frequency, share = line(last[:, 3:] * np.sqrt(self._mass), self._step)
-        if frequency * self._step * len(last) >= PERIODS:
-            if share >= LINE:
-                found["frequency_hz"] = frequency / time
-            if self._is_steady(last):
-                found["amplitude"] = self._amplitude(last)
-            before, late = np.sqrt(energy.reshape(-1, PARTS // 10).mean(axis=1))[-2:]
-            at_rest = late < 0.01 * greatest
-            if at_rest or late >= (1.0 - STEADY) * before:
-                found["settled"] = bool(at_rest)
-        return Response(**found)
+        if frequency * self._step * len(last) < PERIODS:
+            return response
+        if share >= LINE:
+            response = replace(response, frequency_hz=frequency / time)
+        if self._is_steady(last):
+            response = replace(response, amplitude=self._amplitude(last))
+        speeds_of_tenths = np.sqrt(energy.reshape(-1, PARTS // 10).mean(axis=1))
+        before, late = speeds_of_tenths[-2:]
+        at_rest = late < 0.01 * greatest
+        if at_rest or late >= (1.0 - STEADY) * before:
+            response = replace(response, settled=bool(at_rest))
+        return response
 
     def _energy_of_parts(self) -> np.ndarray:
         """Mean kinetic energy, doubled, in each of `PARTS` equal parts of the run."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from operator import itemgetter
 from types import ModuleType
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from squeal.io.writing import Answer, Column, Mark, Panel, Table, number, picked
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
 from squeal.schema import public
-from squeal.simulation.hybrid import DEFAULT, Integrator, Options, integrate
+from squeal.simulation.hybrid import DEFAULT, Integrator, Options, Segment, integrate
 from squeal.simulation.observers import (
     UNITS,
     Event,
@@ -33,6 +33,14 @@ from squeal.simulation.observers import (
 from squeal.simulation.scipy_solver import SciPyIntegrator
 
 Backend = Literal["auto", "heyoka", "scipy"]
+
+
+class Observer(Protocol):
+    """What sees the segments of a motion as they come, and makes a result of them."""
+
+    def observe(self, segment: Segment) -> None: ...
+
+    def result(self) -> object: ...
 
 
 @dataclass(frozen=True, repr=False)
@@ -112,10 +120,9 @@ class Simulation(Answer):
             f"model {self.model}, {self.method}, tolerance {self.tolerance:g}: {self.steps} steps, "
             f"{self.contact_changes} contact changes"
         )
-        state = [
-            (name, f"{number(value, 9)} {unit}")
-            for (name, unit), value in zip(UNITS.items(), self.final, strict=True)
-        ]
+        state = []
+        for (name, unit), value in zip(UNITS.items(), self.final, strict=True):
+            state.append((name, f"{number(value, 9)} {unit}"))
         parts: list[str | Table] = [head, _section("final state", "at", state)]
         if self.shares is not None:
             shares = [(state, f"{100 * share:.3f} %") for state, share in self.shares.items()]
@@ -247,9 +254,9 @@ def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
 
 def _observers(
     scene: Scene, model: PadModel, units: Units, stop: float, options: Options
-) -> dict[str, Any]:
+) -> dict[str, Observer]:
     """An observer for each output of a scene, by name; `model` and `stop` in natural units."""
-    observers: dict[str, Any] = {}
+    observers: dict[str, Observer] = {}
     if "events" in scene.outputs:
         observers["events"] = Events(model, units)
     if "shares" in scene.outputs:
@@ -265,7 +272,10 @@ def _observers(
 
 @public
 def simulate(
-    scene: Scene, backend: Backend = "auto", progress: Any = None, options: Options = DEFAULT
+    scene: Scene,
+    backend: Backend = "auto",
+    progress: Callable[[float], object] | None = None,
+    options: Options = DEFAULT,
 ) -> Simulation:
     """Simulate a scene through its contact changes; only what its outputs name is computed.
 
@@ -305,7 +315,8 @@ def simulate(
     check_simulation(scene)
     units, model, start, stop = in_natural_units(scene)
     observers = _observers(scene, model, units, stop, options)
-    observe = [observer.observe for observer in observers.values()]
+    observe: list[Callable[[Segment], object]] = []
+    observe += [observer.observe for observer in observers.values()]
     sliding = None
     if scene.pad.V is not None:
         sliding = Sliding(scene.pad.V / units.velocity, options)
@@ -315,7 +326,7 @@ def simulate(
     dense = sliding is not None or bool(observers.keys() - {"events", "shares"})
     integrator = make_integrator(model, scene.tolerance, backend, options)
     end = integrate(model, integrator, units, start, stop, observe, dense, options)
-    results = {name: observer.result() for name, observer in observers.items()}
+    results: dict[str, Any] = {name: each.result() for name, each in observers.items()}
     if sliding is not None:
         results["sliding_holds"] = sliding.lost is None
         if sliding.lost is not None:

@@ -1,19 +1,34 @@
 """SciPy stand-in for platforms without heyoka, and an independent check of its results."""
 
 import math
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.pad import Coefficients, at_speed, facing, pose, spring_vectors
+from squeal.model.pad import Coefficients, Number, at_speed, facing, pose, spring_vectors
 from squeal.simulation.hybrid import DEFAULT, DenseOutput, Integrator, Limit, Options, Segment
 from squeal.simulation.observers import lobatto
 
 _LIMITS_BY_EVENTS = (Limit.TURNED, Limit.SURFACE_SPEED)
 """Limits that are events here, in their order."""
 _IMAGINARY = 1e-30  # step of a complex-step derivative
+_UPWARDS = 0.5
+_DOWNWARDS = -0.5
+
+
+@dataclass(frozen=True)
+class _Event:
+    """What SciPy ends at: a function of the state (6,) that passes zero in a direction."""
+
+    function: Callable[[np.ndarray], Number]
+    direction: float
+    terminal: bool = True
+
+    def __call__(self, _t: float, state: np.ndarray) -> Number:
+        return self.function(state)
 
 
 class SciPyIntegrator(Integrator):
@@ -27,23 +42,16 @@ class SciPyIntegrator(Integrator):
     method = "SciPy DOP853"
 
     def __init__(self, model: PadModel, tolerance: float, options: Options = DEFAULT) -> None:
-        from scipy.integrate import solve_ivp
-
-        self._solve: Any = solve_ivp
         self._model = model
         self._options = options
         self.tolerance = max(tolerance, 3e-14)
         pad = model.pad
         # rotation is faster than translation where the moment of inertia is small
         turn = math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7
-        self._how: dict[str, Any] = {
-            "method": "DOP853",
-            "max_step": options.scipy_step * min(1.0, turn),
-            "rtol": self.tolerance,
-            "atol": self.tolerance,
-        }
+        self._max_step = options.scipy_step * min(1.0, turn)
 
-    def _rhs(self, contact: list[int]) -> Any:
+    def _rhs(self, contact: list[int]) -> Callable[[float, np.ndarray], list[float]]:
+        """The rates (6,) of states (6,) in a contact state, as SciPy calls for them."""
         model = self._model
         c = model.c
         inverse_m = 1.0 / c.m
@@ -62,36 +70,27 @@ class SciPyIntegrator(Integrator):
 
         return rhs
 
-    def _events(self, contact: list[int]) -> list[Any]:
+    def _events(self, contact: list[int]) -> list[_Event]:
         """Those of the contact points, then of `_LIMITS_BY_EVENTS` as far as the model has them."""
         c = self._model.c
         law = self._model.law
         V = self._model.pad.V
 
-        def gap(point: int) -> Any:
-            return lambda _t, s: law.gaps(c, pose(math, c.place(s)))[point]
+        def gap(point: int) -> Callable[[np.ndarray], Number]:
+            return lambda state: law.gaps(c, pose(math, c.place(state)))[point]
 
-        def turned(_t: float, s: np.ndarray) -> Any:
-            return facing(c, pose(math, c.place(s)))
+        def faces_surface(state: np.ndarray) -> Number:
+            return facing(c, pose(math, c.place(state)))
 
-        def slower_than_surface(_t: float, s: np.ndarray) -> Any:
-            return V - s[3]
+        def slower_than_surface(state: np.ndarray) -> Number:
+            return V - state[3]
 
-        upwards = 0.5
-        downwards = -0.5
-        events: list[Any] = []
+        events = []
         for point, touches in enumerate(contact):
-            event = gap(point)
-            event.direction = upwards if touches else downwards
-            events.append(event)
-        limits: list[Any] = [turned]
+            events.append(_Event(gap(point), _UPWARDS if touches else _DOWNWARDS))
+        events.append(_Event(faces_surface, _DOWNWARDS))
         if "falling" in self._model.terms:
-            limits.append(slower_than_surface)
-        for event in limits:
-            event.direction = downwards
-        events += limits
-        for event in events:
-            event.terminal = True
+            events.append(_Event(slower_than_surface, _DOWNWARDS))
         return events
 
     def _turn(self, nodes: np.ndarray, states: np.ndarray, contact: np.ndarray) -> float | None:
@@ -123,15 +122,19 @@ class SciPyIntegrator(Integrator):
         self, contact: np.ndarray, t: float, state: np.ndarray, stop: float, dense: bool
     ) -> Segment:
         """See `squeal.simulation.hybrid.Integrator`; ends at each change of contact."""
-        c = self._model.c
+        from scipy.integrate import solve_ivp
+
         touching = contact.tolist()
-        solution = self._solve(
+        solution = solve_ivp(
             self._rhs(touching),
             (t, min(stop, t + self._options.scipy_time)),
             state,
+            method="DOP853",
             events=self._events(touching),
             dense_output=dense,
-            **self._how,
+            max_step=self._max_step,
+            rtol=self.tolerance,
+            atol=self.tolerance,
         )
         if solution.status < 0:
             raise ComputationError(
@@ -152,13 +155,13 @@ class SciPyIntegrator(Integrator):
         collapse = self._collapse(solution.y)
         if collapse is not None:
             limit, last = collapse
-            point = point[:0]
+            point = point[:0]  # what comes behind the collapse does not count
         nodes = solution.t[: last + 1]
         t1 = nodes[-1:]
         end = solution.y[:, last : last + 1].copy()
         return Segment(
             law=self._model.law,
-            c=Coefficients(*np.reshape(c, (-1, 1))),
+            c=Coefficients(*np.reshape(self._model.c, (-1, 1))),
             t0=nodes[:1],
             t1=t1,
             first=contact[:, None],
@@ -184,8 +187,9 @@ class SciPyIntegrator(Integrator):
         return None
 
 
-def _smooth(nodes: np.ndarray, motion: Any) -> DenseOutput:
-    """The polynomials of SciPy's dense output, of degree 7, between nodes (s + 1,)."""
+def _smooth(nodes: np.ndarray, motion: Callable[[np.ndarray], np.ndarray]) -> DenseOutput:
+    """SciPy's dense output, times (k,) to states (6, k), as the polynomials of degree 7 that it is
+    between nodes (s + 1,)."""
     shares, _ = lobatto(8)
     fit = np.linalg.inv(np.vander(shares, increasing=True))
     h = np.diff(nodes)

@@ -6,10 +6,10 @@ callback flips the contact where a gap passes zero, so that heyoka's own loop ru
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from threading import get_ident
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import heyoka as hy
 import numpy as np
@@ -23,6 +23,7 @@ from squeal.simulation.hybrid import (
     DEFAULT,
     LIMITS,
     DenseOutput,
+    Integrator,
     Limit,
     Options,
     Segment,
@@ -46,12 +47,15 @@ NAMES = Coefficients._fields
 FALL_SHARE, FALL_RATE, SURFACE_SPEED = 9, 10, 11
 
 _EPS = float(np.finfo(float).eps)
-_ONWARD = (hy.taylor_outcome.success, hy.taylor_outcome.time_limit, hy.taylor_outcome.step_limit)
+_GOES_ON = (hy.taylor_outcome.success, hy.taylor_outcome.time_limit, hy.taylor_outcome.step_limit)
+
+NumberType = Callable[[float], Number]
+"""What makes numbers of the integration: float, numpy.longdouble or heyoka.real128."""
 
 
 def equations(
     law: ContactLaw, on: Touching, terms: tuple[str, ...] = ()
-) -> tuple[list[tuple[Any, Number]], list[Number], list[Number]]:
+) -> tuple[list[tuple[Number, Number]], list[Number], list[Number]]:
     """Symbolic equations of motion of (x, y, w theta) and their rates, gaps of the contact points,
     and limits, which are positive as long as the model holds, in the order of `LIMITS`.
 
@@ -85,15 +89,18 @@ def equations(
     return system, list(law.gaps(c, at)), [FAINT * limit for limit in limits]
 
 
-def state_parameters(law: ContactLaw) -> tuple[Any, ...]:
+def state_parameters(law: ContactLaw) -> tuple[Number, ...]:
     """Runtime parameters, after those of the coefficients, that say which points touch."""
     return tuple(hy.par[len(NAMES) + i] for i in range(law.points))
 
 
-def rising(heights: Sequence[Any], on: Touching) -> list[Any]:
+def rising(heights: Sequence[Number], on: Touching) -> list[Number]:
     """Expressions that pass zero upwards where a contact point separates or touches."""
-    pairs = zip(heights, on, strict=True)
-    return [(2.0 * touches - 1.0) * gap - NEVER_ZERO for gap, touches in pairs]
+    expressions = []
+    for gap, touches in zip(heights, on, strict=True):
+        sense = 2.0 * touches - 1.0  # 1 for a point that touches, else -1
+        expressions.append(sense * gap - NEVER_ZERO)
+    return expressions
 
 
 class ContactChange(NamedTuple):
@@ -101,65 +108,78 @@ class ContactChange(NamedTuple):
 
     motion: int
     point: int
-    t: Any
+    t: Number
     state: bytes
 
 
-class Machine:
-    """A compiled integrator of a contact law, for every pad.
+class ContactChanges(NamedTuple):
+    """Contact changes of some motions as arrays (e,), see `Segment`; states (6, e)."""
 
-    It carries `lanes` motions side by side, or with 0 a single one in numbers of `fp_type`. It
-    comes as its last user left it: `start` sets all of its parameters and state.
+    lane: np.ndarray
+    point: np.ndarray
+    t: np.ndarray
+    state: np.ndarray
 
-    log: the contact changes since it was last cleared; first_motion: number of the motion in the
-    first lane; clear: gap below which a single motion stops at a change, see `Options.clear`;
-    pars (k, lanes), state (6, lanes): views of heyoka's own arrays.
+
+class Code(NamedTuple):
+    """What heyoka compiles: the equations of a contact law, for every pad.
+
+    law, terms: see `equations`; tolerance: of a step, relative; fp_type: the numbers; lanes: how
+    many motions side by side, 0 for a single one; regrouped: see `Options.regrouped_above`.
     """
 
-    def __init__(
-        self,
-        law: ContactLaw,
-        terms: tuple[str, ...],
-        tolerance: float,
-        fp_type: Any,
-        lanes: int,
-        regrouped: bool,
-    ) -> None:
-        self.law = law
-        self.lanes = lanes
+    law: ContactLaw
+    terms: tuple[str, ...]
+    tolerance: float
+    fp_type: NumberType
+    lanes: int
+    regrouped: bool
+
+
+class Adaptive(Protocol):
+    """What a callback reads of heyoka's integrators.
+
+    time: a number or an array (lanes,); tc: coefficients (6, p) or (6, p, lanes) of the last step.
+    """
+
+    time: Number
+    tc: np.ndarray
+
+
+class Machine:
+    """A compiled integrator.
+
+    It comes as its last user left it: `start` sets all of its parameters and state.
+
+    ta: heyoka's integrator; log: the contact changes since it was last cleared; first_motion:
+    number of the motion in the first lane; clear: gap below which a single motion stops at a
+    change, see `Options.clear`; pars (k, lanes), state (6, lanes): views of heyoka's own arrays.
+    """
+
+    def __init__(self, code: Code) -> None:
+        self.code = code
         self.log: list[ContactChange] = []
         self.first_motion = 0
         self.clear = 0.0
-        on = state_parameters(law)
-        system, heights, limits = equations(law, on, terms)
-        event = hy.t_event_batch if lanes else hy.t_event
-        change = self._change_in_a_lane if lanes else self._change_alone
-        events = []
-        for point, height in enumerate(rising(heights, on)):
-            contact_change = event(
-                height,
-                direction=hy.event_direction.positive,
-                callback=change(point),
-                # once the contact has changed, the same gap passes zero in the other sense
-                cooldown=fp_type(0.0),
-                fp_type=fp_type,
-            )
-            events.append(contact_change)
-        for limit in limits:
-            events.append(event(limit, direction=hy.event_direction.negative, fp_type=fp_type))
+        law = code.law
+        fp_type = code.fp_type
+        system, heights, limits = equations(law, state_parameters(law), code.terms)
         how: dict[str, Any] = {
             "fp_type": fp_type,
-            "tol": fp_type(tolerance),
-            "t_events": events,
-            "fast_math": regrouped,
+            "tol": fp_type(code.tolerance),
+            "t_events": self._events(heights, limits),
+            "fast_math": code.regrouped,
             "compact_mode": law.points > UNROLLED or fp_type is not float,
         }
         if fp_type is not float:  # the time goes into the numbers, which no processor has
             how["opt_level"] = 0
-        adaptive = hy.taylor_adaptive_batch if lanes else hy.taylor_adaptive
-        shape = (lanes,) if lanes else ()
+        adaptive = hy.taylor_adaptive
+        shape: tuple[int, ...] = ()
+        if code.lanes:
+            adaptive = hy.taylor_adaptive_batch
+            shape = (code.lanes,)
         state = np.full((6, *shape), fp_type(0.0))
-        count = len(NAMES) + law.points + term_count(terms)
+        count = len(NAMES) + law.points + term_count(code.terms)
         self.ta = adaptive(system, state, pars=np.full((count, *shape), fp_type(1.0)), **how)
         self.pars = self.ta.pars.reshape(count, -1)
         self.state = self.ta.state.reshape(6, -1)
@@ -167,23 +187,49 @@ class Machine:
         self._columns = list(self.state.T)
         self._on = list(self.pars[len(NAMES) : len(NAMES) + law.points])
 
+    def _events(self, heights: list[Number], limits: list[Number]) -> list[hy.t_event]:
+        """heyoka's events: a change at each contact point, beyond which the motion goes on, then
+        the limits, which end it."""
+        code = self.code
+        event = hy.t_event
+        change: Callable[[int], Callable[..., bool]] = self._change_alone
+        if code.lanes:
+            event = hy.t_event_batch
+            change = self._change_in_a_lane
+        events = []
+        on = state_parameters(code.law)
+        for point, height in enumerate(rising(heights, on)):
+            contact_change = event(
+                height,
+                direction=hy.event_direction.positive,
+                callback=change(point),
+                # once the contact has changed, the same gap passes zero in the other sense
+                cooldown=code.fp_type(0.0),
+                fp_type=code.fp_type,
+            )
+            events.append(contact_change)
+        for limit in limits:
+            downwards = hy.event_direction.negative
+            events.append(event(limit, direction=downwards, fp_type=code.fp_type))
+        return events
+
     # heyoka copies callbacks deeply, which leaves functions and what they refer to shared
 
-    def _change_alone(self, point: int) -> Any:
+    def _change_alone(self, point: int) -> Callable[[Adaptive, int], bool]:
         """The callback of a single motion: flips the contact of a point, and lets heyoka go on
         where no other point is near the surface."""
 
-        def change(ta: Any, _sign: int) -> bool:
+        def change(ta: Adaptive, _sign: int) -> bool:
             self._flip(point, 0)
             self.log.append(ContactChange(0, point, ta.time, self._columns[0].tobytes()))
             return not self._another_point_is_near(point)
 
         return change
 
-    def _change_in_a_lane(self, point: int) -> Any:
+    def _change_in_a_lane(self, point: int) -> Callable[[Adaptive, int, int], bool]:
         """The callback of motions side by side: flips the contact of a point in a lane."""
 
-        def change(_ta: Any, _sign: int, lane: int) -> bool:
+        def change(_ta: Adaptive, _sign: int, lane: int) -> bool:
             self._flip(point, lane)
             motion = self.first_motion + lane
             state = self._columns[lane].tobytes()
@@ -201,9 +247,10 @@ class Machine:
         way there, so that it has to be looked at before the motion goes on."""
         state = self._columns[0]
         at = pose(math, self.c.place((0.0, float(state[1]), float(state[2]))))
-        for other, gap in enumerate(self.law.gaps(self.c, at)):
-            inside = -gap if self._on[other][0] else gap
-            if other != point and inside < self.clear:
+        for other, gap in enumerate(self.code.law.gaps(self.c, at)):
+            touches = self._on[other][0]
+            depth = -gap if touches else gap  # on its own side of the surface
+            if other != point and depth < self.clear:
                 return True
         return False
 
@@ -211,40 +258,57 @@ class Machine:
         """Set parameters (k, lanes), states (6, lanes) and times (lanes,)."""
         self.pars[:] = pars
         self.state[:] = state
-        if self.lanes:
+        if self.code.lanes:
             self.ta.set_time(t)
         else:
             self.ta.time = t[0]
             self.c = Coefficients(*pars[: len(NAMES), 0].tolist())
         self.ta.reset_cooldowns()
 
+    def changes(self) -> ContactChanges:
+        """The contact changes of the log, those of the first motion first."""
+        number = self.state.dtype
+        changes = sorted(self.log, key=lambda change: change.motion)
+        states = np.frombuffer(b"".join(change.state for change in changes), number)
+        return ContactChanges(
+            lane=np.array([change.motion for change in changes], dtype=int),
+            point=np.array([change.point for change in changes], dtype=int),
+            t=np.array([change.t for change in changes], dtype=number),
+            state=states.reshape(len(changes), 6).T,
+        )
+
 
 class Record:
-    """What heyoka computes in each step, for dense output.
+    """What heyoka computes in each step, for dense output if that is wanted.
 
     times: the begin and the ends of steps, numbers or arrays (lanes,); series: coefficients
     (6, p) or (6, p, lanes) of the state in powers of time.
     """
 
-    def __init__(self, machine: Machine) -> None:
+    def __init__(self, machine: Machine, wanted: bool) -> None:
+        self.wanted = wanted
         self.times = [np.array(machine.ta.time)]
         self.series: list[np.ndarray] = []
 
     def options(self) -> dict[str, Any]:
         """Of a run of heyoka that is to be recorded."""
+        if not self.wanted:
+            return {}
         times = self.times
         series = self.series
 
-        def keep(ta: Any) -> bool:
+        def keep(ta: Adaptive) -> bool:
             series.append(ta.tc.copy())
             times.append(np.array(ta.time))
             return True
 
         return {"write_tc": True, "callback": keep}
 
-    def smooth(self, first_motion: int) -> DenseOutput:
-        """The steps of the motions from a number on."""
-        t = np.array(self.times).reshape(len(self.times), -1)
+    def dense_output(self, first_motion: int) -> DenseOutput | None:
+        """The steps of the motions from a number on; None if they are not wanted."""
+        if not self.wanted:
+            return None
+        t = np.array(self.times).reshape(len(self.times), -1)  # of one motion, too, (s + 1, lanes)
         steps_of_lanes = np.array(self.series)
         steps_of_lanes = steps_of_lanes.reshape(*steps_of_lanes.shape[:3], -1)
         lengths = np.diff(t, axis=0)
@@ -260,35 +324,36 @@ class Record:
 
 
 @lru_cache
-def _machine(_thread: int, *how: Any) -> Machine:
-    return Machine(*how)
+def _machine(_thread: int, code: Code) -> Machine:
+    """One for each thread, since a machine has a state."""
+    return Machine(code)
 
 
-def limit_of(outcome: Any, points: int) -> Limit:
+def limit_of(outcome: hy.taylor_outcome, points: int) -> Limit:
     """What stopped heyoka, with so many contact points before the limits among its events."""
     code = int(outcome)  # of events: -1, -2, ..., not negative where a callback let it go on
     limit = -code - 1 - points
     if 0 <= limit < len(LIMITS):
         return Limit(limit)
-    if code >= -points or outcome in _ONWARD:
+    if code >= -points or outcome in _GOES_ON:
         return Limit.NONE
     return Limit.FAILED
 
 
-def _parameters(model: PadModel, contact: np.ndarray) -> np.ndarray:
+def runtime_parameters(model: PadModel, contact: np.ndarray) -> np.ndarray:
     """Runtime parameters (k, n) of n pads: coefficients, contact (points, n), terms."""
     points, n = contact.shape
     terms = model.term_values.reshape(-1, n)
     rows = np.empty((len(NAMES) + points + len(terms), n))
-    for row, value in zip(rows, model.c, strict=False):
+    for row, value in zip(rows, model.c, strict=False):  # the rows of coefficients come first
         row[:] = value
     rows[len(NAMES) : len(NAMES) + points] = contact
     rows[len(NAMES) + points :] = terms
     return rows
 
 
-class TaylorIntegrator:
-    """Integrator over one scaled pad.
+class HeyokaIntegrator:
+    """What integrators of one motion and of several have in common: a scaled pad, a tolerance.
 
     `fp_type` may be numpy.longdouble or heyoka.real128; the coefficients then stay the doubles of
     the pad, so that the difference to a double run is that of the integration alone.
@@ -300,164 +365,69 @@ class TaylorIntegrator:
         self,
         model: PadModel,
         tolerance: float,
-        fp_type: Any = float,
+        fp_type: NumberType = float,
         options: Options = DEFAULT,
     ) -> None:
         least = _EPS if fp_type is float else 0.0
         self.tolerance = max(tolerance, least)
-        self._model = model
+        self.model = model
         self._fp = fp_type
-        self._options = options
+        self.options = options
 
-    def _compiled(self, lanes: int) -> Machine:
+    def ready(self, lanes: int) -> Machine:
         """The machine of this thread, with an empty log."""
-        regrouped = self._fp is float and self.tolerance > self._options.regrouped_above
-        model = self._model
-        how = (model.law, model.terms, self.tolerance, self._fp, lanes, regrouped)
-        machine = _machine(get_ident(), *how)
+        code = Code(
+            law=self.model.law,
+            terms=self.model.terms,
+            tolerance=self.tolerance,
+            fp_type=self._fp,
+            lanes=lanes,
+            regrouped=self._fp is float and self.tolerance > self.options.regrouped_above,
+        )
+        machine = _machine(get_ident(), code)
         machine.log.clear()
         machine.first_motion = 0
         return machine
 
+
+class TaylorIntegrator(HeyokaIntegrator, Integrator):
+    """Integrator over one scaled pad."""
+
     def run(
-        self, contact: np.ndarray, t: Any, state: np.ndarray, stop: Any, dense: bool
+        self, contact: np.ndarray, t: float, state: np.ndarray, stop: float, dense: bool
     ) -> Segment:
         """See `squeal.simulation.hybrid.Integrator`."""
-        law = self._model.law
-        options = self._options
-        machine = self._compiled(lanes=0)
+        law = self.model.law
+        options = self.options
+        machine = self.ready(lanes=0)
         number = machine.state.dtype
         first = np.reshape(contact, (law.points, 1))
-        parameters = _parameters(self._model, first)
+        parameters = runtime_parameters(self.model, first)
         t0 = np.reshape(t, 1).astype(number)
         until = np.reshape(stop, 1).astype(number)
         machine.start(parameters, np.reshape(state, (6, 1)), t0)
         machine.clear = options.clear * (1.0 + machine.c.w + machine.c.h)
-        record = Record(machine) if dense else None
-        how = record.options() if record is not None else {}
-        result = machine.ta.propagate_until(until[0], max_steps=options.steps_at_once, **how)
+        record = Record(machine, dense)
+        outcome, _, _, steps, *_ = machine.ta.propagate_until(
+            until[0], max_steps=options.steps_at_once, **record.options()
+        )
         t1 = np.full(1, machine.ta.time, dtype=number)
-        limit = limit_of(result[0], law.points) if t1[0] < until[0] else Limit.NONE
+        limit = Limit.NONE
+        if t1[0] < until[0]:
+            limit = limit_of(outcome, law.points)
         if limit == Limit.FAILED:
             raise ComputationError(
                 f"the motion is not finite after t = {float(t):.9g} natural time units"
             )
-        return _segment(
-            machine,
-            parameters,
+        return Segment(
+            law=law,
+            c=Coefficients(*parameters[: len(NAMES)]),
             t0=t0,
             t1=t1,
             first=first,
             end=machine.state.copy(),
-            count=np.array([result[3]]),
+            count=np.array([steps]),
             limit=np.array([limit]),
-            smooth=record.smooth(0) if record is not None else None,
+            smooth=record.dense_output(0),
+            **machine.changes()._asdict(),
         )
-
-
-class TaylorBatch(TaylorIntegrator):
-    """Integrator over many scaled pads whose numbers are arrays (n,), some at a time side by side.
-
-    It resolves no changes of several points in one instant.
-    """
-
-    def run(
-        self, contact: np.ndarray, t: Any, state: np.ndarray, stop: Any, dense: bool
-    ) -> Segment:
-        """Integrate n motions (a multiple of `Options.lanes`) in their contact (points, n).
-
-        Each goes from its time `t` (n,) and state (6, n) to `stop` (n,), or to an earlier limit of
-        the options; `dense` keeps the whole path.
-        """
-        lanes = self._options.lanes
-        machine = self._compiled(lanes)
-        parameters = _parameters(self._model, np.asarray(contact))
-        n = parameters.shape[1]
-        t0 = np.array(t, dtype=float)
-        t1 = np.array(stop, dtype=float)
-        end = np.array(state, dtype=float)
-        count = np.zeros(n, dtype=int)
-        limit = np.full(n, Limit.NONE)
-        parts = []
-        for offset in range(0, n, lanes):
-            motions = slice(offset, offset + lanes)
-            machine.first_motion = offset
-            machine.start(parameters[:, motions], end[:, motions], t0[motions])
-            record = Record(machine) if dense else None
-            # slices are views: it writes into them where each motion ended
-            self._carry(
-                machine, record, t1[motions], end[:, motions], count[motions], limit[motions]
-            )
-            if record is not None:
-                parts.append(record.smooth(offset))
-        smooth = None
-        if dense:
-            smooth = DenseOutput(
-                *(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
-            )
-        # the machine's log holds the contact changes of all blocks
-        return _segment(
-            machine,
-            parameters,
-            t0=t0,
-            t1=t1,
-            first=np.asarray(contact),
-            end=end,
-            count=count,
-            limit=limit,
-            smooth=smooth,
-        )
-
-    def _carry(
-        self,
-        machine: Machine,
-        record: Record | None,
-        t: np.ndarray,
-        state: np.ndarray,
-        count: np.ndarray,
-        limit: np.ndarray,
-    ) -> None:
-        """Carry motions side by side from where the machine stands to their ends.
-
-        t (lanes,): the ends, which become where each motion stops; state (6, lanes), count, limit
-        (lanes,): are filled.
-        """
-        points = self._model.law.points
-        how = record.options() if record is not None else {}
-        parameters = machine.pars.copy()
-        start = machine.state.copy()
-        until = t.copy()
-        while True:
-            machine.ta.propagate_until(until, max_steps=self._options.most_steps, **how)
-            results = machine.ta.propagate_res
-            count += [result[3] for result in results]
-            stopped_by = np.array([limit_of(result[0], points) for result in results])
-            going = limit == Limit.NONE
-            t[:] = machine.ta.time
-            state[:, going] = machine.state[:, going]
-            stopped = (t < until) & (stopped_by != Limit.NONE)
-            limit[stopped] = stopped_by[stopped]
-            if not stopped.any():
-                break
-            # a motion that ends at a limit waits at its start while the others go on
-            until[stopped] = t[stopped]
-            machine.pars[:, stopped] = parameters[:, stopped]
-            machine.state[:, stopped] = start[:, stopped]
-            machine.ta.reset_cooldowns()
-        limit[t < until] = Limit.FAILED
-
-
-def _segment(machine: Machine, parameters: np.ndarray, **motions: Any) -> Segment:
-    """What a machine has run with parameters (k, n), and the contact changes of its log."""
-    number = machine.state.dtype
-    changes = sorted(machine.log, key=lambda change: change.motion)
-    states = np.frombuffer(b"".join(change.state for change in changes), number)
-    return Segment(
-        law=machine.law,
-        c=Coefficients(*parameters[: len(NAMES)]),
-        lane=np.array([change.motion for change in changes], dtype=int),
-        point=np.array([change.point for change in changes], dtype=int),
-        t=np.array([change.t for change in changes], dtype=number),
-        state=states.reshape(len(changes), 6).T,
-        **motions,
-    )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from squeal.errors import InputError
+from squeal.errors import InputError, meant
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import is_sparse
 from squeal.linear.system import Term, TermSystem
@@ -261,11 +261,15 @@ def assemble(
         with Place(f"contact {contact.name}").named():
             joints.append(pair_directions(contact, bodies))
     joined = list(bodies.values())
+    all_parameters = _merged_parameters(joined, parameters or {})
+    if parameter not in all_parameters:
+        hint = meant(parameter, sorted(all_parameters))
+        raise InputError(f"parameter: {parameter} is no parameter; {hint}")
     structure = TermSystem(
         M=_merged(joined, part=0),
         C=_merged(joined, part=1),
         K=_merged(joined, part=2),
-        parameters=_merged_parameters(joined, parameters or {}),
+        parameters=all_parameters,
         parameter=parameter,
         name=name,
     )

@@ -41,12 +41,14 @@ class Pad:
         K = -self.slopes(self.rest())[:, :3]
         values, modes = np.linalg.eigh(0.5 * (K + K.T) / np.outer(roots, roots))
         self.unit = 2.0 * (modes * np.sqrt(values)) @ modes.T * np.outer(roots, roots)
-        self.a, self.zeta = np.asarray(a, dtype=float), np.asarray(zeta, dtype=float)
+        self.a = np.asarray(a, dtype=float)
+        self.zeta = np.asarray(zeta, dtype=float)
         self.mu = np.asarray(p["mu"] if mu is None else mu, dtype=float)
 
     def edges(self, z):
         """Gaps (2, ...) of the leading and trailing edges and their rates."""
-        p, theta = self.p, z[2]
+        p = self.p
+        theta = z[2]
         drop_l = p["h"] * np.cos(theta) + p["w"] * np.sin(theta)
         drop_t = p["h"] * np.cos(theta) - p["w"] * np.sin(theta)
         side_l = p["h"] * np.sin(theta) - p["w"] * np.cos(theta)
@@ -102,12 +104,15 @@ class Pad:
         high = np.where(gt > 0.0, np.where(gl < 0.0, middle, 1.0), 1.0)
         low = np.where((gl > 0.0) & (gt > 0.0), 1.0, low)
         high = np.where((gl > 0.0) & (gt > 0.0), 1.0, high)
-        normal, moment = 0.0, 0.0
+        normal = 0.0
+        moment = 0.0
         for node in GAUSS:  # two points are exact for a cubic
             s = 0.5 * (low + high) + 0.5 * (high - low) * node
-            share_l, share_t = 0.5 * (1.0 - s), 0.5 * (1.0 + s)
+            share_l = 0.5 * (1.0 - s)
+            share_t = 0.5 * (1.0 + s)
             weight = np.where(high > low, 1.0, 0.0) if self.mean else 0.5 * (high - low)
-            gap, rate = share_l * gl + share_t * gt, share_l * rates[0] + share_t * rates[1]
+            gap = share_l * gl + share_t * gt
+            rate = share_l * rates[0] + share_t * rates[1]
             one = weight * self.bears(0.5 * self.p["k_c"], gap, rate)
             normal = normal + one
             moment = moment + (share_l * side[0] + share_t * side[1]) * one
@@ -171,7 +176,14 @@ class Pad:
         t = 0.0
         z = z.copy()
         scale = np.append(SIZES, 3e4 * SIZES)
-        crossing = [lambda t, y, i=i: self.edges(y * scale)[0][i] / 1e-5 for i in (0, 1)]
+
+        def leading_gap(t, y):
+            return self.edges(y * scale)[0][0] / 1e-5
+
+        def trailing_gap(t, y):
+            return self.edges(y * scale)[0][1] / 1e-5
+
+        crossing = [leading_gap, trailing_gap]
         for event in crossing:
             event.terminal = True  # type: ignore[attr-defined]
         while t < time:
@@ -185,7 +197,8 @@ class Pad:
                 found = solve_ivp(
                     field, (t, time), z / scale, events=crossing, max_step=2e-6, **how
                 )
-                z, t = scale * found.y[:, -1], found.t[-1]
+                z = scale * found.y[:, -1]
+                t = found.t[-1]
         return z
 
     def multipliers(self, z, period):

@@ -15,7 +15,8 @@ from squeal.simulation.observers import Samples
 from squeal.simulation.run import in_natural_units, make_integrator
 
 DISPLACEMENT = 1e-6  # of the motion's natural length: small enough to be linear
-PERIODS, SAMPLES = 8, 400
+PERIODS = 8
+SAMPLES = 400
 
 
 def fit(scene: Scene, at: Equilibrium) -> tuple[complex, complex] | None:
@@ -46,7 +47,10 @@ def fit(scene: Scene, at: Equilibrium) -> tuple[complex, complex] | None:
     if changes:
         return None
     u = units.to_si(motion.states - start)
-    lam, M, C, y = mode.value, matrices.M, matrices.C, mode.left
+    lam = mode.value
+    M = matrices.M
+    C = matrices.C
+    y = mode.left
     a = (u[:, 3:] @ M.T + u[:, :3] @ (lam * M + C).T) @ y.conj()
     t = motion.times * units.time
     slopes = [np.polyfit(t, part, 1)[0] for part in (np.log(np.abs(a)), np.unwrap(np.angle(a)))]

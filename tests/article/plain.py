@@ -15,19 +15,24 @@ from scipy.linalg import eigh
 
 def corners(p, q):
     """Free ends of springs 1 and 2, leading and trailing lower corner, each (x, y)."""
-    x, y, angle = q[0] + (p.x0 or 0.0), q[1] + (p.y0 or 0.0), q[2] + (p.theta0 or 0.0)
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return [
-        (x + cosine * a - sine * b, y + sine * a + cosine * b)
-        for a, b in ((-p.w, p.h), (p.w, p.h), (-p.w, -p.h), (p.w, -p.h))
-    ]
+    x = q[0] + (p.x0 or 0.0)
+    y = q[1] + (p.y0 or 0.0)
+    angle = q[2] + (p.theta0 or 0.0)
+    cosine = math.cos(angle)
+    sine = math.sin(angle)
+
+    def turned(a, b):
+        return (x + cosine * a - sine * b, y + sine * a + cosine * b)
+
+    return [turned(-p.w, p.h), turned(p.w, p.h), turned(-p.w, -p.h), turned(p.w, -p.h)]
 
 
 class Plain:
     """Loads of a pad of B1, or of B2 with the energy-consistent law."""
 
     def __init__(self, pad, line):
-        self.p, self.line = pad, line
+        self.p = pad
+        self.line = line
         rest = corners(pad, (0.0, 0.0, 0.0))
         self.grounds = [
             (
@@ -47,38 +52,51 @@ class Plain:
 
     def contact(self, q):
         """Reaction and its moment about the centre, without friction; forces at the edges."""
-        p, (leading, trailing) = self.p, corners(self.p, q)[2:]
+        p = self.p
+        leading, trailing = corners(self.p, q)[2:]
         x = q[0] + (p.x0 or 0.0)
         deep = [max(self.level - corner[1], 0.0) for corner in (leading, trailing)]
         if not self.line:
             forces = [p.k3 * deep[0], p.k4 * deep[1]]
             return sum(forces), forces[0] * (leading[0] - x) + forces[1] * (trailing[0] - x)
-        a, b = self.level - leading[1], self.level - trailing[1]  # depths, negative off the disc
-        if a <= 0.0 and b <= 0.0:
+        leading_depth = self.level - leading[1]  # negative off the disc
+        trailing_depth = self.level - trailing[1]
+        if leading_depth <= 0.0 and trailing_depth <= 0.0:
             return 0.0, 0.0
-        low = 0.0 if a > 0.0 else a / (a - b)
-        high = 1.0 if b > 0.0 else a / (a - b)
+        # the part of the face in the disc, in shares of its length from the leading edge
+        low = 0.0 if leading_depth > 0.0 else leading_depth / (leading_depth - trailing_depth)
+        high = 1.0 if trailing_depth > 0.0 else leading_depth / (leading_depth - trailing_depth)
         reaction = moment = 0.0
         for node, weight in ((-math.sqrt(0.6), 5 / 9), (0.0, 8 / 9), (math.sqrt(0.6), 5 / 9)):
             s = (low + high) / 2 + node * (high - low) / 2
-            force = p.k_c * weight * (high - low) / 2 * (a + s * (b - a))
+            depth = leading_depth + s * (trailing_depth - leading_depth)
+            force = p.k_c * weight * (high - low) / 2 * depth
             reaction += force
             moment += force * (leading[0] + s * (trailing[0] - leading[0]) - x)
         return reaction, moment
 
     def loads(self, q, mu):
-        p, points = self.p, corners(self.p, q)
-        x, y = q[0] + (p.x0 or 0.0), q[1] + (p.y0 or 0.0)
-        fx, fy, moment = 0.0, -p.F_n, 0.0
+        p = self.p
+        points = corners(self.p, q)
+        x = q[0] + (p.x0 or 0.0)
+        y = q[1] + (p.y0 or 0.0)
+        fx = 0.0
+        fy = -p.F_n
+        moment = 0.0
         springs = zip(points[:2], self.grounds, (p.k1, p.k2), (p.L1, p.L2), strict=True)
         for end, ground, k, length in springs:
-            vx, vy = end[0] - ground[0], end[1] - ground[1]
+            vx = end[0] - ground[0]
+            vy = end[1] - ground[1]
             size = math.sqrt(vx * vx + vy * vy)
-            gx, gy = (-k * (size - length) * v / size for v in (vx, vy))
-            fx, fy = fx + gx, fy + gy
+            gx = -k * (size - length) * vx / size
+            gy = -k * (size - length) * vy / size
+            fx = fx + gx
+            fy = fy + gy
             moment += (end[0] - x) * gy - (end[1] - y) * gx
         reaction, turning = self.contact(q)
-        fx, fy, moment = fx + mu * reaction, fy + reaction, moment + turning
+        fx = fx + mu * reaction
+        fy = fy + reaction
+        moment = moment + turning
         if self.line:
             return [fx, fy, moment + mu * p.h * reaction]
         for corner, k in zip(points[2:], (p.k3, p.k4), strict=True):
@@ -87,11 +105,11 @@ class Plain:
 
     def stiffness(self, q, mu):
         steps = np.array([1e-9, 1e-9, 1e-9 / self.p.w])
-        rows = [
-            (np.subtract(self.loads(q + d, mu), self.loads(q - d, mu))) / (2 * d.sum())
-            for d in np.diag(steps)
-        ]
-        return -np.array(rows).T
+        columns = []
+        for d in np.diag(steps):
+            change = np.subtract(self.loads(q + d, mu), self.loads(q - d, mu))
+            columns.append(change / (2 * d.sum()))
+        return -np.array(columns).T
 
     def equilibrium(self, mu):
         """By Newton's method along friction from rest on the disc."""
@@ -127,17 +145,18 @@ class Motion:
 
 def move(model, state, stop, samples, tolerance=1e-10):
     """A motion from a state (6,), sampled evenly."""
-    p, C = model.p, model.damping.tolist()
+    p = model.p
+    C = model.damping.tolist()
     masses = (p.m, p.m, p.I)
 
     def rates(_t, z):
         z = z.tolist()
         force = model.loads(z[:3], p.mu)
         v = z[3:]
-        return v + [
-            (f - c[0] * v[0] - c[1] * v[1] - c[2] * v[2]) / m
-            for f, c, m in zip(force, C, masses, strict=True)
-        ]
+        accelerations = []
+        for f, c, m in zip(force, C, masses, strict=True):
+            accelerations.append((f - c[0] * v[0] - c[1] * v[1] - c[2] * v[2]) / m)
+        return v + accelerations
 
     size = p.F_n / p.k1 * np.array([1.0, 1.0, 1.0 / p.w])
     scale = np.append(size, size * math.sqrt(p.k1 / p.m))

@@ -27,7 +27,7 @@ def test_history_figures_are_numbered_as_in_the_article():
     assert set(STEMS) == {file.stem for file in SCENES.glob("*.yaml")}
 
 
-def test_titles():
+def test_titles_name_the_model_and_the_case():
     assert [title(s) for s in ("b1-a", "b3")] == ["B1, case (a)", "B3"]
 
 

@@ -22,8 +22,10 @@ from squeal.model.pad import Pad
 from tests.conftest import ROOT
 
 SCENES = ROOT / "workflow" / "scenes"
-ZERO, ONE = mp.mpf(0), mp.mpf(1)
-STEP, TINY = mp.mpf("1e-15"), mp.mpf("1e-25")  # of central differences, and what counts as zero
+ZERO = mp.mpf(0)
+ONE = mp.mpf(1)
+STEP = mp.mpf("1e-15")  # of central differences
+TINY = mp.mpf("1e-25")  # what counts as zero
 CASES = {"a": (0.5, 1.0), "b": (1.0, 0.5), "c": (0.75, 0.75), "d": (0.83, 0.83)}  # over pi
 
 
@@ -110,8 +112,10 @@ def line_contact(p, q, R_n, delta, sign=1):
 def edges(p, q):
     """x_l, y_l, x_t, y_t of Eq. (11)."""
     x, y, theta = q
-    up, down = p.beta - p.theta0 - theta, p.beta + p.theta0 + theta
-    x_c, y_c = p.x0 + x, p.y0 + y
+    up = p.beta - p.theta0 - theta
+    down = p.beta + p.theta0 + theta
+    x_c = p.x0 + x
+    y_c = p.y0 + y
     return (
         x_c - p.d * mp.cos(down),
         y_c - p.d * mp.sin(down),
@@ -275,7 +279,8 @@ def equilibrium(p):
 def of_scene(name):
     """A scene of the article with m, w and k1 as units, from the numbers of its file."""
     given = yaml.safe_load((SCENES / f"{name}.yaml").read_text())["parameters"]
-    w, k1 = mp.mpf(given["w"]), mp.mpf(given["k1"])
+    w = mp.mpf(given["w"])
+    k1 = mp.mpf(given["k1"])
     first, second = CASES[name[-1]]
     return Article(
         h=given["h"] / w,
@@ -336,7 +341,8 @@ def stiffness_of_the_springs():
         K = -gradient(lambda q, p=p: line_contact(p, q, 0, 0), [ZERO] * 3)
         s, c = mp.sin, mp.cos
         a1, a2 = p.alpha1, p.alpha2
-        one, two = a1 + p.beta - p.theta0, a2 + p.beta + p.theta0
+        one = a1 + p.beta - p.theta0
+        two = a2 + p.beta + p.theta0
         K11 = p.k1 * c(a1) ** 2 + p.k2 * c(a2) ** 2
         K12 = p.k1 * s(a1) * c(a1) - p.k2 * s(a2) * c(a2)
         K13 = -p.d * (p.k1 * c(a1) * s(one) + p.k2 * c(a2) * s(two))
@@ -397,7 +403,8 @@ def potential():
                 assert mp.norm(apart, 2) < TINY
 
     def work(law, name, steps=24):
-        at, radius = pose(name), mp.mpf("1e-3")
+        at = pose(name)
+        radius = mp.mpf("1e-3")
         total = ZERO
         for k in range(steps):
             angle = 2 * mp.pi * k / steps
@@ -553,7 +560,8 @@ def point_of_contact_loss():
         below = [y < -p.h for y in (y_l, y_t)]
         assert contact(p, q)[0] == {2: "full", 1: "partial", 0: "none"}[sum(below)]
     tilt = 1e-15
-    h, y = 0.6, -0.37 * tilt
+    h = 0.6
+    y = -0.37 * tilt
     in_doubles = -(y + h) / np.tan(tilt) + h / np.sin(tilt)
     exact = -(mp.mpf(y) + mp.mpf(h)) * mp.cot(mp.mpf(tilt)) + mp.mpf(h) / mp.sin(mp.mpf(tilt))
     assert float(exact) == pytest.approx(0.37, abs=1e-9)
@@ -594,7 +602,8 @@ def both_edges_at_once():
     def elongations(q):
         """|r_i - r_f,i| - L_i of the leading and the trailing edge, by (1c, d) and (2c, d)."""
         y, theta = q
-        up, down = p.beta - p.theta0, p.beta + p.theta0
+        up = p.beta - p.theta0
+        down = p.beta + p.theta0
         return [
             y - p.d * (mp.sin(down + theta) - mp.sin(down)),
             y - p.d * (mp.sin(up - theta) - mp.sin(up)),
@@ -608,7 +617,8 @@ def both_edges_at_once():
 def speed_of_the_face():
     """E16: the middle of the face moves at x_dot + h cos(theta0 + theta) theta_dot, by Eq. (11)."""
     p = some(8)
-    q, rates = pose("partial, leading edge"), [mp.mpf(v) for v in ("0.3", "-0.2", "0.7")]
+    q = pose("partial, leading edge")
+    rates = [mp.mpf(v) for v in ("0.3", "-0.2", "0.7")]
 
     def middle(t):
         x_l, _, x_t, _ = edges(p, [v + t * r for v, r in zip(q, rates, strict=True)])
@@ -669,7 +679,8 @@ def test_factor_by_which_friction_raises_the_reaction():
     load = mp.mpf("1e-9")
     p = replace(p, F_n=load, y0=-2 * load)  # pressed, so that contact is full without friction too
     free = replace(p, mu=ZERO)
-    with_friction, without = equilibrium(p), equilibrium(free)
+    with_friction = equilibrium(p)
+    without = equilibrium(free)
     assert contact(p, with_friction)[0] == contact(free, without)[0] == "full"
     ratio = consistent(p, with_friction)[0] / consistent(free, without)[0]
     r = p.k2 / p.k_c

@@ -118,10 +118,9 @@ def test_state_colours_stand_out_on_white():
     """WCAG 2 contrast of at least 3:1 for graphical objects, and no two alike."""
 
     def luminance(colour):
-        parts = [
-            c / 12.92 if c <= 0.03928 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)
-        ]
-        return 0.2126 * parts[0] + 0.7152 * parts[1] + 0.0722 * parts[2]
+        encoded = np.array(to_rgb(colour))
+        linear = np.where(encoded <= 0.03928, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+        return np.array([0.2126, 0.7152, 0.0722]) @ linear
 
     values = [luminance(colour) for colour in style.STATE_COLOURS.values()]
     assert all(1.05 / (value + 0.05) >= 3.0 for value in values)
@@ -144,7 +143,8 @@ def drawings(runs):
 
 def test_saved_figures_embed_fonts_name_their_origin_and_repeat(runs, tmp_path):
     for number, (once, again) in enumerate(zip(drawings(runs), drawings(runs), strict=True)):
-        first, second = tmp_path / f"{number}.pdf", tmp_path / f"{number}-again.pdf"
+        first = tmp_path / f"{number}.pdf"
+        second = tmp_path / f"{number}-again.pdf"
         style.save(once, first)
         style.save(again, second)
         data = first.read_bytes()
@@ -166,7 +166,8 @@ def test_chart_shows_every_transition(model):
     name = law.state_name
     single = {(name(t.source), name(t.target)) for t in transitions()}
     assert {ends for ends, gaps in links.items() if gaps == 1} == single
-    full, apart = name(FULL), name(NONE)
+    full = name(FULL)
+    apart = name(NONE)
     assert {ends for ends, gaps in links.items() if gaps == 2} == {(full, apart), (apart, full)}
     texts = [text.get_text() for text in charts.chart(model).axes[0].texts]
     for label in law.meanings:
@@ -179,8 +180,10 @@ def test_sketch_is_to_scale():
     """Corners by Eq. (2) at x = y = theta = 0, spring directions by Eq. (1)."""
     pad = read_scene(SCENES / "b1-c.yaml").pad.replace(theta0=0.1, alpha1=0.6, alpha2=2.0)
     c = coefficients(math, pad, False)
-    d, beta = math.hypot(pad.w, pad.h), math.asin(pad.h / math.hypot(pad.w, pad.h))
-    at, ways = sketch.corners(c), sketch.towards_ground(c)
+    d = math.hypot(pad.w, pad.h)
+    beta = math.asin(pad.h / math.hypot(pad.w, pad.h))
+    at = sketch.corners(c)
+    ways = sketch.towards_ground(c)
     expected = {
         "1": (-d * math.cos(beta - 0.1), d * math.sin(beta - 0.1)),
         "2": (d * math.cos(beta + 0.1), d * math.sin(beta + 0.1)),
@@ -208,7 +211,9 @@ def test_sketch_holds_the_symbols(stem, symbols):
 def test_quasi_static_map_is_eq_23():
     pad = read_scene(SCENES / "b3.yaml").pad
     maps = quasi_static_map(pad, 24)
-    d, beta, t0 = math.hypot(pad.w, pad.h), math.atan2(pad.h, pad.w), pad.theta0
+    d = math.hypot(pad.w, pad.h)
+    beta = math.atan2(pad.h, pad.w)
+    t0 = pad.theta0
     for i, j in itertools.product(range(24), repeat=2):
         a, b = maps.angles[i], maps.angles[j]
         K11 = pad.k1 * math.cos(a) ** 2 + pad.k2 * math.cos(b) ** 2

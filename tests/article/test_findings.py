@@ -23,8 +23,9 @@ from tests.simulation.test_simulation import bounce
 
 
 def study() -> Study:
-    cases = {m: {c: read_scene(SCENES / f"{m}-{c}.yaml") for c in "abcd"} for m in ("b1", "b2")}
-    return Study(cases["b1"], cases["b2"], read_scene(SCENES / "b3.yaml"))
+    b1 = {case: read_scene(SCENES / f"b1-{case}.yaml") for case in "abcd"}
+    b2 = {case: read_scene(SCENES / f"b2-{case}.yaml") for case in "abcd"}
+    return Study(b1, b2, read_scene(SCENES / "b3.yaml"))
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +86,7 @@ def test_energy_on_a_closed_path_vanishes_with_a_potential():
     assert abs(energy_gained(pad, "mean")[0]) > 1e-4 * energy
 
 
-def test_numbers_with_known_values(results):
+def test_measured_numbers_have_their_known_values(results):
     def numbers(key: str) -> dict[str, float]:
         return results[key].measured
 

@@ -46,7 +46,7 @@ def nearest(matrices, value):
     return values[np.argmin(np.abs(values - value))]
 
 
-def test_two_coupled_modes():
+def test_two_coupled_modes_flutter_where_the_closed_form_says():
     own = system("mode_coupling")
     points = thresholds(own, 2.0).points
     assert first(points, "flutter") == pytest.approx(0.75, rel=1e-12)
@@ -63,15 +63,19 @@ def test_two_coupled_modes():
     assert first(reverse, "divergence") == pytest.approx(2.25, rel=1e-12)
 
 
-def test_the_drum_brake_with_and_without_damping():
+def test_the_drum_brake_flutters_where_routh_and_hurwitz_say():
     own = system("drum_brake")
-    w1, w2 = (math.sqrt(own.K[0].matrix[i, i]) for i in (0, 1))
+    w1 = math.sqrt(own.K[0].matrix[0, 0])
+    w2 = math.sqrt(own.K[0].matrix[1, 1])
     undamped = first(thresholds(own, 1.0).points, "flutter")
     assert undamped == pytest.approx(abs(w1**2 - w2**2) / (2 * w1 * w2), rel=1e-12)
     for e1, e2 in ((0.02, 0.02), (0.02, 0.04)):
-        c1, c2 = e1 * w1, e2 * w2
+        c1 = e1 * w1
+        c2 = e2 * w2
         # Routh-Hurwitz conditions of the quartic
-        a3, a2, a1 = c1 + c2, w1**2 + w2**2 + c1 * c2, c1 * w2**2 + c2 * w1**2
+        a3 = c1 + c2
+        a2 = w1**2 + w2**2 + c1 * c2
+        a1 = c1 * w2**2 + c2 * w1**2
         mu = math.sqrt(a1 * (a2 * a3 - a1) / (a3 * w1 * w2) ** 2 - 1)
         points = thresholds(replace(own, C=(Term(np.diag([c1, c2])),)), 1.0).points
         assert first(points, "flutter") == pytest.approx(mu, rel=1e-10)
@@ -80,7 +84,7 @@ def test_the_drum_brake_with_and_without_damping():
     assert mu < undamped  # unequal damping destabilises
 
 
-def test_the_follower_load_and_what_damping_does_to_it():
+def test_damping_moves_the_follower_load_as_the_closed_form_says():
     own = system("ziegler")
     undamped = first(thresholds(own, 4.0).points, "flutter")
     assert undamped == pytest.approx(3.5 - math.sqrt(2), rel=1e-12)
@@ -90,7 +94,7 @@ def test_the_follower_load_and_what_damping_does_to_it():
         assert load == pytest.approx(41 / 28 + c**2 / 2, rel=1e-10)
 
 
-def test_the_wing_to_the_last_printed_digit():
+def test_the_wing_has_its_published_eigenvalues_to_the_last_printed_digit():
     M, C, K = system("wing")(0.0)
     exact = exact_damped(M, C, K)
     for value in WING:
@@ -99,7 +103,7 @@ def test_the_wing_to_the_last_printed_digit():
         assert abs(close - value) < 9e-9
 
 
-def test_the_bicycle():
+def test_the_bicycle_has_its_published_speeds_and_eigenvalues():
     own = system("bicycle")
     points = thresholds(own, 10.0).points
     for kind, speed in SPEEDS.items():

@@ -21,11 +21,13 @@ pytestmark = needs_heyoka
 def naive(one):
     """Measures from the history and the events of a single run, by their definitions."""
     run = simulate(dataclasses.replace(one, samples=100_001, outputs=("history", "events")))
-    h, state = run.history, run.history["state"]
+    h = run.history
+    state = h["state"]
     begin = run.events[0].t if state[0] in ("2", "SS") else 0.0
     seen = h["t"] >= begin
     names = ("F3", "F4") if one.model == "B1" else ("Rn", "delta")
-    first, second = (h[name][seen] for name in names)
+    first = h[names[0]][seen]
+    second = h[names[1]][seen]
     speed = np.array([np.gradient(h[name], h["t"]) for name in ("x_dot", "y_dot", "theta_dot")])
     size = np.hypot(np.hypot(speed[0], speed[1]), one.pad.w * speed[2])
     late = h["t"] >= one.stop - 0.1 * (one.stop - begin)
@@ -38,7 +40,10 @@ def naive(one):
         "reach": np.nanmax(second),
         "mean": np.trapezoid(first, h["t"][seen]) / (one.stop - begin),
         "calm": size[late].max() / np.maximum(size, 1e-30).max(),
-        "shares": [np.mean([name in names for name in state[seen]]) for names in ("1FC", "2SS")],
+        "shares": [
+            np.isin(state[seen], ("1", "FC")).mean(),
+            np.isin(state[seen], ("2", "SS")).mean(),
+        ],
     }
 
 
@@ -51,7 +56,8 @@ def test_measures_are_those_of_a_history(model, formulation):
     for i, pad in enumerate(pads):
         one = scene(model, formulation, pad, initial[i], tolerance=1e-10)
         try:
-            exact, fine = naive(one), measure_alone(one)
+            exact = naive(one)
+            fine = measure_alone(one)
         except ComputationError:
             continue
         compared += 1
@@ -74,12 +80,15 @@ def test_measures_are_those_of_a_history(model, formulation):
 
 def test_rise_from_zero_at_first_contact_does_not_count():
     """A run that ends before the force is back at zero, in an ensemble and alone."""
-    pad, height = upright(), 1e-3
+    pad = upright()
+    height = 1e-3
     touch, back, lowest = bouncing(pad, height)
     K = pad.k1 + pad.k2 + pad.k3 + pad.k4
-    middle, pressed = pad.F_n / K, math.sqrt(K / pad.m)
+    middle = pad.F_n / K
+    pressed = math.sqrt(K / pad.m)
     left = middle + (lowest - middle) * math.cos(pressed * 0.2 * back)
-    stop, start = touch + 0.7 * back, (0.0, height, 0.0, 0.0, 0.0, 0.0)
+    stop = touch + 0.7 * back
+    start = (0.0, height, 0.0, 0.0, 0.0, 0.0)
     exact = pytest.approx((pad.k3 * left / pad.F_n, pad.k3 * lowest / pad.F_n), rel=1e-6)
     many = simulate_many("B1", pad, np.array([start]), stop, 1e-12, measure=measures)
     assert many["first"][0] == exact

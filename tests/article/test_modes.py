@@ -62,7 +62,8 @@ def test_the_square_root_that_grows_goes_on_from_the_same_motion(steps):
 def test_free_bodies_and_damped_modes_are_all_listed():
     """Two modes of random damping beside a free motion that nothing acts on."""
     rng = np.random.default_rng(1)
-    K0, K1 = np.diag([10.0, 30.0]), rng.normal(size=(2, 2))
+    K0 = np.diag([10.0, 30.0])
+    K1 = rng.normal(size=(2, 2))
     T = np.eye(3) + 0.3 * rng.normal(size=(3, 3))
 
     def system(mu):
@@ -77,7 +78,8 @@ def test_free_bodies_and_damped_modes_are_all_listed():
 
 def test_modes_over_friction_are_those_of_the_branch():
     scene = scene_of("b2-c")
-    modes, found = sweep_modes(scene, 0.1, 2.0), critical_friction(scene)
+    modes = sweep_modes(scene, 0.1, 2.0)
+    found = critical_friction(scene)
     assert modes.mus[-1] <= found.high < 2.0
     assert modes.mus[0] == 0.1
     pick = squeal.sweep(scene, modes.mus[::40].tolist()).steps

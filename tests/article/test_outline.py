@@ -30,7 +30,7 @@ def test_circles_are_traced_to_a_millionth_and_their_curves_close():
     assert lengths == pytest.approx([2 * np.pi * 0.3, 2 * np.pi * 0.8], rel=2e-3)
 
 
-def test_areas():
+def test_areas_are_those_of_circles_and_rectangles():
     area = traced(ring).area
     assert area[0] == pytest.approx(np.pi * 0.3**2, rel=2e-3)
     assert area[1] == pytest.approx(np.pi * (0.8**2 - 0.3**2), rel=2e-3)

@@ -49,7 +49,7 @@ def test_growth_of_a_simulation_is_an_exact_eigenvalue(share):
         for j in range(3):
             A[i, j] = slopes[i][j] / m
     roots = [complex(mp.sqrt(v)) for v in mp.eig(A, left=False, right=False)]
-    exact = np.array([s * r for r in roots for s in (1, -1)])
+    exact = np.concatenate([roots, np.negative(roots)])
     assert np.abs(exact - predicted).min() < 1e-9 * abs(fitted)
     # the motion is linear to its size of 1e-6
     assert np.abs(exact - fitted).min() < 1e-6 * abs(fitted)
@@ -90,13 +90,15 @@ def test_mode_shapes_solve_the_eigenvalue_problem(record):
 
 
 def drawn(figure, gid):
-    return [line for axes in figure.axes for line in axes.get_lines() if line.get_gid() == gid]
+    lines = []
+    for axes in figure.axes:
+        lines += [line for line in axes.get_lines() if line.get_gid() == gid]
+    return lines
 
 
 def test_the_coupling_figure_draws_what_it_is_given(record):
-    lines = [
-        line for k in (1, 2, 3) for line in drawn(coupling.coupling_figure(record), f"mode {k}")
-    ]
+    figure = coupling.coupling_figure(record)
+    lines = drawn(figure, "mode 1") + drawn(figure, "mode 2") + drawn(figure, "mode 3")
     for one in record.scenes[1:]:
         for k in range(3):
             frequency = np.abs(one.branch.imag[2 * k]) / (2e3 * np.pi)
@@ -109,14 +111,19 @@ def test_the_coupling_figure_draws_what_it_is_given(record):
 def test_the_modes_figure_draws_rigid_pads_that_moved_by_the_shape(record):
     figure = modes.modes_figure(record)
     shown = [s for s in record.scenes if s.model == "B2"]
-    lines = [drawn(figure, gid) for gid in ("rest", "first phase")]
-    given = [(s, s.equilibrium.modes[k]) for k in range(3) for s in shown]
-    for (scene, mode), *outlines in zip(given, *lines, strict=True):
-        rest, first = (np.array(line.get_xydata())[:4] for line in outlines)
+    given = []
+    for k in range(3):
+        given += [(scene, scene.equilibrium.modes[k]) for scene in shown]
+    at_rest = drawn(figure, "rest")
+    in_first_phase = drawn(figure, "first phase")
+    for (scene, mode), line, moved_line in zip(given, at_rest, in_first_phase, strict=True):
+        rest = np.array(line.get_xydata())[:4]
+        first = np.array(moved_line.get_xydata())[:4]
         moved = LARGEST * np.array(mode.real)
         assert np.allclose(first.mean(axis=0) - rest.mean(axis=0), moved[:2], atol=1e-12)
-        sides = [one[1] - one[0] for one in (rest, first)]
-        assert np.angle(complex(*sides[1]) / complex(*sides[0])) == pytest.approx(moved[2])
+        side = complex(*(rest[1] - rest[0]))
+        moved_side = complex(*(first[1] - first[0]))
+        assert np.angle(moved_side / side) == pytest.approx(moved[2])
         assert np.linalg.norm(first[2] - first[1]) == pytest.approx(2 * scene.h / scene.w)
 
 
@@ -147,7 +154,8 @@ def test_the_map_of_equilibria_is_that_of_single_ones(monkeypatch):
 
 def test_the_damped_share_is_that_of_single_equilibria(monkeypatch):
     monkeypatch.setattr(angle_study, "COARSE", 8)
-    scene, damping = scene_of("b2-c"), Damping(ratios=(0.001, 0.02, 0.001))
+    scene = scene_of("b2-c")
+    damping = Damping(ratios=(0.001, 0.02, 0.001))
     quiet = 0
     for a in angle_axes(8)[0].values.tolist():
         for b in angle_axes(8)[1].values.tolist():

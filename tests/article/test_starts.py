@@ -26,7 +26,7 @@ from tests.conftest import ROOT, needs_heyoka
     ("changes", "expected"),
     [({}, 0), ({"losses": (1, 1)}, 1), ({"losses": (0, 1)}, 2), (BEATS, 3)],
 )
-def test_kinds(changes, expected):
+def test_a_case_has_the_kind_that_its_measures_say(changes, expected):
     assert kind(case(**changes)) == expected
     assert len(LEVELS) == 6
 

@@ -27,7 +27,8 @@ def build(tmp_path_factory):
     (folder / "results").mkdir()
     (folder / "paper").mkdir()
     (folder / "paper" / "report.tex").write_text("")
-    scene, result = str(ROOT / "workflow/scenes/b2-c.yaml"), folder / "results" / "b2-c.json"
+    scene = str(ROOT / "workflow/scenes/b2-c.yaml")
+    result = folder / "results" / "b2-c.json"
     with result.open("w") as stream, pytest.MonkeyPatch.context() as patch:
         patch.setattr("sys.stdout", stream)
         history = str(folder / "results" / "b2-c.csv")
@@ -84,7 +85,7 @@ def test_equal_bytes_when_it_is_taken_again(build, figure, tmp_path):
             assert path.read_bytes() == other.read_bytes(), path.name
 
 
-def test_a_number(build, tmp_path):
+def test_a_number_is_written_as_its_result_holds_it(build, tmp_path):
     taken = take("b2-c.steps", build, tmp_path / "number")
     assert {"value.txt", "value.tex"} | ALWAYS == set(taken.files)
     steps = json.loads((build / "results" / "b2-c.json").read_text())["steps"]
@@ -137,7 +138,7 @@ def test_a_damaged_build_is_refused(tmp_path, capsys):
     assert "damaged" in assert_refused(capsys, "take", "fig11", "--build", tmp_path)
 
 
-def test_the_list(build, capsys, monkeypatch):
+def test_without_a_name_the_command_lists_the_figures(build, capsys, monkeypatch):
     monkeypatch.chdir(build)
     assert main(["take"]) == 0
     lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
@@ -152,7 +153,7 @@ def test_every_figure_has_a_caption_of_its_own():
     assert title("Run time of $\\mu$ at \\val{a.b}: more. Then.") == "Run time of μ: more"
 
 
-def test_rows_of_tables():
+def test_a_table_in_latex_is_read_as_rows_of_plain_text():
     tex = (
         "\\begin{tabular}{lp{1in}r}\n\\toprule\na & b & $\\mu$ \\\\\n\\midrule\n"
         "\\verdict{flutter} & 1\\,\\% \\& more & $-1.5 \\times 10^{-3}$ \\\\\n\\midrule\n"

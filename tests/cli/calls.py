@@ -5,7 +5,9 @@ import json
 from squeal.cli.main import main
 from tests.conftest import ROOT, SCENES
 
-B1, B2, B3 = (SCENES / f"{stem}.yaml" for stem in ("b1-c", "b2-c", "b3"))
+B1 = SCENES / "b1-c.yaml"
+B2 = SCENES / "b2-c.yaml"
+B3 = SCENES / "b3.yaml"
 
 
 def run(capsys, *arguments):

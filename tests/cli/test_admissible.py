@@ -10,7 +10,8 @@ from tests.cli.calls import answer
 from tests.conftest import random_pad
 
 # beyond a fold that its branch passes twice, and beyond one from which it does not come back
-TWICE, NEVER = (Scene("B2", random_pad(seed, "B2")) for seed in (1014, 1018))
+TWICE = Scene("B2", random_pad(1014, "B2"))
+NEVER = Scene("B2", random_pad(1018, "B2"))
 
 
 @pytest.mark.parametrize("F_n", [0.05, None])
@@ -29,7 +30,9 @@ def test_a_motion_from_an_equilibrium_says_so_too(capsys, tmp_path, F_n):
 def test_beyond_a_fold_every_command_says_so(capsys, scene, tmp_path):
     beyond = tmp_path / "pad.yaml"
     beyond.write_text(yaml.safe_dump(scene.to_dict()))
-    mu, h = (yaml.safe_load(beyond.read_text())["parameters"][name] for name in ("mu", "h"))
+    parameters = yaml.safe_load(beyond.read_text())["parameters"]
+    mu = parameters["mu"]
+    h = parameters["h"]
     found = answer(capsys, "eigenvalues", beyond, "--mu", f"0:{mu}:3")
     assert found["admissible"] is False
     assert "fold" in found["warnings"][0]

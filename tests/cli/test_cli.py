@@ -84,7 +84,7 @@ def test_every_command_has_help(capsys, command):
     with pytest.raises(SystemExit) as stop:
         main([command, "--help"])
     assert stop.value.code == 0
-    group = "article " * (command in GROUPS[ARTICLE])
+    group = "article " if command in GROUPS[ARTICLE] else ""
     assert f"usage: squeal {group}{command}" in capsys.readouterr().out
 
 
@@ -108,10 +108,10 @@ def test_sensitivity_has_a_slope_of_each_root_by_each_parameter(capsys, tmp_path
     # at another value of the parameter they are those of that value
     system = tmp_path / "system.yaml"
     system.write_text(SYSTEM.replace("factor: mu", "factor: mu**3"))
-    there, set_there = (
-        answer(capsys, "eigenvalues", system, "--sensitivity", *given)["sensitivity"]
-        for given in (("--at", "2"), ("--set", "mu=2"))
-    )
+    there = answer(capsys, "eigenvalues", system, "--sensitivity", "--at", "2")["sensitivity"]
+    set_there = answer(capsys, "eigenvalues", system, "--sensitivity", "--set", "mu=2")[
+        "sensitivity"
+    ]
     assert there == set_there
 
 
@@ -166,7 +166,8 @@ def test_the_examples_of_help_run(capsys, tmp_path, monkeypatch, command):
 
 
 def test_names_that_are_not_shown_are_taken(capsys, tmp_path):
-    new, old = tmp_path / "new.csv", tmp_path / "old.csv"
+    new = tmp_path / "new.csv"
+    old = tmp_path / "old.csv"
     both = (["--sweep", "0:1:3", "--table", new], ["--mu", "0:1:3", "--csv", old])
     for given in both:
         assert run(capsys, "eigenvalues", B3, *given)[0] == 0

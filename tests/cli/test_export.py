@@ -18,7 +18,9 @@ K:
 @pytest.mark.parametrize("log", ["", ":log"])
 def test_a_map_over_two_parameters_flutters_exactly_where_it_must(tmp_path, capsys, log):
     """Flutter exactly where mu exceeds the gap."""
-    path, table, figure = (tmp_path / name for name in ("system.yaml", "t.csv", "f.svg"))
+    path = tmp_path / "system.yaml"
+    table = tmp_path / "t.csv"
+    figure = tmp_path / "f.svg"
     path.write_text(CHART)
     ends = f"0.01:1{log}" if log else "0:1"
     axes = ("--first", f"mu:{ends}", "--second", f"gap:{ends}", "--n", "21")
@@ -34,9 +36,11 @@ def test_a_map_over_two_parameters_flutters_exactly_where_it_must(tmp_path, caps
 def test_a_pad_comes_back_and_what_no_matrix_depends_on_is_not_set(tmp_path, capsys):
     system = tmp_path / "out" / "system.yaml"
     answer(capsys, "export", B1, "--output", system.parent)
-    pad, matrices = (answer(capsys, "eigenvalues", path) for path in (B1, system))
+    pad = answer(capsys, "eigenvalues", B1)
+    matrices = answer(capsys, "eigenvalues", system)
     for key in ("real", "imag"):
-        given, found = ([root[key] for root in one["eigenvalues"]] for one in (pad, matrices))
+        given = [root[key] for root in pad["eigenvalues"]]
+        found = [root[key] for root in matrices["eigenvalues"]]
         assert found == pytest.approx(given, abs=1e-6)
     told = assert_refused(capsys, "eigenvalues", system, "--set", "mu=0.3")
     assert "no matrix of system.yaml depends on mu" in told

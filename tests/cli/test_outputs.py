@@ -50,7 +50,8 @@ def test_an_existing_file_of_another_kind_stays(capsys, scene, kind):
 
 @pytest.mark.parametrize("ending", [".pdf", ".svg", ".png"])
 def test_figures_follow_their_name_and_hold_their_alternative_text(capsys, scene, ending):
-    first, second = (scene.parent / f"{stem}{ending}" for stem in "ab")
+    first = scene.parent / f"a{ending}"
+    second = scene.parent / f"b{ending}"
     for target in (first, second):
         assert run(capsys, "map", scene, "--n", "3", "--pdf", target)[0] == 0
     data = first.read_bytes()
@@ -71,7 +72,8 @@ HEADS = {
 
 @pytest.mark.parametrize("command", HEADS)
 def test_heads_carry_units_and_json_the_same_table(capsys, tmp_path, command):
-    table, other = tmp_path / "t.csv", tmp_path / "t.json"
+    table = tmp_path / "t.csv"
+    other = tmp_path / "t.json"
     for target in (table, other):
         assert run(capsys, *words(command), "--table", target)[0] == 0
     found = json.loads(other.read_text())
@@ -87,7 +89,8 @@ def test_heads_carry_units_and_json_the_same_table(capsys, tmp_path, command):
 
 
 def test_files_that_a_system_names_are_inputs(tmp_path, capsys):
-    nodes, path = tmp_path / "nodes.csv", tmp_path / "system.yaml"
+    nodes = tmp_path / "nodes.csv"
+    path = tmp_path / "system.yaml"
     nodes.write_text("node,dof,x,y,z\n1,1,0,0,0\n2,rx,1,0,0\n")
     path.write_text("M: [[1, 0], [0, 1]]\nK: [[2, 0], [0, 3]]\ncoordinates: {file: nodes.csv}\n")
     other = tmp_path / ".." / tmp_path.name / "nodes.csv"
@@ -139,7 +142,8 @@ parameter: real
 
 
 def test_a_parameter_with_the_name_of_a_column_stands_as_parameter_NAME(tmp_path, capsys):
-    path, table = tmp_path / "system.yaml", tmp_path / "table.json"
+    path = tmp_path / "system.yaml"
+    table = tmp_path / "table.json"
     path.write_text(NAMED_LIKE_COLUMNS)
     answer(capsys, "eigenvalues", path, "--sweep", "0:1:3", "--csv", table)
     row = json.loads(table.read_text())["rows"][-1]

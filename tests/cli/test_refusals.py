@@ -27,6 +27,8 @@ FILES = {
     "placed.yaml": PAIR + "coordinates: {file: nodes.csv}\n",
     "nodes.csv": "node,dof,x,y,z\n1,x,0,0,0\n2,x,1,0,0\n",
     "typed.yaml": "M: [[1]]\nK: [{matrix: [[1]]}, {matrix: [[1]], facter: mu}]\n",
+    "misspelt.yaml": "parameters: {mdsic: 1}\nM: {matrix: [[1]], factor: mdisc}\nK: [[1]]\n",
+    "joined.yaml": "parameters: {pressure: 1}\ncomponents: {a: {file: a.yaml}}\ncontact: []\n",
     "free.yaml": "spreads: {mu: {absolute: 1}}\n",
 }
 REFUSED = """\
@@ -47,6 +49,16 @@ simulate b1.yaml --csv none/h.csv | none
 sliding b3.yaml --csv e.csv | B3
 eigenvalues b1.yaml --mu 1:0:5 | --mu 1:0:5
 eigenvalues b1.yaml --sweep -1:1:3 | --sweep -1:1:3
+eigenvalues b1.yaml --sweep k1=0:1:3 | of a pad values of mu
+eigenvalues pair.yaml --sweep gap:0:1:3 | --set parameter=gap beside it makes gap the free parameter
+eigenvalues pair.yaml --set gapp=1 | did you mean gap?
+eigenvalues pair.yaml --set x=1 | allowed are parameters, mu, gap, omega, frequency, name
+eigenvalues misspelt.yaml | M: factor mdisc: mdisc is no parameter; did you mean mdsic?
+eigenvalues joined.yaml --set presure=2 | did you mean pressure?
+eigenvalues joined.yaml --set kdisc=2 | one of a component's file by a parameter of its name here
+map pair.yaml --first gapp:0:1 --second mu:0:1 | gapp: is no parameter; did you mean gap?
+conditions pair.yaml --axis gapp=0,1 | gapp is no parameter here; did you mean gap?
+optimise pair.yaml --bounds gapp:0:1 | gapp: no matrix depends on it; did you mean gap?
 eigenvalues b1.yaml --at 0 | --at 0
 eigenvalues b1.yaml --band 1:2 | --band 1:2
 eigenvalues b1.yaml --band 0:inf | --band 0:inf
@@ -82,7 +94,6 @@ optimise pair.yaml --bounds gap:1 | --bounds gap:1
 optimise pair.yaml --bounds gap:0:1 --bounds gap:0:2 | --bounds gap:0:2
 optimise pair.yaml --bounds nu:0:1 | nu
 optimise b3.yaml --bounds mu:0:1 | b3.yaml: is a pad; a system of matrices is allowed
-check b3.yaml | b3.yaml: is a pad; a system of matrices is allowed
 map b3.yaml --n 1 | --n 1
 map b3.yaml --second mu:1:0 | mu:1:0
 map b3.yaml --first k1:0:1e10:log | --first k1:0:1e10:log

@@ -2,6 +2,7 @@
 
 import hashlib
 import io
+import itertools
 import json
 import math
 import os
@@ -12,6 +13,7 @@ import sys
 
 import pytest
 
+from squeal.cli import streams
 from squeal.cli.main import COMMANDS
 from squeal.io.provenance import ROOT
 from tests.cli.calls import B1, B2, B3, answer, run
@@ -73,6 +75,24 @@ def test_standard_output_holds_what_was_asked_for_and_nothing_else(wild):
         assert done.returncode == code, words
         assert re.fullmatch(out, done.stdout, re.DOTALL), words
         assert re.fullmatch(err, done.stderr, re.DOTALL), words
+
+
+def test_long_work_says_a_line_now_and_then_where_nobody_sees_a_terminal(capsys, monkeypatch):
+    """A clock that adds a second at each look: 40 steps are 80 s of silence without these lines."""
+    clock = itertools.count()
+    monkeypatch.setattr("time.monotonic", lambda: float(next(clock)))
+    tell = streams.steps()
+    show = streams.counter("samples")
+    for step in range(40):
+        tell(f"step {step}")
+    lines = capsys.readouterr().err.splitlines()
+    assert 3 <= len(lines) <= 5
+    assert all(re.fullmatch(r"squeal: step \d+", line) for line in lines)
+    for done in range(1, 41):
+        show(done, 40)
+    lines = capsys.readouterr().err.splitlines()
+    assert 3 <= len(lines) <= 13
+    assert all(re.fullmatch(r"squeal: \d+ of 40 samples, about .* remain", line) for line in lines)
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device here")

@@ -39,7 +39,8 @@ K: [{file: k.mtx}, {file: f.mtx, factor: mu}]
 def _blocks(folder, n):
     """A system of n rows and its roots."""
     rng = np.random.default_rng(3)
-    a, w = rng.uniform(0.5, 3.0, n), np.sort(rng.uniform(100.0, 5000.0, n))
+    a = rng.uniform(0.5, 3.0, n)
+    w = np.sort(rng.uniform(100.0, 5000.0, n))
     M, C, K = large.blocks(a, w, rng)
     F = csc_array(([2e4], ([0], [1])), shape=(n, n))
     put(folder, FILE, m=M, c=C, k=K, f=F)
@@ -68,7 +69,8 @@ def test_a_band_a_region_and_the_lowest_modes_are_complete(system, capsys):
     _same(found, expected[(hertz > 200) & (hertz < 400)])
     assert found["count"] == len(found["eigenvalues"]) > 5
     assert max(e["residual"] for e in found["eigenvalues"]) < 1e-12
-    r, i = expected.real, expected.imag
+    r = expected.real
+    i = expected.imag
     found = answer(capsys, "eigenvalues", path, "--region", "-2:1:300:900")
     _same(found, expected[(r > -2) & (r < 1) & (i > 300) & (i < 900)])
     found = answer(capsys, "eigenvalues", path, "--modes", "6")
@@ -102,7 +104,9 @@ def test_a_shape_is_drawn_on_nodes_and_refused_without_them(tmp_path, capsys):
     _blocks(tmp_path, 30)
     rows = [f"{k // 3},{'xyz'[k % 3]},{k // 3},0,0" for k in range(30)]
     (tmp_path / "nodes.csv").write_text("\n".join(["node,dof,x,y,z", *rows]))
-    plain, placed, still = (tmp_path / x for x in ("system.yaml", "placed.yaml", "mode.png"))
+    plain = tmp_path / "system.yaml"
+    placed = tmp_path / "placed.yaml"
+    still = tmp_path / "mode.png"
     placed.write_text(FILE + "coordinates: {file: nodes.csv}\n")
     answer(capsys, "eigenvalues", placed, "--shape", "3", "--png", still)
     assert still.read_bytes().startswith(b"\x89PNG")
@@ -116,7 +120,9 @@ def test_a_shape_is_drawn_on_nodes_and_refused_without_them(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("kind", ["divergence", "flutter"])
-def test_what_grows_far_right_of_a_band(kind, tmp_path, capsys):
+def test_what_grows_far_right_of_a_band_is_in_a_region_and_beyond_a_named_limit(
+    kind, tmp_path, capsys
+):
     """Modes at 4, 8, ... Hz, unit masses; one row diverges with 1000 1/s, or two flutter: a region
     holds them, and of a band the limit of growth is named."""
     n = ROWS + 20
@@ -127,7 +133,11 @@ def test_what_grows_far_right_of_a_band(kind, tmp_path, capsys):
     low, high = abs(root.imag) / (2 * np.pi) + np.array([-10.0, 10.0])
     assert root.real > 2 * np.pi * high / 4
     if kind == "divergence":
-        squares[40], force, root, low, high = -1e6, 0 * force, 1000.0, 0.0, 50.0
+        squares[40] = -1e6
+        force = 0 * force
+        root = 1000.0
+        low = 0.0
+        high = 50.0
     text = FILE.replace("C: {file: c.mtx}\n", "")
     path = put(tmp_path, text, m=np.ones(n), k=squares, f=5 * force)
     found = answer(capsys, "eigenvalues", path, "--band", f"{low}:{high}")
@@ -156,7 +166,8 @@ def test_a_factor_that_divides_by_the_parameter_starts_above_zero(tmp_path, caps
     assert [c["mu"] for c in found["crossings"]] == pytest.approx([W], rel=1e-9)
 
 
-MEETS, PASSES = (4e4 - 400) / 1.97e4, 4e4 / 1.97e4
+MEETS = (4e4 - 400) / 1.97e4
+PASSES = 4e4 / 1.97e4
 
 
 @pytest.mark.parametrize("options", [(), ("--band", "0:1000")])
@@ -180,10 +191,12 @@ def test_a_pair_that_meets_changes_the_verdict_and_crosses_nothing(options, high
 def test_verdicts_in_a_band_of_a_large_system_change_where_growth_changes_hands(tmp_path, capsys):
     """A pair that grows at 0.05 beside r^2 + 0.3 r + 0.2 - mu = 0, and many that decay."""
     stiffness = np.r_[36.0, 0.2, np.linspace(400.0, 4000.0, ROWS)]
-    damping, falls = np.r_[-0.1, 0.3, np.full(ROWS, 0.4)], np.r_[0.0, -1.0, np.zeros(ROWS)]
+    damping = np.r_[-0.1, 0.3, np.full(ROWS, 0.4)]
+    falls = np.r_[0.0, -1.0, np.zeros(ROWS)]
     path = put(tmp_path, FILE, m=np.ones(ROWS + 2), c=damping, k=stiffness, f=falls)
     found = answer(capsys, "critical-friction", path, "--max", "0.5", "--band", "0:1.5")
-    (crossing,), (point,) = found["crossings"], found["critical"]
+    (crossing,) = found["crossings"]
+    (point,) = found["critical"]
     assert crossing["mu"] == pytest.approx(0.2, rel=1e-10)
     assert not crossing["changes_verdict"]
     assert point["mu"] == pytest.approx(0.2 + 0.05**2 + 0.3 * 0.05, rel=1e-9)
@@ -201,7 +214,8 @@ def test_a_root_that_grows_beyond_the_band_is_said_to_leave(high, tmp_path, caps
         "K: [{matrix: [[1, 0], [0, 5]]}, {matrix: [[-1, 0], [0, 0]], factor: mu}]\n",
     )
     found = answer(capsys, "critical-friction", path, "--max", high, "--band", "0:0.2")
-    (crossing,), (point,) = found["crossings"], found["critical"]
+    (crossing,) = found["crossings"]
+    (point,) = found["critical"]
     assert crossing["mu"] == pytest.approx(1.0, rel=1e-12)
     assert crossing["changes_verdict"]
     assert (point["kind"], point["mu"]) == ("divergence", crossing["mu"])

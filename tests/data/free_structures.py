@@ -17,9 +17,14 @@ WING = (tuple(range(6)), 6)
 
 def element(length, a, b, E=7.1e10, nu=0.33, rho=2700.0):
     """Stiffness and consistent mass (12, 12) of a beam along x: u v w and rotations, two nodes."""
-    area, Iy, Iz = a * b, a * b**3 / 12, b * a**3 / 12
-    J, G, h = Iy + Iz, E / 2 / (1 + nu), length
-    K, M = np.zeros((12, 12)), np.zeros((12, 12))
+    area = a * b
+    Iy = a * b**3 / 12
+    Iz = b * a**3 / 12
+    J = Iy + Iz
+    G = E / 2 / (1 + nu)
+    h = length
+    K = np.zeros((12, 12))
+    M = np.zeros((12, 12))
     for i, stiff, mass in ((0, E * area, rho * area), (3, G * J, rho * J)):
         own = np.ix_([i, i + 6], [i, i + 6])
         K[own] += stiff / h * np.array([[1, -1], [-1, 1]])
@@ -50,7 +55,8 @@ def element(length, a, b, E=7.1e10, nu=0.33, rho=2700.0):
 def assembled(points, bars, directions):
     """K, M and the labels of bars (start, end, width, height) between points (m, 3)."""
     n = 6 * len(points)
-    K, M = np.zeros((n, n)), np.zeros((n, n))
+    K = np.zeros((n, n))
+    M = np.zeros((n, n))
     for start, end, a, b in bars:
         along = points[end] - points[start]
         length = np.linalg.norm(along)
@@ -87,7 +93,8 @@ def frame():
 
 def wing():
     """A swept and tapered box: two spars and three ribs."""
-    points, bars = [], []
+    points = []
+    bars = []
     for rib in range(3):
         chord = 0.6 - 0.09 * rib
         for side in (0.0, 1.0):
@@ -111,10 +118,15 @@ def write(folder: Path) -> None:
         K, M, labels = make()
         model = BDF(debug=False)
         for key, X in (("KAAX", K), ("MAAX", M)):
-            places = [(c, r) for c in range(len(X)) for r in range(c, len(X)) if X[r, c]]
-            columns = [labels[c] for c, _ in places]
-            rows = [labels[r] for _, r in places]
-            values = [X[r, c] for c, r in places]
+            columns = []
+            rows = []
+            values = []
+            for c in range(len(X)):
+                for r in range(c, len(X)):
+                    if X[r, c]:
+                        columns.append(labels[c])
+                        rows.append(labels[r])
+                        values.append(X[r, c])
             model.add_dmig(key, 6, 2, 0, 0, len(X), columns, rows, values)
         model.punch = True
         model.write_bdf(folder / f"{name}.bdf", size=16, is_double=False, write_header=False)

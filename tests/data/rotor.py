@@ -26,13 +26,14 @@ for speed in SPEEDS:
     found = rotor.run_modal(speed, num_modes=2 * rotor.ndof, sparse=False).evalues
     found = found[np.abs(found) > 1.0]  # without the rigid ones along and around the shaft
     roots[str(speed)] = [[float(v.real), float(v.imag)] for v in found]
+entries = {}
+for name, A in matrices.items():
+    rows, columns = np.nonzero(A)
+    entries[name] = [[int(i), int(j), float(A[i, j])] for i, j in zip(rows, columns, strict=True)]
 data = {
     "made_by": f"ROSS {ross.__version__}",
     "rows": int(rotor.ndof),
-    "matrices": {
-        name: [[int(i), int(j), float(A[i, j])] for i, j in zip(*np.nonzero(A), strict=True)]
-        for name, A in matrices.items()
-    },
+    "matrices": entries,
     "eigenvalues": roots,
 }
 Path(sys.argv[1]).write_text(json.dumps(data, separators=(",", ":")) + "\n", encoding="utf-8")

@@ -35,7 +35,7 @@ def some_scene(seed):
     return Scene(model, pad, Formulation() if seed % 2 else FORMULATIONS[seed // 2 % 8])
 
 
-def test_each_limit_from_both_sides():
+def test_each_limit_is_decided_on_both_sides():
     within = 0.99 * np.array(LIMITS)
     assert not Excursion(*within).warnings()
     for i, value in itertools.product(range(3), (1.01, np.nan)):  # what is not known is not
@@ -45,7 +45,7 @@ def test_each_limit_from_both_sides():
 
 
 @pytest.mark.parametrize(("y0", "load"), [(0.0, 500.0), (-1e-5, 1000.0), (-1e-6, 500.0)])
-def test_excursion_of_a_pad_at_rest(y0, load):
+def test_the_excursion_of_a_pad_at_rest_is_that_of_its_placement(y0, load):
     # horizontal springs carry next to nothing: R_n = F_n, and the load is that of the placement
     sides = {"L1": 0.5, "L2": 0.5, "k1": 1e6, "k2": 1e6, "alpha1": 0.0, "alpha2": np.pi}
     pad = Pad(m=1.0, w=0.04, h=0.01, k_c=1e8, mu=0.0, F_n=500.0, y0=y0, **sides)
@@ -63,7 +63,8 @@ def test_map_eigenvalues_sliding_and_sweep_agree(seed):
     scene = some_scene(seed)
     mu = scene.pad.mu
     at = codes_at(scene, ("mu",), np.array([[mu]]))
-    mapped, judged = NAMES[at.codes[0]], judged_equilibria(scene)
+    mapped = NAMES[at.codes[0]]
+    judged = judged_equilibria(scene)
     fold = mapped == "beyond a fold"
     try:
         analysis = analyse(scene)
@@ -95,7 +96,8 @@ def test_a_branch_that_leaves_the_model_on_its_way():
     assert ["tilted" in words for words in found.warnings] == [True]
     limit = found.details["admissible_to"]
     assert 0.1 < limit < found.high
-    low, high = (limit * (1 + sign * 1e-6) for sign in (-1, 1))
+    low = limit * (1 - 1e-6)
+    high = limit * (1 + 1e-6)
     for mu, kept in ((low, True), (high, False)):
         assert analyse(scene.replace(mu=mu)).admissible is kept
 

@@ -51,7 +51,8 @@ def test_ninety_degrees_are_the_end_for_path_search_and_map(turning, beyond):
 def test_a_branch_does_not_depend_on_its_steps(turning):
     model = read_scene(SCENES / "b2-a.yaml").pad_model
     fine = BranchOptions(first_step=0.01, longest_step=0.1)
-    coarse, close = Path.of(model, 1.0), Path.of(model, 1.0, fine)
+    coarse = Path.of(model, 1.0)
+    close = Path.of(model, 1.0, fine)
     assert close.branch.z.shape[1] > 2 * coarse.branch.z.shape[1]
     assert close.breakpoints == pytest.approx(coarse.breakpoints, rel=1e-12)
     for mu in (0.3, 0.9):
@@ -74,8 +75,12 @@ def test_long_steps_pass_over_no_two_folds_and_no_two_contact_changes(seed, mode
 
 KNOWN = {"h": 0.014, "k2": 2.65e7, "k_c": 1.0e7, "L1": 0.81, "L2": 0.81, "F_n": 4525.0}
 OTHER = {
-    **{"h": 0.012644874054448023, "k2": 30909524.607527394, "k_c": 8166033.211748391},
-    **{"L1": 0.6404112360019761, "L2": 0.9745889079871042, "F_n": 3689.4231061389637},
+    "h": 0.012644874054448023,
+    "k2": 30909524.607527394,
+    "k_c": 8166033.211748391,
+    "L1": 0.6404112360019761,
+    "L2": 0.9745889079871042,
+    "F_n": 3689.4231061389637,
 }
 
 

@@ -30,7 +30,7 @@ def test_every_equilibrium_is_one_of_the_literal_equations(stem):
         assert e.R_n > 0
 
 
-def test_static_balance_by_hand_of_case_b():
+def test_case_b_has_the_static_balance_by_hand():
     # in case b spring 1 lies level and spring 2 stands upright: delta = w (1 - F_n/Rn) - 2 h mu
     pad = scene_of("b2-b", theta0=0.0, L1=1e6, L2=1e6).pad
     model = PadModel("B2", pad)
@@ -47,11 +47,13 @@ def test_threshold_of_b1_a_is_a_zero_of_the_exact_discriminant():
     path = Path.of(scene.pad_model, 1.0)
     e = path.equilibrium(point.mu)
     exact = Exact(scene, e.state)
-    below, above = (
-        discriminant(exact.cubic(exact.equilibrium(e.q, mu), mu))
-        for mu in (point.mu * (1 + sign * mp.mpf(10) ** -9) for sign in (-1, 1))
-    )
-    assert below > 0 > above  # real roots below, a complex pair above
+
+    def discriminant_at(mu):
+        return discriminant(exact.cubic(exact.equilibrium(e.q, mu), mu))
+
+    margin = mp.mpf(10) ** -9
+    assert discriminant_at(point.mu * (1 - margin)) > 0  # real roots
+    assert discriminant_at(point.mu * (1 + margin)) < 0  # a complex pair
 
 
 def test_many_values_of_mu_together_are_those_of_one_by_one():
@@ -63,7 +65,8 @@ def test_many_values_of_mu_together_are_those_of_one_by_one():
     places, touching = path.places(mus)
     together = zip(mus, places.T, touching.T.tolist(), path.many(mus), strict=True)
     for mu, z, on, many in together:
-        place, state = path.statics.to_si(z), State(*on)
+        place = path.statics.to_si(z)
+        state = State(*on)
         q = Exact(scene, state).equilibrium(place, mu)
         assert max(abs(a - b) for a, b in zip(q, place, strict=True)) < 1e-12 * scene.pad.w
         one = linearise(model.replace(mu=mu), place, state)
@@ -82,7 +85,7 @@ WIDE = [(seed, True) for seed in (50008, 50109, 71064, 73620)]
 
 
 @pytest.mark.parametrize(("seed", "wide"), [*((k, False) for k in range(4)), *WIDE])
-def test_random_pads_through_the_whole_chain(seed, wide):
+def test_random_pads_agree_with_50_digits_through_the_whole_chain(seed, wide):
     # `python -m benchmarks.random_pads` examines 1000 of them
     found = examine(seed, wide)
     assert found.verdicts > 0
@@ -108,6 +111,9 @@ def test_equilibria_as_far_off_as_the_springs_are_long_are_found(seed, name, q):
     pad = random_pad(700 + seed, name).replace(mu=mu, F_n=10.0**load)
     model = PadModel(name, pad)
     exact = Exact(Scene(name, pad), model.state_at(q)).equilibrium(q, mu)
-    assert max(abs(a - b) for a, b in zip(exact, q, strict=True)) < 1e-6
-    apart = [max(abs(a - b) for a, b in zip(exact, e.q, strict=True)) for e in find_all(model)]
-    assert min(apart) < 1e-9
+
+    def distance(q):
+        return max(abs(a - b) for a, b in zip(exact, q, strict=True))
+
+    assert distance(q) < 1e-6
+    assert min(distance(e.q) for e in find_all(model)) < 1e-9

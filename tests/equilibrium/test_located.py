@@ -51,7 +51,8 @@ def exact_places(scene, path):
             return exact.gaps(q)[edge]
 
         condition = singular if before == state else touching
-        place, mu = path.statics.to_si(z), float(z[3])
+        place = path.statics.to_si(z)
+        mu = float(z[3])
         found.append((mu, exact.critical(condition, place, mu)[1]))
     return found
 
@@ -103,7 +104,8 @@ def test_stiff_contact_is_followed_to_where_it_is_asked_for(k_c):
 
 
 def test_no_threshold_depends_on_how_far_was_asked():
-    near, far = (critical_friction(STIFF, mu_max) for mu_max in (1.0, 1.3))
+    near = critical_friction(STIFF, 1.0)
+    far = critical_friction(STIFF, 1.3)
     assert near.points == ()
     assert [point.kind for point in far.points] == ["flutter"]
     assert far.points[0].mu == pytest.approx(1.009492867, abs=1e-9)  # at 50 digits

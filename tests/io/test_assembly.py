@@ -15,7 +15,8 @@ from squeal.cli.main import main
 from squeal.errors import InputError
 from squeal.results.sources import SystemSource
 
-BAND, TOP = (500.0, 4000.0), 8000.0  # Hz; the cut-off is twice the upper end of the band
+BAND = (500.0, 4000.0)  # Hz
+TOP = 8000.0  # the cut-off, twice the upper end of the band
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +25,8 @@ def brake(tmp_path_factory):
     pytest.importorskip("skfem")
     from squeal.examples.brake import parts, solid_brake, write_parts
 
-    made, folder = solid_brake(500), tmp_path_factory.mktemp("brake")
+    made = solid_brake(500)
+    folder = tmp_path_factory.mktemp("brake")
     write_parts(folder, made)
     bodies, contact = parts(made)
     gap = np.arange(len(contact.pairs)) % 3 * 1e-5  # m
@@ -70,14 +72,16 @@ def test_a_file_answers_as_python_and_its_export_do(brake, tmp_path, capsys, pre
 def test_a_turning_component_has_the_same_errors_read_again(brake, tmp_path, capsys):
     """Gyroscopic matrices change under transposition; what a component lacks is kept of both."""
     shutil.copytree(brake[0].parent, tmp_path / "brake")
-    path, damping = tmp_path / "brake" / "assembly.yaml", tmp_path / "brake" / "pad" / "C0.npz"
+    path = tmp_path / "brake" / "assembly.yaml"
+    damping = tmp_path / "brake" / "pad" / "C0.npz"
     half = triu(load_npz(damping.with_name("M0.npz")), 1)
     save_npz(damping, load_npz(damping) + 2e3 * (half - half.T))
     read = answer(capsys, path, "--band", "500:4000")
     assert main(["export", str(path), "--band", "500:4000", "--output", str(tmp_path / "s")]) == 0
     capsys.readouterr()
     again = answer(capsys, tmp_path / "s" / "assembly.yaml", "--band", "500:4000")
-    errors, others = ([e["error"] for e in one["eigenvalues"]] for one in (read, again))
+    errors = [e["error"] for e in read["eigenvalues"]]
+    others = [e["error"] for e in again["eigenvalues"]]
     assert errors == pytest.approx(others, rel=0.01, abs=1e-9)
     assert max(errors) > 1e-3
 
@@ -103,9 +107,31 @@ def test_modes_of_a_reduced_assembly_are_paired_on_all_nodes(brake, tmp_path, ca
     assert min(pair["mac"] for pair in found) > 0.99
 
 
+def test_elements_of_components_are_those_of_the_assembly(brake, tmp_path):
+    """They were dropped, so that a shape of joined components was points."""
+    path, *_ = brake
+    shutil.copytree(path.parent, tmp_path, dirs_exist_ok=True)
+    file = tmp_path / "pad" / "system.yaml"
+    nodes = [line.split(",")[0] for line in (tmp_path / "pad" / "nodes.csv").read_text().split()]
+    corners = list(dict.fromkeys(nodes[1:]))[:4]
+    (tmp_path / "pad" / "cells.csv").write_text(
+        f"element,type,a,b,c,d\n7,tetra,{','.join(corners)}"
+    )
+    file.write_text(file.read_text() + "elements: {file: cells.csv}\n")
+    where = squeal.read_system(tmp_path / path.name).coordinates
+    own = squeal.read_system(file).coordinates
+    assert where.elements == ("pad 7",)
+    kind, found = where.cells[0]
+    kind_of_own, expected = own.cells[0]
+    assert kind == kind_of_own
+    assert [where.names[k] for k in found] == [f"pad {corner}" for corner in corners]
+    assert np.array_equal(where.places[list(found)], own.places[list(expected)])
+
+
 def test_a_number_given_twice_is_refused_and_a_strange_column_named(brake, tmp_path, capsys):
     path, *_ = brake
-    text, table = path.read_text(), (path.parent / "pairs.csv").read_text()
+    text = path.read_text()
+    table = (path.parent / "pairs.csv").read_text()
     (path.parent / "more.csv").write_text(table.replace("gap", "wear"))
     more = path.with_name("more.yaml")
     more.write_text(text.replace("pairs.csv", "more.csv"))
@@ -119,13 +145,15 @@ def test_errors_of_a_reduced_assembly_are_those_against_the_full_one(brake, caps
     path, *_ = brake
     read = answer(capsys, path, "--band", "500:4000")
     full = squeal.eigenvalues(squeal.read_system(path), band=(0.0, TOP))
-    exact, errors = full.values, [e["error"] for e in read["eigenvalues"]]
+    exact = full.values
+    errors = [e["error"] for e in read["eigenvalues"]]
     for e in read["eigenvalues"]:
         away = np.abs(exact - complex(e["real"], e["imag"])).min()
         assert 0.5 * away <= e["error"]
         assert e["error"] <= 4.0 * away + 1e-8 * e["imag"]
     assert max(errors) > 1e-3
-    basis, inside = read["basis"], sum(BAND[0] <= m.frequency_hz <= BAND[1] for m in full.unstable)
+    basis = read["basis"]
+    inside = sum(BAND[0] <= m.frequency_hz <= BAND[1] for m in full.unstable)
     assert (basis["rows"], basis["cutoff_hz"]) == (full.details["rows"], TOP)
     assert 0 < read["growing_outside"] <= len(full.unstable) - inside
 
@@ -173,7 +201,9 @@ def test_a_growth_within_its_error_is_open_in_the_first_line(brake):
 def test_the_reference_pressure_scales_the_stiffness(brake, tmp_path, capsys):
     """k (p/r)^e is k r^-e (p/1 Pa)^e."""
     path, *_ = brake
-    document, more, found = yaml.safe_load(path.read_text()), path.with_name("more.yaml"), []
+    document = yaml.safe_load(path.read_text())
+    more = path.with_name("more.yaml")
+    found = []
     contact = document["contact"][0]
     stiffness = 1e-2 * contact["stiffness"]
     for law in ({"stiffness": stiffness, "reference": 0.25}, {"stiffness": 2 * stiffness}):
@@ -202,8 +232,10 @@ def test_the_reference_pressure_scales_the_stiffness(brake, tmp_path, capsys):
 )
 def test_what_a_contact_and_its_components_need_is_required(brake, capsys, keys, value, named):
     path, *_ = brake
-    document, more = yaml.safe_load(path.read_text()), path.with_name("more.yaml")
-    holder, last = functools.reduce(lambda own, key: own[key], keys[:-1], document), keys[-1]
+    document = yaml.safe_load(path.read_text())
+    more = path.with_name("more.yaml")
+    holder = functools.reduce(lambda own, key: own[key], keys[:-1], document)
+    last = keys[-1]
     holder.pop(last, None)
     holder |= {} if value is None else {last: value}
     more.write_text(yaml.safe_dump(document))

@@ -2,7 +2,6 @@
 
 import importlib.util
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,12 +10,13 @@ import scipy.linalg
 import squeal
 from benchmarks import calculix_peers
 from squeal.linear.system import Term, TermSystem
+from tests.conftest import ROOT
 
 pytestmark = [
     pytest.mark.skipif(not shutil.which("ccx"), reason="CalculiX (ccx) is not installed"),
     pytest.mark.filterwarnings("ignore::squeal.errors.InputWarning"),  # of nodes inside elements
 ]
-SCRIPT = Path(__file__).parents[2] / "docs" / "brake_from_mesh.py"
+SCRIPT = ROOT / "docs" / "brake_from_mesh.py"
 GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
 
 
@@ -98,13 +98,15 @@ def test_the_terms_of_the_unstable_mode_are_those_of_the_documentation(made):
     rows = {(row.part, row.term): row for row in answer.contributions if row.mode == mode}
     assert sum(row.growth for row in rows.values()) == pytest.approx(unstable.growth_rate)
     assert sum(row.frequency for row in rows.values()) == pytest.approx(unstable.frequency_hz)
-    assert rows["K", "1"].frequency == pytest.approx(6880.3, abs=0.1)
-    assert rows["K", "contact"].frequency == pytest.approx(5616.7, abs=0.1)
+    page = (ROOT / "docs" / "brake_from_mesh.md").read_text(encoding="utf-8")
     friction = rows["K", "(mu) * (contact)"]
-    assert friction.growth == pytest.approx(4834.0, abs=0.1)
-    assert friction.frequency == pytest.approx(-667.3, abs=0.1)
+    assert f"| 0 | {rows['K', '1'].frequency:.1f} |" in page
+    assert f"| 0 | {rows['K', 'contact'].frequency:.1f} |" in page
+    assert f"| {friction.growth:.1f} | {friction.frequency:.1f} |" in page
     shares = {row.part: row.growth for row in answer.part_shares if row.mode == mode}
-    assert shares == pytest.approx({"disc": 201.0, "pad": 4633.0}, abs=0.1)
+    assert (
+        f"takes up {shares['pad']:.0f} 1/s of the work, the\ndisc {shares['disc']:.0f} 1/s" in page
+    )
 
     def root_at(mu):
         M, _, K = file.system.arrays({"mu": mu})

@@ -16,7 +16,8 @@ from squeal.linear.system import Term, TermSystem
 from squeal.queries.systems.matrices import write_system
 
 M = np.array([[2.0, 0.5], [0.5, 1.0]])
-A, B = np.array([[9.0, -1.0], [-1.0, 8.0]]), np.array([[4.0, 1.0], [1.0, 3.0]])
+A = np.array([[9.0, -1.0], [-1.0, 8.0]])
+B = np.array([[4.0, 1.0], [1.0, 3.0]])
 HEAD = "parameters: {lining: 1.5}\nM: {file: m.mtx}\n"
 TABLE = "frequency,storage,loss\n100,1.0,0.1\n1000,1.2,0.1\n3000,1.3,0.05\n"
 
@@ -96,7 +97,8 @@ _RATIOS = f"frequency,ratio\n{1 / (2 * np.pi)},0.01\n{3 / (2 * np.pi)},0.05\n"
 
 @pytest.mark.parametrize("table", [False, True])
 def test_modes_of_a_large_system_are_damped_by_rows_of_their_own(table):
-    n, hertz = 2100, 2 * np.pi * np.arange(1.0, 2101.0)
+    n = 2100
+    hertz = 2 * np.pi * np.arange(1.0, 2101.0)
     pair = np.zeros((n, n))
     pair[:2, :2] = [[3.0, 4.0], [4.0, -3.0]]  # turns the first two
     K = csc_array(diags_array(hertz**2) + csc_array(pair))
@@ -111,6 +113,7 @@ def test_modes_of_a_large_system_are_damped_by_rows_of_their_own(table):
     assert ratios == pytest.approx(np.append(what.value, 0.0))
 
 
+MODULUS = "K: {file: a.mtx, modulus: {file: table.csv}}"
 WRONG = [
     ("C: {file: a.mtx, structural: 0.1}\nK: {file: a.mtx}", TABLE, "structural"),
     ("C: {file: a.mtx, rayleigh: 0.1}\nK: {file: a.mtx}", TABLE, "rayleigh"),
@@ -121,17 +124,12 @@ WRONG = [
     ("K: {file: a.mtx}\ndamping: {K4: {file: complex.mtx}}", TABLE, "complex"),
     ("K: {file: a.mtx, structural: 0.1}\ndamping: {structural: 0.1}", TABLE, "their own"),
     ("K: {file: a.mtx}\ndamping: {ratios: {file: table.csv}}", TABLE, "ratio"),
-    *(
-        ("K: {file: a.mtx, modulus: {file: table.csv}}", table, word)
-        for table, word in [
-            ("frequency,storage,loss\n100,1,0.1\n100,1,0.1\n", "100"),
-            ("frequency,storage,loss\n100,1,0.1\n200,1,-0.1\n", "-0.1"),
-            ("frequency,loss\n100,1\n200,1\n", "storage"),
-            ("frequency,storage,loss\n100,1,x\n200,1,0.1\n", "line 2"),
-            ("frequency,storage,loss\n100,1,0.1\n", "1 lines"),
-            ("", "frequency"),
-        ]
-    ),
+    (MODULUS, "frequency,storage,loss\n100,1,0.1\n100,1,0.1\n", "100"),
+    (MODULUS, "frequency,storage,loss\n100,1,0.1\n200,1,-0.1\n", "-0.1"),
+    (MODULUS, "frequency,loss\n100,1\n200,1\n", "storage"),
+    (MODULUS, "frequency,storage,loss\n100,1,x\n200,1,0.1\n", "line 2"),
+    (MODULUS, "frequency,storage,loss\n100,1,0.1\n", "1 lines"),
+    (MODULUS, "", "frequency"),
 ]
 
 

@@ -20,21 +20,29 @@ DATA = Path(free_structures.__file__).parent
 NAMES = ("dmig", "fields", "market", "abaqus", "boeing")
 
 
+def symmetric(upper):
+    """The matrix whose triangle above and on the diagonal is given."""
+    return upper + np.triu(upper, 1).T
+
+
 def element(length, E=2.1e11, nu=0.3, rho=7850.0, a=0.0317, b=0.0213):
     """Stiffness and consistent mass (12, 12) of a beam along x: u v w and rotations, two nodes."""
-    A, Iy, Iz = a * b, a * b**3 / 12, b * a**3 / 12
-    J, G = Iy + Iz, E / 2 / (1 + nu)
-    K, M = np.zeros((12, 12)), np.zeros((12, 12))
+    A = a * b
+    Iy = a * b**3 / 12
+    Iz = b * a**3 / 12
+    J = Iy + Iz
+    G = E / 2 / (1 + nu)
+    K = np.zeros((12, 12))
+    M = np.zeros((12, 12))
     for i, stiff, mass in ((0, E * A, rho * A), (3, G * J, rho * J)):
         own = np.ix_([i, i + 6], [i, i + 6])
         K[own] += stiff / length * np.array([[1, -1], [-1, 1]])
         M[own] += mass * length / 6 * np.array([[2, 1], [1, 2]])
     h = length
     bend = np.array([[12, 6 * h, -12, 6 * h], [0, 4 * h * h, -6 * h, 2 * h * h]])
-    bend = np.vstack([bend, [[0, 0, 12, -6 * h], [0, 0, 0, 4 * h * h]]])
+    bend = symmetric(np.vstack([bend, [[0, 0, 12, -6 * h], [0, 0, 0, 4 * h * h]]]))
     move = np.array([[156, 22 * h, 54, -13 * h], [0, 4 * h * h, 13 * h, -3 * h * h]])
-    move = np.vstack([move, [[0, 0, 156, -22 * h], [0, 0, 0, 4 * h * h]]])
-    bend, move = (X + np.triu(X, 1).T for X in (bend, move))
+    move = symmetric(np.vstack([move, [[0, 0, 156, -22 * h], [0, 0, 0, 4 * h * h]]]))
     for rows, sign, inertia in (([1, 5, 7, 11], 1, Iz), ([2, 4, 8, 10], -1, Iy)):
         turn = np.diag([1.0, sign, 1.0, sign])
         K[np.ix_(rows, rows)] += E * inertia / h**3 * turn @ bend @ turn
@@ -45,7 +53,8 @@ def element(length, E=2.1e11, nu=0.3, rho=7850.0, a=0.0317, b=0.0213):
 def frame(points, directions=range(6)):
     """K, M and the labels of a chain of beams through points (m, 3), of some of its directions."""
     n = 6 * len(points)
-    K, M = np.zeros((n, n)), np.zeros((n, n))
+    K = np.zeros((n, n))
+    M = np.zeros((n, n))
     for k, (start, end) in enumerate(itertools.pairwise(points)):
         length = np.linalg.norm(end - start)
         x = (end - start) / length
@@ -73,14 +82,17 @@ FREE = {"beam": 2, "plane": 3, "space": 6}
 
 
 def lower(A):
-    return [(r, c) for c in range(len(A)) for r in range(c, len(A)) if A[r, c] != 0.0]
+    """Rows and columns of what is not zero in the lower triangle, column by column."""
+    columns, rows = np.nonzero(np.tril(A).T)
+    return list(zip(rows.tolist(), columns.tolist(), strict=True))
 
 
 def write(folder, form, matrices, labels):
     """A system file of symmetric matrices by name, written with ten digits."""
     lines = ["name: free"]
     for name, A in matrices.items():
-        text, keys = "", ""
+        text = ""
+        keys = ""
         if form in ("dmig", "fields"):
             text = f"DMIG    {name:8s}       0       6       2       0          {len(A):14d}\n"
             for c in range(len(A)):
@@ -101,11 +113,15 @@ def write(folder, form, matrices, labels):
             keys = ", symmetric: true"
         else:
             places = lower(A)
-            counts = np.cumsum([1] + [sum(c == k for _, c in places) for k in range(len(A))])
+            in_column = np.bincount([c for _, c in places], minlength=len(A))
+            counts = np.cumsum([1, *in_column])
 
             def card(numbers, each, width, shown):
-                rows = [numbers[k : k + each] for k in range(0, len(numbers), each)]
-                return "".join("".join(shown(x).rjust(width) for x in row) + "\n" for row in rows)
+                lines = ""
+                for k in range(0, len(numbers), each):
+                    row = [shown(x).rjust(width) for x in numbers[k : k + each]]
+                    lines += "".join(row) + "\n"
+                return lines
 
             parts = [
                 card(list(counts), 8, 10, str),

@@ -84,9 +84,9 @@ class Block:
             corners = [n for n in nodes[:8] if n in forces]
             spread = np.ptp([self.nodes[n] for n in corners], axis=0)
             area = spread[0] * spread[1]
+            of_corner = 0.25 if len(on_face) == 4 else -1 / 12
             for node in on_face:
-                is_corner = node in corners
-                share = (0.25 if len(on_face) == 4 else -1 / 12) if is_corner else 1 / 3
+                share = of_corner if node in corners else 1 / 3
                 forces[node] += share * area
         return forces
 
@@ -163,11 +163,10 @@ def test_blocks_of_other_meshes_have_the_frequencies_of_calculix(tmp_path, below
 
 def turned(brake, angle):
     """The brake with its pad moved round the axis, so that no node meets another."""
-    cosine, sine = np.cos(angle), np.sin(angle)
-    brake.pad = {
-        node: (cosine * x - sine * y, sine * x + cosine * y, z)
-        for node, (x, y, z) in brake.pad.items()
-    }
+    cosine = np.cos(angle)
+    sine = np.sin(angle)
+    for node, (x, y, z) in brake.pad.items():
+        brake.pad[node] = (cosine * x - sine * y, sine * x + cosine * y, z)
     return brake
 
 
@@ -203,13 +202,15 @@ def plates(tmp_path):
     """Two plates of one brick each, of unit matrices, the upper one on a quarter of the lower."""
     for name, low, size in (("one", 0.0, 2.0), ("other", 1.0, 1.0)):
         places = [(0, 0), (size, 0), (size, size), (0, size)]
-        nodes = [(x, y, low + z) for z in (0, 1) for x, y in places]
+        nodes = [(x, y, low) for x, y in places] + [(x, y, low + 1) for x, y in places]
         deck = ["*NODE", *(f"{i},{x},{y},{z}" for i, (x, y, z) in enumerate(nodes, 1))]
         deck += ["*ELEMENT,TYPE=C3D8,ELSET=E", "7,1,2,3,4,5,6,7,8"]
         deck += ["*SURFACE,NAME=LOW", "E,S1", "*SURFACE,NAME=HIGH", "7,S2"]
         (tmp_path / f"{name}.inp").write_text("\n".join(deck))
-        table = [f"{i},{way},{x},{y},{z}" for i, (x, y, z) in enumerate(nodes, 1) for way in "xyz"]
-        (tmp_path / f"{name}.csv").write_text("\n".join(["node,dof,x,y,z", *table]))
+        table = ["node,dof,x,y,z"]
+        for i, (x, y, z) in enumerate(nodes, 1):
+            table += [f"{i},{way},{x},{y},{z}" for way in "xyz"]
+        (tmp_path / f"{name}.csv").write_text("\n".join(table))
         np.savez(tmp_path / f"{name}.npz", np.eye(24))
         (tmp_path / f"{name}.yaml").write_text(
             f"M: {{file: {name}.npz}}\nK: {{file: {name}.npz}}\n"

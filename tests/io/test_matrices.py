@@ -118,7 +118,8 @@ def test_abaqus_text_is_placed_by_its_labels(tmp_path):
         "2,1, 2,1, 4.0\n2,1, 7,3, -1.5\n7,3, 7,3, 2.\n"
     )
     (tmp_path / "job_MASS1.mtx").write_text("2,1,2,1,1e-3\n")
-    K, M = read_matrix(tmp_path / "job_STIF1.mtx"), read_matrix(tmp_path / "job_MASS1.mtx")
+    K = read_matrix(tmp_path / "job_STIF1.mtx")
+    M = read_matrix(tmp_path / "job_MASS1.mtx")
     assert K.labels == ((2, 1), (7, 3))
     both = aligned([K, M])
     assert both[0].toarray().tolist() == [[4.0, -1.5], [-1.5, 2.0]]
@@ -188,13 +189,15 @@ def test_entries_that_meet_are_summed_with_a_warning(read, text, total):
 
 def harwell_boeing(kind, pointers, rows, values, sides=0):
     """A file of two rows; `sides` right-hand sides follow."""
-    lines, n = 3 + sides, len(pointers) - 1
+    lines = 3 + sides
+    n = len(pointers) - 1
     head = f"{'t':80}\n{lines:14}{1:14}{1:14}{1:14}{sides or '':14}\n"
     head += f"{kind:14}{n:14}{n:14}{len(rows):14}{0:14}\n"
     head += f"{'(8I10)':16}{'(8I10)':16}{'(8E10.1)':20}\n"
     head += f"F{sides:27}{0:14}\n" if sides else ""
-    lists = ("".join(f"{k:10}" for k in numbers) for numbers in (pointers, rows))
-    text = head + "\n".join([*lists, "".join(f"{v:10.1e}" for v in values)]) + "\n"
+    text = head + "".join(f"{k:10}" for k in pointers) + "\n"
+    text += "".join(f"{k:10}" for k in rows) + "\n"
+    text += "".join(f"{v:10.1e}" for v in values) + "\n"
     return text + "   1.0e+00   2.0e+00\n" * sides
 
 
@@ -253,7 +256,8 @@ DMIG,M,7,3,,2,1,-.25
 
 def test_dmig_is_read_alike_in_small_large_and_free_fields(tmp_path):
     (tmp_path / "job.pch").write_text(DMIG)
-    K, M = (read_matrix(tmp_path / "job.pch", key) for key in "KM")
+    K = read_matrix(tmp_path / "job.pch", "K")
+    M = read_matrix(tmp_path / "job.pch", "M")
     assert K.labels == M.labels == ((2, 1), (7, 3))
     assert K.matrix.toarray().tolist() == [[4 + 0.1j, -1.5], [-1.5, 20]]
     assert M.matrix.toarray().tolist() == [[1e-3, -0.25], [0.5, 0]]  # GJ, CJ is the column
@@ -291,10 +295,10 @@ def test_of_several_dmig_matrices_only_the_one_picked_is_built(tmp_path):
 def write_bar(folder, stem, labels, rows=4):
     """K and M of a fixed-free chain of unit springs and masses in lower triangles, with labels."""
     folder.mkdir(exist_ok=True)
-    K = "".join(
-        f"{i} {i} {2 if i < rows else 1}\n" + (f"{i + 1} {i} -1\n" if i < rows else "")
-        for i in range(1, rows + 1)
-    )
+    K = ""
+    for i in range(1, rows):
+        K += f"{i} {i} 2\n{i + 1} {i} -1\n"
+    K += f"{rows} {rows} 1\n"
     (folder / f"{stem}.sti").write_text(K)
     (folder / f"{stem}.mas").write_text("".join(f"{i} {i} 1\n" for i in range(1, rows + 1)))
     (folder / f"{stem}.dof").write_text("".join(f"{label}\n" for label in labels))
@@ -392,7 +396,8 @@ def test_op2_that_is_laid_out_by_hand_is_read(tmp_path):
         return b"".join(record("i", number) for number in numbers)
 
     def block(name, columns, kind):
-        word, size = record("8s", name.encode().ljust(8)), len(columns)
+        word = record("8s", name.encode().ljust(8))
+        size = len(columns)
         body = keys(2) + word + keys(-1, 7) + record("7i", 101, size, size, 6, kind, size, 0)
         body += keys(-2, 1, 0, 2) + word + keys(-3, 1)
         for count, runs in enumerate(columns, 4):
@@ -419,7 +424,8 @@ def test_fields_of_structs_of_matlab_have_the_names_that_matlab_gives_them(tmp_p
     K = np.array([[2.0, -1.0], [-1.0, 3.0]])
     inner = {"C": 1j * K, "note": "text", "parts": np.array([1, "a"], dtype=object)}
     several = np.zeros((1, 2), dtype=[("K", object)])
-    several[0, 0], several[0, 1] = (K,), (3 * K,)
+    several[0, 0] = (K,)
+    several[0, 1] = (3 * K,)
     for compressed in (False, True):
         path = tmp_path / f"{compressed}.mat"
         model = {"model": {"K": matrix, "in": inner}, "runs": several, "K": 2 * K}
@@ -501,7 +507,7 @@ def test_pointers_that_decrease_are_refused_where_the_last_one_is_zero(tmp_path,
         read_matrix(tmp_path / "K.mat")
 
 
-def test_ansys_full_without_its_constrained_rows():
+def test_an_ansys_full_is_read_without_its_constrained_rows():
     """The cantilever that the package ships has the frequencies that it prints."""
     examples = pytest.importorskip("ansys.mapdl.reader.examples")
     K, M = aligned([read_matrix(examples.fullfile, key) for key in "KM"])
@@ -539,7 +545,7 @@ def full(tmp_path, monkeypatch):
     return tmp_path / "a.full"
 
 
-def test_ansys_full_with_a_reader_in_its_place(full):
+def test_an_ansys_full_is_read_by_a_reader_in_its_place(full):
     """Triangles of node 3, whose second row is held, and of node 4."""
     full.write_text("any", encoding="utf-8")
     found = read_matrix(full, "K")
@@ -685,7 +691,8 @@ def test_what_scipy_writes_is_read(tmp_path, entry, kind, form):
 @pytest.mark.parametrize("packed", [False, True])
 def test_a_matlab_file_changed_anywhere_is_read_or_refused(tmp_path, packed):
     """Also where it is packed, a change of a byte or a word inside."""
-    some, path = np.array([[4.0, -1.0], [-1.0, 3.0]]), tmp_path / "K.mat"
+    some = np.array([[4.0, -1.0], [-1.0, 3.0]])
+    path = tmp_path / "K.mat"
     for kind in (np.array, csc_array):
         savemat(path, {"K": kind(some * (1 + 1j))})
         whole = path.read_bytes()

@@ -66,7 +66,8 @@ def test_a_process_that_is_killed_is_said(work, common):
     [(0, os.killpg), (2, os.killpg), (2, os.kill)],
 )
 def test_an_interrupt_is_said_once(tmp_path, working, meets):
-    script, marks = tmp_path / "script.py", tmp_path / "marks"
+    script = tmp_path / "script.py"
+    marks = tmp_path / "marks"
     script.write_text(SCRIPT)
     marks.mkdir()
     (tmp_path / "spreads.yaml").write_text("spreads: {h: {relative: 0.1}}\n")
@@ -100,7 +101,8 @@ def test_an_interrupted_run_goes_on_to_the_same_bytes(tmp_path, monkeypatch, cap
     system = "K: [{matrix: [[1]], factor: a}, {matrix: [[-1]], factor: mu}]\n"
     (tmp_path / "one.yaml").write_text("parameters: {a: 1.0}\nM: [[1]]\n" + system)
     (tmp_path / "spreads.yaml").write_text("samples: 600\nspreads: {a: {within: 0.5}}\n")
-    journal, table = tmp_path / "run.jsonl", tmp_path / "table.csv"
+    journal = tmp_path / "run.jsonl"
+    table = tmp_path / "table.csv"
     command = ["scatter", "one.yaml", "spreads.yaml", "--of", "growth", "--csv", table.name]
     parallel = [*command, "--workers", workers, "--journal", journal.name]
     running = subprocess.Popen(

@@ -26,7 +26,7 @@ def test_the_version_of_a_package_that_nothing_imported():
     assert room.version(package) == metadata.version(package)
 
 
-def test_inputs_sources_versions_and_machine():
+def test_a_provenance_names_inputs_sources_versions_and_machine():
     made = provenance([SCENES / "b1-c.yaml", SCENES / "b2-a.yaml"], SLIDING)
     assert [file.name for file in made.inputs] == ["b1-c.yaml", "b2-a.yaml"]
     for file in made.inputs:
@@ -63,7 +63,8 @@ def test_sources_are_those_of_the_imports_in_functions_too_and_no_others():
 
 def parsed(text):
     """All that a text imports, by Python's own parser, without what type checkers alone see."""
-    names, wanted = set(), [ast.parse(text)]
+    names = set()
+    wanted = [ast.parse(text)]
     while wanted:
         node = wanted.pop()
         if not (isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"):
@@ -77,7 +78,8 @@ def parsed(text):
 
 def test_imports_are_those_that_python_parses():
     for path in room.ROOT.rglob("*.py"):
-        found, expected = room._imports(path), parsed(path.read_text(encoding="utf-8"))
+        found = room._imports(path)
+        expected = parsed(path.read_text(encoding="utf-8"))
         assert found >= expected, path
         homes = set(room._homes().values())  # of names that the package loads when they are used
         assert found - expected <= homes, path
@@ -86,7 +88,8 @@ def test_imports_are_those_that_python_parses():
 def test_a_changed_comment_where_answers_are_shown_changes_no_simulation(monkeypatch):
     """A comment in the VTK writer reruns no simulation; a change of pictures does what draws."""
     module = "squeal.cli.simulate"
-    before, drawn = digest(module), digest("squeal.plots.modes")
+    before = digest(module)
+    drawn = digest("squeal.plots.modes")
     read = Path.read_bytes
     shown = ("shapes.py", "plots")
     monkeypatch.setattr(

@@ -56,7 +56,8 @@ def assert_refused(made, *parts):
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("name", PARAMETERS)
 def test_a_parameter_out_of_its_range_or_of_another_model_is_refused_by_its_key(read, model, name):
-    parameter, key = PARAMETERS[name], f"parameters.{name}"
+    parameter = PARAMETERS[name]
+    key = f"parameters.{name}"
 
     def refused(value, *parts):
         assert_refused(lambda: read(text(model, **{name: value})), key, *parts)

@@ -15,21 +15,39 @@ from squeal.io.shapes import displacements
 from squeal.io.system_files import read_system
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
-PLACES = [(*xy, z) for z in (0.0, 0.5, 1.0) for *xy, _ in CORNERS]  # two cubes, one on the other
-NODES = ["node,dof,x,y,z"] + [
-    f"{10 * k + 5},{dof},{x},{y},{z}"
-    for k, (x, y, z) in enumerate(PLACES)
-    for dof in (("x", "y", "z") if z else ("fixed",))
-]
-CELLS = ["element,type," + ",".join(f"node{k}" for k in range(1, 9))] + [
-    f"{e},hexahedron,{','.join(str(10 * k + 5) for k in range(4 * e, 4 * e + 8))}" for e in (0, 1)
+
+
+def at_height(z):
+    """The corners of the unit square at a height."""
+    return [(x, y, z) for x, y, _ in CORNERS]
+
+
+def edges_of(faces):
+    """The edges of all faces, each as its face runs through it."""
+    edges: list[tuple[int, int]] = []
+    for face in faces:
+        following = (*face[1:], face[0])
+        edges += zip(face, following, strict=True)
+    return edges
+
+
+PLACES = at_height(0.0) + at_height(0.5) + at_height(1.0)  # two cubes, one on the other
+NODES = ["node,dof,x,y,z"]
+for k, (x, y, z) in enumerate(PLACES):
+    for dof in ("x", "y", "z") if z else ("fixed",):
+        NODES.append(f"{10 * k + 5},{dof},{x},{y},{z}")
+CELLS = [
+    "element,type,node1,node2,node3,node4,node5,node6,node7,node8",
+    "0,hexahedron,5,15,25,35,45,55,65,75",
+    "1,hexahedron,45,55,65,75,85,95,105,115",
 ]
 
 
 @pytest.fixture
 def cubes(tmp_path):
     """A system of 24 rows on two cubes of which one face is held, damped unevenly."""
-    rng, n = np.random.default_rng(3), 24
+    rng = np.random.default_rng(3)
+    n = 24
     A = rng.normal(size=(n, n))
     np.savez(tmp_path / "K.npz", A @ A.T + n * np.eye(n))
     np.savez(tmp_path / "C.npz", np.diag(rng.uniform(size=n)))
@@ -60,7 +78,8 @@ def test_vtk_holds_points_cells_and_complex_shapes(cubes, tmp_path, capsys):
             next(words)
             fields[key] = np.array([float(next(words)) for _ in range(3 * count)]).reshape(-1, 3)
         elif key == "CELLS":
-            rows, size = int(next(words)), int(next(words))
+            rows = int(next(words))
+            size = int(next(words))
             cells = np.array([int(next(words)) for _ in range(size)]).reshape(rows, -1)
         elif key == "VECTORS":
             name = next(words)
@@ -83,7 +102,8 @@ def test_vtk_holds_points_cells_and_complex_shapes(cubes, tmp_path, capsys):
 def test_universal_files_hold_nodes_elements_and_shapes(cubes, tmp_path, damped):
     if not damped:
         cubes.write_text(cubes.read_text().replace("C: {file: C.npz}\n", ""))
-    file, out = read_system(cubes), tmp_path / "modes.unv"
+    file = read_system(cubes)
+    out = tmp_path / "modes.unv"
     found = squeal.eigenvalues(file, modes=2)
     found.save_shapes(out)
     lines = out.read_text().splitlines()
@@ -91,24 +111,25 @@ def test_universal_files_hold_nodes_elements_and_shapes(cubes, tmp_path, damped)
     pairs = zip(ends[::2], ends[1::2], strict=True)
     sets = [(int(lines[a + 1]), lines[a + 2 : b]) for a, b in pairs]
     assert [kind for kind, _ in sets] == [2411, 2412, 55, 55]
-    nodes, elements, *shapes = (body for _, body in sets)
-    places = {
-        int(a[:10]): [float(x.replace("D", "e")) for x in b.split()]
-        for a, b in zip(nodes[::2], nodes[1::2], strict=True)
-    }
+    nodes, elements, *shapes = [body for _, body in sets]
+    places = {}
+    for first, second in zip(nodes[::2], nodes[1::2], strict=True):
+        places[int(first[:10])] = [float(x.replace("D", "e")) for x in second.split()]
     assert places == {10 * k + 5: list(p) for k, p in enumerate(PLACES)}
     assert [line.split() for line in elements[1::2]] == [c.split(",")[2:] for c in CELLS[1:]]
     assert {line.split()[1] for line in elements[::2]} == {"115"}  # solid linear brick
     for mode, body in zip(found.eigenvalues, shapes, strict=True):
-        kind, numbers = [int(x) for x in body[5].split()], [float(x) for x in body[7].split()]
+        kind = [int(x) for x in body[5].split()]
+        numbers = [float(x) for x in body[7].split()]
         assert kind == ([1, 3, 2, 8, 5, 3] if damped else [1, 2, 2, 8, 2, 3])
         value = complex(*numbers[:2]) if damped else 2j * np.pi * numbers[0]
         assert value == pytest.approx(mode.value, rel=1e-4)
         if damped:
             assert numbers[2:] == [0.0] * 4  # modal A and B: not known
         else:
-            cells = (line[k : k + 13] for line in body[9::2] for k in range(0, len(line), 13))
-            mass = sum(float(cell) ** 2 for cell in cells)  # M is the unit matrix
+            mass = 0.0  # of the unit matrix M
+            for line in body[9::2]:
+                mass += sum(float(line[k : k + 13]) ** 2 for k in range(0, len(line), 13))
             assert numbers[1:] == pytest.approx([mass, 0.0, 0.0], rel=1e-4)
         for label, row in zip(body[8::2], body[9::2], strict=True):
             u = np.array([float(row[k : k + 13]) for k in range(0, len(row), 13)])
@@ -132,7 +153,7 @@ WRONG = [
     (CELLS, [CELLS[0], CELLS[1].replace("hexahedron", "brick")], "hexahedron"),
     (NODES, NODES[1:], "no column"),
     (NODES, [line.replace("fixed", "x") for line in NODES], "28 lines"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("table", "wrong", "words"), WRONG)
@@ -186,9 +207,12 @@ def test_the_input_file_of_abaqus_names_nodes_and_elements(tmp_path):
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
-    [("*HEADING", "*INSTANCE, NAME=A", "line 1: .INSTANCE"), ("15, 1.,,", "15, 1., a", r"5\.y: .a"),
-     ("*Node,", "*NODE, SYSTEM=C,", "line 3")],
-)  # fmt: skip
+    [
+        ("*HEADING", "*INSTANCE, NAME=A", "line 1: .INSTANCE"),
+        ("15, 1.,,", "15, 1., a", r"5\.y: .a"),
+        ("*Node,", "*NODE, SYSTEM=C,", "line 3"),
+    ],
+)
 def test_an_input_file_that_would_mislead_is_refused(tmp_path, old, new, words):
     (tmp_path / "job.inp").write_text(INPUT.replace(old, new, 1))
     with pytest.raises(InputError, match=words) as caught:
@@ -212,7 +236,8 @@ def test_included_files_are_read_in_their_places(tmp_path):
     (tmp_path / "parts" / "mesh.inp").write_text("".join(mesh[2:]))
     (tmp_path / "parts" / "job.inp").write_text("".join(mesh[:2]) + "*include, input=mesh.inp\n")
     (tmp_path / "whole.inp").write_text(INPUT)
-    one, other = of_input(tmp_path / "parts" / "job.inp"), of_input(tmp_path / "whole.inp")
+    one = of_input(tmp_path / "parts" / "job.inp")
+    other = of_input(tmp_path / "whole.inp")
     assert (one.names, one.cells) == (other.names, other.cells)
     (tmp_path / "a.inp").write_text("*INCLUDE, INPUT=b.inp\n")
     (tmp_path / "b.inp").write_text("*INCLUDE, INPUT=a.inp\n")
@@ -234,10 +259,10 @@ def test_files_of_shapes_need_coordinates_and_a_known_suffix(cubes, tmp_path):
 def test_faces_of_a_solid_close_it(name):
     """Each edge belongs to two faces, which run through it in opposite ways; all face outwards."""
     faces = SOLIDS[name].faces
-    edges = [pair for face in faces for pair in zip(face, (*face[1:], face[0]), strict=True)]
+    edges = edges_of(faces)
     assert len(set(edges)) == len(edges)
     assert {(b, a) for a, b in edges} == set(edges)
-    assert {corner for face in faces for corner in face} == set(range(SOLIDS[name].corners))
+    assert set(itertools.chain(*faces)) == set(range(SOLIDS[name].corners))
     corners = len(edges) // 2 - len(faces) + 2  # Euler
     assert corners == SOLIDS[name].corners
 
@@ -251,7 +276,8 @@ def test_rotations_and_internal_rows_move_no_node(tmp_path):
 
 
 def test_real_parts_of_displacements_are_as_large_as_any_turn_makes_them(cubes):
-    file, rng = read_system(cubes), np.random.default_rng(4)
+    file = read_system(cubes)
+    rng = np.random.default_rng(4)
     shape = rng.normal(size=24) + 0.3j * rng.normal(size=24)
     found = displacements(file.coordinates, np.exp(1.1j) * shape)
     turned = found * np.exp(1j * np.linspace(0.1, 3.0, 30))[:, None, None]
@@ -263,8 +289,13 @@ UNIT = {
     "triangle": ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], 5, 91, 0.0),
     "quad": (CORNERS, 9, 94, 0.0),
     "tetra": ([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], 10, 111, 1 / 6),
-    "wedge": ([(x, y, z) for z in (1, 0) for x, y in ((0, 0), (1, 0), (0, 1))], 13, 112, 1 / 2),
-    "hexahedron": ([(x, y, z) for z in (0, 1) for x, y, _ in CORNERS], 12, 115, 1.0),
+    "wedge": (
+        [(0, 0, 1), (1, 0, 1), (0, 1, 1), (0, 0, 0), (1, 0, 0), (0, 1, 0)],
+        13,
+        112,
+        1 / 2,
+    ),
+    "hexahedron": (at_height(0) + at_height(1), 12, 115, 1.0),
 }
 
 
@@ -274,12 +305,13 @@ def test_faces_close_a_volume(kind):
     places, vtk, unv, volume = UNIT[kind]
     cell = SOLIDS[kind]
     assert (cell.corners, cell.vtk, cell.unv) == (len(places), vtk, unv)
-    assert {k for face in cell.faces for k in face} == set(range(cell.corners))
-    edges = [pair for f in cell.faces for pair in zip(f, (*f[1:], f[0]), strict=True)]
+    assert set(itertools.chain(*cell.faces)) == set(range(cell.corners))
+    edges = edges_of(cell.faces)
     assert len({*edges}) == len(edges)
     if volume:
         assert {*edges} == {(b, a) for a, b in edges}
-    x, found = np.array(places, dtype=float), 0.0
+    x = np.array(places, dtype=float)
+    found = 0.0
     for face in cell.faces:  # pyramids with the origin
         found += sum(np.linalg.det(x[[face[0], a, b]]) for a, b in itertools.pairwise(face))
     assert abs(found) / 6 == pytest.approx(volume, abs=1e-12)

@@ -20,9 +20,11 @@ def exact_damped(M: np.ndarray, C: np.ndarray, K: np.ndarray) -> list:
     """All eigenvalues lambda of a damped system."""
     n = len(M)
     with mp.workdps(DIGITS):
-        inverse, F = mp.inverse(mp.matrix(M.tolist())), mp.zeros(2 * n)
+        inverse = mp.inverse(mp.matrix(M.tolist()))
+        F = mp.zeros(2 * n)
         F[:n, n:] = mp.eye(n)
-        F[n:, :n], F[n:, n:] = (-inverse * mp.matrix(X.tolist()) for X in (K, C))
+        F[n:, :n] = -inverse * mp.matrix(K.tolist())
+        F[n:, n:] = -inverse * mp.matrix(C.tolist())
         return list(mp.eig(F, left=False, right=False))
 
 
@@ -41,7 +43,8 @@ def exact_verdict(squares: list) -> str:
 
 def random_pad(rng: np.random.Generator) -> tuple[np.ndarray, None, np.ndarray]:
     """Mass in kg beside an inertia in kg m^2, stiff springs, a non-symmetric friction term."""
-    m, inertia = rng.uniform(0.3, 3), 10 ** rng.uniform(-5, -2)
+    m = rng.uniform(0.3, 3)
+    inertia = 10 ** rng.uniform(-5, -2)
     length = np.sqrt(inertia / m)
     springs = rng.normal(size=(3, 4))
     friction = rng.uniform(0, 1.5) * np.outer(rng.normal(size=3), rng.normal(size=3))

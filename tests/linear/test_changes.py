@@ -14,7 +14,8 @@ RANGES = [3.0, 100.0, 1e4]
 def mixed(rng, *matrices):
     """The same roots under a transformation that leaves nothing symmetric."""
     n = len(matrices[0])
-    L, R = (np.eye(n) + 0.3 * rng.normal(size=(n, n)) for _ in range(2))
+    L = np.eye(n) + 0.3 * rng.normal(size=(n, n))
+    R = np.eye(n) + 0.3 * rng.normal(size=(n, n))
     return [L @ np.asarray(X, dtype=float) @ R for X in matrices]
 
 
@@ -23,7 +24,8 @@ def test_a_growing_pair_that_meets_crosses_only_where_a_root_passes_zero(high):
     """s^2 - 40 s + k: two real roots from k = 400 on, one of which passes zero at k = 0."""
     system = affine(np.eye(2), np.diag([4e4, 1e8]), np.diag([-1.97e4, 0]), np.diag([-40, 1]))
     found = thresholds(system, high)
-    meets, passes = (4e4 - 400) / 1.97e4, 4e4 / 1.97e4
+    meets = (4e4 - 400) / 1.97e4
+    passes = 4e4 / 1.97e4
     beyond = high > passes
     assert [(c.kind, c.direction) for c in found.crossings] == [("divergence", "down")] * beyond
     assert [c.mu for c in found.crossings] == pytest.approx([passes] * beyond, rel=1e-12)
@@ -52,15 +54,19 @@ def test_what_a_range_too_long_hides_is_not_certified(high):
 def test_verdicts_change_where_growth_changes_hands_and_not_where_a_root_passes(high, back, rng):
     """A pair that grows at g beside r^2 + c r + k = 0: r passes zero at k = 0 and g at -g^2 - c g;
     close to both a further pair of little damping starts to grow."""
-    g, c, w = 0.05, 0.3, 6.0
+    g = 0.05
+    c = 0.3
+    w = 6.0
     where = 0.7 if back else 0.2
     sign = -1.0 if back else 1.0
-    K0, K1 = np.diag([w * w, sign * where, 2.0, 30.0]), np.diag([0.0, -sign, 0.0, 0.0])
+    K0 = np.diag([w * w, sign * where, 2.0, 30.0])
+    K1 = np.diag([0.0, -sign, 0.0, 0.0])
     C0 = np.diag([-2 * g, c, 0.4, 0.5])
     found = thresholds(affine(*mixed(rng, np.eye(4), K0, K1, C0)), high)
     hands = where + sign * (g * g + c * g)
     kind = "flutter" if back else "divergence"
-    (crossing,), (point,) = found.crossings, found.points
+    (crossing,) = found.crossings
+    (point,) = found.points
     assert (crossing.kind, crossing.direction) == ("divergence", "down" if back else "up")
     assert crossing.mu == pytest.approx(where, rel=1e-11)
     assert not crossing.changes_verdict
@@ -124,7 +130,8 @@ def test_random_systems_with_negative_damping_say_the_same_on_all_ranges(seed):
     M, K0, K1, C = mixed(rng, np.eye(n), np.diag(k), K1 * size, np.diag(c * np.sqrt(k)))
 
     def all_roots(mu):
-        A, B = (np.linalg.solve(M, X) for X in (K0 + mu * K1, C))
+        A = np.linalg.solve(M, K0 + mu * K1)
+        B = np.linalg.solve(M, C)
         return np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-A, -B]]))
 
     def seen(mu):
@@ -133,7 +140,8 @@ def test_random_systems_with_negative_damping_say_the_same_on_all_ranges(seed):
         grows = "divergence" if abs(first.imag) < 1e-6 * abs(first) else "flutter"
         return int((roots.real > 0).sum()), grows if first.real > 0 else "restabilised"
 
-    numbers, words = [], []
+    numbers = []
+    words = []
     for high in (1.0, 2.7, 100.0):
         found = thresholds(affine(M, K0, K1, C), high)
         assert found.certified is not False
@@ -152,11 +160,13 @@ def test_random_systems_with_negative_damping_say_the_same_on_all_ranges(seed):
         rise = (1 if x.direction == "up" else -1) * (2 if x.kind == "flutter" else 1)
         assert seen(x.mu * (1 + beside))[0] - seen(x.mu * (1 - beside))[0] == rise
     for point in points:
-        before, after = (seen(point.mu * (1 + way * beside))[1] for way in (-1, 1))
+        before = seen(point.mu * (1 - beside))[1]
+        after = seen(point.mu * (1 + beside))[1]
         assert before != after == point.kind
     grid = np.linspace(1e-4, 1.0, 201)
-    changed = [(a, b) for a, b in itertools.pairwise(grid) if seen(a)[1] != seen(b)[1]]
-    assert all(any(a <= x.mu <= b for x in points) for a, b in changed)
+    for a, b in itertools.pairwise(grid):
+        if seen(a)[1] != seen(b)[1]:
+            assert any(a <= x.mu <= b for x in points)
 
 
 @pytest.mark.parametrize("high", [1.0, 3.0, 100.0])
@@ -165,7 +175,9 @@ def test_random_systems_with_negative_damping_say_the_same_on_all_ranges(seed):
 def test_a_real_root_overtakes_a_pair_just_after_another_pair_has_met(high, gap, leads, rng):
     """Roots 0.2 +- sqrt(mu - 1/3), met at 1/3, beside a pair that grows by 0.2 + gap: the greater
     one leads gap^2 later; or, by 0.2 - gap, it never leads near there."""
-    at, g, w = 1 / 3, 0.2, 4.0
+    at = 1 / 3
+    g = 0.2
+    w = 4.0
     other = g + gap if leads else g - gap
     C0 = np.diag([-2 * g, -2 * other, 0.3])
     K0 = np.diag([g * g + at, w * w, 9.0])

@@ -21,7 +21,8 @@ def triangle(n, seed, couplings=4.0, permuted=True):
 @pytest.mark.parametrize("couplings", [4.0, 0.1, 1e3])
 @pytest.mark.parametrize("damping", [2.65e-5, 0.01])
 def test_rows_in_one_way_order_decay_with_their_damping(n, couplings, damping):
-    K, C = triangle(n, n, couplings), damping * np.eye(n)
+    K = triangle(n, n, couplings)
+    C = damping * np.eye(n)
     result = judge(np.eye(n), C, K)
     assert result.verdict == "stable"
     assert result.value == pytest.approx(-damping / 2, rel=1e-8)
@@ -36,7 +37,8 @@ def test_a_shuffled_jordan_block_without_damping_is_marginal(n):
 
 def test_28_friction_contacts_in_a_row_decay():
     """Each acts on the next one alone: 172 rows, of which blocks of six are alike."""
-    rng, count = np.random.default_rng(3), 28
+    rng = np.random.default_rng(3)
+    count = 28
     block = np.eye(6) + 0.3 * (np.eye(6, k=1) - np.eye(6, k=-1))
     K = np.kron(np.eye(count), block) + np.kron(np.eye(count, k=1), rng.normal(size=(6, 6)))
     K = np.pad(K, (0, 4)) + np.diag([0.0] * 168 + [5.0, 6.0, 7.0, 8.0])
@@ -81,7 +83,8 @@ def test_equal_parts_that_act_on_each_other_one_way_have_vectors():
 def test_a_driven_row_lengthens_the_vector_of_a_damped_root_and_its_condition():
     """Null vectors e1 and e2 of K are orthogonal: at zero y^H P' x is C21, and y^H x says nothing.
     The third row follows the first, at -1/(z^2 + z/10 + 5) of it."""
-    K, C = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.3, 0.0], [1.0, 0.2]])
+    K = np.array([[0.0, 1.0], [0.0, 0.0]])
+    C = np.array([[0.3, 0.0], [1.0, 0.2]])
     driving = np.pad(K, (0, 1)) + np.diag([0.0, 0.0, 5.0])
     driving[2, 0] = 1.0
     damping = np.pad(C, (0, 1)) + np.diag([0.0, 0.0, 0.1])

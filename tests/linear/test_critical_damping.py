@@ -46,3 +46,28 @@ def test_damping_that_touches_zero_or_begins_critical(factor, rows, critical_at)
         assert len(places) == 1, crossing
         found.add((places[0], crossing.direction))
     assert found == set(FACTORS[factor].items())
+
+
+@pytest.mark.parametrize(
+    ("factor", "directions"),
+    [
+        ("(1 - mu)**3", {1.0: "up"}),
+        ("(mu - 1)**3", {1.0: "down"}),
+        ("(1 - mu)**3*(2 - mu)", {1.0: "up", 2.0: "down"}),
+        ("(1 - mu)**2*(2 - mu)**3", {2.0: "up"}),
+        ("(1 - mu)*(2 - mu)**2", {1.0: "up"}),
+        ("(2 - mu)**4", {}),
+    ],
+)
+@pytest.mark.parametrize("stiffness", [[1.0, 1.0, 3.0], [1.0, 1.0, 3.0, 5.0], [1.0, 1.0, 1.0, 2.0]])
+def test_rotated_modes_cross_once_each_where_rounding_hides_what_grows(
+    stiffness, factor, directions
+):
+    rows = len(stiffness)
+    turn = np.linalg.qr(np.random.default_rng(rows).normal(size=(rows, rows)))[0]
+    K = turn @ np.diag(stiffness) @ turn.T
+    system = squeal.System(np.eye(rows), {factor: 2.0 * np.eye(rows)}, (K + K.T) / 2)
+    answer = squeal.thresholds(system, 3.0)
+    found = sorted((round(c.mu, 2), c.direction) for c in answer.crossings)
+    assert found == sorted(rows * list(directions.items()))
+    assert "disagrees" not in answer.proof_line

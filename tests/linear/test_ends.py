@@ -8,19 +8,24 @@ from tests.known import system_of
 
 W = np.array([1.0, 1.7, 2.9, 4.1, 5.3])
 STARTS = [
-    ((0.5, 1.0, -0.5), 0.0), ((0.1, 0.7, 0.3, -0.004, -1.0), 0.3),
-    ((0.9, 0.02, 0.4, 0.0, 0.2), 0.3), ((-0.5, -1.0, -0.1), 0.3),
-]  # fmt: skip
+    ((0.5, 1.0, -0.5), 0.0),
+    ((0.1, 0.7, 0.3, -0.004, -1.0), 0.3),
+    ((0.9, 0.02, 0.4, 0.0, 0.2), 0.3),
+    ((-0.5, -1.0, -0.1), 0.3),
+]
 
 
 def oscillators(rates, at=0.0, power=1, mix=0.3, omegas=W, others=0.3):
     """Oscillators that grow by rate (mu - at)^power, damped by `others`, mixed; the system once as
     a function and once in terms."""
-    rng, n = np.random.default_rng(5), len(rates)
-    L, R = (np.eye(n) + mix * rng.normal(size=(n, n)) / np.sqrt(n) for _ in range(2))
+    rng = np.random.default_rng(5)
+    n = len(rates)
+    L = np.eye(n) + mix * rng.normal(size=(n, n)) / np.sqrt(n)
+    R = np.eye(n) + mix * rng.normal(size=(n, n)) / np.sqrt(n)
     moving = np.array(rates) != 0.0
     fixed = L @ np.diag(np.where(moving, 0.0, others)) @ R
-    D, K = L @ np.diag(-2.0 * np.array(rates)) @ R, L @ np.diag(np.array(omegas)[:n] ** 2) @ R
+    D = L @ np.diag(-2.0 * np.array(rates)) @ R
+    K = L @ np.diag(np.array(omegas)[:n] ** 2) @ R
 
     def system(mu):
         return L @ R, fixed + D * (mu - at) ** power, K
@@ -45,7 +50,7 @@ def test_each_pair_that_grows_from_the_start_is_listed_once_the_fastest_first(
     assert omegas_of(result) == pytest.approx(W[order], rel=1e-9)
     assert [c.mode for c in result.crossings] == [1 + k for k in order]
     assert [c.changes_verdict for c in result.crossings] == [k == 0 for k in range(len(order))]
-    assert [(p.mu, p.kind) for p in result.points] == [(0.0, "flutter")] * bool(order)
+    assert [(p.mu, p.kind) for p in result.points] == ([(0.0, "flutter")] if order else [])
     for point in result.points:
         assert 2 * np.pi * point.frequency_hz == pytest.approx(W[order[0]], rel=1e-9)
     assert result.certified is not False
@@ -68,7 +73,8 @@ def test_pairs_of_one_frequency_that_grow_from_the_start_are_all_listed(seed):
 @pytest.mark.parametrize("end", [1.0, 0.3, 7.0])
 def test_damped_thresholds_exactly_at_the_end_are_listed(end, rates, which):
     """As coalescences without damping are; where the range ends a little before, none is there."""
-    system, moving = oscillators(rates, at=end)[which], np.flatnonzero(rates)
+    system = oscillators(rates, at=end)[which]
+    moving = np.flatnonzero(rates)
     for high in (end, end * (1 + 1e-10)):
         result = thresholds(system, high)
         assert [c.mu for c in result.crossings] == pytest.approx([end] * len(moving), rel=1e-12)
@@ -85,7 +91,8 @@ def test_undamped_modes_that_coalesce_where_the_range_ends_at_zero(rows):
 
     def system(mu):
         K = np.diag([5.0, 3.0, 11.0, 13.0])[:rows, :rows]
-        K[0, 1], K[1, 0] = 1 + mu, -1 - mu
+        K[0, 1] = 1 + mu
+        K[1, 0] = -1 - mu
         return np.eye(rows), None, K
 
     for end in (0.0, 1e-11):
@@ -115,9 +122,12 @@ def test_equal_oscillators_pass_the_axis_together(rates, mix, omegas):
 @pytest.mark.parametrize("twice", [False, True])
 def test_undamped_modes_that_coalesce_at_the_start(twice):
     """omega^2 = 4 +- i a mu and, if twice, 9 +- i b mu: rates of a mu / 4 and b mu / 6."""
-    K0, K1 = np.diag([4.0, 4.0, 9.0, 9.0 if twice else 11.0]), np.zeros((4, 4))
-    K1[0, 1], K1[1, 0] = 1.0, -1.0
-    K1[2, 3], K1[3, 2] = 2.0 * twice, -2.0 * twice
+    K0 = np.diag([4.0, 4.0, 9.0, 9.0 if twice else 11.0])
+    K1 = np.zeros((4, 4))
+    K1[0, 1] = 1.0
+    K1[1, 0] = -1.0
+    K1[2, 3] = 2.0 * twice
+    K1[3, 2] = -2.0 * twice
     result = thresholds(lambda mu: (np.eye(4), None, K0 + mu * K1), 1.0)
     omegas = [3.0, 2.0] if twice else [2.0]
     assert [c.mu for c in result.crossings] == [0.0] * len(omegas)
@@ -130,8 +140,10 @@ def test_undamped_modes_that_coalesce_at_the_start(twice):
 def test_what_is_at_rest_at_the_start_diverges_there_or_not_at_all(damping, stiffness):
     """A coordinate whose stiffness leaves zero, beside an oscillator."""
     rng = np.random.default_rng(2)
-    L, R = (np.eye(2) + 0.3 * rng.normal(size=(2, 2)) for _ in range(2))
-    still, moving = L @ np.diag([0.0, 4.0]) @ R, L @ np.diag([1.0, 0.0]) @ R
+    L = np.eye(2) + 0.3 * rng.normal(size=(2, 2))
+    R = np.eye(2) + 0.3 * rng.normal(size=(2, 2))
+    still = L @ np.diag([0.0, 4.0]) @ R
+    moving = L @ np.diag([1.0, 0.0]) @ R
     C = damping * (L @ R) if damping else None
     found = thresholds(system_of(L @ R, C, (still, (moving, stiffness))), 1.0)
     expected = [] if stiffness == "mu" else [(0.0, "divergence", "up", True)]

@@ -1,5 +1,6 @@
 """Intervals hold the threshold of closed forms; no window of growth is missed."""
 
+import itertools
 from fractions import Fraction
 
 import mpmath as mp
@@ -20,7 +21,8 @@ def flat_system(kind: str, n: int, power: int, mixed: bool):
     X = np.eye(n) + mixed * np.eye(n, k=1)
 
     def system(mu):
-        C, K = np.diag([0.0] + [0.1] * (n - 1)), np.diag([4.0, 9.0, 16.0, 25.0][:n])
+        C = np.diag([0.0] + [0.1] * (n - 1))
+        K = np.diag([4.0, 9.0, 16.0, 25.0][:n])
         f = -((mu - 0.45) ** power)
         if kind == "coalescence":
             K[:2, :2] = [[4.0, f], [1.0, 4.0]]
@@ -72,7 +74,8 @@ FOUR = np.diag([16.87, 22.37, 64.07, 75.56]), np.array([
 @pytest.mark.parametrize("most", [0.65, 1.0, 2.0])
 def test_two_damped_modes_flutter_in_a_window_known_in_closed_form(most):
     """K's eigenvalues are m +- i e; with C = c the motion is kept up where e^2 = c^2 m."""
-    (k, K1), c = TWO, 5e-4
+    k, K1 = TWO
+    c = 5e-4
     difference = np.polynomial.Polynomial([k[0, 0] - k[1, 1], K1[0, 0] - K1[1, 1]]) / 2
     mean = np.polynomial.Polynomial([k[0, 0] + k[1, 1], K1[0, 0] + K1[1, 1]]) / 2
     coupling = np.polynomial.Polynomial([0.0, 0.0, K1[0, 1] * K1[1, 0]])
@@ -83,19 +86,25 @@ def test_two_damped_modes_flutter_in_a_window_known_in_closed_form(most):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_windows_of_two_modes_that_only_a_third_one_couples(seed):
+def test_windows_of_two_modes_that_only_a_third_one_couples_are_found(seed):
     """They end where the discriminant of the characteristic cubic vanishes, here in fractions."""
     rng = np.random.default_rng([seed, 6])
-    at, slope, e = rng.uniform(0.3, 0.7), rng.uniform(1, 3), 10.0 ** -rng.uniform(1, 3)
+    at = rng.uniform(0.3, 0.7)
+    slope = rng.uniform(1, 3)
+    e = 10.0 ** -rng.uniform(1, 3)
     a, b, c, d = e * rng.uniform(0.5, 1.0, 4) * [1, 1, 1, -1]  # a d and b c differ in sign
-    K0, K1 = np.array([[4.0 - slope * at, 0, a], [0, 4.0, b], [c, d, 9.0]]), np.zeros((3, 3))
+    K0 = np.array([[4.0 - slope * at, 0, a], [0, 4.0, b], [c, d, 9.0]])
+    K1 = np.zeros((3, 3))
     K1[0, 0] = slope
     found = thresholds(affine(np.eye(3), K0, K1), 1.0)
-    ac, bd = Fraction(a) * Fraction(c), Fraction(b) * Fraction(d)
+    ac = Fraction(a) * Fraction(c)
+    bd = Fraction(b) * Fraction(d)
 
     def discriminant(p):
         first = Fraction(K0[0, 0]) + Fraction(slope) * p
-        T, B, D = first + 13, 13 * first + 36 - ac - bd, first * (36 - bd) - 4 * ac
+        T = first + 13
+        B = 13 * first + 36 - ac - bd
+        D = first * (36 - bd) - 4 * ac
         return T**2 * B**2 - 4 * B**3 - 4 * T**3 * D + 18 * T * B * D - 27 * D**2
 
     assert [x.direction for x in found.crossings] == ["up", "down"]
@@ -111,12 +120,15 @@ def where_roots_meet(K0, K1):
         values = []
         for p in range(7):
             X = mp.matrix(K0.tolist()) + p * mp.matrix(K1.tolist())
-            a, c, square = X[0, 0] + X[1, 1] + X[2, 2], mp.det(X), X * X
+            a = X[0, 0] + X[1, 1] + X[2, 2]
+            c = mp.det(X)
+            square = X * X
             b = (a * a - square[0, 0] - square[1, 1] - square[2, 2]) / 2
             terms = a**2 * b**2, -4 * b**3, -4 * a**3 * c, 18 * a * b * c, -27 * c**2
             values.append(sum(terms))
         powers = mp.matrix([[mp.mpf(p) ** k for k in range(7)] for p in range(7)])
-        factors, companion = mp.lu_solve(powers, mp.matrix(values)), mp.zeros(6)
+        factors = mp.lu_solve(powers, mp.matrix(values))
+        companion = mp.zeros(6)
         for k in range(6):
             companion[k, 5] = -factors[k] / factors[6]
             if k:
@@ -127,7 +139,9 @@ def where_roots_meet(K0, K1):
 
 def crossing_modes(rng, n, spread):
     """K0, K1 (n, n) of weakly coupled modes whose stiffnesses cross at nearly one place."""
-    slopes, at, e = rng.uniform(-4, 4, n), rng.uniform(0.2, 0.8), 10.0 ** rng.uniform(-3, -0.5)
+    slopes = rng.uniform(-4, 4, n)
+    at = rng.uniform(0.2, 0.8)
+    e = 10.0 ** rng.uniform(-3, -0.5)
     places = at + spread(rng) * rng.normal(size=n)
     F = e * rng.normal(size=(n, n)) * (1 - np.eye(n))
     return np.diag(6.0 - slopes * places), np.diag(slopes), F
@@ -171,7 +185,8 @@ def test_a_search_that_runs_out_of_values_is_not_certified():
 
 @pytest.mark.parametrize("seed", [3, 47, 80])
 def test_growth_of_five_modes_at_many_values_follows_from_the_thresholds(seed):
-    rng, n = np.random.default_rng([seed, 1126]), 5
+    rng = np.random.default_rng([seed, 1126])
+    n = 5
     rng.integers(2)  # the series of draws in which seed 47 was missed
     K0, K1, F = crossing_modes(rng, n, at_any)
     K0 += F + np.diag([2.0, 2.0, 2.0, 2.0, 5.0])
@@ -180,13 +195,14 @@ def test_growth_of_five_modes_at_many_values_follows_from_the_thresholds(seed):
     found = thresholds(affine(np.eye(n), K0, K1, C0=C), 1.0)
     p = np.linspace(0.0, 1.0, 3001)
     A = np.zeros((len(p), 2 * n, 2 * n))
-    A[:, :n, n:], A[:, n:, :n] = np.eye(n), -(K0 + p[:, None, None] * K1)
+    A[:, :n, n:] = np.eye(n)
+    A[:, n:, :n] = -(K0 + p[:, None, None] * K1)
     A[:, n:, n:] = -C
     grow = (np.linalg.eigvals(A).real > 1e-12).sum(axis=1)
     expected = np.full(len(p), grow[0])
     for x in found.crossings:
         roots = 2 if x.kind == "flutter" else 1
-        expected += (p > x.mu) * (roots if x.direction == "up" else -roots)
+        expected[p > x.mu] += roots if x.direction == "up" else -roots
     beside = np.all([np.abs(p - x.mu) > 1e-4 for x in found.crossings], axis=0)
     assert np.array_equal(grow[beside], expected[beside])
 
@@ -212,6 +228,31 @@ def test_growth_that_begins_and_soon_turns_back_by_itself(eps, damped, rng):
         assert [c.mu for c in crossings] == pytest.approx(near, abs=1e-3 * eps, rel=0)
 
 
+def ends_of_growth(K0, K1, damping):
+    """Values p of (0, 1) at which q'' + damping q' + (K0 + p K1) q = 0 begins or ceases to grow.
+
+    A root i omega has the square s = omega^2 - i damping omega of K: |Im s| = damping (Re s)^(1/2).
+    """
+
+    def grows(p):
+        squares = np.linalg.eigvals(K0 + p * K1)
+        return np.any(np.abs(squares.imag) > damping * np.sqrt(squares.real))
+
+    ends = []
+    for low, high in itertools.pairwise(np.linspace(0.0, 1.0, 1001)):
+        at_low = grows(low)
+        if at_low == grows(high):
+            continue
+        for _ in range(30):
+            middle = (low + high) / 2
+            if grows(middle) == at_low:
+                low = middle
+            else:
+                high = middle
+        ends.append(low)
+    return ends
+
+
 @pytest.mark.parametrize("damping", [0.0, 2e-4])
 def test_a_window_in_a_band_of_a_large_system_is_found(damping):
     rest = 440
@@ -221,19 +262,23 @@ def test_a_window_in_a_band_of_a_large_system_is_found(damping):
     system = affine(eye, K0, K1, damping * eye if damping else None)
     result = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(0.2, 2.0))).answer
     assert [c.direction for c in result.crossings] == ["up", "down"]
-    assert [c.mu for c in result.crossings] == pytest.approx([0.97475, 0.99198], abs=1e-5)
+    assert [c.mu for c in result.crossings] == pytest.approx(
+        ends_of_growth(*FOUR, damping), rel=1e-9
+    )
     assert result.certified
 
 
 def twins(kind, apart):
     """Two equal modes, or pairs of modes, and their thresholds, that far apart, as fractions."""
-    k, c = (1.0, 1.0 + apart), 0.0 if kind == "flutter" else 0.01
+    k = (1.0, 1.0 + apart)
+    c = 0.0 if kind == "flutter" else 0.01
     if kind == "damping":  # c - c k mu
         own = [c * x for x in k]
         system = affine(np.eye(2), 2 * np.eye(2), None, c * np.eye(2), -np.diag(own))
         return system, sorted(Fraction(c) / Fraction(x) for x in own)
     # the stiffnesses 2 +- sqrt(1 - k mu) of a pair grow where k mu = 1 + 2 c^2
-    K0, K1 = np.kron(np.eye(2), [[2.0, -1.0], [-1.0, 2.0]]), np.zeros((4, 4))
+    K0 = np.kron(np.eye(2), [[2.0, -1.0], [-1.0, 2.0]])
+    K1 = np.zeros((4, 4))
     K1[0, 1], K1[2, 3] = k
     system = affine(np.eye(4), K0, K1, c * np.eye(4))
     return system, sorted((1 + 2 * Fraction(c) ** 2) / Fraction(x) for x in k)

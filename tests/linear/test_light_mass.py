@@ -29,9 +29,12 @@ def mixed(X):
 
 
 def system(m, c=0.0, k=1.0, mu=0.9, turn=mixed):
-    K0, K1 = np.array([[2.0, -1, 0], [-1, 2, 0], [0, 0, k]]), np.zeros((3, 3))
-    K1[0, 1] = 4 / 3
-    M, C, K0, K1 = (turn(X) for X in (np.diag([1.0, 1, m]), c * np.eye(3), K0, K1))
+    friction = np.zeros((3, 3))
+    friction[0, 1] = 4 / 3
+    M = turn(np.diag([1.0, 1, m]))
+    C = turn(c * np.eye(3))
+    K0 = turn(np.array([[2.0, -1, 0], [-1, 2, 0], [0, 0, k]]))
+    K1 = turn(friction)
     return system_of((M + M.T) / 2, (C + C.T) / 2 if c else None, (K0, (K1, "mu")), {"mu": mu})
 
 
@@ -50,7 +53,10 @@ def test_roots_of_the_heavy_modes_keep_their_digits(m, c):
     assert found.certified is not False
     values = np.array([e.value for e in found.eigenvalues])
     assert set(values) == set(values.conj())
-    assert len(values) == 4 + 2 * (m > 1e-14) + (1 if c and m <= 1e-14 else 0)
+    of_light_motion = 2
+    if m <= 1e-14:  # as good as massless: a damper alone leaves one root
+        of_light_motion = 1 if c else 0
+    assert len(values) == 4 + of_light_motion
     assert np.abs(values - growing(c)).min() < (1e-9 if m > 1e-7 else 1e-12)
     assert np.abs(dense_values(*system(m, c)(0.9)) - growing(c)).min() < 1e-7
     if m >= 1e-10:  # the light mode itself, as far as M's rounding leaves it

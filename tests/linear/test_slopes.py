@@ -17,17 +17,23 @@ H = 1e-6
 @pytest.mark.parametrize("n", [3, 6])
 def test_slopes_are_those_of_differences(form, n, rng):
     X, Y, Z, W = rng.normal(size=(4, n, n))
-    skew, full = W - W.T, 0.1 * W
+    skew = W - W.T
+    full = 0.1 * W
 
     def system(p):
         M = np.eye(n) + 0.1 * (X + X.T) / n + p * np.diag(np.arange(n) / n)
-        K = np.diag(np.arange(1.0, n + 1) ** 2) + p * (Y + Y.T) / n + 0.1 * (form == "damped") * Z
-        C = {"undamped": None, "gyroscopic": (1 + p) * skew, "damped": full + p * Z}[form]
-        return M, C, K
+        K = np.diag(np.arange(1.0, n + 1) ** 2) + p * (Y + Y.T) / n
+        if form == "undamped":
+            return M, None, K
+        if form == "gyroscopic":
+            return M, (1 + p) * skew, K
+        return M, full + p * Z, K + 0.1 * Z
 
     along = Continuation(system, 0.0, 1.0)
     assert along.problem == form
-    at, up, down = (along.at(p) for p in (0.4, 0.4 + H, 0.4 - H))
+    at = along.at(0.4)
+    up = along.at(0.4 + H)
+    down = along.at(0.4 - H)
     nearest = [s.roots[np.argmin(np.abs(s.roots - at.roots[:, None]), axis=1)] for s in (up, down)]
     slopes = (nearest[0] - nearest[1]) / (2 * H)
     assert at.slopes == pytest.approx(slopes, abs=1e-7 * np.abs(slopes).max())
@@ -57,15 +63,15 @@ def test_two_roots_that_meet_in_a_step_are_expected_where_they_do(low):
 @pytest.mark.parametrize("damping", [0.4, -0.4])
 def test_one_of_two_roots_that_meet_in_a_step_passes_zero_where_it_does(damping):
     """lambda^2 + c lambda + p: a pair that becomes real and of which one is zero at p = 0."""
-    along, found = _between(
-        lambda p: (np.eye(1), [[damping]] * np.eye(1), [[p]] * np.eye(1)), -1, 1
-    )
+    C = np.array([[damping]])
+    along, found = _between(lambda p: (np.eye(1), C, np.array([[p]])), -1, 1)
     assert along.problem == "damped"
     assert [g.value for g in found] == pytest.approx([0.0], abs=0.021)
 
 
 def test_rounding_of_square_roots_is_how_far_rounding_moves_them():
-    s, r = np.array([4.0, -9.0, 3.0 - 4.0j]), np.full(3, 1e-7)
+    s = np.array([4.0, -9.0, 3.0 - 4.0j])
+    r = np.full(3, 1e-7)
     turned = np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))[:, None] * r
     roots, rounding = square_roots(s, r)
     moved = np.sqrt(-(s + turned) + 0j)
@@ -82,8 +88,11 @@ def test_what_vanishes_at_an_event_has_the_slope_of_differences(form, count, mee
     X, Y, W = rng.normal(size=(3, 5, 5))
 
     def system(p):
-        K = np.diag([4.0, 4.3, 9.0, 16.0, 25.0]) + 0.1 * p * (X + X.T + (form != "gyroscopic") * Y)
-        return np.eye(5), {"undamped": None, "gyroscopic": W - W.T}.get(form, 0.3 * W + p * X), K
+        K = np.diag([4.0, 4.3, 9.0, 16.0, 25.0]) + 0.1 * p * (X + X.T)
+        if form == "gyroscopic":
+            return np.eye(5), W - W.T, K
+        C = None if form == "undamped" else 0.3 * W + p * X
+        return np.eye(5), C, K + 0.1 * p * Y
 
     along = Continuation(system, 0.0, 1.0)
     assert along.problem == form
@@ -93,7 +102,8 @@ def test_what_vanishes_at_an_event_has_the_slope_of_differences(form, count, mee
     vectors = state.right[:, both], state.left[:, both]
     at = roots_near(along, 0.4, complex(state.roots[both].mean()), *vectors)
     value, slope, *_ = at.event_function(meets)
-    up, down = (at.at(along, p).event_function(meets)[0] for p in (0.4 + H, 0.4 - H))
+    up = at.at(along, 0.4 + H).event_function(meets)[0]
+    down = at.at(along, 0.4 - H).event_function(meets)[0]
     assert slope == pytest.approx((up - down) / (2 * H), rel=1e-6, abs=1e-9)
     z = state.roots[both]
     if not meets:  # the real part, or the product of both times what does not vanish
@@ -122,11 +132,13 @@ def test_a_sign_is_certain_next_to_where_rounding_ends(half, way):
 @pytest.mark.parametrize("e", [1e-1, 1e-4, 1e-7])
 def test_a_window_within_a_step_is_foreseen_from_both_ends(e):
     """4 + s (p - 0.45) and 4, coupled by e and -e, are one pair while |s (p - 0.45)| < 2 e."""
-    s, F = 3.0, np.array([[0.0, e], [-e, 0.0]])
+    s = 3.0
+    F = np.array([[0.0, e], [-e, 0.0]])
     along = Continuation(
         lambda p: (np.eye(2), None, np.diag([4 + s * (p - 0.45), 4.0]) + F), 0.0, 1.0
     )
-    before, after = along.at(0.2), along.at(0.8)
+    before = along.at(0.2)
+    after = along.at(0.8)
     found = list(near_coalescences(before, after))
     assert [g.value for g in found] == pytest.approx([0.45, 0.45], abs=1e-9)
     assert [g.width for g in found] == pytest.approx([2 * e / s] * 2, rel=1e-6)

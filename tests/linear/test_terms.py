@@ -33,7 +33,7 @@ def _system(kind=np.asarray):
 
 
 @KINDS
-def test_sums_and_derivatives(kind):
+def test_matrices_are_sums_of_terms_and_derivatives_those_of_their_factors(kind):
     system = _system(kind)
     given = system.at({"mu": 0.25})
     assert {is_sparse(X) for X in given} == {kind is csc_array}
@@ -63,7 +63,7 @@ def test_sums_and_derivatives(kind):
         lambda: thresholds(lambda _: (1, 2), 1.0).points,  # type: ignore[arg-type, return-value]
     ],
 )
-def test_refusals(ask):
+def test_what_is_no_system_of_terms_is_refused(ask):
     with pytest.raises(InputError):
         ask()
 
@@ -105,7 +105,8 @@ def test_modal_ratios_where_some_rows_have_no_mass(heavy, turned, free):
     A = random.normal(size=(5, 5))
     if free:  # a free motion, of all rows together
         A = A - A.mean(axis=1, keepdims=True)
-    K, M = A.T @ A, np.diag([*np.arange(1.0, heavy + 1), *[0.0] * (5 - heavy)])
+    K = A.T @ A
+    M = np.diag([*np.arange(1.0, heavy + 1), *[0.0] * (5 - heavy)])
     squares = np.linalg.eigvals(np.linalg.solve(M[:heavy, :heavy], _condensed(K, heavy))).real
     omega = np.sqrt(np.maximum(np.sort(squares), 0.0))
     Q = np.linalg.qr(random.normal(size=(5, 5)))[0] if turned else np.eye(5)
@@ -188,7 +189,7 @@ def test_supports_of_two_sizes_and_a_soft_row_are_told_apart():
     assert without_supports(system)[1].tolist() == [5, 6]
 
 
-def test_one_form_of_every_kind_of_system():
+def test_every_kind_of_system_takes_one_form():
     terms = _system()
     exact = with_slopes(terms, [1.0, 2.2, 3.0], 1.0, 3.0)
     found = with_slopes(lambda p: terms(p), [1.0, 2.2, 3.0], 1.0, 3.0)

@@ -11,12 +11,15 @@ from squeal.errors import InputError
 from squeal.linear import thresholds
 from tests.known import affine, coupled, known_system, system_of
 
-I2, I3 = np.eye(2), np.eye(3)
+I2 = np.eye(2)
+I3 = np.eye(3)
 CHAIN = np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
 SKEW = np.array([[0.0, 1, -1], [-1, 0, 1], [1, -1, 0]])
 TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
-GROWTH, OMEGA = abs(np.sqrt(-(2 + 1j)).real), abs(np.sqrt(-(2 + 1j)).imag)
-UP, DOWN = "flutter up", "flutter down"
+GROWTH = abs(np.sqrt(-(2 + 1j)).real)
+OMEGA = abs(np.sqrt(-(2 + 1j)).imag)
+UP = "flutter up"
+DOWN = "flutter down"
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,8 @@ SEVERAL = assembled([pair(1.5, 0.25, 0.4), pair(5.0, 0.5, 3.0), lambda mu: np.ar
 
 def clustered(n):
     rng = np.random.default_rng(n)
-    at, w = 0.5 + 1e-4 * np.arange(n // 2), 3.0 * (1 + 1e-4 * rng.permutation(n // 2))
+    at = 0.5 + 1e-4 * np.arange(n // 2)
+    w = 3.0 * (1 + 1e-4 * rng.permutation(n // 2))
     blocks = [pair(a, b, 0.2) for a, b in zip(w, at, strict=True)]
     system = assembled(blocks, rng.normal(size=(n, n)) + 3 * np.eye(n))
     return Known(system, 1.0, [(a, UP, b) for a, b in zip(at, w, strict=True)], rel=1e-8)
@@ -70,7 +74,8 @@ def gyroscopic():
     T = np.random.default_rng(8).normal(size=(6, 6)) + 3 * np.eye(6)
 
     def system(mu):
-        C, K = np.kron(np.eye(3), mu * TURN), np.kron(np.diag(k), I2)
+        C = np.kron(np.eye(3), mu * TURN)
+        K = np.kron(np.diag(k), I2)
         return T.T @ T, T.T @ C @ T, -T.T @ K @ T
 
     return Known(system, 1.0, [(2 * x**0.5, DOWN, x**0.5) for x in k], low=0.1, rel=1e-6)
@@ -80,7 +85,8 @@ def rotor():
     """Internal damping drives whirl: z'' + (ce + ci) z' + (w^2 - i ci mu) z = 0 grows from
     w (1 + ce/ci) on; thirty rows, frequencies over four decades."""
     w = np.geomspace(1.0, 1e4, 15)
-    ci, ce = 0.01 * w, 0.02 * w
+    ci = 0.01 * w
+    ce = 0.02 * w
     Q, _ = np.linalg.qr(np.random.default_rng(3).normal(size=(30, 30)))
 
     def system(mu):
@@ -127,7 +133,7 @@ KNOWN = {
 
 
 @pytest.mark.parametrize("name", KNOWN)
-def test_closed_forms(name):
+def test_thresholds_are_those_of_the_closed_forms(name):
     known = KNOWN[name]
     result = thresholds(known.system, known.high, mu_min=known.low)
     assert result.certified is not False
@@ -177,18 +183,25 @@ def test_every_known_threshold_is_found_and_none_invented(seed):
 @pytest.mark.parametrize("seed", range(4))
 def test_motions_that_nothing_holds_add_no_crossing(seed):
     rng = np.random.default_rng(seed)
-    n, free, damped = int(rng.integers(2, 7)), int(rng.integers(1, 3)), seed % 2
+    n = int(rng.integers(2, 7))
+    free = int(rng.integers(1, 3))
+    damped = seed % 2
     k = np.sort(10 ** rng.uniform(0, 3, n))
     K1 = 0.6 * rng.normal(size=(n, n)) * np.sqrt(np.outer(k, k))
-    held = [np.eye(n), np.diag(k), K1, *[np.diag(0.05 * np.sqrt(k))] * damped]
+    held = [np.eye(n), np.diag(k), K1]
+    if damped:
+        held.append(np.diag(0.05 * np.sqrt(k)))
     T = np.eye(n + free) + 0.4 * rng.normal(size=(n + free, n + free))
-    mixed = [T.T @ block_diag(X, np.eye(free) * (X is held[0])) @ T for X in held]
-    expected, found = (thresholds(affine(*each), 2.0).crossings for each in (held, mixed))
+    nothing = np.zeros((free, free))
+    mixed = [T.T @ block_diag(held[0], np.eye(free)) @ T]
+    mixed += [T.T @ block_diag(X, nothing) @ T for X in held[1:]]
+    expected = thresholds(affine(*held), 2.0).crossings
+    found = thresholds(affine(*mixed), 2.0).crossings
     assert [c.kind for c in found] == [c.kind for c in expected]
     assert [c.mu for c in found] == pytest.approx([c.mu for c in expected], rel=1e-7)
 
 
-def test_jump_at_a_breakpoint():
+def test_flutter_that_begins_with_a_jump_is_located_at_the_breakpoint():
     points = thresholds(
         lambda mu: coupled(mu if mu < 0.5 else 2 * mu), 2.0, breakpoints=[0.5, 1.2]
     ).points
@@ -201,8 +214,10 @@ def test_jump_at_a_breakpoint():
 
 
 def test_a_mass_matrix_without_symmetry_is_taken_and_a_singular_one_refused():
-    K0, K1 = np.diag([4.5, 3.5, 20.0, 30.0]), np.zeros((4, 4))
-    K1[0, 1], K1[1, 0] = 1.0, -1.0
+    K0 = np.diag([4.5, 3.5, 20.0, 30.0])
+    K1 = np.zeros((4, 4))
+    K1[0, 1] = 1.0
+    K1[1, 0] = -1.0
     mixed = np.eye(4) + np.triu(np.full((4, 4), 0.3), 1)
     found = thresholds(affine(mixed, mixed @ K0, mixed @ K1), 2.0)
     assert [c.mu for c in found.crossings] == pytest.approx([0.5], rel=1e-10)
@@ -236,9 +251,13 @@ def test_a_batched_system_is_evaluated_together_with_the_same_result():
 def test_a_rotating_shaft_diverges_between_its_critical_speeds(seed):
     """In the rotating frame det K = (k1 - p^2)(k2 - p^2), and nothing flutters."""
     rng = np.random.default_rng(seed)
-    k = ((4.0, 4.4), (4.0, 6.0))[seed] if seed < 2 else np.sort(rng.uniform(1, 20, 2))
+    chosen = [(4.0, 4.4), (4.0, 6.0)]
+    k = chosen[seed] if seed < len(chosen) else np.sort(rng.uniform(1, 20, 2))
     T = I2 if seed % 2 else I2 + 0.3 * rng.normal(size=(2, 2))
-    M, C, K, K2 = (T.T @ X @ T for X in (I2, -2 * TURN, np.diag(k), -I2))
+    M = T.T @ I2 @ T
+    C = T.T @ (-2 * TURN) @ T
+    K = T.T @ np.diag(k) @ T
+    K2 = T.T @ (-I2) @ T
     found = thresholds(system_of(M, ((C, "p"),), (K, (K2, "p**2")), {}, "p"), 6.0)
     ways = [(c.kind, c.direction) for c in found.crossings]
     assert ways == [("divergence", "up"), ("divergence", "down")]

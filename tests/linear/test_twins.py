@@ -9,10 +9,18 @@ import squeal
 def beside(pads, apart, rest):
     """Rows pairs that diverge at sqrt(k h) / g, of equal pads but for a relative difference of k,
     and of others; with the exact thresholds."""
-    K0, K1, exact = [], [], []
+    K0 = []
+    K1 = []
+    exact = []
     for index in range(pads + rest):
-        k, h, g = (1.21, 1.3, 0.8) if index < pads else (1.3225 + 0.11 * index, 1.4, 0.75)
-        k *= 1.0 + apart * index * (index < pads)
+        if index < pads:
+            k = 1.21 * (1.0 + apart * index)
+            h = 1.3
+            g = 0.8
+        else:
+            k = 1.3225 + 0.11 * index
+            h = 1.4
+            g = 0.75
         K0 += [k, h]
         K1.append(g)
         exact.append(np.sqrt(k * h) / g)
@@ -61,13 +69,16 @@ def test_a_dip_within_a_step_is_seen_or_nothing_is_certified(part):
     bump = "1e-6/((mu - 0.7312)**2 + 1e-6)"
     if part == "damping":
         C = {"1": np.diag([0.1, 0.3]), f"-0.2*{bump}": np.diag([1.0, 0.0])}
-        system, half = squeal.System(np.eye(2), C, np.diag([1.0, 3.0])), 1e-3
+        system = squeal.System(np.eye(2), C, np.diag([1.0, 3.0]))
+        half = 1e-3
     elif part == "stiffness":
         K = {"1": np.diag([1.0, 3.0]), f"-2*{bump}": np.diag([1.0, 0.0])}
-        system, half = squeal.System(np.eye(2), K=K), 1e-3
+        system = squeal.System(np.eye(2), K=K)
+        half = 1e-3
     else:  # frequencies 0.2 apart, coupled by 0.2 at most
         K = {"1": np.diag([1.0, 1.2]), f"0.2*{bump}": np.eye(2, k=1) - np.eye(2, k=-1)}
-        system, half = squeal.System(np.eye(2), K=K), 1e-3
+        system = squeal.System(np.eye(2), K=K)
+        half = 1e-3
     found = squeal.thresholds(system, 2.0)
     exact = [0.7312 - half, 0.7312 + half]
     assert [c.mu for c in found.crossings] == pytest.approx(exact, rel=1e-9)

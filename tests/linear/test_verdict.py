@@ -19,7 +19,8 @@ from squeal.linear.matrices import invariants
 from tests.known import affine, coupled
 from tests.linear.conftest import exact_squares, exact_verdict, random_pad
 
-I2, I3 = np.eye(2), np.eye(3)
+I2 = np.eye(2)
+I3 = np.eye(3)
 CHAIN = np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
 FREE = (0.0, 0.3), (0.0, 0.0), (-1e-3, 0.3)  # stiffness and damping
 
@@ -32,7 +33,7 @@ def _padded(K, n):
     return np.vstack([top, bottom])
 
 
-def test_random_pads(rng):
+def test_verdicts_of_random_pads_are_those_of_the_exact_roots(rng):
     pads = [random_pad(rng) for _ in range(200)]
     names = [verdict(*pad) for pad in pads]
     assert names == [exact_verdict(exact_squares(M, K)) for M, _, K in pads]
@@ -40,7 +41,7 @@ def test_random_pads(rng):
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 6])
-def test_both_sides_of_a_coalescence_and_of_divergence(rng, n):
+def test_verdicts_hold_on_both_sides_of_a_coalescence_and_of_divergence(rng, n):
     for share, expected in ((1 - 1e-9, "marginal"), (1.0, "marginal"), (1 + 1e-9, "flutter")):
         K = _padded(coupled(0.75 * share)[2], n)
         assert verdict(np.eye(n), None, K) == expected
@@ -89,7 +90,8 @@ def test_rounding_bounds_hold(rng):
         found = invariants([float(x) for x in A.ravel()])
         with mp.workdps(60):
             X = mp.matrix(A.tolist())
-            a, c = X[0, 0] + X[1, 1] + X[2, 2], mp.det(X)
+            a = X[0, 0] + X[1, 1] + X[2, 2]
+            c = mp.det(X)
             square = X * X
             b = (a * a - (square[0, 0] + square[1, 1] + square[2, 2])) / 2
             disc = a**2 * b**2 - 4 * b**3 - 4 * a**3 * c + 18 * a * b * c - 27 * c**2
@@ -139,7 +141,8 @@ def test_damped_verdicts_of_stacks_are_those_of_single_systems(rng):
     for c in (0.1, 1e-3, 1e-6):
         for share in (1.0, 1 - 1e-15, 1 + 1e-15, 1 - 1e-9, 1 + 1e-9, 0.9, 1.1):
             A = np.diag([2.0, 2.0, 7.0])
-            A[0, 1], A[1, 0] = share * (1 + 2 * c**2) - 1, -1.0
+            A[0, 1] = share * (1 + 2 * c**2) - 1
+            A[1, 0] = -1.0
             systems += [(A, c * np.eye(3)), (A, np.diag([c, c, 0.0]))]
     A, B = (np.array(part) for part in zip(*systems, strict=True))
     expected = [verdict(np.eye(3), b, a) for a, b in systems]
@@ -150,7 +153,8 @@ def test_damped_verdicts_of_stacks_are_those_of_single_systems(rng):
 def _beside_a_stiff_mode(stiff, mixed):
     """Flutter from mu = 3/4 on, whatever the third mode: in its coordinates, or in others."""
     turn = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0] if mixed else np.eye(3)
-    K0, K1 = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, stiff]]), np.zeros((3, 3))
+    K0 = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, stiff]])
+    K1 = np.zeros((3, 3))
     K1[0, 1] = 4.0 / 3.0
     return lambda mu: (np.eye(3), None, turn @ (K0 + mu * K1) @ turn.T)
 
@@ -177,7 +181,8 @@ def test_a_stiff_mode_does_not_hide_flutter_of_the_others(stiff, mixed):
 @pytest.mark.parametrize("strong", [1e2, 1e9])
 def test_growth_beside_a_strong_damper_and_many_rows_is_counted(strong):
     """The same beside 38 rows more, of which the referee counts what grows and proves no range."""
-    K0, K1 = (_beside_a_stiff_mode(1.0, False)(mu)[2] for mu in (0.0, 1.0))
+    K0 = _beside_a_stiff_mode(1.0, False)(0.0)[2]
+    K1 = _beside_a_stiff_mode(1.0, False)(1.0)[2]
     many = np.diag(np.linspace(20.0, 40.0, 38))
     C = np.diag([1e-3, 1e-3, strong, *[0.1] * 38])
     change = np.pad(K1 - K0, (0, 38))
@@ -191,7 +196,8 @@ def test_growth_beside_a_strong_damper_and_many_rows_is_counted(strong):
 @pytest.mark.parametrize("strong", [1e2, 1e9])
 def test_growth_beside_a_strong_damper_is_listed_or_less_than_what_is_proved(strong):
     """Flutter from 3/4 (1 + 2 c^2) on, by at most 1/s; the damper is on another coordinate."""
-    K0, K1 = (_beside_a_stiff_mode(1.0, False)(mu)[2] for mu in (0.0, 1.0))
+    K0 = _beside_a_stiff_mode(1.0, False)(0.0)[2]
+    K1 = _beside_a_stiff_mode(1.0, False)(1.0)[2]
     C = np.diag([1e-3, 1e-3, strong])
     found = squeal.thresholds(affine(I3, K0, K1 - K0, C), 1.0)
     if strong > 1e8:

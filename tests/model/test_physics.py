@@ -25,11 +25,10 @@ if HEYOKA:
 WORDS: Any = itertools.product(*contact.FORMULATION_CHOICES.values())
 FORMULATIONS = [Formulation(*words) for words in WORDS]
 COUNTS = (2, 3, 4, 7, 16)
-LAWS = [
-    contact_law(name, form)
-    for name, model in MODELS.items()
-    for form in (FORMULATIONS if "line_force" in model.choices else (CONSISTENT,))
-]
+LAWS = []
+for name, model in MODELS.items():
+    for form in FORMULATIONS if "line_force" in model.choices else (CONSISTENT,):
+        LAWS.append(contact_law(name, form))
 FULL, NONE, LEAD, TRAIL = STATES
 # a place in each contact state of B2: q = (x, y, theta), surface at y = -h
 PLACES = {
@@ -49,14 +48,19 @@ def signals_of(model, q, state):
 def literal(p, count, q, state):
     """Fx, Fy and moment of the inclined springs and of each spring below, at 50 digits."""
     _, y, theta = (mp.mpf(v) for v in q)
-    tilt, n = mp.mpf(p.theta0) + theta, mp.mpf(count)
-    cos, sin = mp.cos(tilt), mp.sin(tilt)
+    tilt = mp.mpf(p.theta0) + theta
+    n = mp.mpf(count)
+    cos = mp.cos(tilt)
+    sin = mp.sin(tilt)
     fx, fy, moment = spring_loads(p, q)
     for i, touches in enumerate(state):
         along = p.w * (2 * i + 1 - n) / n / mp.sqrt(1 - 1 / n**2)
-        right, up = (along * a + p.h * b for a, b in ((cos, sin), (sin, -cos)))
+        right = along * cos + p.h * sin
+        up = along * sin - p.h * cos
         f = -p.k_c / n * (up + p.y0 + y + p.h) * touches
-        fx, fy, moment = fx + p.mu * f, fy + f, moment + right * f + p.h * p.mu * f
+        fx = fx + p.mu * f
+        fy = fy + f
+        moment = moment + right * f + p.h * p.mu * f
     return fx, fy - p.F_n, moment
 
 
@@ -66,9 +70,10 @@ def close(ours, exact, tolerance):
 
 
 @pytest.mark.parametrize("state", STATES)
-def test_loads_of_points_and_line(state):
+def test_loads_of_points_and_line_are_those_of_the_literal_equations(state):
     for seed, form in enumerate(FORMULATIONS):
-        p, q = random_pad(seed), PLACES[state]
+        p = random_pad(seed)
+        q = PLACES[state]
         assert close(PadModel("B1", p).loads(q, state), naive.b1_loads(p, q, state), 1e-13)
         model = PadModel("B2", p, form)
         assert model.state_at(q) == state
@@ -84,7 +89,8 @@ def test_loads_of_points_and_line(state):
 
 @pytest.mark.parametrize("count", COUNTS)
 def test_loads_of_springs_are_the_sum_over_them(count):
-    p, r = random_pad(count), np.random.default_rng(count)
+    p = random_pad(count)
+    r = np.random.default_rng(count)
     for state in states(count):
         q = r.uniform(-0.1, 0.1, 3)
         assert close(springs(p, count).loads(q, state), literal(p, count, q, state), 1e-12)
@@ -94,11 +100,13 @@ def test_loads_of_springs_are_the_sum_over_them(count):
 @needs_heyoka
 def test_one_formula_serves_all_states_at_once(law):
     """States as arrays and as symbols against states as constants, in 30 digits."""
-    pad, r = random_pad(5), np.random.default_rng(3)
+    pad = random_pad(5)
+    r = np.random.default_rng(3)
     known = states(law.points)
     q = r.uniform(-0.1, 0.1, (3, len(known)))
     on = np.array(known, dtype=float).T
-    c, at = coefficients(np, pad, law.absolute_gap), pose(np, tuple(q))
+    c = coefficients(np, pad, law.absolute_gap)
+    at = pose(np, tuple(q))
     symbols = hy.make_vars("x", "y", "theta", *(f"on{i}" for i in range(law.points)))
     symbolic = pose(hy, symbols[:3])
     outputs = [*law.loads(c, symbolic, symbols[3:]), law.energy(c, symbolic, symbols[3:])]
@@ -138,7 +146,9 @@ def test_forces_derive_from_the_energy():
 
 
 def test_each_model_uses_the_stiffnesses_of_its_law():
-    used = {n: {p for p in PARAMETERS if m.uses(p)} for n, m in MODELS.items()}
+    used = {}
+    for name, model in MODELS.items():
+        used[name] = {parameter for parameter in PARAMETERS if model.uses(parameter)}
     of_motion = {"L1", "L2", "F_n", "V", "mu_s", "mu_k", "v_ref", "x0", "y0"}
     assert used["B2"] - used["B3"] == of_motion
     assert used["BN"] == used["B2"]
@@ -172,8 +182,10 @@ def test_delta_has_its_limit_where_contact_is_lost(force):
 @pytest.mark.parametrize("count", COUNTS)
 def test_full_contact_is_that_of_the_line(count):
     """Same normal stiffness k_c, rotational stiffness k_c w^2/3, loads, signals and energy."""
-    p, r = random_pad(count), np.random.default_rng(count)
-    one, line = springs(p, count), PadModel("B2", p, CONSISTENT)
+    p = random_pad(count)
+    r = np.random.default_rng(count)
+    one = springs(p, count)
+    line = PadModel("B2", p, CONSISTENT)
     level = springs(p.replace(theta0=0.0, y0=0.0, mu=0.0, k1=0.0, k2=0.0), count)
     by_hand = np.diag([0.0, p.k_c, p.k_c * p.w**2 / 3])
     assert pytest.approx(by_hand, abs=1e-15) == about_origin(level).K
@@ -189,15 +201,21 @@ def test_full_contact_is_that_of_the_line(count):
 
 
 def test_partial_contact_converges_to_the_line_with_order_two():
-    p, r = random_pad(1), np.random.default_rng(1)
+    p = random_pad(1)
+    r = np.random.default_rng(1)
     line = PadModel("B2", p, CONSISTENT)
     q = np.array([0 * r.random(400), r.uniform(-0.05, 0.05, 400), r.uniform(-0.2, 0.2, 400)])
     places = [at for at in q.T if sum(line.state_at(at)) == 1]
     assert len(places) > 100
 
     def error(count):
-        pairs = ([m.loads(at, m.state_at(at)) for m in (springs(p, count), line)] for at in places)
-        return max(np.abs(a - b).max() for a, b in pairs)
+        points = springs(p, count)
+        greatest = 0.0
+        for at in places:
+            of_points = points.loads(at, points.state_at(at))
+            of_line = line.loads(at, line.state_at(at))
+            greatest = max(greatest, np.abs(of_points - of_line).max())
+        return greatest
 
     errors = np.array([error(count) for count in (8, 16, 32, 64, 128)])
     orders = np.log2(errors[:-1] / errors[1:])
@@ -230,8 +248,11 @@ def test_states_of_many_points_are_those_of_a_straight_face():
 
 def table_2(p, q):
     """State of model B2 by Eq. (12) and Table 2; the level pad by the height of its face."""
-    w, h, tilt = p.w, p.h, p.theta0 + q[2]
-    X, Y = p.x0 + q[0], p.y0 + q[1]
+    w = p.w
+    h = p.h
+    tilt = p.theta0 + q[2]
+    X = p.x0 + q[0]
+    Y = p.y0 + q[1]
     left = X - w * np.cos(tilt) + h * np.sin(tilt)
     right = X + w * np.cos(tilt) + h * np.sin(tilt)
     if tilt == 0.0:
@@ -246,7 +267,9 @@ def table_2(p, q):
 @pytest.mark.parametrize("theta0", [0.0, 0.02, -0.02])
 def test_penetrations_tell_the_rows_of_table_2(theta0):
     p = random_pad(4, theta0=theta0)
-    model, random, seen = PadModel("B2", p), np.random.default_rng(0), set()
+    model = PadModel("B2", p)
+    random = np.random.default_rng(0)
+    seen = set()
     for tilt in [0.0, *random.uniform(-0.3, 0.3, 300)]:
         q = (random.uniform(-1, 1), random.uniform(-0.3, 0.3), tilt - theta0)
         told = model.state_name(model.state_at(q))

@@ -20,7 +20,8 @@ def test_complex_step_is_the_derivative_of_one_and_of_many_points():
         slope = np.array([[2 * a, 2 * b], [np.cos(a) * b, np.sin(a)], [zero, 3.0 + zero]])
         assert complex_step(curve, x) == pytest.approx(slope, rel=1e-14)
     along = np.array([2.0, 0.5])
-    x, expected = np.array([0.7, -1.3]), [2.0 * 2 * 0.7 - 1.3, np.nan, 1.5]
+    x = np.array([0.7, -1.3])
+    expected = [2.0 * 2 * 0.7 - 1.3, np.nan, 1.5]
     expected[1] = np.cos(0.7) * -1.3 * 2.0 + np.sin(0.7) * 0.5
     assert complex_step(curve, x, along=along) == pytest.approx(np.array(expected), rel=1e-14)
 
@@ -58,7 +59,7 @@ BOUNDS = [  # least of a bound of the second derivative
 
 
 @pytest.mark.parametrize(("text", "value", "slope"), VALUES)
-def test_value_and_slope(text, value, slope):
+def test_a_formula_has_the_value_and_the_slope_of_the_closed_form(text, value, slope):
     formula = Formula(text)
     assert formula.value(AT) == pytest.approx(value, rel=1e-15, abs=1e-15)
     assert formula.slope(AT, "Omega") == pytest.approx(slope, rel=1e-14, abs=1e-15)

@@ -33,7 +33,7 @@ SUMS = [
 
 
 @pytest.mark.parametrize(("expected", "components"), SUMS)
-def test_exponent_of_a_sum_of_exponentials(expected, components):
+def test_the_exponent_of_a_sum_of_exponentials_is_that_of_what_lasts(expected, components):
     small = min(size for _, size in components) < 1e-6
     found = exponent(sum_of(*components), STEP)
     assert found == pytest.approx(expected, abs=1e-5 if small else 1e-9)
@@ -53,7 +53,7 @@ def test_what_is_no_sum_of_exponentials_over_two_periods_has_no_exponent():
 
 
 @pytest.mark.parametrize("frequency", [0.05, 0.0513, 0.4, 1.0])
-def test_the_line_of_a_sine(frequency):
+def test_a_sine_has_its_line_at_its_frequency(frequency):
     signals = np.array([3.0 + np.sin(2 * np.pi * frequency * T + 0.3), np.cos(6.28 * T) / 9]).T
     found, share = line(signals, STEP)
     assert found == pytest.approx(frequency, rel=1e-4)
@@ -61,15 +61,16 @@ def test_the_line_of_a_sine(frequency):
 
 
 @pytest.mark.filterwarnings("error")
-def test_the_share_of_a_line():
+def test_the_share_of_a_line_is_its_part_of_the_power():
     two = np.array([np.sin(2 * np.pi * 0.3 * T) + 2 * np.sin(2 * np.pi * 0.81 * T)]).T
     assert line(two, STEP) == pytest.approx((0.81, 0.8), abs=0.01)
     assert line(np.random.default_rng(0).standard_normal((600, 3)), STEP)[1] < 0.1
     assert line(np.ones((600, 2)), STEP) == line(np.arange(5.0)[:, None], STEP) == (0.0, 0.0)
 
 
-def test_amplitudes_by_the_spectrum_and_by_the_range():
-    n, k = len(T), 45
+def test_amplitudes_of_sines_are_found_by_spectrum_and_by_range():
+    n = len(T)
+    k = 45
     sine = 0.7 * np.sin(2 * np.pi * k / (n * STEP) * T) + 5.0
     frequencies, amplitudes = spectrum(sine[:, None], STEP)
     assert frequencies[k] == pytest.approx(k / (n * STEP))

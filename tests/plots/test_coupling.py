@@ -8,18 +8,19 @@ from squeal.plots.coupling import sweep_drawing
 
 
 def artists(figure, gid):
-    found = [a for axes in figure.axes for a in [*axes.get_lines(), *axes.patches]]
-    return [a for a in found if a.get_gid() == gid]
+    found = []
+    for axes in figure.axes:
+        found += [artist for artist in axes.get_lines() if artist.get_gid() == gid]
+        found += [artist for artist in axes.patches if artist.get_gid() == gid]
+    return found
 
 
 def test_the_background_changes_at_the_threshold_and_the_growing_mode_is_said():
     """omega^2 = 2 +- sqrt(1 - 4 mu / 3): flutter from 3/4 on."""
     K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
     pair = squeal.System([[1, 0], [0, 1]], K=K)
-    sweep, found = (
-        squeal.sweep(pair, np.linspace(0.0, 1.0, 101).tolist()),
-        squeal.thresholds(pair, 1.0),
-    )
+    sweep = squeal.sweep(pair, np.linspace(0.0, 1.0, 101).tolist())
+    found = squeal.thresholds(pair, 1.0)
     figure = sweep_drawing("pair", sweep, found, own=0.6).figure
     shaded = artists(figure, "flutter")
     assert len(shaded) == 2  # of frequency and growth
@@ -32,8 +33,20 @@ def test_the_background_changes_at_the_threshold_and_the_growing_mode_is_said():
     curves = [artists(figure, f"mode {k}")[0].get_data() for k in (1, 2)]
     lower = np.sqrt(2 + 0j - np.sqrt(1 + 0j - 4 * sweep.steps[40].value / 3)).real
     assert curves[0][1][40] == pytest.approx(lower / (2 * np.pi), rel=1e-9)
-    # omega^2 = 2 + i sqrt(4 mu / 3 - 1) at mu = 1, of both
+    omega = np.sqrt(2 + 1j / np.sqrt(3)).real  # omega^2 = 2 + i sqrt(4 mu / 3 - 1) at mu = 1
     for _, frequency in curves:
-        assert frequency[-1] == pytest.approx(1.428577 / (2 * np.pi), rel=1e-5)
+        assert frequency[-1] == pytest.approx(omega / (2 * np.pi), rel=1e-9)
     (shaded, *_) = artists(sweep_drawing("pair", sweep).figure, "flutter")
     assert shaded.get_x() == min(s.value for s in sweep.steps if s.value > 0.75 + 1e-12)
+
+
+def test_the_axis_of_growth_follows_what_grows():
+    """The third mode decays by 50 1/s, the pair grows by 0.205 1/s at mu = 1."""
+    K = {"1": np.diag([2.0, 2.0, 9000.0]), "mu": np.zeros((3, 3))}
+    K["1"][0, 1] = K["1"][1, 0] = -1.0
+    K["mu"][0, 1] = 4 / 3
+    triple = squeal.System(np.eye(3), np.diag([0.0, 0.0, 100.0]), K)
+    for values, largest in (([0.0, 0.5, 1.0], 0.205), ([0.0, 0.5], 50.0)):
+        _, locus, lower, _ = sweep_drawing("three", squeal.sweep(triple, values)).figure.axes
+        assert lower.get_ylim()[1] == pytest.approx(1.1 * largest, rel=0.2)
+        assert locus.get_xlim() == lower.get_ylim()

@@ -53,7 +53,8 @@ def test_the_command_draws_it_and_needs_a_sweep(tmp_path, capsys):
     (tmp_path / "pair.yaml").write_text(
         "M: [[1, 0], [0, 1]]\nK0: [[2, -1], [-1, 2]]\nK1: [[0, 1.3], [0, 0]]\n"
     )
-    file, chart_file = str(tmp_path / "pair.yaml"), tmp_path / "chart.svg"
+    file = str(tmp_path / "pair.yaml")
+    chart_file = tmp_path / "chart.svg"
     assert main(["eigenvalues", file, "--sweep", "0:1:21", "--chart", str(chart_file)]) == 0
     assert "damping ratio" in chart_file.read_text()
     assert main(["eigenvalues", file, "--chart", str(tmp_path / "other.svg")]) == 2

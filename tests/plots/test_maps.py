@@ -1,5 +1,7 @@
 """Pictures of maps: own pad, units of axes, areas and shares, names of users."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,8 @@ B3 = SCENES / "b3.yaml"
 
 def test_own_pad_and_its_level_are_drawn():
     scene = read_scene(B3)
-    low, high = 0.5 * scene.pad.k_c, 2 * scene.pad.k_c
+    low = 0.5 * scene.pad.k_c
+    high = 2 * scene.pad.k_c
     axes = Axis("alpha1", 0.2, 2.8, 12), Axis("k_c", low, high, 12)
     found = squeal.map(scene, axes, quantity="critical-friction")
     own = (scene.pad.alpha1, scene.pad.k_c)
@@ -28,6 +31,11 @@ def test_own_pad_and_its_level_are_drawn():
     assert np.asarray(mark.get_xydata())[0] == pytest.approx(own)
     assert "N/m" in panel.get_ylabel()
     assert panel.get_xlabel() == r"$\alpha_1$ [rad]"
+    (legend,) = maps.map_drawing("b3", found, own).figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["no critical friction"]
+    values = np.nan_to_num(found.quantity[2])
+    filled = replace(found, quantity=(*found.quantity[:2], values))
+    assert not maps.map_drawing("b3", filled, own).figure.legends
     aside = (scene.pad.alpha1, 2.1 * scene.pad.k_c)
     outside = maps.map_drawing("b3", found, aside).figure.axes[0]
     assert not [line for line in outside.get_lines() if line.get_gid() == "own pad"]

@@ -6,6 +6,7 @@ that the doubles are these matrices and no others.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -57,9 +58,27 @@ def quadratic_roots(c: Fraction, k: Fraction) -> list[complex]:
     return [complex(far), complex(float(k) / far)]
 
 
+def diagonal(values: list[int]) -> list[list[int]]:
+    """The matrix with some values on its diagonal."""
+    n = len(values)
+    matrix = [[0] * n for _ in range(n)]
+    for i, value in enumerate(values):
+        matrix[i][i] = value
+    return matrix
+
+
+def random_triangle(n: int, rng: np.random.Generator) -> list[tuple[int, int, int]]:
+    """Entries (row, column, value) above the diagonal, column by column."""
+    entries = []
+    for column in range(n):
+        for row in range(column):
+            entries.append((row, column, int(rng.integers(-UNIT, UNIT))))
+    return entries
+
+
 def unimodular(n: int, rng: np.random.Generator, steps: int) -> list[list[int]]:
     """A random integer matrix of determinant one, from row operations."""
-    X = [[int(i == j) for j in range(n)] for i in range(n)]
+    X = diagonal([1] * n)
     for _ in range(steps if n > 1 else 0):
         i, j = rng.choice(n, 2, replace=False)
         factor = int(rng.choice([-1, 1]))
@@ -68,26 +87,28 @@ def unimodular(n: int, rng: np.random.Generator, steps: int) -> list[list[int]]:
     return [X[i] for i in order]
 
 
+def scalar_product(a: Sequence[int], b: Sequence[int]) -> int:
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
 def product(*factors: list[list[int]]) -> list[list[int]]:
     """The product of integer matrices."""
     result = factors[0]
     for X in factors[1:]:
         columns = list(zip(*X, strict=True))
-        result = [
-            [sum(a * b for a, b in zip(row, column, strict=True)) for column in columns]
-            for row in result
-        ]
+        result = [[scalar_product(row, column) for column in columns] for row in result]
     return result
 
 
 def doubles(X: list[list[int]]) -> np.ndarray:
     """Integers over `UNIT` as doubles. Raises ValueError where one does not fit."""
-    values = np.array([[v / UNIT for v in row] for row in X])
-    if not all(
-        Fraction(values[i, j]) * UNIT == v for i, row in enumerate(X) for j, v in enumerate(row)
-    ):
-        raise ValueError("an entry has too many digits")
-    return values
+    rows = []
+    for row in X:
+        for v in row:
+            if Fraction(v / UNIT) * UNIT != v:
+                raise ValueError("an entry has too many digits")
+        rows.append([v / UNIT for v in row])
+    return np.array(rows)
 
 
 def hidden(
@@ -103,21 +124,24 @@ def hidden(
     n = len(stiffness)
     L = unimodular(n, rng, steps)
     R = unimodular(n, rng, steps)
-    stiff = [[stiffness[i] if i == j else 0 for j in range(n)] for i in range(n)]
+    stiff = diagonal(stiffness)
     for i, j, v in coupling:
         stiff[i][j] += v
     c = damping or [0] * n
-    viscous = [[c[i] if i == j else 0 for j in range(n)] for i in range(n)]
-    one = [[UNIT if i == j else 0 for j in range(n)] for i in range(n)]
+    viscous = diagonal(c)
+    one = diagonal([UNIT] * n)
     roots = []
     growing = 0
     on_axis = False
     for i in range(n):
-        a, b = Fraction(c[i], UNIT), Fraction(stiffness[i], UNIT)
+        a = Fraction(c[i], UNIT)
+        b = Fraction(stiffness[i], UNIT)
         roots += quadratic_roots(a, b)
         growing += growing_of(a, b)
         on_axis |= b == 0 or (a == 0 and b > 0)
-    M, damped, K = (doubles(product(L, X, R)) for X in (one, viscous, stiff))
+    M = doubles(product(L, one, R))
+    damped = doubles(product(L, viscous, R))
+    K = doubles(product(L, stiff, R))
     C = damped if damping else None
     return Known(family, M, C, K, np.array(roots), growing, on_axis)
 
@@ -126,16 +150,16 @@ def gyroscopic(n: int, rng: np.random.Generator) -> Known:
     """Shafts with s^2 + k +- i g s in pairs of rows, mixed by a congruence; a shaft is marginal
     for g^2 > -4 k, else both its pairs leave the axis."""
     n += n % 2
-    zero = [[0] * n for _ in range(n)]
-    one, spin, stiff = ([row[:] for row in zero] for _ in range(3))
+    one = diagonal([UNIT] * n)
+    spin = diagonal([0] * n)
+    stiff = diagonal([0] * n)
     roots: list[complex] = []
     growing = 0
     for i in range(0, n, 2):
         g = int(rng.integers(1, 2 * UNIT))
         k = int(rng.choice([rng.integers(UNIT // 4, 4 * UNIT), -rng.integers(1, UNIT)]))
-        for j in (i, i + 1):
-            one[j][j] = UNIT
-            stiff[j][j] = k
+        stiff[i][i] = k
+        stiff[i + 1][i + 1] = k
         spin[i][i + 1] = g
         spin[i + 1][i] = -g
         square = (Fraction(g, UNIT) ** 2 + 4 * Fraction(k, UNIT)) / 4
@@ -150,7 +174,9 @@ def gyroscopic(n: int, rng: np.random.Generator) -> Known:
         growing += 2 if square < 0 else 0
     L = unimodular(n, rng, n)
     R = [list(column) for column in zip(*L, strict=True)]
-    M, C, K = (doubles(product(L, X, R)) for X in (one, spin, stiff))
+    M = doubles(product(L, one, R))
+    C = doubles(product(L, spin, R))
+    K = doubles(product(L, stiff, R))
     return Known("gyroscopic", M, C, K, np.array(roots), growing, True)
 
 
@@ -166,7 +192,7 @@ def cascade(n: int, rng: np.random.Generator) -> Known:
     roots: list[complex] = []
     growing = 0
     for i in range(0, n, 2):
-        k, h = (int(v) for v in rng.integers(UNIT - UNIT // 100, UNIT + UNIT // 100, 2))
+        k, h = rng.integers(UNIT - UNIT // 100, UNIT + UNIT // 100, 2).tolist()
         limit = c / UNIT * math.sqrt((k + h) / UNIT / 2)
         share = 1.1 if rng.random() < 0.6 / n else rng.choice([0.9, rng.uniform(0.0, 0.9)])
         m = max(int(UNIT * math.hypot((k - h) / UNIT / 2, share * limit)), 1)
@@ -183,10 +209,12 @@ def cascade(n: int, rng: np.random.Generator) -> Known:
         for sign in (1.0, -1.0):
             far = np.sqrt(complex(float(Fraction(c, UNIT) ** 2 / 4 - a), sign * width))
             roots += [complex(-c / UNIT / 2.0) + far, complex(-c / UNIT / 2.0) - far]
-    one = [[UNIT * int(i == j) for j in range(n)] for i in range(n)]
-    damping = [[c * int(i == j) for j in range(n)] for i in range(n)]
+    one = diagonal([UNIT] * n)
+    damping = diagonal([c] * n)
     order = rng.permutation(n)
-    M, C, K = (doubles(X)[np.ix_(order, order)] for X in (one, damping, stiff))
+    M = doubles(one)[np.ix_(order, order)]
+    C = doubles(damping)[np.ix_(order, order)]
+    K = doubles(stiff)[np.ix_(order, order)]
     return Known("cascade", M, C, K, np.array(roots), growing, False)
 
 
@@ -208,7 +236,7 @@ def sample(family: str, n: int, damped: bool, rng: np.random.Generator) -> Known
                 stiffness[i] = stiffness[i - 1]
                 coupling.append((i - 1, i, int(rng.choice([1, 300, UNIT]))))
     elif family == "triangle":
-        coupling = [(i, j, int(rng.integers(-UNIT, UNIT))) for j in range(n) for i in range(j)]
+        coupling = random_triangle(n, rng)
         stiffness = [UNIT + int(v) for v in rng.integers(0, UNIT // 50, n)]
         steps = 0  # shuffled only
     elif family == "bidiagonal":
@@ -219,7 +247,7 @@ def sample(family: str, n: int, damped: bool, rng: np.random.Generator) -> Known
         steps = n
     elif family == "modal":
         stiffness = [int(UNIT * 10 ** rng.uniform(-5, 7)) for _ in range(n)]
-        coupling = [(i, j, int(rng.integers(-UNIT, UNIT))) for j in range(n) for i in range(j)]
+        coupling = random_triangle(n, rng)
         steps = 0
     elif family == "free":
         for i in range(min(n, int(rng.integers(1, 4)))):

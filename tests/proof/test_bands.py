@@ -9,7 +9,8 @@ from squeal.proof.large import BandProof, prove_band
 from squeal.proof.pieces import Piece, Side
 from tests.proof.test_large import FLUTTER, QUIET, known_roots, two_chains
 
-LOW, HIGH = 40.0, 200.0
+LOW = 40.0
+HIGH = 200.0
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +94,8 @@ def test_what_decays_faster_than_is_listed_is_not_missed():
     def piece(root: complex) -> Piece:
         radius = 1e-9
         side: Side = "grows" if root.real > 0.0 else "decays"
-        low, high = root.real - radius, root.real + radius
+        low = root.real - radius
+        high = root.real + radius
         return Piece(np.array([root]), np.array([radius]), low, high, side, False)
 
     found = BandProof(10.0, (piece(-0.1 + 1j), piece(-0.8 + 2j), piece(0.9 + 2.5j)))

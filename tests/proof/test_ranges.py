@@ -6,6 +6,7 @@ import pytest
 from squeal import System
 from squeal.errors import InputError
 from squeal.proof import HALF_ULP, Term, Terms, prove_thresholds
+from squeal.proof.ranges import INSIDE
 from tests.known import known_system
 
 pytest.importorskip("flint")
@@ -18,13 +19,23 @@ def around(value: float, width: float = 1e-12) -> tuple[float, float]:
     return value - width, value + width
 
 
+def terms_of(part, turn=None):
+    """The terms of one matrix, constant or linear in mu, in coordinates turned by a matrix."""
+    terms = []
+    for term in part:
+        matrix = term.matrix if turn is None else turn @ term.matrix @ turn.T
+        factor = (lambda mu: mu) if term.factor.names else None
+        terms.append(Term(matrix, factor))
+    return terms
+
+
 def coupled() -> Terms:
     """Flutter from 3/4 on: omega^2 = 2 +- sqrt(1 - 4 mu / 3)."""
     friction = Term(FRICTION, lambda mu: 4 * mu / 3)
     return Terms([Term(np.eye(2))], [], [Term(SPRINGS), friction], HALF_ULP)
 
 
-def test_closed_form_of_mode_coupling():
+def test_the_threshold_of_mode_coupling_is_proved():
     right = prove_thresholds(coupled(), 0.0, 2.0, [around(0.75)], 1e-8, rises=[2])
     assert (right.status, right.growth_below, right.data) == ("proved", 1e-8, HALF_ULP)
     assert prove_thresholds(coupled(), 0.0, 0.74, [], 1e-8).status == "proved"
@@ -82,7 +93,8 @@ def test_near_twins_are_told_apart():
 
 def test_a_window_of_a_thousandth_is_not_missed():
     """K = [[2, f], [1, 2]] grows where f < 0: f = (mu - c)^2 - d^2."""
-    c, d = 0.5224, 5e-4
+    c = 0.5224
+    d = 5e-4
     one = np.array([[2.0, 0.0], [1.0, 2.0]])
     terms = Terms(
         [Term(np.eye(2))], [], [Term(one), Term(FRICTION, lambda mu: (mu - c) ** 2 - d**2)]
@@ -92,9 +104,11 @@ def test_a_window_of_a_thousandth_is_not_missed():
     assert prove_thresholds(terms, 0.0, 1.0, [], 1e-6).status == "refuted"
 
 
-def test_windows_that_bend():
+def test_windows_that_bend_are_proved():
     """Growth in two windows of 7e-4 beside a middle where it only nearly begins."""
-    c, inner, outer = 0.52246391, 6.3e-7, 2.3e-6
+    c = 0.52246391
+    inner = 6.3e-7
+    outer = 2.3e-6
 
     def f(mu):
         square = (mu - c) ** 2
@@ -102,7 +116,8 @@ def test_windows_that_bend():
 
     one = np.array([[2.0, 0.0], [1.0, 2.0]])
     terms = Terms([Term(np.eye(2))], [], [Term(one), Term(FRICTION, f)])
-    near, far = np.sqrt(inner), np.sqrt(outer)
+    near = np.sqrt(inner)
+    far = np.sqrt(outer)
     places = [c - far, c - near, c + near, c + far]
     windows = [around(place, 1e-9) for place in places]
     assert prove_thresholds(terms, 0.4, 0.6, windows, 1e-5).status == "proved"
@@ -111,11 +126,11 @@ def test_windows_that_bend():
 
 
 def test_symmetry_is_read_from_terms_not_from_their_sum():
-    """Around mu = 0 the midpoint of K is symmetric, the matrices are not."""
+    """At mu = 0, where roots are counted, K is symmetric, elsewhere it is not."""
     twist = np.array([[0.0, 1.0], [-1.0, 0.0]])
     terms = Terms([Term(np.eye(2))], [], [Term(np.eye(2)), Term(twist, lambda mu: mu)])
     assert not terms.is_symmetric
-    assert prove_thresholds(terms, -1e-3, 1e-3, [], 1e-8).status != "proved"
+    assert prove_thresholds(terms, -INSIDE, 1.0 - INSIDE, [], 1e-8).status != "proved"
 
 
 def test_a_pole_of_a_factor_is_open():
@@ -125,13 +140,10 @@ def test_a_pole_of_a_factor_is_open():
 
 
 @pytest.mark.parametrize("damped", [False, True])
-def test_systems_with_thresholds_in_closed_form(damped):
+def test_systems_with_thresholds_in_closed_form_are_proved(damped):
     for seed in range(2):
         system, expected = known_system(5, np.random.default_rng(seed), damped)
-        M, C, K = (
-            [Term(t.matrix, (lambda mu: mu) if t.factor.names else None) for t in part]
-            for part in system.parts
-        )
+        M, C, K = [terms_of(part) for part in system.parts]
         values = sorted({event[0] for event in expected})
         intervals = [around(value, 1e-9) for value in values]
         provider = Terms(M, C, K)
@@ -157,10 +169,7 @@ def test_dense_systems_are_proved_in_few_steps(damped):
     """Twelve rows, turned so that each row holds all motions."""
     system, expected = known_system(12, np.random.default_rng(2), damped)
     Q = np.linalg.qr(np.random.default_rng(5).standard_normal((12, 12)))[0]
-    M, C, K = (
-        [Term(Q @ t.matrix @ Q.T, (lambda mu: mu) if t.factor.names else None) for t in part]
-        for part in system.parts
-    )
+    M, C, K = [terms_of(part, Q) for part in system.parts]
     values = sorted({event[0] for event in expected})
     assert len(values) > 1
     provider = Terms(M, C, K, HALF_ULP)

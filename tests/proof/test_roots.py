@@ -214,7 +214,7 @@ def test_gyroscopic_systems_are_proved_marginal_by_mirror_images():
     assert unstable_count(broken).lower == 2  # Kelvin and Tait: damping destroys it
 
 
-def test_real_squares_close_to_a_coalescence():
+def test_real_squares_close_to_a_coalescence_are_decided():
     """s = 2 +- sqrt(d) for an unsymmetric K: real for d > 0, a pair for d < 0."""
     for exponent in range(2, 14):
         d = 10.0**-exponent
@@ -317,7 +317,8 @@ def test_entries_of_any_type_and_order_are_the_same_numbers(kind):
 def hidden_complex(rng: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """M and complex K with the squares k (n,) of known frequencies, hidden by integer matrices."""
     k = rng.integers(1, 60, n) / 4 + 1j * rng.integers(-8, 9, n) / 64
-    L, R = (np.array(unimodular(n, rng, n), dtype=float) for _ in range(2))
+    L = np.array(unimodular(n, rng, n), dtype=float)
+    R = np.array(unimodular(n, rng, n), dtype=float)
     return L @ R, L @ np.diag(k) @ R, k
 
 
@@ -345,7 +346,7 @@ def test_of_complex_systems_the_upper_half_plane_decides(data):
     assert proved > 15
 
 
-def test_free_bodies_with_damping_and_gyroscopic_terms():
+def test_free_bodies_with_damping_and_gyroscopic_terms_are_marginal_or_open():
     """Their vectors at zero coincide. Of bars along the axes, whose stiffness is of integers, they
     are marginal; of bars in any direction the entries are rounded, and do not say it."""
     rng = np.random.default_rng(8)

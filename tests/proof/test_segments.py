@@ -71,7 +71,8 @@ def test_counts_hold_at_exact_values_within(kind):
         damping = [Term(C)] if C.any() else []
         terms = Terms([Term(np.eye(len(C)))], damping, [Term(K0), Term(K1, lambda mu: mu)])
         rate = 10.0 ** rng.uniform(-3, 0)
-        low, high = middle - half, middle + half
+        low = middle - half
+        high = middle + half
         each = [bounds_between(one, low, high, rate) for one in terms.components()]
         least = sum(one.least for one in each)
         most = sum(one.most for one in each)
@@ -112,7 +113,8 @@ def test_a_pair_that_meets_is_decided_by_its_discriminant():
     A0 = np.array([[2.0, 1.0], [0.0, 2.0]])
     lower = np.array([[0.0, 0.0], [1.0, 0.0]])
     for side, (near, far) in itertools.product((1.0, -1.0), ((1e-9, 1e-6), (1e-3, 0.1))):
-        middle, half = side * (near + far) / 2.0, (far - near) / 2.0
+        middle = side * (near + far) / 2.0
+        half = (far - near) / 2.0
         at = Balls.exact(A0 + middle * lower)
         A = Expansion(at, Balls.exact(lower), np.zeros((2, 2)))
         B = Expansion.constant(Balls.exact(np.eye(2)))

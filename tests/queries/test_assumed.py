@@ -121,6 +121,42 @@ def test_data_frames_have_the_same_labels_everywhere():
         squeal.System(M, turned, K)
 
 
+def test_labels_name_the_rows_of_vectors(tmp_path):
+    """Uncoupled masses: mode 1 moves the one of the softest spring, whatever it is called."""
+    pandas = pytest.importorskip("pandas")
+    names = ["pad.z", "disc.z", "held"]
+    M = pandas.DataFrame(np.eye(3), names, names)
+    K = pandas.DataFrame(np.diag([4.0, 1.0, 1e22]), names, names)
+    with pytest.warns(InputWarning, match="the first is row 3, held"):
+        found = squeal.eigenvalues(squeal.System(M, K=K))
+    assert found.coordinates == found.shapes["coordinates"] == ["pad.z", "disc.z"]
+    assert found.shapes["shapes"][0]["real"] == pytest.approx([0.0, 1.0])
+    by_node = pandas.MultiIndex.from_tuples([(7, 1), (5, 2)])
+    system = squeal.System(np.eye(2), K=pandas.DataFrame(np.diag([4.0, 1.0]), by_node, by_node))
+    assert squeal.eigenvalues(system).coordinates == ["7:1", "5:2"]
+    file = squeal.read_system(case(tmp_path))
+    assert squeal.eigenvalues(file).coordinates == ["1:1", "2:1"]
+    assert squeal.eigenvalues(squeal.System(np.eye(2), K=np.eye(2))).coordinates == ["q1", "q2"]
+
+
+def test_changes_of_matrices_stand_on_the_rows_that_their_labels_name(tmp_path):
+    """d lambda / dq = i / (2 sqrt(k)) of the mass that the spring q holds, 0 of the other."""
+    pandas = pytest.importorskip("pandas")
+    rows = [(7, 1), (5, 2)]
+    names = pandas.MultiIndex.from_tuples(rows)
+    system = squeal.System(np.eye(2), K=pandas.DataFrame(np.diag([4.0, 1.0]), names, names))
+    (tmp_path / "softer.txt").write_text("5,2,5,2,1\n7,1,7,1,0\n")
+    dK = pandas.DataFrame(np.diag([0.0, 1.0]), names, names)
+    for given in (dK, str(tmp_path / "softer.txt")):
+        found = squeal.sensitivity(system, matrices={"q": {"K": given}})
+        slopes = dict(zip(np.round(np.imag(found.at), 9), found.slopes["q"], strict=True))
+        assert slopes[1.0] == pytest.approx(0.5j)
+        assert slopes[2.0] == pytest.approx(0.0)
+    turned = dK.loc[rows[::-1], rows[::-1]]
+    with pytest.raises(InputError, match=r"q\.K: the index is not the rows"):
+        squeal.sensitivity(system, matrices={"q": {"K": turned}})
+
+
 def test_data_frames_of_sparse_columns_stay_sparse():
     """A chain held at both ends."""
     pandas = pytest.importorskip("pandas")

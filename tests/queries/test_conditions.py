@@ -22,7 +22,8 @@ def roots_by_companion(M, C, K):
     that balances it."""
     n = len(M)
     rate = np.sqrt(np.linalg.norm(K, 2) / np.linalg.norm(M, 2))
-    zero, eye = np.zeros((n, n)), np.eye(n)
+    zero = np.zeros((n, n))
+    eye = np.eye(n)
     A = np.block([[zero, eye], [-K / rate**2, -C / rate]])
     roots = rate * scipy.linalg.eigvals(A, np.block([[eye, zero], [zero, M]]))
     return roots[roots.imag >= 0.0]
@@ -177,7 +178,8 @@ contact:
 
 def test_joined_arrays_are_seated_anew_by_friction():
     """As `assemble` joins them at the friction of each condition."""
-    nodes, ways = [1, 1], [0, 2]
+    nodes = [1, 1]
+    ways = [0, 2]
     disc = squeal.System(np.eye(2), np.diag([0.1, 0.3]), np.diag([90.0, 110.0]), name="disc")
     pad = squeal.System(np.eye(2), np.diag([0.1, 0.3]), [[90.0, 3.0], [3.0, 110.0]], name="pad")
     bodies = [

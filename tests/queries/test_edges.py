@@ -88,7 +88,8 @@ def test_the_largest_part_of_a_vector_is_positive_in_the_units_of_the_caller(see
     rng = np.random.default_rng(seed)
     units = 10.0 ** rng.uniform(-4, 4, 5)
     X = rng.normal(size=(5, 5))
-    M, K = np.diag(units**2), np.outer(units, units) * (X @ X.T + np.eye(5))
+    M = np.diag(units**2)
+    K = np.outer(units, units) * (X @ X.T + np.eye(5))
     each = *dense_spectrum(M, None, K), *squeal.eigenvalues(squeal.System(M, K=K)).eigenvalues
     for root in each:
         largest = root.right[np.argmax(np.abs(root.right))]

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.sparse.linalg
 from scipy.sparse import csc_array
 
 import squeal
@@ -19,7 +20,8 @@ from tests.conftest import ROOT
 from tests.known import system_of
 
 ROTOR = json.loads((ROOT / "squeal" / "examples" / "rotor.json").read_text("utf-8"))
-EYE, TURN = np.eye(2), np.array([[0.0, 1.0], [-1.0, 0.0]])
+EYE = np.eye(2)
+TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 STIFF = np.diag([100.0, 120.0])
 
 
@@ -27,7 +29,8 @@ def roots_by_companion(M: Any, C: Any, K: Any) -> np.ndarray:
     """All eigenvalues, by another form than the package's, in a unit of time that balances it."""
     n = len(M)
     rate = np.sqrt(np.linalg.norm(K, 2) / np.linalg.norm(M, 2))
-    zero, eye = np.zeros((n, n)), np.eye(n)
+    zero = np.zeros((n, n))
+    eye = np.eye(n)
     A = np.block([[zero, eye], [-K / rate**2, -C / rate]])
     B = np.block([[eye, zero], [zero, M]])
     return rate * scipy.linalg.eigvals(A, B)
@@ -61,7 +64,10 @@ def rotor():
 
 def test_damping_that_turns_with_a_shaft_is_no_friction():
     """Of a Jeffcott rotor internal damping c puts in c speed / (2 w) beside what it takes."""
-    internal, external, stiffness, speed = 1.5, 0.8, 1e4, 50.0
+    internal = 1.5
+    external = 0.8
+    stiffness = 1e4
+    speed = 50.0
     C = (internal + external) * EYE
     K = {"1": stiffness * EYE, f"{internal} * speed": TURN}
     jeffcott = squeal.System(EYE, C, K, parameters={"speed": speed}, parameter="speed")
@@ -71,8 +77,10 @@ def test_damping_that_turns_with_a_shaft_is_no_friction():
 
 def joined():
     """Two blocks of two coordinates each, one pressed on the other and dragged by friction."""
-    nodes, ways = [1, 1], [0, 2]
-    M, K = EYE, np.diag([90.0, 110.0])
+    nodes = [1, 1]
+    ways = [0, 2]
+    M = EYE
+    K = np.diag([90.0, 110.0])
     C = np.diag([0.1, 0.3])
     one = squeal.Component(squeal.System(M, C, K, name="disc"), nodes, ways)
     own = squeal.System(M, C, K + [[0, 3], [3, 0]], name="pad")
@@ -119,6 +127,71 @@ def test_terms_sum_to_each_root_and_agree_with_differences_of_their_factors(subj
             assert turned == pytest.approx(slope.imag, rel=1e-4, abs=near), row
 
 
+def root_near(parts, root):
+    """The root of sparse matrices nearest to a value, of large ones by inverse iteration and
+    Newton's method: no derivative of the package."""
+    x = y = np.ones(parts["M"].shape[0], complex)
+    if parts["M"].shape[0] < 10:
+        roots = roots_by_companion(*(parts[part].toarray() for part in "MCK"))
+        return roots[np.argmin(abs(roots - root))]
+    value = root
+    for _ in range(8):
+        P = csc_array(value**2 * parts["M"] + value * parts["C"] + parts["K"])
+        factor = scipy.sparse.linalg.splu(P)
+        for _ in range(3):
+            x = factor.solve(x)
+            x = x / np.linalg.norm(x)
+            y = factor.solve(y, "H")
+            y = y / np.linalg.norm(y)
+        slope = y.conj() @ ((2 * value * parts["M"] + parts["C"]) @ x)
+        step = (y.conj() @ (P @ x)) / slope
+        value = value - step
+        if abs(step) < 1e-13 * abs(value):
+            break
+    return value
+
+
+def solids():
+    system = solid_brake(500).system
+    found = squeal.eigenvalues(system, band=(6000.0, 7000.0))
+    return found, named_terms(system, SystemFile(system))
+
+
+def damped_pad():
+    scene = squeal.read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml")
+    damping = squeal.Damping(ratios=(0.02, 0.02, 0.02))
+    found = squeal.eigenvalues(scene.replace(damping=damping), at=0.4)
+    assert isinstance(found.source, PadSource)
+    return found, pad_terms(found.source.scene.replace(mu=0.4), found.source.analysis)
+
+
+@pytest.mark.parametrize("subject", [damped_pad, solids])
+def test_terms_of_the_pad_and_of_the_brake_of_solids_agree_with_differences(subject):
+    found, terms = subject()
+    matrices = [csc_array(term.factor * term.matrix) for term in terms]
+    size = matrices[0].shape
+    base = {part: csc_array(size) for part in "MCK"}
+    for term, X in zip(terms, matrices, strict=True):
+        base[term.part] = base[term.part] + X
+    answer = squeal.energy(found)
+    for mode in answer.modes:
+        rows = [row for row in answer.contributions if row.mode == mode]
+        root = rows[0].growth_rate + 2j * np.pi * rows[0].frequency_hz
+        assert sum(row.growth for row in rows) == pytest.approx(root.real, abs=1e-10 * abs(root))
+        assert sum(row.frequency for row in rows) == pytest.approx(root.imag / 2 / np.pi, rel=1e-7)
+        step = 1e-5
+        for row, term, X in zip(rows, terms, matrices, strict=True):
+            moved = []
+            for sign in (1, -1):
+                changed = base | {term.part: base[term.part] + sign * step * X}
+                moved.append(root_near(changed, root))
+            slope = (moved[0] - moved[1]) / (2 * step)
+            near = 1e-6 * abs(root)
+            assert 100 * row.d_real == pytest.approx(slope.real, rel=1e-4, abs=near), row
+            turned = 100 * row.d_hz * 2 * np.pi
+            assert turned == pytest.approx(slope.imag, rel=1e-4, abs=near), row
+
+
 def test_growth_is_the_work_of_a_cycle_over_twice_the_stored_energy():
     """Integrated over one period of the motion itself, freed of its growth."""
     found = squeal.eigenvalues(brake())
@@ -134,8 +207,10 @@ def test_growth_is_the_work_of_a_cycle_over_twice_the_stored_energy():
     def mean(X, left, right):
         return float(np.mean(np.sum(left * (X @ right), axis=0)))
 
-    K1, C1 = np.array([[0.0, 40.0], [-30.0, 5.0]]), np.array([[0.2, 0.1], [0.0, 0.4]])
-    friction, damping = 0.8 * K1, np.diag([0.5, 0.2])
+    K1 = np.array([[0.0, 40.0], [-30.0, 5.0]])
+    C1 = np.array([[0.2, 0.1], [0.0, 0.4]])
+    friction = 0.8 * K1
+    damping = np.diag([0.5, 0.2])
     symmetric = STIFF + (friction + friction.T) / 2
     twice = mean(EYE, v, v) + mean(symmetric, q, q)
     skew = (friction - friction.T) / 2
@@ -154,15 +229,18 @@ def test_growth_is_the_work_of_a_cycle_over_twice_the_stored_energy():
     assert roles["speed"] == "gyroscopic"
 
 
-def test_two_degrees_of_freedom_in_closed_form():
+def test_the_energy_of_two_degrees_of_freedom_is_that_of_the_closed_form():
     """M = I, K = w I + mu TURN, C = c I: x = (1, -+ i), lambda^2 + c lambda + w -+ i mu = 0."""
-    c, w, mu = 0.3, 50.0, 4.0
+    c = 0.3
+    w = 50.0
+    mu = 4.0
     system = system_of(EYE, ((EYE, "c"),), ((EYE, "w"), (TURN, "mu")), {"c": c, "w": w, "mu": mu})
     found = squeal.eigenvalues(system)
     answer = squeal.energy(found)
     for mode in answer.modes:
         rows = {row.term: row for row in answer.contributions if row.mode == mode}
-        sigma, omega = rows["c"].growth_rate, 2 * np.pi * rows["c"].frequency_hz
+        sigma = rows["c"].growth_rate
+        omega = 2 * np.pi * rows["c"].frequency_hz
         square = sigma**2 + omega**2
         stored = 1 + w / square
         turn = 1.0 if sigma > -c / 2 else -1.0
@@ -212,7 +290,8 @@ def test_parts_share_what_the_terms_do():
 
 def test_a_loss_factor_takes_half_of_itself_per_radian():
     """K (1 + i eta): lambda = i w (1 + i eta)^(1/2), and all of its decay is damping's."""
-    eta, w2 = 0.02, 100.0
+    eta = 0.02
+    w2 = 100.0
     K = np.array([[w2 * (1 + 1j * eta)]])
     found = squeal.eigenvalues(squeal.System([[1.0]], K=K))
     (row,) = [row for row in squeal.energy(found).contributions if row.part == "K"]
@@ -234,7 +313,8 @@ def swept(subject, values, **selection):
 
 def test_terms_over_a_sweep_sum_to_each_root_and_move_it_as_differences_say():
     """Of the sweep of friction: d lambda / d mu is what its terms do, over mu."""
-    K1, C1 = np.array([[0.0, 40.0], [-30.0, 5.0]]), np.array([[0.06, 0.03], [0.0, 0.12]])
+    K1 = np.array([[0.0, 40.0], [-30.0, 5.0]])
+    C1 = np.array([[0.06, 0.03], [0.0, 0.12]])
 
     def roots(mu):
         damping = np.diag([0.5, 0.2]) + 0.3 * TURN + mu * C1
@@ -269,7 +349,7 @@ def test_modes_have_the_numbers_of_the_sweep():
     assert rates == pytest.approx([-0.1] * 5)
 
 
-def test_a_damped_pad_over_friction_and_its_command(capsys, monkeypatch, tmp_path):
+def test_a_damped_pad_over_friction_has_the_terms_of_each_value(capsys, monkeypatch, tmp_path):
     """The terms of each value are those of `energy` there, and the command prints the same."""
     monkeypatch.chdir(tmp_path)
     assert main(["example", "pad"]) == 0

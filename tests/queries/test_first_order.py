@@ -24,7 +24,7 @@ def _nearest(values, wanted):
 
 @pytest.mark.parametrize("rate", [1e-9, 1.0, 1e9])
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-def test_poles_of_a_controller(rate, scale):
+def test_poles_of_a_controller_are_the_roots_of_its_polynomial(rate, scale):
     answer = squeal.eigenvalues(_without_mass(scale * np.eye(3), scale * rate * COMPANION))
     assert len(answer.values) == 3
     assert _nearest(answer.values / rate, [-1.0, PAIR, PAIR.conjugate()]) < 1e-14
@@ -33,7 +33,8 @@ def test_poles_of_a_controller(rate, scale):
 
 
 def test_states_without_a_derivative_give_no_root():
-    E, A = np.diag([2.0, 1.0, 0.0]), np.array([[-1.0, 2, 1], [0, -3, 1], [1, 1, -4]])
+    E = np.diag([2.0, 1.0, 0.0])
+    A = np.array([[-1.0, 2, 1], [0, -3, 1], [1, 1, -4]])
     answer = squeal.eigenvalues(_without_mass(E, A))
     # x3 = (x1 + x2)/4 leaves [[-3/8, 9/8], [1/4, -11/4]]
     assert len(answer.values) == 2
@@ -65,7 +66,7 @@ def test_the_gain_at_which_a_loop_begins_to_grow():
         squeal.thresholds(loop, 5.0)
 
 
-def test_a_loop_of_third_order_as_a_row_without_mass():
+def test_a_loop_of_third_order_is_a_row_without_mass():
     """s^3 + 2 s^2 + 2 s + k = 0 has two roots on the axis at k = 4, +- i sqrt(2)."""
     stiffness = {"1": [[2.0, 0.0], [-1.0, 0.0]], "k": [[0.0, 1.0], [0.0, 0.0]]}
     loop = squeal.System(
@@ -80,7 +81,7 @@ def test_a_loop_of_third_order_as_a_row_without_mass():
     assert threshold.frequency_hz == pytest.approx(2**0.5 / (2 * np.pi), rel=1e-9)
 
 
-def test_an_integrator_without_stiffness_of_its_own():
+def test_an_integrator_needs_no_stiffness_of_its_own():
     """s^3 + s^2 / 10 + 4 s + mu^2 = 0 has two roots on the axis at mu^2 = 0.4, +- 2 i."""
     stiffness = {"1": [[4.0, 0.0], [0.0, 0.0]], "mu": [[0.0, 1.0], [-1.0, 0.0]]}
     loop = squeal.System([[1.0, 0.0], [0.0, 0.0]], [[0.1, 0.0], [0.0, 1.0]], stiffness)
@@ -90,8 +91,10 @@ def test_an_integrator_without_stiffness_of_its_own():
     assert 0.0 in squeal.eigenvalues(loop, at=0.0).values
 
 
-def test_a_large_sparse_one_over_a_band():
-    n, stiffness, damping = 300, 100.0, 0.01
+def test_a_large_sparse_one_has_its_roots_in_a_band():
+    n = 300
+    stiffness = 100.0
+    damping = 0.01
     chain = diags_array([np.ones(n - 1), -2 * np.ones(n), np.ones(n - 1)], offsets=[-1, 0, 1])
     damped = -damping * eye_array(n)
     A = block_array([[None, eye_array(n)], [stiffness * chain, damped]], format="csc")

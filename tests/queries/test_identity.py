@@ -6,7 +6,14 @@ import pytest
 import squeal
 
 COUPLED = {"1": [[2.0, -1.0], [-1.0, 2.0]], "mu": [[0.0, 4 / 3], [0.0, 0.0]]}  # flutter from 3/4
-RISES, FALLS = (lambda p: 1 + p), (lambda p: 3 - p)
+
+
+def rising(p):
+    return 1 + p
+
+
+def falling(p):
+    return 3 - p
 
 
 def two(coupling, others, at=0.0, damping=0.0):
@@ -15,16 +22,19 @@ def two(coupling, others, at=0.0, damping=0.0):
     T = np.linalg.qr(np.random.default_rng(n).normal(size=(n, n)))[0]
     K0 = np.diag([1.0, 3.0, *(50.0 + np.arange(others))])
     K0[0, 1] = K0[1, 0] = coupling
-    K = {"1": T @ K0 @ T.T, "p": T @ np.diag([1.0, -1.0] + [0.0] * others) @ T.T}
+    slopes = np.diag([1.0, -1.0, *np.zeros(others)])
+    K = {"1": T @ K0 @ T.T, "p": T @ slopes @ T.T}
     C = damping * T @ np.diag(np.arange(n)) @ T.T if damping else None
     return squeal.System(np.eye(n), C, K, {"p": at}, "p")
 
 
 def squares(sweep, number):
-    at = [
-        (s.roots[(s.modes == number) & (s.roots.imag > 0)].imag ** 2).tolist() for s in sweep.steps
-    ]
-    return np.ravel(at)
+    """The squares of the frequencies of a mode over a sweep."""
+    found = []
+    for step in sweep.steps:
+        upper = step.roots[(step.modes == number) & (step.roots.imag > 0)]
+        found.append(upper.imag**2)
+    return np.ravel(found)
 
 
 @pytest.mark.parametrize("others", [0, 60])
@@ -35,7 +45,7 @@ def test_modes_that_cross_go_on_and_modes_that_veer_keep_their_branch(others, me
     for gap in (0.0, 0.4):
         found = squeal.sweep(two(gap, others), values.tolist(), band=(0.05, 0.5), method=method)
         split = np.hypot(values - 1, gap)
-        expected = (2 - split, 2 + split) if gap else (RISES(values), FALLS(values))
+        expected = (2 - split, 2 + split) if gap else (rising(values), falling(values))
         for number, exact in enumerate(expected, 1):
             assert squares(found, number) == pytest.approx(exact, rel=1e-6)
         assert not found.losses
@@ -43,7 +53,8 @@ def test_modes_that_cross_go_on_and_modes_that_veer_keep_their_branch(others, me
 
 def test_numbers_are_those_of_the_eigenvalues_at_the_own_value():
     system = two(0.0, 3, at=1.6, damping=1e-3)  # by frequency there the falling mode is the first
-    found, here = squeal.sweep(system, [0.0, 1.0, 2.0]), squeal.eigenvalues(system)
+    found = squeal.sweep(system, [0.0, 1.0, 2.0])
+    here = squeal.eigenvalues(system)
     assert squares(found, 1)[[0, 2]] == pytest.approx([3.0, 1.0], rel=1e-4)
     assert here.modes.tolist() == [k for k in range(1, 6) for _ in range(2)]
     assert here.values[0].imag ** 2 == pytest.approx(1.4, rel=1e-4)
@@ -75,7 +86,8 @@ def test_modes_that_come_near_do_not_meet_before_they_do(method, count):
         assert all(loss.low < 2e-3 < loss.high for loss in found.losses)
         for step in found.steps:  # the first one is the lower as long as they are apart
             if step.value < 1.98e-3:
-                lower, upper = (step.roots[step.modes == k].imag for k in (1, 2))
+                lower = step.roots[step.modes == 1].imag
+                upper = step.roots[step.modes == 2].imag
                 assert lower < upper
 
 
@@ -102,7 +114,9 @@ def test_what_leaves_the_band_ends_and_what_enters_begins():
 
 def test_a_threshold_has_the_number_of_the_mode_that_grows_beyond():
     """Beside it a mode whose frequency is lower by 4e-7 of it."""
-    M, C, K = np.eye(3), np.diag([1e-2, 1e-2, 1e-2]), np.diag([1.0, 4.0, 4.0 * (1 + 4e-7)])
+    M = np.eye(3)
+    C = np.diag([1e-2, 1e-2, 1e-2])
+    K = np.diag([1.0, 4.0, 4.0 * (1 + 4e-7)])
     system = squeal.System(M, {"1": C, "mu": -1e-2 * np.diag([0.0, 0.0, 1.0])}, K)
     (crossing,) = squeal.thresholds(system, 2.0).crossings
     (grows,) = (

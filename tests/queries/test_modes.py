@@ -24,7 +24,7 @@ def several(mu):
     return np.eye(5), None, K
 
 
-def test_shapes_of_mode_coupling():
+def test_shapes_of_mode_coupling_are_those_of_the_closed_form():
     # without friction the shapes are (1, 1) and (1, -1), of omega = 1 and sqrt 3
     one, two = mode_shapes(complex_eigenvalues(*coupled(0.0)))
     assert np.allclose(one.shape, [1, 1])
@@ -47,8 +47,10 @@ def test_shapes_of_mode_coupling():
 @pytest.mark.parametrize("stem", ["b1-a", "b2-c", "b3"])
 def test_shapes_of_pads_solve_the_equations(stem):
     scene = scene_of(stem)
-    analysis, lever = analyse(scene), np.array([1.0, 1.0, scene.pad.w])
-    m, shapes = analysis.matrices, mode_shapes(analysis.spectrum, lever)
+    analysis = analyse(scene)
+    lever = np.array([1.0, 1.0, scene.pad.w])
+    m = analysis.matrices
+    shapes = mode_shapes(analysis.spectrum, lever)
     assert len(shapes) == 3
     for one in shapes:
         s = one.growth_rate + 2j * math.pi * one.frequency_hz

@@ -32,7 +32,8 @@ def brake(n, growth):
 @pytest.mark.parametrize("n", [100, 420])
 @pytest.mark.parametrize("growth", [-20.0, 20.0])
 def test_some_roots_alone_never_say_stable(n, growth):
-    system, whole = brake(n, growth), "flutter" if growth > 0 else "stable"
+    system = brake(n, growth)
+    whole = "flutter" if growth > 0 else "stable"
     lowest = system_roots(system)
     assert lowest.verdict == (whole if n == 100 else None)
     assert lowest.certified  # of the disc that is named
@@ -62,7 +63,8 @@ def test_a_root_that_does_not_solve_the_equations_decides_nothing():
 
 @pytest.mark.parametrize("wanted", [EigenvalueSelection(), EigenvalueSelection(modes=3)])
 def test_a_list_that_lacks_a_root_is_not_certified(wanted, monkeypatch):
-    whole, system = spectrum_of, brake(10, -20.0)
+    whole = spectrum_of
+    system = brake(10, -20.0)
     assert system_roots(system, wanted).certified
 
     def lacking(*known):
@@ -92,9 +94,10 @@ def chain(held=(), mass=None):
 @pytest.mark.parametrize("penalty", [1e22, 1e36])
 def test_a_penalty_of_a_large_system_is_a_support(penalty):
     found = system_roots(chain([(0, penalty), (700, penalty)]), EigenvalueSelection(modes=6))
-    lengths = 700, ROWS - 700  # springs between supports
-    free = [2e3 * np.sin(np.pi * k / (2 * n)) for n in lengths for k in range(1, 7)]
-    exact = np.sqrt(np.sort(free)[:6] ** 2 - 0.2**2)
+    k = np.arange(1, 7)
+    left = 2e3 * np.sin(np.pi * k / (2 * 700))  # of so many springs between supports
+    right = 2e3 * np.sin(np.pi * k / (2 * (ROWS - 700)))
+    exact = np.sqrt(np.sort([*left, *right])[:6] ** 2 - 0.2**2)
     assert [e.value.imag for e in found.eigenvalues] == pytest.approx(exact, rel=1e-9)
     assert (found.verdict, found.certified) == (None, True)
 

@@ -27,7 +27,8 @@ def test_a_flutter_pair_is_proved():
 
 def test_a_defective_pair_that_rounding_parts_is_open():
     """A rotation by 1 rad cannot be written in doubles: half an ulp gives flutter or none."""
-    c, s = np.cos(1.0), np.sin(1.0)
+    c = np.cos(1.0)
+    s = np.sin(1.0)
     Q = np.array([[c, -s], [s, c]])
     found = squeal.eigenvalues(
         squeal.System(np.eye(2), K=Q @ [[4.0, 1.0], [0.0, 4.0]] @ Q.T), prove=True
@@ -41,7 +42,8 @@ def test_a_defective_pair_that_rounding_parts_is_open():
 
 def test_a_defective_pair_of_integers_is_proved_as_given():
     """An integer matrix of determinant one hides the Jordan block exactly."""
-    R, inverse = np.array([[2.0, 1.0], [1.0, 1.0]]), np.array([[1.0, -1.0], [-1.0, 2.0]])
+    R = np.array([[2.0, 1.0], [1.0, 1.0]])
+    inverse = np.array([[1.0, -1.0], [-1.0, 2.0]])
     K = R @ [[4.0, 1.0], [0.0, 4.0]] @ inverse
     found = squeal.eigenvalues(squeal.System(np.eye(2), K=K), prove=True)
     assert (found.verdict, found.certified) == ("marginal", True)
@@ -94,7 +96,8 @@ def test_a_refuted_answer_never_reaches_the_user(damping, monkeypatch):
         return Spectrum(tuple(each))
 
     monkeypatch.setattr(roots_module, "spectrum_of", wrong)
-    K, C = np.array([[2.0, -1.0], [-1.0, 2.0]]), damping * np.eye(2)
+    K = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    C = damping * np.eye(2)
     system = squeal.System(np.eye(2), C=C, K=K) if damping else squeal.System(np.eye(2), K=K)
     with pytest.warns(InputWarning, match="referee"):
         found = squeal.eigenvalues(system, prove=True)

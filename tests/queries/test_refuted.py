@@ -67,7 +67,9 @@ def test_a_window_of_structural_damping_is_proved(width, centre):
 
 def test_a_window_under_a_modulus_whose_loss_varies_is_proved():
     """Two rows of loss h = 400 c mu, coupled by e: they grow where h^2 < e^2 - (mu - centre)^2."""
-    centre, coupling, c = 0.5, 2.0**-7, 2.0**-18
+    centre = 0.5
+    coupling = 2.0**-7
+    c = 2.0**-18
     one = np.eye(2)
     K = (
         Term(400.0 * one, Modulus(loss=Formula(f"{c!r} * mu"))),

@@ -14,7 +14,8 @@ from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle
 from tests.known import affine, system_of
 
-N, SPRING = 90, 1e6
+N = 90
+SPRING = 1e6
 SLOW = EigenvalueSelection(band=(0.0, 60.0))
 
 
@@ -49,7 +50,8 @@ def diagonal(decay, stiffness):
 @pytest.mark.parametrize("wanted", [SLOW, EigenvalueSelection(modes=11)])
 def test_a_free_chain_is_marginal_and_its_zero_roots_are_two_each(lengths, mass, wanted):
     roots = system_roots(chains(lengths, mass), wanted)
-    values, zeros = np.array([e.value for e in roots.eigenvalues]), 2 * len(lengths)
+    values = np.array([e.value for e in roots.eigenvalues])
+    zeros = 2 * len(lengths)
     assert np.sum(values == 0) == min(zeros, len(values))
     assert (roots.verdict, roots.certified) == (None, True)  # of some of the roots
     ways = [np.sin(np.pi * np.arange(1, rows) / (2 * rows)) for rows in lengths]
@@ -141,10 +143,8 @@ def two_pairs(rows, c):
 
 @pytest.mark.parametrize("c", [0.0, 0.1])
 def test_a_band_of_a_small_system_is_judged_as_that_of_its_large_twin(c):
-    wanted, exact = (
-        EigenvalueSelection(band=(100.0, 200.0)),
-        math.sqrt(5e4**2 + c**2 * 1.05e6) / 1e5,
-    )
+    wanted = EigenvalueSelection(band=(100.0, 200.0))
+    exact = math.sqrt(5e4**2 + c**2 * 1.05e6) / 1e5
     for rows, outside in ((10, 1), (N, None)):
         located = system_thresholds(two_pairs(rows, c), 1.0, wanted=wanted).answer
         assert located.verdict == ("stable" if c else "marginal")
@@ -177,9 +177,12 @@ def test_damped_free_bodies_stay_real_beside_a_structural_loss_factor(rows, seed
     monkeypatch.setattr("squeal.queries.systems.all_roots.ALL_ROWS", rows)
     rng = np.random.default_rng(seed)
     Q = np.eye(20) + 0.1 * rng.standard_normal((20, 20))
-    damping, squares = np.full(20, 0.2), np.r_[0.0, 0.0, np.linspace(5.0, 50.0, 18) ** 2]
+    damping = np.full(20, 0.2)
+    squares = np.r_[0.0, 0.0, np.linspace(5.0, 50.0, 18) ** 2]
     damping[:2] = 0.1, 0.4
-    M, C, K = (Q.T @ X @ Q for X in (np.eye(20), np.diag(damping), np.diag(squares * (1 + 0.01j))))
+    M = Q.T @ np.eye(20) @ Q
+    C = Q.T @ np.diag(damping) @ Q
+    K = Q.T @ np.diag(squares * (1 + 0.01j)) @ Q
     found = system_roots(system_of(M, C, K), EigenvalueSelection(modes=6))
     values = np.sort([e.value.real for e in found.eigenvalues if abs(e.value.imag) < 1e-6])
     assert np.allclose(values, [-0.4, -0.1, 0.0, 0.0], atol=1e-9)

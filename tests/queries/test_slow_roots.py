@@ -64,7 +64,9 @@ def test_slow_roots_of_a_stiff_pad_lie_within_their_rounding(decades):
 @pytest.mark.filterwarnings("ignore:system. no matrix depends")
 @pytest.mark.parametrize("stiffness", [9.0, 0.0])
 def test_a_light_motion_hides_neither_roots_nor_verdict_of_plain_matrices(stiffness):
-    M, C, K = np.array([[1.0, 1 - 1e-6], [1 - 1e-6, 1.0]]), 0.1 * np.eye(2), np.diag([4.0, 9.0])
+    M = np.array([[1.0, 1 - 1e-6], [1 - 1e-6, 1.0]])
+    C = 0.1 * np.eye(2)
+    K = np.diag([4.0, 9.0])
     K[1] *= stiffness / 9.0
     given = system_of(M, C, K)
     found = squeal.eigenvalues(given)

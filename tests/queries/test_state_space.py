@@ -21,7 +21,7 @@ def apart(one, other):
 
 @pytest.mark.parametrize("stem", ["b1-a", "b2-c", "b3"])
 @pytest.mark.parametrize("mu", [None, 0.1])
-def test_poles_and_compliance(stem, mu):
+def test_poles_are_the_eigenvalues_and_the_static_gain_is_the_compliance(stem, mu):
     scene = scene_of(stem, damping=Damping(ratios=(0.01, 0.02, 0.03)))
     plant = state_space(scene, mu)
     analysis = analyse(scene if mu is None else scene.replace(mu=mu))
@@ -29,7 +29,7 @@ def test_poles_and_compliance(stem, mu):
     assert np.allclose(plant.dcgain() @ analysis.matrices.K, np.eye(3), atol=1e-9)
 
 
-def test_refusals_and_warnings(recwarn):
+def test_a_state_space_refuses_and_warns_as_eigenvalues_do(recwarn):
     scene = scene_of("b2-c")
     with pytest.raises(InputError, match=r"mu: -1\.0 is not allowed"):
         state_space(scene, -1.0)
@@ -83,7 +83,9 @@ RIGGED = {
 def test_rows_without_mass_are_states_only_where_they_have_roots(name, unit):
     """The response to forces is the inverse of the dynamic stiffness, at any frequency."""
     masses, dampers, states = RIGGED[name]
-    M, C, K = unit * np.diag(masses), unit * np.diag(dampers), unit * np.array(STIFFNESS)
+    M = unit * np.diag(masses)
+    C = unit * np.diag(dampers)
+    K = unit * np.array(STIFFNESS)
     plant = state_space(squeal.System(M, C, K))
     assert plant.nstates == states
     for z in (0.7j, 2.0 - 1.0j):
@@ -128,9 +130,14 @@ def test_the_root_locus_over_the_friction_loop_is_that_of_the_roots():
 def test_closed_loops_have_the_roots_at_that_friction(name, rank):
     """Of any rank of the terms, other parameters at their values: the residual of each root."""
     masses, dampers, states = RIGGED[name]
-    M, C, K0 = np.diag(masses), np.diag(dampers), np.array(STIFFNESS)
-    K1 = np.array([[0.0, 1.0, 0.0], [0.0, 0.4, 0.0], [0.5 * (rank > 1), 0.0, 0.0]])
-    K1[1, 2] = 0.2 * (rank > 2)
+    M = np.diag(masses)
+    C = np.diag(dampers)
+    K0 = np.array(STIFFNESS)
+    K1 = np.array([[0.0, 1.0, 0.0], [0.0, 0.4, 0.0], [0.0, 0.0, 0.0]])
+    if rank > 1:
+        K1[2, 0] = 0.5
+    if rank > 2:
+        K1[1, 2] = 0.2
     system = squeal.System(M, C, {"1": K0, "2 * mu * k": K1}, {"k": 0.5, "mu": 9.0})
     plant = state_space(system, loop="mu")
     assert (plant.ninputs, plant.noutputs) == (rank, rank)

@@ -17,7 +17,8 @@ TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 def pair(gap, c, w):
     """Flutter from mu^2 = c^2 (w + gap / 2) + gap^2 / 4 on, at omega^2 = w + gap / 2."""
-    first, eye = np.diag([1.0, 0.0]), np.eye(2)
+    first = np.diag([1.0, 0.0])
+    eye = np.eye(2)
     values = {"gap": gap, "c": c, "w": w}
     C = ((eye, "c"),) if c else ()
     return system_of(eye, C, ((eye, "w"), (first, "gap"), (TURN, "mu")), values)
@@ -28,16 +29,20 @@ def pair(gap, c, w):
 def test_thresholds_move_as_their_closed_form(monkeypatch, rows, c):
     for module in ("systems.all_roots", "systems.matrices"):
         monkeypatch.setattr(f"squeal.queries.{module}.ALL_ROWS", rows)
-    gap, w = 3.0, 20.0
-    mu, omega = np.hypot(c * np.sqrt(w + gap / 2), gap / 2), np.sqrt(w + gap / 2)
+    gap = 3.0
+    w = 20.0
+    mu = np.hypot(c * np.sqrt(w + gap / 2), gap / 2)
+    omega = np.sqrt(w + gap / 2)
     stiffer = {"stiffer": {"K": csc_array(np.eye(2))}}
     found = squeal.sensitivity(pair(gap, c, w), "threshold", band=(0.1, 2.0), matrices=stiffer)
     assert found.at == pytest.approx(mu, rel=1e-9)
     by_w = [c * c / (2 * mu), 1 / (2 * omega * TAU)]
     exact = {
         "gap": [(c * c / 2 + gap / 2) / (2 * mu), 1 / (4 * omega * TAU)],
-        "w": by_w, "stiffer": by_w, "c": [c * omega**2 / mu, 0.0],
-    }  # fmt: skip
+        "w": by_w,
+        "stiffer": by_w,
+        "c": [c * omega**2 / mu, 0.0],
+    }
     for name, slopes in exact.items():
         # a pair that coalesces in a subspace is known to the square root of rounding
         near = 1e-6 if c == 0.0 and rows == 1 else 1e-8
@@ -46,7 +51,8 @@ def test_thresholds_move_as_their_closed_form(monkeypatch, rows, c):
 
 def test_a_divergence_and_what_has_no_derivative():
     """A stiffness k - mu is lost at mu = k beside another one; two pairs flutter at once."""
-    eye, first = np.eye(2), np.diag([1.0, 0.0])
+    eye = np.eye(2)
+    first = np.diag([1.0, 0.0])
     for C in (None, eye):
         column = system_of(eye, C, (9 * eye - 9 * first, (first, "k"), (-first, "mu")), {"k": 1.5})
         found = squeal.sensitivity(column, "threshold")
@@ -58,9 +64,11 @@ def test_a_divergence_and_what_has_no_derivative():
         squeal.sensitivity(system, "threshold")
 
 
-def test_roots_of_complex_matrices_against_differences_of_more_digits(tmp_path):
+def test_slopes_of_complex_systems_are_differences_of_more_digits(tmp_path):
     """Of a system with a structural loss factor, by matrices in files and in memory."""
-    n, step, rng = 4, mpmath.mpf("1e-12"), np.random.default_rng(2)
+    n = 4
+    step = mpmath.mpf("1e-12")
+    rng = np.random.default_rng(2)
     root = rng.normal(size=(n, n))
     own = np.eye(n), 0.1 * root @ root.T, (1 + 0.05j) * (root @ root.T + 5 * np.eye(n))
     changes = rng.normal(size=(3, n, n))
@@ -74,21 +82,28 @@ def test_roots_of_complex_matrices_against_differences_of_more_digits(tmp_path):
         M, C, K = (mpmath.matrix(A) + e * mpmath.matrix(dA) for A, dA in pairs)
         below = mpmath.inverse(M)
         state = mpmath.zeros(2 * n)
-        state[:n, n:], state[n:, :n], state[n:, n:] = mpmath.eye(n), -below * K, -below * C
+        state[:n, n:] = mpmath.eye(n)
+        state[n:, :n] = -below * K
+        state[n:, n:] = -below * C
         return mpmath.eig(state, left=False, right=False)
 
     with mpmath.workdps(40):
-        up, down = roots(step), roots(-step)
+        up = roots(step)
+        down = roots(-step)
         for value, slope in zip(found.at, found.slopes["q"], strict=True):
-            a, b = (each[int(np.argmin([abs(z - value) for z in each]))] for each in (up, down))
+            a = up[int(np.argmin([abs(z - value) for z in up]))]
+            b = down[int(np.argmin([abs(z - value) for z in down]))]
             assert complex((a - b) / (2 * step)) == pytest.approx(slope, rel=1e-8)
 
 
-def test_the_roots_of_a_band_of_a_sparse_system_against_differences():
-    system, band, h = disc_and_pad(3), (1000.0, 3500.0), 1e-5
+def test_slopes_in_a_band_of_a_sparse_system_are_those_of_differences():
+    system = disc_and_pad(3)
+    band = (1000.0, 3500.0)
+    h = 1e-5
     assert system.n > 400
     found = squeal.sensitivity(system.replace({"mu": 0.3}), band=band)
-    up, down = (squeal.eigenvalues(system, 0.3 + e, band=band).values for e in (h, -h))
+    up = squeal.eigenvalues(system, 0.3 + h, band=band).values
+    down = squeal.eigenvalues(system, 0.3 - h, band=band).values
     assert len(up) == len(found.at) > 3
     error = (up - down) / (2 * h) - found.slopes["mu"]
     assert np.abs(error).max() < 1e-4 * np.abs(found.slopes["mu"]).max()

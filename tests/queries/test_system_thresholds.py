@@ -47,7 +47,8 @@ def assert_threshold(found, kind, mu):
 def test_equally_damped_modes_flutter_where_they_have_parted_by_their_damping(place, c):
     """-omega^2 + i c omega = -(mean + i d) at d^2 = (g mu)^2 - (difference / 2)^2."""
     s = np.array([1e6, 1.1e6])
-    half, mean = (s[1] - s[0]) / 2, s.mean()
+    half = (s[1] - s[0]) / 2
+    mean = s.mean()
     g = half / place
     system = beside(np.diag(s), np.array([[0.0, g], [-g, 0.0]]), c)
     found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(100.0, 200.0))).answer
@@ -75,7 +76,9 @@ def test_real_roots_that_pass_a_narrow_band_within_a_step_are_found(seed):
 
 def test_a_root_that_leaves_the_band_crosses_the_axis_before():
     """Both between two values that a first look takes, 0.253 and 0.340."""
-    exact, leaves, rise = 0.3, 0.32, 6e5
+    exact = 0.3
+    leaves = 0.32
+    rise = 6e5
     system = beside(np.diag([1e6, 3e6]), np.diag([rise, 0.0]), 1.0)
     less = csc_array(([-1.0 / exact], ([0], [0])), shape=(ROWS, ROWS))
     system = TermSystem(system.M, (*system.C, Term(less, MU)), system.K)
@@ -92,7 +95,7 @@ def test_a_band_without_a_root_has_no_threshold(band, verdict):
     assert (found.verdict, found.crossings, found.certified) == (verdict, (), True)
 
 
-def test_a_structural_loss_factor(monkeypatch):
+def test_a_structural_loss_factor_flutters_where_it_is_known_to(monkeypatch):
     system, mu, omega = large.with_loss_factor(np.random.default_rng(4), 42)  # reduced
     region = EigenvalueSelection(region=Rectangle(-60.0, 60.0, 350.0, 600.0))
     found = system_thresholds(system, 1.4, wanted=region).answer
@@ -113,7 +116,8 @@ def test_a_structural_loss_factor(monkeypatch):
 @pytest.mark.parametrize("seed", [3, 6, 15])
 def test_a_band_of_a_dense_system_has_its_known_thresholds(seed):
     """Roots dense in the band; real ones that come from above it and leave it within a step."""
-    rng, band = np.random.default_rng([seed, 70]), (0.0, 0.8)
+    rng = np.random.default_rng([seed, 70])
+    band = (0.0, 0.8)
     system, known = known_system(int(rng.integers(41, 71)), rng, damped=bool(seed % 2))
     found = system_thresholds(system, 2.0, wanted=EigenvalueSelection(band=band)).answer
     known = [row for row in known if row[3] <= 2 * math.pi * band[1]]
@@ -134,7 +138,8 @@ def test_a_gyroscopic_band_flutters_where_two_frequencies_meet():
 
 def test_growth_of_a_billionth_of_the_frequency_is_counted():
     """A chain whose dashpots change their sign at 0.5: w = 2 sin(k pi / (2 n + 2)) there."""
-    n, rate = 500, 1e-9
+    n = 500
+    rate = 1e-9
     K = diags_array([[2.0] * n, [-1.0] * n, [-1.0] * n], offsets=[0, 1, -1], shape=(n, n))
     D = csc_array(diags_array(rate * np.random.default_rng(0).uniform(0.5, 1.5, n)))
     system = affine(eye_array(n, format="csc"), csc_array(K), C0=0.5 * D, C1=-D)
@@ -166,7 +171,8 @@ def test_of_a_band_what_happens_at_an_end_is_listed_once_and_the_fastest_named(
     """Three modes in the band 0.5 to 5 Hz that grow by rate (p - at), others above."""
     monkeypatch.setattr(all_roots, "ALL_ROWS", rows)
     D = np.diag(np.r_[-2.0 * np.array(rates), np.zeros(6)])
-    others, K = np.diag(np.r_[np.zeros(3), np.full(6, 0.3)]), np.diag((2 * np.pi * HERTZ) ** 2)
+    others = np.diag(np.r_[np.zeros(3), np.full(6, 0.3)])
+    K = np.diag((2 * np.pi * HERTZ) ** 2)
     system = affine(np.eye(9), K, C0=others - at * D, C1=D)
     found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(0.5, 5.0))).answer
     assert [c.mu for c in found.crossings] == pytest.approx([at] * len(hertz), rel=1e-12)
@@ -189,7 +195,8 @@ N = 300
 def disc_and_pad(kc):
     """A chain held by a contact at its first row alone, whose friction acts on the second."""
     chain = diags_array([[2.0] * (N - 1) + [1.0], [-1.0] * N, [-1.0] * N], offsets=[0, 1, -1])
-    contact, friction = (csc_array(([1.0], ([i], [0])), shape=(N, N)) for i in (0, 1))
+    contact = csc_array(([1.0], ([0], [0])), shape=(N, N))
+    friction = csc_array(([1.0], ([1], [0])), shape=(N, N))
     free = csc_array(1e6 * (chain - contact))
     held = Term(contact, Formula("kc")) if kc == "named" else Term(contact * 4e6)
     K = Term(free), held, Term(friction * 4e6, MU)
@@ -197,10 +204,8 @@ def disc_and_pad(kc):
 
 
 def test_a_contact_with_a_factor_keeps_its_stiffness_in_a_modal_sweep():
-    plain, named = (
-        squeal.sweep(disc_and_pad(kc), [0.0, 0.2], band=(1.0, 40.0), method="modal").steps
-        for kc in ("plain", "named")
-    )
+    plain = squeal.sweep(disc_and_pad("plain"), [0.0, 0.2], band=(1.0, 40.0), method="modal").steps
+    named = squeal.sweep(disc_and_pad("named"), [0.0, 0.2], band=(1.0, 40.0), method="modal").steps
     assert len(plain[0].roots) > 5
     for one, other in zip(plain, named, strict=True):
         assert np.allclose(one.roots, other.roots, rtol=1e-9, atol=1e-6)
@@ -229,7 +234,8 @@ def test_an_answer_of_too_few_values_says_why_it_is_in_doubt(monkeypatch):
     A = np.random.default_rng(1).normal(size=(6, 6)) / 2
     K = {"1": np.diag(np.arange(1.0, 7.0)), "mu": A}
     system = squeal.System(np.eye(6), 0.01 * np.eye(6), K, {"mu": 1.0})
-    full, options = squeal.thresholds(system), ContinuationOptions(steps=2, budget=3)
+    full = squeal.thresholds(system)
+    options = ContinuationOptions(steps=2, budget=3)
     monkeypatch.setattr("squeal.linear.search.ContinuationOptions", lambda: options)
     few = squeal.thresholds(system, prove=False)
     assert (full.certified, full.details["doubts"]) == (True, [])

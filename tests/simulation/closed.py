@@ -35,7 +35,8 @@ def bouncing(pad, height):
     """Of a pad that falls from a height: first touch, time in contact and depth."""
     k = pad.k1 + pad.k2
     K = k + (pad.k3 + pad.k4 if pad.k_c is None else pad.k_c)
-    free, pressed = math.sqrt(k / pad.m), math.sqrt(K / pad.m)
+    free = math.sqrt(k / pad.m)
+    pressed = math.sqrt(K / pad.m)
     a = height + pad.F_n / k
     touch = math.acos((pad.F_n / k) / a) / free
     speed = a * free * math.sin(free * touch)

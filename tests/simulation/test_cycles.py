@@ -12,7 +12,7 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.queries.cycles import Cycles
 from squeal.queries.thresholds import critical_friction
-from squeal.simulation.cycles import CLOSED_CURVE, SIGNS, Cycle, Point, Shooting, _return
+from squeal.simulation.cycles import CLOSED_CURVE, SIGNS, Cycle, Point, Shooting, _first_return
 from squeal.simulation.hybrid import Segment
 from squeal.simulation.run import in_natural_units
 from tests.conftest import ROOT, hammering_scene, needs_heyoka
@@ -63,6 +63,15 @@ def test_the_branch_of_cycles_starts_where_the_equilibrium_begins_to_flutter(ans
     assert [one.turn for one in answer.orbits if one.turn] == ["grazing", "fold"]
 
 
+def test_sliding_changes_where_thresholds_say(answer):
+    points = squeal.thresholds(HAMMERS).points
+    within = [(point.mu, point.kind) for point in points if 0.5 < point.mu < 0.8]
+    assert within
+    assert [verdict for _, verdict in answer.critical] == [kind for _, kind in within]
+    for (value, _), (mu, _) in zip(answer.critical, within, strict=True):
+        assert value == pytest.approx(mu, rel=1e-8)
+
+
 def test_multipliers_are_those_of_differences_of_the_flow(shooting, cycle):
     step = 1e-6 * np.abs(cycle.state).max()
 
@@ -79,7 +88,7 @@ def test_work_of_friction_is_what_damping_takes(answer):
         assert one.damping >= 0.0
 
 
-def test_long_simulations_beside_the_fold(answer):
+def test_long_simulations_stay_on_a_stable_cycle_and_leave_an_unstable_one(answer):
     """Just above the fold two cycles: a motion stays on the stable one and leaves the other. Below
     it the motion from the last cycle comes to rest."""
     fold = next(one.value for one in answer.orbits if one.turn == "fold")
@@ -100,7 +109,8 @@ def test_long_simulations_beside_the_fold(answer):
 
 def test_a_bouncing_mass_without_damping_has_the_period_of_its_closed_form():
     """Free fall and half an oscillation on the springs: a family that no multiplier isolates."""
-    pad, height = upright(), 1e-4
+    pad = upright()
+    height = 1e-4
     scene = Scene("B1", pad, initial=(0.0, height, 0.0, 0.0, 0.0, 0.0), stop=1.0, samples=2)
     units, model, start, _ = in_natural_units(scene)
     shooting = Shooting(lambda mu: model.replace(mu=mu), units)
@@ -157,11 +167,11 @@ def test_a_late_return_gives_the_least_period(shooting, cycle):
 )
 def test_multipliers_that_leave_the_unit_circle_name_the_turn(kind, inside, outside):
     """Through -1, or as a pair; other kinds see nothing."""
-    both: list[Any] = [
-        SimpleNamespace(multipliers=[complex(m) for m in part]) for part in (inside, outside)
-    ]
+    cycle_inside: Any = SimpleNamespace(multipliers=np.array(inside, complex).tolist())
+    cycle_outside: Any = SimpleNamespace(multipliers=np.array(outside, complex).tolist())
     for name in ("period doubling", "torus"):
-        before, after = (SIGNS[name](cycle, None) for cycle in both)
+        before = SIGNS[name](cycle_inside, None)
+        after = SIGNS[name](cycle_outside, None)
         assert (before != after) == (name == kind)
 
 
@@ -208,7 +218,8 @@ def test_a_branch_is_a_closed_curve_where_its_first_cycle_returns_and_no_other(t
     """The value alone returns twice in a turn; on a helix the cycle never does."""
     start = np.array([np.sin(1.0), 0, 0, 0, 0, 0, 2 + 0.3 * np.sin(1.0), np.cos(1.0)])
     nothing: Any = None
-    circle, helix = OnACurve(nothing, nothing), OnAHelix(nothing, nothing)
+    circle = OnACurve(nothing, nothing)
+    helix = OnAHelix(nothing, nothing)
     own = circle.solve(start)[0]
     found, why = circle.branch(own, towards, (-2.0, 2.0), 0.2, 200)
     assert why == CLOSED_CURVE
@@ -234,7 +245,8 @@ def test_a_closed_curve_passes_each_turn_once(start, towards):
     turns = [(one.turn, np.arctan2(one.unknowns[0], one.value)) for one in found if one.turn]
     angles = {"fold": (0.0, np.pi), "period doubling": (2.0, 2 - np.pi), "torus": (-1, np.pi - 1)}
     for kind, known in angles.items():
-        away = [np.cos(a - at) for at in known for name, a in turns if name == kind]
+        found_angles = np.array([angle for name, angle in turns if name == kind])
+        away = np.ravel(np.cos(found_angles[:, None] - np.array(known)))
         assert sorted(away) == pytest.approx([-1.0, -1.0, 1.0, 1.0], abs=1e-8)
     along = [-np.sign(np.sin(start)) * towards * (a - start) % (2 * np.pi) for _, a in turns]
     assert along == sorted(along)
@@ -247,10 +259,19 @@ def test_a_motion_returns_after_all_the_passages_of_its_period(passages):
     height = 1.0 + order // 4 % passages + 0.1 * (order % 4)
     empty: Any = np.zeros(1)
     segment = Segment(
-        empty, empty, empty, empty, np.ones((2, 1), dtype=int), np.zeros((6, 1)),
-        0 * order, np.array([1, 0, 0, 1])[order % 4], 5.0 + order * 0.25,
-        height * np.ones((6, 1)), empty, empty,
-    )  # fmt: skip
-    state, period = _return(segment)
+        law=empty,
+        c=empty,
+        t0=empty,
+        t1=empty,
+        first=np.ones((2, 1), dtype=int),
+        end=np.zeros((6, 1)),
+        lane=0 * order,
+        point=np.array([1, 0, 0, 1])[order % 4],
+        t=5.0 + order * 0.25,
+        state=height * np.ones((6, 1)),
+        count=empty,
+        limit=empty,
+    )
+    state, period = _first_return(segment)
     assert state == pytest.approx(height[0])
     assert period == (passages if passages < 10 else 0.0)

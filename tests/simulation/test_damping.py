@@ -66,7 +66,8 @@ def test_springs_along_the_face_are_damped_alike(falling):
     one = dataclasses.replace(one, stop=0.3 * one.stop, outputs=("shares",))
     if falling:
         one = one.replace(mu=None, V=40.0, mu_s=0.9, mu_k=0.3, v_ref=30.0)
-    ours, theirs = simulate(one, "heyoka"), simulate(one, "scipy")
+    ours = simulate(one, "heyoka")
+    theirs = simulate(one, "scipy")
     undamped = simulate(dataclasses.replace(one, damping=None), "heyoka")
     assert ours.contact_changes == theirs.contact_changes > 0
     scale = np.abs(theirs.final[1:]).max()

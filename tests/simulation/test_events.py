@@ -23,7 +23,8 @@ from tests.simulation.test_simulation import bounce
 def test_a_turning_pad_touches_with_one_edge(backend, spin, target):
     # free flight without load: theta = spin t, y stays; the lowered edge reaches the surface when
     # y = w sin(theta) - h (1 - cos(theta))
-    pad, height = upright(k1=0.0, k2=0.0, F_n=0.0), 0.01
+    pad = upright(k1=0.0, k2=0.0, F_n=0.0)
+    height = 0.01
     near = height / pad.w, 1.1 * height / pad.w
     angle = mp.findroot(lambda t: pad.w * mp.sin(t) - pad.h * (1 - mp.cos(t)) - height, near)
     start = (0.0, height, 0.0, 0.0, 0.0, spin)
@@ -35,13 +36,15 @@ def test_a_turning_pad_touches_with_one_edge(backend, spin, target):
 
 @pytest.mark.parametrize("place", [0.2, 0.5, 0.7])
 @pytest.mark.parametrize("third", [-0.5, 0.0, 2.0])
-def test_where_a_gap_turns_back_within_a_step(place, third):
+def test_a_gap_that_turns_back_within_a_step_is_seen(place, third):
     """A cubic with a double zero, at whose place the SciPy integrator has to look."""
     model = Scene("B1", upright()).pad_model
     away = np.polynomial.Polynomial([-place, 1.0])
-    gap, ends = away**2 * (3.0 + third * away) + 1e-6, np.array([0.0, 1.0])
+    gap = away**2 * (3.0 + third * away) + 1e-6
+    ends = np.array([0.0, 1.0])
     states = np.zeros((6, 2))
-    states[1], states[4] = gap(ends), gap.deriv()(ends) / 2.0
+    states[1] = gap(ends)
+    states[4] = gap.deriv()(ends) / 2.0
     solver = SciPyIntegrator(model, 1e-10)
     turn = solver._turn(np.array([3.0, 5.0]), states, np.zeros(2))
     assert turn == pytest.approx(3.0 + 2.0 * place)
@@ -49,12 +52,14 @@ def test_where_a_gap_turns_back_within_a_step(place, third):
 
 @pytest.mark.parametrize("share", [1e-3, 1e-6, 1e-9, 1e-12])
 @needs_heyoka
-def test_separations_much_shorter_than_a_step(share):
+def test_separations_much_shorter_than_a_step_are_found(share):
     # dropped from a small height the pad leaves the surface for a short while once a cycle
     pad = upright()
-    k, K = pad.k1 + pad.k2, pad.k1 + pad.k2 + pad.k3 + pad.k4
+    k = pad.k1 + pad.k2
+    K = pad.k1 + pad.k2 + pad.k3 + pad.k4
     height = share * pad.F_n / K
-    free, rate = math.sqrt(k / pad.m), math.sqrt(K / pad.m)
+    free = math.sqrt(k / pad.m)
+    rate = math.sqrt(K / pad.m)
     ratio = k * height / pad.F_n
     fall = 2 * math.asin(math.sqrt(ratio / (1 + ratio) / 2)) / free
     speed = math.sqrt((2 * pad.F_n * height + k * height**2) / pad.m)
@@ -71,8 +76,10 @@ def test_separations_much_shorter_than_a_step(share):
 def test_grazing_from_below_is_no_separation(backend, share):
     pad = upright()
     K = pad.k1 + pad.k2 + pad.k3 + pad.k4
-    sag, rate = pad.F_n / K, math.sqrt(K / pad.m)
-    stop, wanted = 30.0 / rate, ("events", "history", "extrema")
+    sag = pad.F_n / K
+    rate = math.sqrt(K / pad.m)
+    stop = 30.0 / rate
+    wanted = ("events", "history", "extrema")
     result = simulate(bounce(pad, -share * sag, stop, outputs=wanted), backend)
     t = result.history["t"]
     y = -sag + (1 - share) * sag * np.cos(rate * t)
@@ -111,11 +118,15 @@ def test_rotation_past_ninety_degrees_has_its_own_time(backend, theta0):
 )
 def test_a_collapsing_spring_has_its_name_and_time(backend, close, spring, lengths):
     # both springs stand upright and the pad flies through a fixed end: y = L at zero length
-    pad, y0, speed = upright(L1=lengths[0], L2=lengths[1]), 1e-3, 400.0
+    pad = upright(L1=lengths[0], L2=lengths[1])
+    y0 = 1e-3
+    speed = 400.0
     k = pad.k1 + pad.k2
-    rate, sag = math.sqrt(k / pad.m), pad.F_n / k
+    rate = math.sqrt(k / pad.m)
+    sag = pad.F_n / k
     # y = size cos(rate t - phase) - sag
-    size, phase = math.hypot(y0 + sag, speed / rate), math.atan2(speed / rate, y0 + sag)
+    size = math.hypot(y0 + sag, speed / rate)
+    phase = math.atan2(speed / rate, y0 + sag)
     exact = (phase - math.acos((sag + min(lengths) * (1 - 1e-6)) / size)) / rate
     scene = Scene("B1", pad, initial=(0, y0, 0, 0, speed, 0), stop=0.01, samples=2)
     found = limit_of(scene, backend, f"spring {spring} has collapsed")
@@ -155,13 +166,14 @@ HARD: dict[str, tuple[Model, dict[str, float], float]] = {
 
 @pytest.mark.parametrize("case", HARD)
 @needs_heyoka
-def test_hard_cases_against_quad_precision(case):
+def test_hard_cases_agree_with_quad_precision(case):
     model_name, changes, stop = HARD[case]
     values = PLAIN | ({"k3": 0.43, "k4": 0.43} if model_name == "B1" else {"k_c": 0.5}) | changes
     k = values["k3"] + values["k4"] if model_name == "B1" else values["k_c"]
     start = (0, -2 * values["F_n"] / k, 0, 0, 0, 0)
     scene = Scene(model_name, Pad(**values), initial=start, stop=stop, samples=2)
-    ours, (units, exact, changes_seen) = simulate(scene), quad(scene)
+    ours = simulate(scene)
+    units, exact, changes_seen = quad(scene)
     apart = np.abs(units.to_scaled(np.array(ours.final[1:])) - exact)[:3].max()
     assert apart < 1e-11 * np.abs(exact[:3]).max()
     assert changes_seen == ours.contact_changes

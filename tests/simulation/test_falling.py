@@ -80,7 +80,7 @@ def test_the_slope_enters_the_damping_matrix(name):
 
 
 @pytest.mark.parametrize(("mu_s", "mu_k"), [(0.6, 0.3), (0.3, 0.6)])
-def test_growth_of_one_degree_of_freedom_in_closed_form(mu_s, mu_k):
+def test_growth_of_one_degree_of_freedom_is_that_of_the_closed_form(mu_s, mu_k):
     """m x'' - mu' R_n x' + k x = 0 of a pad so stiff in contact that it only slides, on springs
     along x; mu' is the fall of friction at V. Friction that rises damps as much."""
     along = {"alpha1": 0.0, "alpha2": 0.0, "L1": 0.3, "L2": 0.3, "k1": 2e5, "k2": 2e5}
@@ -99,9 +99,11 @@ def test_motion_is_that_of_the_equations_written_out(name, damped):
     damping = DAMPED if damped else None
     one = scene(name, outputs=("history",), samples=6, tolerance=1e-13, damping=damping)
     one = dataclasses.replace(one, stop=0.2 * one.stop)
-    times, C = np.linspace(0.0, one.stop, one.samples), full if damped else None
+    times = np.linspace(0.0, one.stop, one.samples)
+    C = full if damped else None
     given = one.model, one.pad, one.initial, times, C
-    expected, constant = motion(*given, mu=lambda u: friction(10.0 - u)), motion(*given)
+    expected = motion(*given, mu=lambda u: friction(10.0 - u))
+    constant = motion(*given)
     assert np.all(np.abs(constant - expected).max(axis=0) > 1e-4 * np.abs(expected).max(axis=0))
     for backend in INSTALLED:
         found = simulate(one, backend)
@@ -120,7 +122,11 @@ def test_the_model_ends_where_the_pad_is_as_fast_as_the_surface():
         ended.append(float(str(caught.value).split("t = ")[1].split()[0]))
     assert ended[0] == pytest.approx(ended[1], rel=1e-6)
     # up to there it is the motion of the equations written out
-    until, law = [0.0, ended[0]], lambda u: friction(2.0 - u)
+    until = [0.0, ended[0]]
+
+    def law(u):
+        return friction(2.0 - u)
+
     assert motion(one.model, one.pad, one.initial, until, mu=law)[-1, 3] == pytest.approx(2.0)
     many = simulate_many("B2", one.pad, np.array([one.initial]), one.stop, 1e-8, one.formulation)
     assert many["outcome"][0] == 1 + next(i for i, words in enumerate(LIMITS) if "speed V" in words)

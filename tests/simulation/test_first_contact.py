@@ -35,7 +35,8 @@ def test_an_edge_on_the_surface_to_rounding_goes_with_its_motion(size):
     for seed in range(60):
         r = np.random.default_rng(seed)
         pad = random_pad(seed, "B1", y0=size * r.uniform(-1, 1), h=10 ** r.uniform(-2, 2))
-        model, turn = PadModel("B1", pad.replace(w=10 ** r.uniform(-2, 2))), r.uniform(-1.0, 1.0)
+        model = PadModel("B1", pad.replace(w=10 ** r.uniform(-2, 2)))
+        turn = r.uniform(-1.0, 1.0)
         state = np.array([0.0, 0.0, turn * model.pad.w, *r.uniform(-1.0, 1.0, 3)])
         for edge in (0, 1):
             state[1] -= model.gaps(model.c.place(state))[edge]
@@ -64,12 +65,21 @@ def falls(**changes):
     """A pad without springs, begun above the surface, and a false integrator that hands over the
     same segment again and again, with some of its parts changed."""
     model = PadModel("B1", upright(k1=0.0, k2=0.0))
-    none, high = np.zeros((2, 1), dtype=int), np.array([[0.0], [0.5], [0.0], [0.0], [0.0], [0.0]])
-    ends: Any = {"t0": np.zeros(1), "t1": np.full(1, 0.5), "first": none, "end": high}
-    empty: Any = {"lane": none[0, :0], "point": none[0, :0], "t": np.empty(0), "state": high[:, :0]}
-    count: Any = {"count": np.array([7]), "limit": np.array([-1])}
+    none = np.zeros((2, 1), dtype=int)
+    high = np.array([[0.0], [0.5], [0.0], [0.0], [0.0], [0.0]])
     segment = Segment(
-        law=model.law, c=Coefficients(*np.reshape(model.c, (-1, 1))), **ends, **empty, **count
+        law=model.law,
+        c=Coefficients(*np.reshape(model.c, (-1, 1))),
+        t0=np.zeros(1),
+        t1=np.full(1, 0.5),
+        first=none,
+        end=high,
+        lane=none[0, :0],
+        point=none[0, :0],
+        t=np.empty(0),
+        state=high[:, :0],
+        count=np.array([7]),
+        limit=np.array([-1]),
     )
     wrong: Any = SimpleNamespace(run=lambda *_: replace(segment, **changes))
     return integrate(model, wrong, UNIT, high[:, 0], 0.5)

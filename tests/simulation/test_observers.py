@@ -17,7 +17,8 @@ def test_speed_of_the_face_is_the_change_of_its_place():
     """Of the point h below the mass centre, as the pad turns by theta0 + theta."""
     _, model, _, _ = in_natural_units(read_scene(SCENES / "b1-c.yaml").replace(theta0=0.3))
     c, h = model.c, model.pad.h
-    states, step = np.random.default_rng(2).normal(size=(6, 5)), 1e-6
+    states = np.random.default_rng(2).normal(size=(6, 5))
+    step = 1e-6
 
     def place(time):
         x, _, turned = states[:3] + time * states[3:]
@@ -55,9 +56,13 @@ def test_each_maximum_of_a_parabola_is_found_wherever_in_its_step_it_lies(count)
 
 def test_ranges_are_those_of_sines_in_closed_form():
     """Two motions side by side, of other lengths; from their begin, and from a later time on."""
-    h, orders, lane = 0.5, np.arange(16)[:, None], np.repeat([0, 1], [20, 6])
+    h = 0.5
+    orders = np.arange(16)[:, None]
+    lane = np.repeat([0, 1], [20, 6])
     t = np.concatenate([np.arange(0.0, 10.0, h), np.arange(0.0, 3.0, h)])
-    size, phase, series = (1.0 + lane), 0.3 + 0.7 * lane, np.zeros((16, 6, len(t)))
+    size = 1.0 + lane
+    phase = 0.3 + 0.7 * lane
+    series = np.zeros((16, 6, len(t)))
     factorial = np.cumprod(np.maximum(orders, 1.0), axis=0)
     series[:, 0] = size * np.sin(t + phase + orders * np.pi / 2) * h**orders / factorial
     steps = Steps(lane, t, np.full(len(t), h), series, np.ones((2, len(t))))
@@ -67,7 +72,8 @@ def test_ranges_are_those_of_sines_in_closed_form():
         return states[0]
 
     for count in (4, 8):
-        grid, ends = Grid(segment, count), [[-1.0, 1.0], [2 * np.sin(4.0), 2.0]]
+        grid = Grid(segment, count)
+        ends = [[-1.0, 1.0], [2 * np.sin(4.0), 2.0]]
         assert grid.ranges(signal) == pytest.approx(np.array(ends), rel=1e-10)
         late = [[np.sin(10.3), np.sin(9.3)], [2 * np.sin(4.0), 2 * np.sin(2.0)]]
         found = grid.ranges(signal, since=np.array([9.0, 1.0]))

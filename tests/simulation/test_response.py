@@ -66,7 +66,7 @@ RATE = math.sqrt((3e5 + 3e5 + 1e6) / 2.0)
 @pytest.mark.parametrize(
     ("c", "settled"), [(0.0, False), (10.0, False), (40.0, None), (200.0, True), (-40.0, False)]
 )
-def test_decay_in_closed_form(c, settled):
+def test_decay_is_that_of_the_closed_form(c, settled):
     rows = ((0.0, 0.0, 0.0), (0.0, c, 0.0), (0.0, 0.0, 0.0))
     kick = (0, 1e-9, 0, 0, 0, 0)  # beside the sag: contact is kept
     one = bounce(0.2, damping=Damping(matrix=rows), start="equilibrium", initial=kick)
@@ -123,7 +123,8 @@ def test_a_level_pad_on_the_surface_that_begins_to_turn(rate, law):
 
     # the contact length is 0/0 there and half the face at once; the motion depends on the start
     # continuously, so that it lies between those from a little tilt to either side
-    level, beside = run(0.0), [run(tilt) for tilt in (1e-9, -1e-9)]
+    level = run(0.0)
+    beside = [run(tilt) for tilt in (1e-9, -1e-9)]
     scale = np.abs(level) + 1e-12
     assert np.abs(level - sum(beside) / 2).max() / scale.max() < 1e-9
     assert np.all(np.abs(level - beside[0]) / scale < 1e-5)

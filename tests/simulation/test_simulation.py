@@ -27,13 +27,15 @@ def bounce(pad, height, stop, **more):
 
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("k", [1e-3, 3e5])  # as good as free flight, and a fall on springs
-def test_bouncing_pad_in_closed_form(backend, k):
-    pad, height = upright(k1=k, k2=k), 1e-3
+def test_a_bouncing_pad_moves_as_the_closed_form_says(backend, k):
+    pad = upright(k1=k, k2=k)
+    height = 1e-3
     touch, back, lowest = bouncing(pad, height)
     period = 2 * touch + back
     wanted = ("events", "shares", "extrema")
     result = simulate(bounce(pad, height, 3 * period, outputs=wanted), backend)
-    expected = [n * period + t for n in range(3) for t in [touch] * 2 + [touch + back] * 2]
+    in_a_period = [touch, touch, touch + back, touch + back]  # both edges each time
+    expected = [n * period + t for n in range(3) for t in in_a_period]
     close = 1e-11 if k > 1.0 else 1e-6  # the closed form is a small difference there
     assert [e.t for e in result.events] == pytest.approx(expected, rel=close)
     assert [e.source for e in result.events[::4]] == ["2"] * 3
@@ -62,11 +64,13 @@ def test_scipy_and_quad_precision_agree(stem):
     # in b2-c, late, an edge leaves with a gap of exactly zero and touches within the same step
     share = 1.0 if stem in ("b2-a", "b2-c") else 0.4
     scene = dataclasses.replace(scene, outputs=("events",), stop=share * scene.stop)
-    ours, theirs = simulate(scene), simulate(scene, "scipy")
+    ours = simulate(scene)
+    theirs = simulate(scene, "scipy")
     units, exact, changes = quad(scene)
     assert [e.target for e in ours.events] == [e.target for e in theirs.events]
     assert changes == len(ours.events)
-    one, two = (units.to_scaled(np.array(run.final[1:])) for run in (ours, theirs))
+    one = units.to_scaled(np.array(ours.final[1:]))
+    two = units.to_scaled(np.array(theirs.final[1:]))
     amplitude = np.abs(one[:3]).max()
     assert np.abs(one - two).max() < 1e-9 * amplitude
     assert np.abs(one - exact).max() < 1e-11 * amplitude
@@ -80,10 +84,12 @@ def test_energy_is_conserved_without_friction(stem):
     scene = dataclasses.replace(scene, pad=pad, formulation=Formulation(), stop=100 * scene.stop)
     units, model, start, stop = in_natural_units(scene)
     assert stop > 1000 * 2 * math.pi
-    lever, energies = np.array([1.0, 1.0, 1.0 / model.pad.w]), []
+    lever = np.array([1.0, 1.0, 1.0 / model.pad.w])
+    energies = []
 
     def see(segment):
-        state, on = segment.end[:, 0], segment.last[:, 0]
+        state = segment.end[:, 0]
+        on = segment.last[:, 0]
         energies.append(model.energy(state[:3] * lever, state[3:] * lever, on))
 
     integrate(model, TaylorIntegrator(model, 1e-15), units, start, stop, [see])
@@ -94,20 +100,27 @@ def test_energy_is_conserved_without_friction(stem):
 @pytest.mark.parametrize("stem", ["b1-c", "b2-a"])
 def test_other_units_give_the_same_motion(stem):
     scene = read_scene(SCENES / f"{stem}.yaml")
-    mass, length, time = 1e-3, 1e-6, 7.3
+    mass = 1e-3
+    length = 1e-6
+    time = 7.3
     units = np.array([length, length, 1.0, length / time, length / time, 1 / time])
-    pad, initial = scene.pad.scaled(mass, length, time), tuple(scene.initial / units)
+    pad = scene.pad.scaled(mass, length, time)
+    initial = tuple(scene.initial / units)
     other = dataclasses.replace(scene, pad=pad, initial=initial, stop=scene.stop / time)
-    one, two = simulate(scene), simulate(other)
+    one = simulate(scene)
+    two = simulate(other)
     scale = np.array([1e-4, 1e-4, 1e-3, 1.0, 1.0, 10.0])
     assert np.all(np.abs(two.final[1:] * units - np.array(one.final[1:])) < 1e-11 * scale)
     assert [e.target for e in one.events] == [e.target for e in two.events]
 
 
 def test_a_level_pad_touches_with_all_springs_in_the_same_instant():
-    pad, height, count = upright(k3=None, k4=None, k_c=1e6), 1e-3, 6
+    pad = upright(k3=None, k4=None, k_c=1e6)
+    height = 1e-3
+    count = 6
     touch, back, _ = bouncing(pad, height)
-    start, stop = (0, height, 0, 0, 0, 0), 2.5 * touch + back
+    start = (0, height, 0, 0, 0, 0)
+    stop = 2.5 * touch + back
     run = simulate(Scene("BN", pad, Formulation(springs=count), start, stop, 2))
     times = [e.t for e in run.events]
     assert times == pytest.approx([touch] * count + [touch + back] * count, rel=1e-11)
@@ -119,7 +132,8 @@ def test_a_level_pad_touches_with_all_springs_in_the_same_instant():
 
 def test_a_start_beside_the_equilibrium_is_so_far_from_it():
     scene = read_scene(SCENES / "b1-c.yaml")
-    rest, offset = sliding_equilibrium(scene.pad_model)[0].q, np.array([1e-6, -2e-6, 1e-5])
+    rest = sliding_equilibrium(scene.pad_model)[0].q
+    offset = np.array([1e-6, -2e-6, 1e-5])
     more: dict[str, Any] = {"start": "equilibrium", "outputs": ("history",), "stop": 1e-6}
     history = simulate(dataclasses.replace(scene, initial=(*offset, 0, 0, 0), **more)).history
     first = [history[name][0] for name in ("x", "y", "theta")]
@@ -143,7 +157,8 @@ def test_a_tolerance_is_no_finer_than_its_numbers():
 def test_a_motion_as_one_course_is_that_of_another_integrator(stem):
     """States, contact changes and, by the sign of each gap, contact between them."""
     units, model, start, stop = in_natural_units(read_scene(SCENES / f"{stem}.yaml"))
-    times, stop = np.linspace(0.0, 0.2 * stop, 777), 0.2 * stop
+    times = np.linspace(0.0, 0.2 * stop, 777)
+    stop = 0.2 * stop
     ours, theirs = (
         whole(model, make_integrator(model, 1e-12, name), units, start, stop, True)
         for name in INSTALLED

@@ -23,7 +23,8 @@ def row(load, gap=0.0, mu=0.0, exponent=0.0):
     beam[::2, ::2] = 5.0 * np.eye(4) + 1.0
     beam[::2, 1::2] = 0.2
     beam[1::2, ::2] = 0.2
-    nodes, ways = np.repeat(range(4), 2), np.tile([0, 2], 4)
+    nodes = np.repeat(range(4), 2)
+    ways = np.tile([0, 2], 4)
     base = squeal.Component(squeal.System(np.eye(8), K=9.0 * np.eye(8), name="base"), nodes, ways)
     force = np.zeros(8)
     force[1::2] = load
@@ -41,10 +42,12 @@ def row(load, gap=0.0, mu=0.0, exponent=0.0):
 def test_the_seat_is_the_one_of_all_sets_that_meets_the_conditions(mu):
     for seed in range(20):
         rng = np.random.default_rng(seed)
-        load, gap = rng.normal(-1.0, 2.0, 4), rng.uniform(0.0, 0.2, 4)
+        load = rng.normal(-1.0, 2.0, 4)
+        gap = rng.uniform(0.0, 0.2, 4)
         K = np.zeros((16, 16))
         _, base, plate = row(np.full(4, -5.0))
-        K[:8, :8], K[8:, 8:] = base.system.at()[2], plate.system.at()[2]
+        K[:8, :8] = base.system.at()[2]
+        K[8:, 8:] = plate.system.at()[2]
         f = np.zeros(16)
         f[9::2] = load
         G = np.hstack([-np.eye(8)[1::2], np.eye(8)[1::2]])
@@ -76,7 +79,8 @@ def test_contact_acts_on_both_bodies_alike_and_resists_no_common_motion():
 
 def test_a_power_law_has_the_stiffness_of_hertz():
     """F = c h^(3/2), k = 3/2 c h^(1/2): dF/dh = stiffness F^(1/3)."""
-    c, force = 2.0, 5.0
+    c = 2.0
+    force = 5.0
     ground = squeal.Component(squeal.System([[1.0]], K=[[1e9]], name="a"), [1], [2])
     ball = squeal.Component(squeal.System([[1.0]], K=[[0.0]], name="b"), [1], [2], load=[-force])
     law = squeal.Contact(("a", "b"), [(1, 1)], Z, 1.5 * c ** (2 / 3), exponent=1 / 3)
@@ -136,7 +140,9 @@ def test_modes_of_a_chain_that_one_node_holds(n):
 
 def test_errors_hold_of_components_that_turn():
     """Gyroscopic forces act on right and left vectors unlike; against the full system."""
-    rng, n, some = np.random.default_rng(3), 60, [0, 1, 2, 3, 4, 5]
+    rng = np.random.default_rng(3)
+    n = 60
+    some = [0, 1, 2, 3, 4, 5]
     chain = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
     turn = rng.standard_normal((n, n)) / 40
     C = {"1": 1e-3 * chain, "turn": turn - turn.T}
@@ -145,10 +151,12 @@ def test_errors_hold_of_components_that_turn():
     block = squeal.System(np.eye(6), K=0.01 * np.eye(6), name="pad")
     pad = squeal.Component(block, np.arange(6), np.full(6, 2), load=-np.ones(6))
     touch = squeal.Contact(("disc", "pad"), [(9 * k, k) for k in some], Z, 3.0)
-    full, small = (squeal.assemble([disc, pad], [touch], cutoff=top) for top in (None, 1.5))
+    full = squeal.assemble([disc, pad], [touch], cutoff=None)
+    small = squeal.assemble([disc, pad], [touch], cutoff=1.5)
     exact = squeal.eigenvalues(full).values
     roots = [e for e in squeal.eigenvalues(small, band=(0.0, 1.0)).eigenvalues if e.value.imag > 0]
-    errors, aways = [e.error for e in roots], [np.abs(exact - e.value).min() for e in roots]
+    errors = [e.error for e in roots]
+    aways = [np.abs(exact - e.value).min() for e in roots]
     assert len(roots) > 10
     assert max(aways) > 1e-4
     for error, away in zip(errors, aways, strict=True):
@@ -177,6 +185,8 @@ def test_what_cannot_be_joined_is_refused(change, words):
     }
     with pytest.raises(InputError, match=words):
         squeal.assemble([ground, block], [squeal.Contact(**(given | change))])
+    with pytest.raises(InputError, match="tangentail is no parameter; did you mean tang"):
+        squeal.assemble([ground, block], [squeal.Contact(**given)], parameter="tangentail")
     with pytest.raises(InputError, match="load"):
         squeal.assemble([ground, block], [squeal.Contact(**given)])
 
@@ -184,15 +194,12 @@ def test_what_cannot_be_joined_is_refused(change, words):
 @pytest.mark.parametrize("other", [0.25, -1.0, 2.0])
 def test_one_name_has_one_value_in_all_components(other):
     """The last component's value won without a word."""
-    bodies = [
-        squeal.Component(
-            squeal.System([[1.0]], K={"E": [[1.0]]}, parameters={"E": value}, name=name),
-            [1],
-            [2],
-            load=[load],
-        )
-        for name, value, load in (("a", 1.0, 0.0), ("b", other, -1.0))
-    ]
+
+    def body(name, value, load):
+        system = squeal.System([[1.0]], K={"E": [[1.0]]}, parameters={"E": value}, name=name)
+        return squeal.Component(system, [1], [2], load=[load])
+
+    bodies = [body("a", 1.0, 0.0), body("b", other, -1.0)]
     contact = squeal.Contact(("a", "b"), [(1, 1)], Z, 1.0)
     with pytest.raises(InputError, match=r"the parameter E is .* in b and 1 in another component"):
         squeal.assemble(bodies, [contact])

@@ -22,9 +22,13 @@ class Manual:
 
     def pardiso(self, memory, _most, _which, kind, phase, n, data, rows, columns, _order, *more):
         many, control, _level, right, found, error = more
-        n, many, phase, control = _at(n)[0], _at(many)[0], _at(phase)[0], _at(control, 64)
+        n = _at(n)[0]
+        many = _at(many)[0]
+        phase = _at(phase)[0]
+        control = _at(control, 64)
         kinds = {11: ("f8", "f4"), 13: ("c16", "c8")}[_at(kind)[0]]
-        kind, memory = kinds[control[27]], _at(memory, 64, "i8")
+        kind = kinds[control[27]]
+        memory = _at(memory, 64, "i8")
         if phase in (12, 22):
             assert control[[0, 1, 34, 55]].tolist() == [1, 2, 1, 1]
             assert control[9] == (6 if control[27] else 13)
@@ -67,16 +71,19 @@ def mkl():
 
 def made(name, matrix, like=None):
     """A factorisation by one of the ways."""
-    library = None if name == "superlu" else like._library if like else mkl()
-    return factor.Factor(matrix) if library is None else factor._Pardiso(matrix, library, like)
+    if name == "superlu":
+        return factor.Factor(matrix)
+    library = like._library if like else mkl()
+    return factor._Pardiso(matrix, library, like)
 
 
 @pytest.mark.parametrize("name", MAKERS)
 @pytest.mark.parametrize("value", [2.0, -3.0, 1.0 + 4.0j])
-def test_solutions_and_determinant(name, value, rng):
+def test_solutions_and_determinant_are_those_of_numpy(name, value, rng):
     M, C, K = large.blocks(rng.uniform(0.1, 0.5, 31), rng.uniform(1.0, 6.0, 31), rng)
     P = csc_array(value**2 * M + value * C - 7 * K)
-    found, dense = made(name, P), P.toarray()
+    found = made(name, P)
+    dense = P.toarray()
     for right in (rng.standard_normal(31), rng.standard_normal((31, 3)) + 1j):
         for transposed, matrix in ((False, dense), (True, dense.T)):
             assert np.allclose(found.solve(right, transposed), np.linalg.solve(matrix, right))
@@ -88,7 +95,7 @@ def test_solutions_and_determinant(name, value, rng):
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 5])
-def test_the_sign_of_a_determinant_without_a_diagonal(n, rng):
+def test_a_determinant_without_a_diagonal_has_its_sign(n, rng):
     """Rows have to change their places: a cycle of n has the sign (-1)^(n - 1)."""
     values = rng.uniform(0.5, 2.0, n) * rng.choice([-1.0, 1.0], n)
     matrix = csc_array((values, (np.arange(n), (np.arange(n) + 1) % n)), shape=(n, n))
@@ -97,14 +104,15 @@ def test_the_sign_of_a_determinant_without_a_diagonal(n, rng):
 
 
 @pytest.mark.parametrize("name", MAKERS)
-def test_singular(name):
+def test_a_singular_matrix_is_refused(name):
     with pytest.raises(ZeroDivisionError):
         made(name, csc_array(np.diag([1.0, 0.0, 2.0])))
 
 
 def test_large_matrices_and_single_precision_go_to_pardiso(monkeypatch):
     """A pivot that was moved counts as zero, and what a factor held is given back."""
-    library, matrix = Manual(), csc_array(np.diag([1.0, 3.0, 2.0]))
+    library = Manual()
+    matrix = csc_array(np.diag([1.0, 3.0, 2.0]))
     monkeypatch.setattr(factor, "_mkl", lambda: library)
     assert isinstance(factor.factorise(matrix), factor.Factor)
     monkeypatch.setattr(factor, "PARDISO_ROWS", 3)
@@ -124,10 +132,12 @@ def test_an_ordering_serves_again(rng):
     """A factor that is no longer needed lends its ordering to one of its pattern and type."""
     M, C, K = large.blocks(rng.uniform(0.1, 0.5, 31), rng.uniform(1.0, 6.0, 31), rng)
     pattern = csc_array(abs(M) + abs(C) + abs(K))
-    right, found = rng.standard_normal(31), None
+    right = rng.standard_normal(31)
+    found = None
     for kind, lends in ((float, False), (float, True), (complex, False)):
         data = rng.standard_normal(pattern.nnz).astype(kind)
-        matrix, before = csc_array((data, *_of(pattern)), shape=pattern.shape), found
+        matrix = csc_array((data, *_of(pattern)), shape=pattern.shape)
+        before = found
         found = made("pardiso", matrix, before)
         assert before is None or before._memory.any() != lends
         expected = np.linalg.solve(matrix.toarray(), right)
@@ -140,7 +150,9 @@ def _of(pattern):
 
 def test_the_parts_of_a_problem_share_a_pattern(rng):
     """P at any place is the sum of its parts, whatever entries these have."""
-    M, C, K = (diags_array(rng.uniform(1, 2, 9 - abs(k)), offsets=k) for k in (0, 2, -3))
+    M = diags_array(rng.uniform(1, 2, 9), offsets=0)
+    C = diags_array(rng.uniform(1, 2, 7), offsets=2)
+    K = diags_array(rng.uniform(1, 2, 6), offsets=-3)
     K = csc_array(K + M)
     problem = quadratic(csc_array(M), csc_array(C - K), K)
     for value in (2.0, 1.0 + 3.0j):

@@ -19,7 +19,8 @@ from tests import large
 from tests.sparse.test_reduction import BAND as LATE_BAND
 from tests.sparse.test_reduction import LATE, RANGE
 
-BRAKE, BAND = large.disc_and_pad(3), (200.0, 2200.0)
+BRAKE = large.disc_and_pad(3)
+BAND = (200.0, 2200.0)
 VALUES = [{"mu": mu} for mu in (0.0, 0.35, 0.7)]
 
 
@@ -27,9 +28,11 @@ def random_brake(seed):
     """The brake with random supports, dampers and gyroscopic part, and random friction."""
     rng = np.random.default_rng(seed)
     C, K0, K1 = BRAKE.C[0].matrix, BRAKE.K[0].matrix, BRAKE.K[1].matrix
-    dampers, held = rng.uniform(0.0, 5.0, BRAKE.n), rng.uniform(1.0, 1.0005, BRAKE.n)
+    dampers = rng.uniform(0.0, 5.0, BRAKE.n)
+    held = rng.uniform(1.0, 1.0005, BRAKE.n)
     dampers[rng.random(BRAKE.n) > 0.03] = 0.0
-    C, K0 = C * rng.uniform(0.0, 1.0), K0.copy()
+    C = C * rng.uniform(0.0, 1.0)
+    K0 = K0.copy()
     C.setdiag(C.diagonal() + dampers)
     K0.setdiag(K0.diagonal() * held)
     K1 = Term(K1 * rng.uniform(0.5, 2.0), Formula("mu"))
@@ -45,7 +48,8 @@ def look_at(system, values=VALUES, **wanted):
 def held_against_the_full_system(look, changes):
     """What is judged, after its errors have proved to hold."""
     full = modes_in(look.scaled.at(changes), look.region, False, exact=1e-12).values
-    full, found = full[look.region.contains(full)], look.estimate_by_basis(changes)
+    full = full[look.region.contains(full)]
+    found = look.estimate_by_basis(changes)
     assert len(found.values) == len(full) > 3
     away = np.abs(full[:, None] - found.values).min(axis=0)
     assert np.all(away <= found.errors + 1e-10 * np.abs(found.values))
@@ -76,13 +80,15 @@ def test_roots_that_would_be_lost_are_solved():
 def test_the_sign_of_a_growth_near_zero_is_that_of_the_full_system(monkeypatch, growth):
     """P(lambda + s) has the roots of P moved by -s: the fastest one to a known growth."""
     monkeypatch.setattr(first_look, "ONE_ROUND", 1.0)
-    brake, mu = random_brake(3), 0.5
+    brake = random_brake(3)
+    mu = 0.5
     look = look_at(brake)
     full = modes_in(look.scaled.at({"mu": mu}), look.region, False, exact=1e-13)
     s = full.values.real.max() - growth
     M, C, K = brake.M[0].matrix, brake.C[0].matrix, brake.K[0].matrix
-    C, K = (Term(C + 2 * s * M),), (Term(K + s * C + s * s * M), brake.K[1])
-    step = squeal.sweep(replace(brake, C=C, K=K), [0.0, mu, 0.7], BAND).steps[1]
+    shifted_K = (Term(K + s * C + s * s * M), brake.K[1])
+    shifted_C = (Term(C + 2 * s * M),)
+    step = squeal.sweep(replace(brake, C=shifted_C, K=shifted_K), [0.0, mu, 0.7], BAND).steps[1]
     fastest = int(np.argmax(step.roots.real))
     assert step.corrected[fastest]
     assert step.roots.real[fastest] == pytest.approx(growth, abs=1e-6)
@@ -101,14 +107,16 @@ def test_workers_give_the_same_bits():
     K = (brake.K[0], Term(brake.K[1].matrix, Formula("mu * gap")))
     brake = replace(brake, K=K, parameters={"mu": 0.3, "gap": 1.0})
     axes = squeal.Axis("mu", 0.0, 0.8, 3), squeal.Axis("gap", 0.5, 1.5, 2)
-    full, modal = (
-        [squeal.sweep(brake, [0.1, 0.5], BAND, method=method, workers=n).to_dict() for n in (1, 2)]
-        for method in ("full", "modal")
-    )
-    charts = [squeal.map(brake, axes, band=BAND, workers=n).to_dict() for n in (1, 2)]
-    for one, two in (full, modal, charts):
-        assert one == two
-    for a, row in zip(axes[0].values, charts[0]["verdicts"], strict=True):
+
+    def swept(method, workers):
+        found = squeal.sweep(brake, [0.1, 0.5], BAND, method=method, workers=workers)
+        return found.to_dict()
+
+    assert swept("full", 1) == swept("full", 2)
+    assert swept("modal", 1) == swept("modal", 2)
+    chart = squeal.map(brake, axes, band=BAND, workers=1).to_dict()
+    assert chart == squeal.map(brake, axes, band=BAND, workers=2).to_dict()
+    for a, row in zip(axes[0].values, chart["verdicts"], strict=True):
         for b, verdict in zip(axes[1].values, row, strict=True):
             step = squeal.sweep(brake, [a * b], BAND, method="full").steps[0]
             assert step.verdict == (verdict if verdict in GROWING else None)
@@ -117,16 +125,25 @@ def test_workers_give_the_same_bits():
 def small_system(n, kind):
     """Random matrices with coupling by friction, and the frequencies (Hz) without it."""
     rng = np.random.default_rng(n)
-    mix, w = np.eye(n) + 0.3 * rng.standard_normal((n, n)) / np.sqrt(n), rng.uniform(6.0, 60.0, n)
+    mix = np.eye(n) + 0.3 * rng.standard_normal((n, n)) / np.sqrt(n)
+    w = rng.uniform(6.0, 60.0, n)
     Q = np.linalg.qr(rng.standard_normal((n, n)))[0]
     if kind == "free":
         w[0] = 0.0
-    M, K = mix @ mix.T, mix @ (Q * w**2) @ Q.T @ mix.T
-    K, G = (K + K.T) / 2, rng.standard_normal((n, n))
-    C = None if kind in ("undamped", "complex") else 0.02 * M + 1e-4 * K
-    C = C + G - G.T if kind == "gyroscopic" else C
-    friction = {"mu": (2.0 if kind == "free" else 20.0) * rng.standard_normal((n, n))}
-    terms = {"1": K * (1.0 + 0.02j) if kind == "complex" else K} | friction
+    M = mix @ mix.T
+    K = mix @ (Q * w**2) @ Q.T @ mix.T
+    K = (K + K.T) / 2
+    G = rng.standard_normal((n, n))
+    C = None
+    if kind not in ("undamped", "complex"):
+        C = 0.02 * M + 1e-4 * K
+    if kind == "gyroscopic":
+        C = C + G - G.T
+    size = 2.0 if kind == "free" else 20.0
+    terms = {
+        "1": K * (1.0 + 0.02j) if kind == "complex" else K,
+        "mu": size * rng.standard_normal((n, n)),
+    }
     return squeal.System(M, C, terms), np.sort(w) / (2 * np.pi)
 
 
@@ -142,12 +159,13 @@ def bands_of(f):
 
 @pytest.mark.filterwarnings("ignore:real modes up to")
 @pytest.mark.parametrize("kind", ["undamped", "damped", "gyroscopic", "free", "complex"])
-@pytest.mark.parametrize("n", [1, 2, 3, 20, 40])
+@pytest.mark.parametrize("n", [1, 2, 3, 24])
 @pytest.mark.parametrize("method", ["modal", "reduced"])
 def test_a_small_system_has_the_roots_of_its_companion_matrix(method, n, kind):
     if (n, kind) == (1, "free"):
         pytest.skip("nothing is left of the structure")
-    (system, f), values = small_system(n, kind), [0.0, 0.3, 0.6]
+    system, f = small_system(n, kind)
+    values = [0.0, 0.3, 0.6]
     roots = {}
     for mu in values:
         M, C, K = system.arrays({"mu": mu})
@@ -157,7 +175,8 @@ def test_a_small_system_has_the_roots_of_its_companion_matrix(method, n, kind):
         region = EigenvalueSelection(band).rectangle
         for step in squeal.sweep(system, values, band, method=method).steps:
             every = roots[step.value]
-            inside = every[region.contains(every) & (every.imag >= (kind == "complex") * -1e-3)]
+            lowest = -1e-3 if kind == "complex" else 0.0
+            inside = every[region.contains(every) & (every.imag >= lowest)]
             assert len(step.roots) == len(inside), (band, step.value, inside)
             away = np.abs(inside[:, None] - step.roots).min(axis=0, initial=np.inf)
             # a double root at zero lies the square root of rounding away

@@ -22,7 +22,8 @@ ONE: Any = np.eye(3)
 
 
 def test_rows_are_scaled_to_a_unit_diagonal_by_powers_of_two(rng):
-    (m, c, k), unit = rng.uniform(0.5, 2.0, (3, 41)), 10.0 ** rng.uniform(-6, 6, 41)
+    m, c, k = rng.uniform(0.5, 2.0, (3, 41))
+    unit = 10.0 ** rng.uniform(-6, 6, 41)
     m[7] = 0.0
     C = Term(np.diag(c * unit**2), Formula("p"))
     system = TermSystem(
@@ -30,14 +31,18 @@ def test_rows_are_scaled_to_a_unit_diagonal_by_powers_of_two(rng):
     )
     scaled = ScaledSystem(replace(system, parameter="p"))
     assert np.array_equal(np.log2(scaled.scale) % 1, np.zeros(41))
-    problem, rate = scaled.at(), np.sqrt(np.sort(k / np.where(m > 0, m, 1e-9))[19])
+    problem = scaled.at()
+    rate = np.sqrt(np.sort(k / np.where(m > 0, m, 1e-9))[19])
     diagonal = (rate * problem.M + problem.C) * rate + problem.K
     assert np.all(np.abs(np.log2(diagonal.diagonal())) <= 1.0 + 1e-12)
-    value, h = 0.3 + 2.0j, 1e-6
-    ahead, back = (scaled.at({"p": 3 + x}).at(value) for x in (h, -h))
+    value = 0.3 + 2.0j
+    h = 1e-6
+    ahead = scaled.at({"p": 3 + h}).at(value)
+    back = scaled.at({"p": 3 - h}).at(value)
     slope = scaled.slope("p", None, value).toarray()
     assert slope == pytest.approx(((ahead - back) / (2 * h)).toarray(), rel=1e-8, abs=1e-12)
-    ahead, back = (problem.at(value + x) for x in (h, -h))
+    ahead = problem.at(value + h)
+    back = problem.at(value - h)
     slope = problem.slope(value).toarray()
     assert slope == pytest.approx(((ahead - back) / (2 * h)).toarray(), rel=1e-8, abs=1e-7)
     assert problem.slope(2.0).dtype == float
@@ -45,15 +50,11 @@ def test_rows_are_scaled_to_a_unit_diagonal_by_powers_of_two(rng):
 
 
 @pytest.mark.parametrize(("m", "c", "k"), [(2.0, 0.3, 5.0), (0.1, 7.0, 3.0)])
-def test_conditions_and_vectors_of_one_degree_of_freedom(m, c, k):
+def test_conditions_and_vectors_of_one_degree_of_freedom_are_those_of_the_closed_form(m, c, k):
     """kappa = (|z|^2 m + |z| c + k) / (|z| |2 z m + c|), x = 1 / sqrt(m)."""
     z = np.roots([m, c, k]).astype(complex)
-    problem, x = (
-        quadratic(
-            *(np.array([[v]]) for v in (m, c, k)),
-        ),
-        np.array([[-1j, 2.0]]),
-    )
+    problem = quadratic(np.array([[m]]), np.array([[c]]), np.array([[k]]))
+    x = np.array([[-1j, 2.0]])
     size = abs(z) ** 2 * m + abs(z) * c + k
     order = np.lexsort((z.real, z.imag))
     each = sorted(
@@ -87,13 +88,15 @@ def test_columns_join_an_orthonormal_basis(kind, rng):
     eps = np.finfo(kind).eps
     basis = np.linalg.qr(rng.standard_normal((50, 7)))[0].astype(kind)
     x = rng.standard_normal((50, 4)).astype(kind)
-    x[:, 1], x[:, 3] = basis @ np.ones(7) + 1e-4 * x[:, 1], x[:, 0] + basis[:, 2]
+    x[:, 1] = basis @ np.ones(7) + 1e-4 * x[:, 1]
+    x[:, 3] = x[:, 0] + basis[:, 2]
     new, inside = orthogonalise(basis, x)
     whole = np.hstack([basis, new])
     assert new.shape == (50, 3)
     assert np.abs(whole.conj().T @ whole - np.eye(10)).max() < 40 * eps
     assert np.abs(whole @ inside - x).max() < 40 * eps
-    real, wide = whole.real[:, :7].astype(float), x.astype(complex) * (1 + 0.5j)
+    real = whole.real[:, :7].astype(float)
+    wide = x.astype(complex) * (1 + 0.5j)
     more = enlarged(np.linalg.qr(real)[0], wide, 1e-8)
     assert np.abs(more.T @ more - np.eye(more.shape[1])).max() < 1e-13
     assert np.abs(wide - more @ (more.T @ wide)).max() < 1e-6
@@ -105,9 +108,11 @@ def test_columns_join_an_orthonormal_basis(kind, rng):
 @pytest.mark.parametrize("single", [True, False])
 @pytest.mark.parametrize("shift", [2.0 + 5.0j, 0.1j + 4.0, 3.0])
 def test_roots_around_a_shift_are_all_within_its_reach(single, shift, rng):
-    a, w = rng.uniform(-2.0, 2.0, 90), rng.uniform(1.0, 20.0, 90)
+    a = rng.uniform(-2.0, 2.0, 90)
+    w = rng.uniform(1.0, 20.0, 90)
     every = np.concatenate([-a + 1j * w, -a - 1j * w])
-    problem, asked = quadratic(*large.blocks(a, w, rng)), []
+    problem = quadratic(*large.blocks(a, w, rng))
+    asked = []
 
     def enough(values, reach):
         asked.append(reach)
@@ -127,7 +132,8 @@ def test_roots_around_a_shift_are_all_within_its_reach(single, shift, rng):
 def test_movements_bound_how_far_roots_are(rng):
     """Of z - A - E, as first and second order in E say: never less, never much more."""
     for _ in range(200):
-        z, E = np.array([0.0, 1.0, 3.0j]), 1e-3 * rng.standard_normal((3, 3))
+        z = np.array([0.0, 1.0, 3.0j])
+        E = 1e-3 * rng.standard_normal((3, 3))
         exact = np.linalg.eigvals(np.diag(z) + E)
         moved = np.abs(exact[:, None] - z).min(axis=0)
         errors, _ = root_error_bounds(z, ONE, E, np.zeros((3, 3)))
@@ -136,7 +142,8 @@ def test_movements_bound_how_far_roots_are(rng):
         more, steady = root_error_bounds(z, 2 * ONE, E, abs(E))
         assert more == pytest.approx(errors, rel=0.1)
         assert steady.tolist() == [True, False, True]
-    near, off = np.array([1j, 1.0001j]), np.array([[0.0, 1e-3], [1e-3, 0.0]])
+    near = np.array([1j, 1.0001j])
+    off = np.array([[0.0, 1e-3], [1e-3, 0.0]])
     errors, steady = root_error_bounds(near, ONE[:2, :2], off, 0 * off)
     assert errors == pytest.approx([1e-3, 1e-3], rel=1e-9)  # a pair that meets: the square root
     assert not steady.any()
@@ -144,11 +151,16 @@ def test_movements_bound_how_far_roots_are(rng):
 
 
 def test_what_a_basis_lacks_contracts_as_the_worst_of_its_directions():
-    f, p = np.linspace(1.0, 2.0, 30), np.linspace(1.0, 2.0, 30)
-    p[3], p[20], p[25] = 5.0, 1.4, 0.5
-    F, P = (csc_array(diags_array(d)) for d in (f, p))
+    f = np.linspace(1.0, 2.0, 30)
+    p = np.linspace(1.0, 2.0, 30)
+    p[3] = 5.0
+    p[20] = 1.4
+    p[25] = 0.5
+    F = csc_array(diags_array(f))
+    P = csc_array(diags_array(p))
     for axes in ([3], [3, 25], [3, 25, 20], range(25, 30)):
-        V, left = np.eye(30)[:, list(axes)], np.delete(abs(1 - p / f), list(axes))
+        V = np.eye(30)[:, list(axes)]
+        left = np.delete(abs(1 - p / f), list(axes))
         found = Complement(V, V.T @ (F @ V), F, factorise(F)).contraction(P)
         assert found == pytest.approx(left.max(), rel=0.02, abs=1e-12)
 
@@ -182,10 +194,12 @@ def test_crossings_at_the_ends_of_a_range():
     assert [c.value for c in _in_range(falls, 0.0, 0.95)] == [0.95]
     assert [c.value for c in _in_range(falls, 0.0, 2.0)] == [1.0]
     assert _in_range(falls, 1.2, 2.0) == _in_range(falls, 0.0, 0.8) == []
-    same, other = crossing(1 + 5e-8, 2 + 1e-7), crossing(vector=(0.3, 0.9))
+    same = crossing(1 + 5e-8, 2 + 1e-7)
+    other = crossing(vector=(0.3, 0.9))
     assert _is_same(crossing(), same)
     assert not any(_is_same(crossing(), x) for x in (other, crossing(omega=2.1)))
-    one, next_one = (replace(crossing(p), interval=(p, p)) for p in (1.0, 1 + 2e-7))
+    one = replace(crossing(1.0), interval=(1.0, 1.0))
+    next_one = replace(crossing(1 + 2e-7), interval=(1 + 2e-7, 1 + 2e-7))
     assert not _is_same(one, next_one)
     assert _is_same(crossing(), crossing(1 + 2e-7))  # whose intervals overlap
     pairs = np.array([[1 + 1j, -1 + 1j], [1 + 1j, 2.0], [1 + 1j, -1e-17 + 1j], [-1.0, 1.0]]).T

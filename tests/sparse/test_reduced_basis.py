@@ -25,7 +25,8 @@ BETWEEN = [{"mu": mu} for mu in (0.03, 0.29, 0.41, 0.66)]
 def brake(kind):
     """Lightly damped, with friction that damps few rows heavily, or with a gyroscopic part."""
     rng = np.random.default_rng(7)
-    C, rows = BRAKE.C[0].matrix, BRAKE.n
+    C = BRAKE.C[0].matrix
+    rows = BRAKE.n
     if kind == "light":
         return replace(BRAKE, C=(Term(0.2 * C),))
     if kind == "heavy":

@@ -9,7 +9,7 @@ from squeal.sparse.argument_principle import Disc, Rectangle, _winding, band, di
 BOX = Rectangle(-3.0, 1.0, 2.0, 4.0)
 
 
-def test_a_rectangle_against_its_sides(rng):
+def test_a_rectangle_holds_what_lies_within_its_sides(rng):
     assert (BOX.size, BOX.centre, BOX.radius) == (4 + 2j, -1 + 3j, 5**0.5)
     values = BOX.centre + 3 * (rng.uniform(-1, 1, 400) + 1j * rng.uniform(-1, 1, 400))
     inside = (values.real > -3) & (values.real < 1) & (values.imag > 2) & (values.imag < 4)
@@ -61,7 +61,8 @@ def logarithms(roots, nodes, rng):
 
 def test_a_count_is_the_number_of_missing_roots_where_none_is_near_the_outline(rng):
     for _ in range(300):
-        inside, outside = rng.integers(0, 3), rng.integers(0, 9)
+        inside = rng.integers(0, 3)
+        outside = rng.integers(0, 9)
         sizes = np.concatenate([rng.uniform(0, 0.3, inside), rng.uniform(3, 9, outside)])
         roots = sizes * np.exp(2j * np.pi * rng.random(len(sizes)))
         assert _winding(logarithms(roots, 32, rng)) == inside

@@ -20,7 +20,8 @@ def scaled():
 @pytest.fixture
 def factorised(monkeypatch):
     """Shapes of what has been factorised."""
-    made, begin = [], Factor.__init__
+    made = []
+    begin = Factor.__init__
 
     def counting(self, matrix):
         made.append(matrix.shape)

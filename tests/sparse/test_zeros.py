@@ -29,8 +29,10 @@ NONE = np.zeros((3, 3))
     ],
 )
 def test_roots_of_free_motions_are_zero_in_every_form(C, K, zeros):
-    M, turned = ROOT @ ROOT, TURN + 2 * np.eye(3)
-    C, K = 1e2 * C, 1e6 * K
+    M = ROOT @ ROOT
+    turned = TURN + 2 * np.eye(3)
+    C = 1e2 * C
+    K = 1e6 * K
     values = complex_eigenvalues(M, C, K).values
     assert np.sum(values == 0) == zeros
     for T in (np.eye(3), turned, turned * (1 + 1j)):  # rows that are combined have the same roots
@@ -45,7 +47,8 @@ def test_roots_of_free_motions_are_zero_in_every_form(C, K, zeros):
 
 
 def test_what_a_greater_stiffness_leaves_of_rounding_holds_nothing():
-    M, K = np.eye(3), CHAIN + 1e-10 * np.eye(3)
+    M = np.eye(3)
+    K = CHAIN + 1e-10 * np.eye(3)
     assert np.sum(dense_values(M, None, K, 1.0) == 0) == 0
     assert np.sum(dense_values(M, None, K, 1e5) == 0) == 2
 

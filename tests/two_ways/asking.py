@@ -56,7 +56,8 @@ def ask_if_any(*arguments):
 
 def run(*arguments):
     """Exit code, standard output and standard error."""
-    out, said = io.StringIO(), io.StringIO()
+    out = io.StringIO()
+    said = io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
         ended = main([str(a) for a in arguments])
     return ended, out.getvalue(), said.getvalue()
@@ -83,17 +84,28 @@ def rows(table):
 
 def setting(**changes):
     """The options that change numbers of the file, to the last digit."""
-    return [f for name, value in changes.items() for f in ("--set", f"{name}={value!r}")]
+    options = []
+    for name, value in changes.items():
+        options += ["--set", f"{name}={value!r}"]
+    return options
 
 
+# fmt: off
 PADS = {
-    "B1": {"h": 0.014, "k1": 2.0e7, "k2": 2.6e7, "L1": 0.8, "L2": 0.8, "F_n": 4500.0}
-    | {"m": 0.2, "w": 0.04, "k3": 8.7e6, "k4": 8.7e6},
-    "B2": {"h": 0.014, "k1": 2.0e7, "k2": 2.65e7, "L1": 0.81, "L2": 0.81, "F_n": 4525.0}
-    | {"m": 0.2, "w": 0.04, "I": 1.709e-4, "k_c": 1.0e7, "y0": -0.001},
-    "BN": {"h": 0.018, "k1": 2.3e7, "k2": 1.8e7, "L1": 0.6, "L2": 0.7, "F_n": 3000.0}
-    | {"m": 0.2, "w": 0.04, "k_c": 1.4e7},
+    "B1": {
+        "h": 0.014, "k1": 2.0e7, "k2": 2.6e7, "L1": 0.8, "L2": 0.8, "F_n": 4500.0, "m": 0.2,
+        "w": 0.04, "k3": 8.7e6, "k4": 8.7e6,
+    },
+    "B2": {
+        "h": 0.014, "k1": 2.0e7, "k2": 2.65e7, "L1": 0.81, "L2": 0.81, "F_n": 4525.0, "m": 0.2,
+        "w": 0.04, "I": 1.709e-4, "k_c": 1.0e7, "y0": -0.001,
+    },
+    "BN": {
+        "h": 0.018, "k1": 2.3e7, "k2": 1.8e7, "L1": 0.6, "L2": 0.7, "F_n": 3000.0, "m": 0.2,
+        "w": 0.04, "k_c": 1.4e7,
+    },
 }
+# fmt: on
 
 
 SEEDS = st.integers(0, 2**32 - 1)  # of numpy: places drawn by hypothesis itself crowd at ends
@@ -143,7 +155,8 @@ def roots(found):
 
 def assert_same(one, other, close=1e-7):
     """Every root of each of two answers has its like in the other, and the verdict is one."""
-    a, b = roots(one), roots(other)
+    a = roots(one)
+    b = roots(other)
     assert len(a) == len(b)
     apart = np.abs(a[:, None] - b)
     assert max(apart.min(axis=0).max(), apart.min(axis=1).max()) <= close * np.abs(a).max()

@@ -17,13 +17,16 @@ UNKNOWN = "unknown"  # of a place where the map cannot know
 
 def mapped(scene, widths, cell, *options):
     """The row of one cell of a map of four about the scene's own angles."""
-    numbers, table = scene["parameters"], path("map.csv")
-    first, second = (
-        f"{name}:{numbers[name] - width!r}:{numbers[name] + width!r}"
-        for name, width in zip(("alpha1", "alpha2"), widths, strict=True)
-    )
-    given = "--first", first, "--second", second, "--n", 2, "--csv", table, *options
-    found, row = ask("map", written(scene), *given), asking.rows(table)[cell]
+    numbers = scene["parameters"]
+    table = path("map.csv")
+
+    def axis(name, width):
+        return f"{name}:{numbers[name] - width!r}:{numbers[name] + width!r}"
+
+    axes = ("--first", axis("alpha1", widths[0]), "--second", axis("alpha2", widths[1]))
+    given = (*axes, "--n", 2, "--csv", table, *options)
+    found = ask("map", written(scene), *given)
+    row = asking.rows(table)[cell]
     angles = [float(value) for name, value in row.items() if name.startswith("alpha")]
     return found, row, dict(zip(("alpha1", "alpha2"), angles, strict=True))
 

@@ -14,7 +14,8 @@ FORMATS = ("mtx", "mat", "npz")
 @cases(6, 0.05)
 @given(pads(), st.sampled_from(FORMATS))
 def test_exported_matrices_are_those_of_the_pad(scene, form):
-    file, folder = written(scene), path("matrices")
+    file = written(scene)
+    folder = path("matrices")
     found = ask_if_any("eigenvalues", file)
     ask("export", file, "--output", folder, "--format", form)
     assert_same(found, ask("eigenvalues", folder / "system.yaml"))
@@ -23,11 +24,13 @@ def test_exported_matrices_are_those_of_the_pad(scene, form):
 @cases(5, 0.05)
 @given(systems(), st.sampled_from(FORMATS))
 def test_a_system_and_its_export_have_the_same_thresholds(system, form):
-    file, folder = written(system), path("matrices")
+    file = written(system)
+    folder = path("matrices")
     ask("export", file, "--output", folder, "--format", form)
     again = folder / "system.yaml"
     assert yaml.safe_load(again.read_text())["parameter"] == "p"
-    one, other = (ask("critical-friction", x, "--max", 2)["crossings"] for x in (file, again))
+    one = ask("critical-friction", file, "--max", 2)["crossings"]
+    other = ask("critical-friction", again, "--max", 2)["crossings"]
     for key in ("kind", "direction"):
         assert [c[key] for c in one] == [c[key] for c in other]
     assert np.allclose([c["mu"] for c in one], [c["mu"] for c in other], rtol=1e-9)
@@ -46,7 +49,9 @@ def test_a_linear_pad_as_a_system_has_the_pads_thresholds(scene):
     system = {"parameter": "mu", "M": at[0]["M"], "K0": at[0]["K"], "K1": (K1 - K0).tolist()}
     if "damping" in scene:
         system["C0"] = at[0]["C"]
-    one, other = (ask("critical-friction", written(x)) for x in (pad, system))
+    one = ask("critical-friction", written(pad))
+    other = ask("critical-friction", written(system))
     assert [c["kind"] for c in one["critical"]] == [c["kind"] for c in other["critical"]]
-    a, b = ([c["mu"] for c in x["critical"]] for x in (one, other))
+    a = [c["mu"] for c in one["critical"]]
+    b = [c["mu"] for c in other["critical"]]
     assert np.allclose(a, b, rtol=1e-8)

@@ -10,14 +10,16 @@ from scipy.sparse import coo_array
 
 from tests.two_ways.asking import SEEDS, ask, cases, path, roots, uniform
 
-LOW, HIGH = 60.0, 260.0  # Hz
+LOW = 60.0  # Hz
+HIGH = 260.0
 FASTEST = 0.2 * 2 * np.pi * HIGH  # 1/s, inside the 0.25 to which a band's region reaches
 
 
 @st.composite
 def chains(draw):
     """A system file of 30 to 60 masses in a row, with friction in some links and damping."""
-    n, links = draw(st.integers(30, 60)), draw(st.integers(1, 4))
+    n = draw(st.integers(30, 60))
+    links = draw(st.integers(1, 4))
     rng = np.random.default_rng(draw(SEEDS))
     k = 1e6 * rng.uniform(0.7, 1.3, n + 1)
     K = np.diag(k[:-1] + k[1:]) - np.diag(k[1:-1], 1) - np.diag(k[1:-1], -1)
@@ -59,7 +61,8 @@ BAND = ("--band", f"{LOW}:{HIGH}")
 def test_a_sweeps_reduced_roots_are_the_full_ones(file, values):
     low, high = sorted(values)
     sweep = ("--sweep", f"{low!r}:{high!r}:3", *BAND, "--method")
-    full, reduced = (ask("eigenvalues", file, *sweep, way) for way in ("full", "reduced"))
+    full = ask("eigenvalues", file, *sweep, "full")
+    reduced = ask("eigenvalues", file, *sweep, "reduced")
     for one, other in zip(full["sweep"], reduced["sweep"], strict=True):
         assert_same_roots(upper(one), upper(other), 1e-6)
         # of a reduced system some roots only are known, and those outside of its region are not
@@ -79,7 +82,8 @@ def test_a_band_holds_those_of_all_roots(file, value):
 @cases(2, 0.015)
 @given(chains())
 def test_thresholds_of_a_band_are_those_of_all_that_lie_in_it(file):
-    band, every = (ask("critical-friction", file, "--max", 1, *x) for x in (BAND, ()))
+    band = ask("critical-friction", file, "--max", 1, *BAND)
+    every = ask("critical-friction", file, "--max", 1)
     inside = [c for c in every["crossings"] if LOW < c["frequency_hz"] < HIGH]
     for key in ("kind", "direction"):
         assert [c[key] for c in band["crossings"]] == [c[key] for c in inside]

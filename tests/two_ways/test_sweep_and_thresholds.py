@@ -57,7 +57,8 @@ def systems(draw):
     rng = np.random.default_rng(draw(SEEDS))
     squares = np.diag(np.sort(rng.uniform(1.0, 9.0, n)))
     mix = np.eye(n) + 0.3 * rng.uniform(-1, 1, (n, n))
-    M, K0 = mix.T @ mix, mix.T @ squares @ mix
+    M = mix.T @ mix
+    K0 = mix.T @ squares @ mix
     document = {"M": M, "K0": (K0 + K0.T) / 2, "K1": rng.uniform(-1, 1, (n, n))}
     if draw(st.booleans()):
         document |= {"C0": 0.02 * K0, "C1": 0.02 * rng.uniform(-1, 1, (n, n))}

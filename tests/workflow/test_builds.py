@@ -105,7 +105,8 @@ def test_sensitive_numbers_agree_within_their_spread(build):
     place, known = build
     moved = b'"spread": [{"key": "mu.1", "low": 0.4, "high": 0.6}], "mu"'
     text = b"Two panels, 7 (5--9) of 10 motions.\n"
-    json_file, text_file = place / "results/a.json", place / "figures/a.txt"
+    json_file = place / "results/a.json"
+    text_file = place / "figures/a.txt"
     json_file.write_bytes(FILES["results/a.json"].replace(b'"mu"', moved))
     text_file.write_bytes(text)
     known = verify.manifest(place)
@@ -132,18 +133,19 @@ def test_other_instructions_make_another_machine():
         "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX,-FMA4,-AVX512F",
     }
     code = "import json; from workflow.release.verify import here; print(json.dumps(here()))"
-    now, other = (
-        json.loads(
-            subprocess.run(
-                [sys.executable, "-c", code],
-                cwd=ROOT,
-                env=os.environ | variables,
-                stdout=subprocess.PIPE,
-                check=True,
-            ).stdout
+
+    def machine(variables):
+        run = subprocess.run(
+            [sys.executable, "-c", code],
+            cwd=ROOT,
+            env=os.environ | variables,
+            stdout=subprocess.PIPE,
+            check=True,
         )
-        for variables in ({}, hidden)
-    )
+        return json.loads(run.stdout)
+
+    now = machine({})
+    other = machine(hidden)
     if now["NumPy's instructions"] == other["NumPy's instructions"]:
         pytest.skip("this processor has no instructions that could be hidden")
     names = [line.partition(":")[0] for line in verify.unlike(now, other)]
@@ -157,7 +159,8 @@ def test_other_instructions_make_another_machine():
 def test_every_damage_is_seen(build, name, alike):
     place, known = build
     damaged = [b"", FILES[name][: len(FILES[name]) * 2 // 3]]
-    damaged += [FILES["results/b.json"]] * (name == "results/a.json")
+    if name == "results/a.json":
+        damaged.append(FILES["results/b.json"])
     for content in damaged:
         (place / name).write_bytes(content)
         assert [one.partition(":")[0] for one in verify.compared(known, place, alike)[1]] == [name]

@@ -51,7 +51,8 @@ def rows(how, **variables):
 @needs_heyoka
 def test_motions_that_forget_their_start_agree_within_their_spread():
     variables = dispatches.SURROUNDINGS["SSE"].variables
-    (count, here), (_, there) = rows("plain"), rows("otherwise", **variables)
+    count, here = rows("plain")
+    _, there = rows("otherwise", **variables)
     assert count > 1
     assert here != there
     assert here.keys() == there.keys()

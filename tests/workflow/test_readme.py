@@ -30,8 +30,10 @@ def printed(command):
 
 def test_console_blocks_show_what_the_commands_print(folder):
     blocks = [b for b in re.findall(r"```console\n(.*?)```", README, re.S) if "$ squeal " in b]
-    parts = [re.split(r"^\$ squeal (.*)\n", b, flags=re.M)[1:] for b in blocks]
-    pairs = [pair for part in parts for pair in zip(part[::2], part[1::2], strict=True)]
+    pairs: list[tuple[str, str]] = []
+    for block in blocks:
+        parts = re.split(r"^\$ squeal (.*)\n", block, flags=re.M)[1:]
+        pairs += zip(parts[::2], parts[1::2], strict=True)  # commands and what they print
     assert [command.split()[0] for command, _ in pairs] == [
         "example",
         "check",
@@ -46,7 +48,8 @@ def test_console_blocks_show_what_the_commands_print(folder):
             difference = imread(folder / name) - imread(ROOT / "figures" / name)
             assert abs(difference).mean() < 0.002  # the picture at the top is the one it draws
         if shown:
-            told, made = words(shown), words(out)
+            told = words(shown)
+            made = words(out)
             assert len(told) == len(made)
             for one, other in zip(told, made, strict=True):
                 assert one == other or float(one) == pytest.approx(float(other), rel=1e-5)
@@ -62,10 +65,11 @@ def test_links_lead_to_files_and_away_from_them_in_a_package():
     assert {"figures/brake.png", "docs/start.md"} <= links
     assert all((ROOT / link).is_file() for link in links)
     away = set(re.findall(r"\]\(([^)]*)\)", absolute(README, "https://host.example/squeal")))
-    assert away == {
-        f"https://host.example/squeal/{'raw' if link.endswith('.png') else 'blob'}/main/{link}"
-        for link in links
-    }
+    expected = set()
+    for link in links:
+        kind = "raw" if link.endswith(".png") else "blob"
+        expected.add(f"https://host.example/squeal/{kind}/main/{link}")
+    assert away == expected
 
 
 def test_python_example_runs(folder, capsys):

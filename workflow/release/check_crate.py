@@ -24,7 +24,8 @@ PROFILES = ("ro-crate-1.1", "process-run-crate", "workflow-run-crate")
 def answered(self: HTTPAdapter, request: Any, **_: Any) -> requests.Response:
     """The context from the copy at hand; nothing else is there."""
     response = requests.Response()
-    response.url, response.request = request.url, request
+    response.url = request.url
+    response.request = request
     known = request.url.startswith("https://w3id.org/ro/crate/")
     response.status_code = 200 if known else 404
     response._content = CONTEXT if known else b""

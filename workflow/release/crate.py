@@ -52,14 +52,18 @@ def described(folder: Path) -> dict[str, Any]:
     publication = about["referencePublication"]
     article = add("#article", "ScholarlyArticle", name=publication["name"])
     article["datePublished"] = publication["datePublished"]
-    profiles = [
-        add(link, "CreativeWork", name=name, version=link.rsplit("/", 1)[1])
-        for link, name in PROFILES.items()
-    ]
-    root["name"], root["description"] = about["name"], about["description"]
-    root["datePublished"], root["license"] = about["dateModified"], [cc_by, mit]
-    root["author"], root["publisher"], root["citation"] = maker, maker, article
-    root["version"], root["keywords"] = about["version"], ", ".join(about["keywords"])
+    profiles = []
+    for link, name in PROFILES.items():
+        profiles.append(add(link, "CreativeWork", name=name, version=link.rsplit("/", 1)[1]))
+    root["name"] = about["name"]
+    root["description"] = about["description"]
+    root["datePublished"] = about["dateModified"]
+    root["license"] = [cc_by, mit]
+    root["author"] = maker
+    root["publisher"] = maker
+    root["citation"] = article
+    root["version"] = about["version"]
+    root["keywords"] = ", ".join(about["keywords"])
     root["conformsTo"] = profiles
 
     def add_file(path: Path, licence: ContextEntity) -> Any:
@@ -78,8 +82,10 @@ def described(folder: Path) -> dict[str, Any]:
     workflow = crate.add_workflow(
         folder / "Snakefile", dest_path="Snakefile", main=True, lang="snakemake"
     )
-    workflow["name"], workflow["author"] = "From the scenes to the report", maker
-    workflow["license"], workflow["creator"] = mit, maker
+    workflow["name"] = "From the scenes to the report"
+    workflow["author"] = maker
+    workflow["license"] = mit
+    workflow["creator"] = maker
     given = [add_file(path, cc_by) for path in files("squeal/article/scenes/**/*.yaml")]
     made = files("results/*.json", "results/*.csv", "figures/*.pdf", "figures/*.txt")
     made += files("paper/generated/*.tex")
@@ -99,10 +105,9 @@ def described(folder: Path) -> dict[str, Any]:
     versions: dict[str, str] = {}
     for path in files("results/*.json"):
         versions |= json.loads(path.read_text(encoding="utf-8"))["provenance"]["versions"]
-    packages = [
-        add(f"#{name}", "SoftwareApplication", name=name, softwareVersion=number)
-        for name, number in sorted(versions.items())
-    ]
+    packages = []
+    for name, number in sorted(versions.items()):
+        packages.append(add(f"#{name}", "SoftwareApplication", name=name, softwareVersion=number))
     workflow["softwareRequirements"] = packages
     run = crate.add_action(
         workflow,

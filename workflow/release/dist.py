@@ -38,7 +38,8 @@ def main() -> int:
             place.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / file, place)
         if url:
-            readme, project = (Path(name) / one for one in ("README.md", "pyproject.toml"))
+            readme = Path(name) / "README.md"
+            project = Path(name) / "pyproject.toml"
             readme.write_text(absolute(readme.read_text(encoding="utf-8"), url), encoding="utf-8")
             table = f'\n[project.urls]\nSource = "{url}"\nIssues = "{url}/issues"\n'
             table += f'Changelog = "{url}/blob/main/CHANGELOG.md"\n'

@@ -25,10 +25,13 @@ def tracked() -> list[Path]:
     listed = subprocess.run(
         ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    names = [Path(name) for name in listed.stdout.split("\0") if name]
-    # where a link leads to a folder (of scenes), the files there: archives hold no links
-    inside = (path for name in names for path in ((ROOT / name), *(ROOT / name).rglob("*")))
-    return [path.relative_to(ROOT) for path in inside if path.is_file()]
+    files = []
+    for name in filter(None, listed.stdout.split("\0")):
+        # where a link leads to a folder (of scenes), the files there: archives hold no links
+        for path in (ROOT / name, *(ROOT / name).rglob("*")):
+            if path.is_file():
+                files.append(path.relative_to(ROOT))
+    return files
 
 
 def built() -> Iterator[tuple[Path, Path]]:
@@ -36,8 +39,10 @@ def built() -> Iterator[tuple[Path, Path]]:
 
     Raises FileNotFoundError with the target that builds what is missing.
     """
-    drawn = [file for name in FIGURES for file in figure_files(name)]
-    for file in map(Path, dict.fromkeys([*verify.built(), *drawn])):
+    names = verify.built()
+    for figure in FIGURES:
+        names += figure_files(figure)
+    for file in map(Path, dict.fromkeys(names)):
         if not (ROOT / file).is_file():
             raise FileNotFoundError(f"{file} is missing: make report")
         yield file, file
@@ -48,7 +53,8 @@ def built() -> Iterator[tuple[Path, Path]]:
         inside = file.relative_to(SITE)
         if path.is_file() and not inside.parts[0].startswith("."):
             yield file, "site" / inside
-    packages = sorted(path for kind in ("*.whl", "*.tar.gz") for path in (ROOT / "dist").glob(kind))
+    dist = ROOT / "dist"
+    packages = sorted([*dist.glob("*.whl"), *dist.glob("*.tar.gz")])
     if len(packages) != 2:
         raise FileNotFoundError("the wheel or the sdist is missing: make dist")
     for path in packages:

@@ -21,11 +21,12 @@ def credits(citation: dict[str, Any]) -> dict[str, Any]:
     """Authors with the numbers of their affiliations, and these, as such a journal names them."""
     places = [author.get("affiliation", "no affiliation") for author in citation["authors"]]
     numbers = {place: i for i, place in enumerate(dict.fromkeys(places), 1)}
-    authors = [
-        {"name": party(author)["name"], "affiliation": numbers[place]}
-        | ({"orcid": author["orcid"].rsplit("/", 1)[-1]} if "orcid" in author else {})
-        for author, place in zip(citation["authors"], places, strict=True)
-    ]
+    authors = []
+    for author, place in zip(citation["authors"], places, strict=True):
+        shown = {"name": party(author)["name"], "affiliation": numbers[place]}
+        if "orcid" in author:
+            shown["orcid"] = author["orcid"].rsplit("/", 1)[-1]
+        authors.append(shown)
     return {
         "authors": authors,
         "affiliations": [{"name": place, "index": i} for place, i in numbers.items()],

@@ -89,12 +89,13 @@ def page() -> str:
     for name, key in SCENE.keys.items():
         if isinstance(key.kind, Group):
             parts.append(_table(f"`{name}`", key.kind))
-    powers = {f"{letter}0": f"{letter}0 to {letter}{POWER}" for letter in "CK"}
-    shown = {
-        powers.get(name, name): key
-        for name, key in SYSTEM.keys.items()
-        if name[1:] not in map(str, range(1, POWER + 1))
-    }
+    higher_powers = [str(power) for power in range(1, POWER + 1)]
+    shown = {}
+    for name, key in SYSTEM.keys.items():
+        if name in ("C0", "K0"):
+            shown[f"{name} to {name[0]}{POWER}"] = key
+        elif name[1:] not in higher_powers:
+            shown[name] = key
     general = [_table("The file", Group(shown)), _table("A term", TERM), _table("`table`", TABLE)]
     tables = {
         "A component": COMPONENT,

@@ -44,15 +44,17 @@ def metadata(results: Path) -> dict[str, Any]:
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     places = [author.get("affiliation", "no affiliation") for author in citation["authors"]]
     numbers = {place: i for i, place in enumerate(dict.fromkeys(places), 1)}
-    authors = [
-        {
-            "name": party(author)["name"],
-            "orcid": author.get("orcid", "").rsplit("/", 1)[-1],
-            "email": author.get("email", ""),
-            "affiliations": f"{numbers[place]},*" if i == 0 else f"{numbers[place]}",
-        }
-        for i, (author, place) in enumerate(zip(citation["authors"], places, strict=True))
-    ]
+    authors: list[dict[str, str]] = []
+    for author, place in zip(citation["authors"], places, strict=True):
+        corresponding = ",*" if not authors else ""  # the first one
+        authors.append(
+            {
+                "name": party(author)["name"],
+                "orcid": author.get("orcid", "").rsplit("/", 1)[-1],
+                "email": author.get("email", ""),
+                "affiliations": f"{numbers[place]}{corresponding}",
+            }
+        )
     return {
         "title": paper_title(),
         "authors": authors,

@@ -69,7 +69,8 @@ class Mesh:
     """Nodes of a regular grid, made as they are asked for, and elements over them."""
 
     def __init__(self, cells: tuple[int, int, int], size: Place) -> None:
-        self.cells, self.size = cells, size
+        self.cells = cells
+        self.size = size
         self.nodes: dict[Place, int] = {}
         self.elements: list[list[int]] = []
 
@@ -78,16 +79,18 @@ class Mesh:
         return self.nodes.setdefault((i, j, k), len(self.nodes) + 1)
 
     def places(self) -> Iterator[tuple[int, Place]]:
+        """The number of each node, and where it is."""
+
+        def place(at: Place, axis: int) -> float:
+            return at[axis] * self.size[axis] / max(self.cells[axis], 1)
+
         for at, number in self.nodes.items():
-            x, y, z = (
-                place * side / max(count, 1)
-                for place, side, count in zip(at, self.size, self.cells, strict=True)
-            )
-            yield number, (x, y, z)
+            yield number, (place(at, 0), place(at, 1), place(at, 2))
 
     def boxes(self) -> Iterator[tuple[int, int, int]]:
-        columns, rows, layers = (range(max(count, 1)) for count in self.cells)
-        return itertools.product(columns, rows, layers)
+        """The place of each cell."""
+        columns, rows, layers = self.cells
+        return itertools.product(range(max(columns, 1)), range(max(rows, 1)), range(max(layers, 1)))
 
 
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
@@ -103,8 +106,7 @@ QUAD_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0))
 
 
 def _middle(a: Sequence[float], b: Sequence[float]) -> Place:
-    x, y, z = ((one + other) / 2 for one, other in zip(a, b, strict=True))
-    return x, y, z
+    return (a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2
 
 
 def _element(

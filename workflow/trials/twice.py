@@ -56,11 +56,12 @@ def surroundings(folder: Path, **more: str) -> dict[str, str]:
 
 def digests(folder: Path, files: Iterable[str]) -> dict[str, str]:
     """SHA-256 of files in a folder; empty text for one that is missing."""
-    return {
-        name: hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
-        for name in files
-        for path in [folder / name]
-    }
+    found = dict.fromkeys(files, "")
+    for name in found:
+        path = folder / name
+        if path.is_file():
+            found[name] = hashlib.sha256(path.read_bytes()).hexdigest()
+    return found
 
 
 def differing(one: dict[str, str], other: dict[str, str]) -> list[str]:

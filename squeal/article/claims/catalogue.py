@@ -68,7 +68,8 @@ class Claim:
         return ", ".join(letters) if 0 < len(letters) < len(CASES) else "all"
 
 
-_ALL_B1, _ALL_B2 = (tuple(stem(model, case) for case in CASES) for model in ("B1", "B2"))
+_ALL_B1 = tuple(stem("B1", case) for case in CASES)
+_ALL_B2 = tuple(stem("B2", case) for case in CASES)
 
 # fmt: off
 CLAIMS = (

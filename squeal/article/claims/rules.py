@@ -41,8 +41,10 @@ def _share(case: Case, state: State) -> float:
 def _apart(case: Case, edge: int) -> float:
     """Share of time that an edge is separated; below TOUCH none, then less its least force."""
     share = case.separated[edge] / case.duration
-    low = (case.first if edge == LEADING else case.second).low
-    return share if share > TOUCH else -max(low, 0.0)
+    if share > TOUCH:
+        return share
+    force = case.first if edge == LEADING else case.second
+    return -max(force.low, 0.0)
 
 
 def _surface_apart(case: Case) -> float:
@@ -102,16 +104,18 @@ def alternate(case: Case) -> Outcome:
         return Outcome(-1.0, f"{len(case.losses)} contact losses")
     share = sum(a != b for a, b in pairs) / len(pairs)
     margin = share - ALTERNATE if set(case.losses) == {LEADING, TRAILING} else -1.0
-    words = f"{100 * share:.0f} % of {len(pairs)} successive losses at the other edge"
-    return Outcome(margin, words)
+    measured = f"{100 * share:.0f} % of {len(pairs)} successive losses at the other edge"
+    return Outcome(margin, measured)
 
 
 def each_separates(*cases: Case) -> Outcome:
     """At least one edge separates in each of cases a to d."""
-    apart = {n: max(_apart(case, e) for e in (0, 1)) for n, case in zip("abcd", cases, strict=True)}
+    apart = {}
+    for name, case in zip("abcd", cases, strict=True):
+        apart[name] = max(_apart(case, LEADING), _apart(case, TRAILING))
     least = min(apart, key=lambda name: apart[name])
-    words = f"least in case {least}: {100 * max(apart[least], 0.0):.2f} % of the time"
-    return Outcome(apart[least], words)
+    measured = f"least in case {least}: {100 * max(apart[least], 0.0):.2f} % of the time"
+    return Outcome(apart[least], measured)
 
 
 # models B1 and B2
@@ -134,27 +138,30 @@ def tilted_down(case: Case) -> Outcome:
 
 def tilted_up(case: Case) -> Outcome:
     """theta0 + theta stays positive."""
-    words = f"least tilt {case.tilt.low:.3g} rad, negative for {100 * case.down:.1f} % of the time"
-    return Outcome(case.tilt.low, words)
+    measured = (
+        f"least tilt {case.tilt.low:.3g} rad, negative for {100 * case.down:.1f} % of the time"
+    )
+    return Outcome(case.tilt.low, measured)
 
 
 def trailing_edge_alone(case: Case) -> Outcome:
     """Where contact is lost, it is at the trailing edge; without a loss nothing contradicts it."""
-    leading, trailing = (apart / case.duration for apart in case.separated)
+    leading = case.separated[LEADING] / case.duration
+    trailing = case.separated[TRAILING] / case.duration
     margin = -leading if leading > TOUCH else 1.0 - leading
-    words = (
+    measured = (
         f"leading edge off for {100 * leading:.1f} % of the time, trailing edge for "
         f"{100 * trailing:.1f} %"
     )
     if max(leading, trailing) <= TOUCH:
-        words = "no edge separates, so that nothing contradicts it"
-    return Outcome(margin, words)
+        measured = "no edge separates, so that nothing contradicts it"
+    return Outcome(margin, measured)
 
 
 def both_tilted_up(b1: Case, b2: Case) -> Outcome:
     """theta0 + theta stays positive in both models."""
-    words = f"least tilt B1 {b1.tilt.low:.3g}, B2 {b2.tilt.low:.3g} rad"
-    return Outcome(min(b1.tilt.low, b2.tilt.low), words)
+    measured = f"least tilt B1 {b1.tilt.low:.3g}, B2 {b2.tilt.low:.3g} rad"
+    return Outcome(min(b1.tilt.low, b2.tilt.low), measured)
 
 
 def none_settles(*cases: Case) -> Outcome:
@@ -173,21 +180,26 @@ def hammers(case: Case, level: float = LEVEL) -> Outcome:
     """
     turns = case.blows[LEVELS.index(level)]  # changes of the edge struck, a number for each level
     gone = min(case.vanishes)  # of the leading and of the trailing edge
-    words = (
+    measured = (
         f"{turns} changes of the edge struck, heaviest blows {case.heaviest[0]:.3g} and "
         f"{case.heaviest[1]:.3g} F_n T_1, least share without force at an edge {100 * gone:.3g} %"
     )
     if turns >= TURNS and gone > TOUCH:
-        return Outcome(gone, words)
+        return Outcome(gone, measured)
     missing_turns = max(1.0 - turns / TURNS, 0.0)
     missing_share = max(TOUCH - gone, 0.0)  # of time without force, which alone decides the sign
-    return Outcome(-missing_turns - missing_share, words)
+    return Outcome(-missing_turns - missing_share, measured)
 
 
 def hammering_cases(cases: Mapping[str, Case], level: float = LEVEL) -> dict[str, tuple[str, ...]]:
     """The cases that hammer by model, from the measures by name (`b1-a` to `b2-d`)."""
-    hammering = [name for name, case in cases.items() if hammers(case, level).margin > 0.0]
-    return {m.upper(): tuple(n[-1] for n in hammering if n.startswith(m)) for m in ("b1", "b2")}
+    b1: list[str] = []
+    b2: list[str] = []
+    for name, case in cases.items():
+        if hammers(case, level).margin > 0.0:
+            of_model = b1 if name.startswith("b1") else b2
+            of_model.append(name[-1])
+    return {"B1": tuple(b1), "B2": tuple(b2)}
 
 
 def only_c_hammers(*cases: Case) -> Outcome:
@@ -208,8 +220,11 @@ def more_loss_in_b1(*cases: Case) -> Outcome:
 
     b1 = losing(cases[:4])
     b2 = losing(cases[4:])
-    words = f"an edge loses its force in {', '.join(b1) or 'no case'} of B1, in "
-    return Outcome((len(b1) - len(b2)) / 4, words + f"{', '.join(b2) or 'no case'} of B2")
+    measured = (
+        f"an edge loses its force in {', '.join(b1) or 'no case'} of B1, "
+        f"in {', '.join(b2) or 'no case'} of B2"
+    )
+    return Outcome((len(b1) - len(b2)) / 4, measured)
 
 
 def sliding_lasts(*cases: Case) -> Outcome:
@@ -217,16 +232,16 @@ def sliding_lasts(*cases: Case) -> Outcome:
     acts, is printed beside."""
     slip = max(case.slip for case in cases)
     face = max(case.face for case in cases)
-    words = f"the pad reaches {100 * slip:.2g} % of the surface's speed"
+    measured = f"the pad reaches {100 * slip:.2g} % of the surface's speed"
     if not math.isnan(face):
-        words += f", its lower face {100 * face:.2g} % while it touches"
-    return Outcome(1.0 - slip, words)
+        measured += f", its lower face {100 * face:.2g} % while it touches"
+    return Outcome(1.0 - slip, measured)
 
 
 def friction_raises(case: Case) -> Outcome:
     """The reaction of the sliding equilibrium exceeds that without friction."""
-    words = f"friction raises the reaction at rest by {100 * case.raised:.3g} %"
-    return Outcome(case.raised, words)
+    measured = f"friction raises the reaction at rest by {100 * case.raised:.3g} %"
+    return Outcome(case.raised, measured)
 
 
 # model B2
@@ -235,8 +250,8 @@ def friction_raises(case: Case) -> Outcome:
 def on_leading_edge(case: Case) -> Outcome:
     """delta stays negative and the tilt positive."""
     margin = min(-case.second.high, case.tilt.low)
-    words = f"greatest delta/w {case.second.high:.4g}, least tilt {case.tilt.low:.3g} rad"
-    return Outcome(margin, words)
+    measured = f"greatest delta/w {case.second.high:.4g}, least tilt {case.tilt.low:.3g} rad"
+    return Outcome(margin, measured)
 
 
 def within_trailing_half(case: Case) -> Outcome:
@@ -247,8 +262,8 @@ def within_trailing_half(case: Case) -> Outcome:
 
 def surfaces_separate(case: Case) -> Outcome:
     """The surfaces separate for some time."""
-    words = f"separated {100 * _share(case, NONE):.2f} % of the time"
-    return Outcome(_surface_apart(case), words)
+    measured = f"separated {100 * _share(case, NONE):.2f} % of the time"
+    return Outcome(_surface_apart(case), measured)
 
 
 def only_c_separates(*cases: Case) -> Outcome:
@@ -278,8 +293,8 @@ def small_region(linear: Linear) -> Outcome:
     """(23a, b) hold on a small part of the map; the share of the complete ones is printed too."""
     printed = linear.share.as_printed
     complete = linear.share.complete
-    words = (
+    measured = (
         f"{100 * printed:.1f} % of the map; the complete necessary conditions hold on "
         f"{100 * complete:.1f} %"
     )
-    return Outcome(SMALL_REGION - printed, words)
+    return Outcome(SMALL_REGION - printed, measured)

@@ -50,15 +50,22 @@ def decaying(scene: Scene) -> tuple[float, np.ndarray] | None:
 
 def settled(scenes: Mapping[str, Scene]) -> Settled | None:
     """The motion on the mode that decays fastest in all scenes; None where no mode decays."""
-    modes = {name: mode for name, scene in scenes.items() if (mode := decaying(scene))}
+    modes = {}
+    for name, scene in scenes.items():
+        mode = decaying(scene)
+        if mode is not None:
+            modes[name] = mode
     if not modes:
         return None
-    name = min(modes, key=lambda n: modes[n][0])
-    scene = scenes[name]
-    real, state = modes[name]
+    fastest = min(modes, key=lambda name: modes[name][0])
+    real, state = modes[fastest]
+    scene = scenes[fastest]
     assert scene.stop is not None
-    start = tuple(state.tolist())
-    own = replace(
-        scene, initial=start, stop=WINDOWS * scene.stop, tolerance=TOLERANCE, start="origin"
+    on_the_mode = replace(
+        scene,
+        initial=tuple(state.tolist()),
+        stop=WINDOWS * scene.stop,
+        tolerance=TOLERANCE,
+        start="origin",
     )
-    return Settled(name, real, WINDOWS, measure(own).calm)
+    return Settled(scene=fastest, real=real, windows=WINDOWS, calm=measure(on_the_mode).calm)

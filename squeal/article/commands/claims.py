@@ -40,8 +40,12 @@ def scene_files(given: Path | None, stems: Iterable[str]) -> list[Path]:
 
 def sets(files: Sequence[Path]) -> dict[str, list[Path]]:
     """The same scenes of the other parameter sets, in the folders beside the files, by folder."""
-    beside = sorted(path.parent for path in files[0].parent.glob(f"*/{files[0].name}"))
-    return {folder.name: [folder / file.name for file in files] for folder in beside}
+    first = files[0]
+    of_sets = {}
+    for beside in sorted(first.parent.glob(f"*/{first.name}")):
+        folder = beside.parent
+        of_sets[folder.name] = [folder / file.name for file in files]
+    return of_sets
 
 
 def text(record: Claims, others: Mapping[str, Claims]) -> str:
@@ -49,10 +53,9 @@ def text(record: Claims, others: Mapping[str, Claims]) -> str:
     every = [record, *others.values()]
     satisfied = [sum(one.claims[i].holds for one in every) for i in range(len(record.claims))]
     rows = [("claim", "statement", "verdict", "margin", "sets", "measured")]
-    rows += [
-        (c.id, c.statement, c.verdict, f"{c.margin:+.3g}", f"{n} of {len(every)}", c.measured)
-        for c, n in zip(record.claims, satisfied, strict=True)
-    ]
+    for c, count in zip(record.claims, satisfied, strict=True):
+        sets_of_all = f"{count} of {len(every)}"
+        rows.append((c.id, c.statement, c.verdict, f"{c.margin:+.3g}", sets_of_all, c.measured))
     held = sum(c.holds for c in record.claims)
     return f"{table(rows, right=False)}\n\n{held} of {len(record.claims)} reproduced"
 

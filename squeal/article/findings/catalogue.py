@@ -111,5 +111,18 @@ FINDINGS = (
 
 def measure_findings(study: Study) -> tuple[MeasuredFinding, ...]:
     """Measure all findings on a set of scenes, in order."""
-    pairs = ((one, one.measure(study)) for one in FINDINGS)
-    return tuple(MeasuredFinding.of(*both, measured=both[1].numbers) for both in pairs)
+    results = []
+    for finding in FINDINGS:
+        numbers, outcome = finding.measure(study)
+        results.append(
+            MeasuredFinding(
+                id=finding.id,
+                where=finding.where,
+                kind=finding.kind,
+                affects=finding.affects,
+                statement=finding.statement,
+                outcome=outcome,
+                measured=numbers,
+            )
+        )
+    return tuple(results)

@@ -47,8 +47,9 @@ class Study:
     @property
     def scenes(self) -> dict[str, Scene]:
         """The eight scenes by name: b1-a to b2-d."""
-        models = (("B1", self.b1), ("B2", self.b2))
-        return {stem(model, case): s for model, scenes in models for case, s in scenes.items()}
+        scenes = {stem("B1", case): scene for case, scene in self.b1.items()}
+        scenes |= {stem("B2", case): scene for case, scene in self.b2.items()}
+        return scenes
 
     @cached_property
     def cases(self) -> dict[str, Case]:
@@ -58,11 +59,10 @@ class Study:
     @cached_property
     def runs(self) -> dict[str, Simulation]:
         """All eight runs with events and histories, by name of the scene."""
-        wanted = ("events", "history")
-        return {
-            key: simulate(dataclasses.replace(scene, outputs=wanted))
-            for key, scene in self.scenes.items()
-        }
+        runs = {}
+        for name, scene in self.scenes.items():
+            runs[name] = simulate(dataclasses.replace(scene, outputs=("events", "history")))
+        return runs
 
     def reproduced(self, changed: dict[str, Case]) -> int:
         """How many claims hold with the measures of some scenes replaced."""
@@ -79,6 +79,7 @@ def flipped(scene: Scene, switch: str) -> Scene:
 
 
 def _place(run: Simulation) -> np.ndarray:
+    """x and y (2, samples) over a run."""
     assert run.history is not None
     return np.array([run.history[key] for key in ("x", "y")])
 
@@ -102,22 +103,21 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
             size = np.ptp(here, axis=1).max()
             apart = max(apart, float(np.abs(moved - here)[:, -1].max() / size))
         before = study.reproduced({})
-        after = None
+        numbers = {"apart": apart, "before": float(before), "ended": float(len(ended))}
         text = (
             f"With the other sign or frame in all four cases, the final position changes by up to "
-            f"{rounded_up(apart):.2g} times the range of the motion"
+            f"{rounded_up(apart):.2g} times the range of the motion; "
         )
         if ended:
-            text += f"; in case {', '.join(ended)} the pad turns over, where the model ends"
+            text += f"in case {', '.join(ended)} the pad turns over, where the model ends."
+            return Measured(numbers, text)
+        after = study.reproduced(measured)
+        numbers["after"] = float(after)
+        if after == before:
+            text += f"{after} statements are reproduced, as before."
         else:
-            after = study.reproduced(measured)
-            text += (
-                f"; {after} statements are reproduced, as before"
-                if after == before
-                else f"; {after} statements are reproduced and not {before}"
-            )
-        numbers = {"apart": apart, "before": float(before), "ended": float(len(ended))}
-        return Measured(numbers | ({} if after is None else {"after": float(after)}), text + ".")
+            text += f"{after} statements are reproduced and not {before}."
+        return Measured(numbers, text)
 
     return effect
 
@@ -129,13 +129,14 @@ def fed_by_the_law(study: Study) -> Measured:
     numbers = dict(path.numbers)
     text = path.outcome
     laws: dict[LineForce, str] = {"mean": "the printed law", "integral": "the consistent law"}
-    for law, words in laws.items():
-        varied = dataclasses.replace(scene.formulation, line_force=law)
+    for law, law_name in laws.items():
+        formulation = dataclasses.replace(scene.formulation, line_force=law)
+        varied = dataclasses.replace(scene, formulation=formulation)
         try:
-            works = contact_work(dataclasses.replace(scene, formulation=varied))
-            case = measure(dataclasses.replace(scene, formulation=varied))
+            works = contact_work(varied)
+            case = measure(varied)
         except ComputationError as error:
-            text += f" In case c under {words} the model ends: {error}."
+            text += f" In case c under {law_name} the model ends: {error}."
             continue
         fed = works.fed / works.kinetic
         numbers |= {f"fed_{law}": fed, f"turns_{law}": float(case.blows[0])}
@@ -143,12 +144,11 @@ def fed_by_the_law(study: Study) -> Measured:
         if abs(fed) < ROUNDING:
             work = f"0 J (less than {bound(fed)} of the greatest kinetic energy"
         text += (
-            f" In case c {words} does the work {work}; friction {works.friction:.2g} J), "
+            f" In case c {law_name} does the work {work}; friction {works.friction:.2g} J), "
             f"delta/w goes from "
             f"{case.second.low:.2f} to {case.second.high:.2f}, and the edge struck changes "
-            f"{case.blows[0]} times"
+            f"{case.blows[0]} times."
         )
-        text += "."
     return Measured(numbers, text)
 
 
@@ -159,31 +159,30 @@ def static_balance(study: Study) -> Measured:
     tilt = case.tilt
     numbers = {"tilt_low": tilt.low, "tilt_high": tilt.high}
     text = f"Tilt in B2 case b lies between {tilt.low:.2g} and {tilt.high:.2g} rad. "
-    plain = scene.pad.replace(y0=0.0, theta0=0.0)
-    models = {
-        "with the reference set": scene.pad_model,
-        "with y0 = theta0 = 0": PadModel("B2", plain),
-    }
-    for i, (words, model) in enumerate(models.items()):
+    level = PadModel("B2", scene.pad.replace(y0=0.0, theta0=0.0))
+    models = (
+        ("delta_0", "with the reference set", scene.pad_model),
+        ("delta_1", "with y0 = theta0 = 0", level),
+    )
+    for key, condition, model in models:
         equilibrium, _ = sliding_equilibrium(model)
-        text += f"Static balance {words} "
+        text += f"Static balance {condition} "
         if equilibrium is None:
             text += "is not possible. "
         else:
-            numbers[f"delta_{i}"] = equilibrium.delta / scene.pad.w
-            text += f"requires delta/w = {equilibrium.delta / scene.pad.w:+.3f}. "
+            numbers[key] = equilibrium.delta / scene.pad.w
+            text += f"requires delta/w = {numbers[key]:+.3f}. "
     return Measured(numbers, text.strip())
 
 
 def states_met(study: Study) -> Measured:
     """E8: shares of the four states in case d of B1."""
     shares = study.cases["b1-d"].shares
-    numbers = {contact_law("B1").state_name(s): shares.get(s, 0.0) for s in STATES}
-    shares_text = ", ".join(f"{100 * numbers[key]:.2f}" for key in sorted(numbers))
-    return Measured(
-        {f"state_{k}": v for k, v in numbers.items()},
-        f"Shares of the states 1 to 4 in case d: {shares_text} %.",
-    )
+    numbers = {}
+    for state in STATES:
+        numbers[f"state_{contact_law('B1').state_name(state)}"] = shares.get(state, 0.0)
+    in_order = ", ".join(f"{100 * numbers[key]:.2f}" for key in sorted(numbers))
+    return Measured(numbers, f"Shares of the states 1 to 4 in case d: {in_order} %.")
 
 
 def sliding_conditions(study: Study) -> Measured:
@@ -233,12 +232,14 @@ def springs_alone(study: Study) -> Measured:
 
 def simultaneous(study: Study) -> Measured:
     """E13: contact changes at one and the same instant among all of B1's."""
-    together = total = 0
-    for key, run in study.runs.items():
-        if key.startswith("b1"):
-            times = [event.t for event in run.events or ()]
-            total += len(times)
-            together += sum(math.isclose(a, b, rel_tol=1e-15) for a, b in itertools.pairwise(times))
+    together = 0
+    total = 0
+    for case in study.b1:
+        times = [event.t for event in study.runs[stem("B1", case)].events or ()]
+        total += len(times)
+        for before, after in itertools.pairwise(times):
+            if math.isclose(before, after, rel_tol=1e-15):
+                together += 1
     return Measured(
         {"together": float(together), "total": float(total)},
         f"Of {total} contact changes in the four B1 runs, {together} fall on the same instant as "
@@ -266,11 +267,9 @@ def sliding(study: Study) -> Measured:
             face = max(face, float(speed.max() / model.pad.V))
         if run.sliding_holds is False:
             lost.append(title(key))
-    text = (
-        f"Sliding stops in {', '.join(lost)}"
-        if lost
-        else "With the assumed V sliding holds in all eight runs"
-    )
+    text = "With the assumed V sliding holds in all eight runs"
+    if lost:
+        text = f"Sliding stops in {', '.join(lost)}"
     return Measured(
         {"greatest": greatest, "face": face, "lost": float(len(lost))},
         f"{text}; the pad's greatest velocity along the surface is {100 * greatest:.3g} % of V, "

@@ -89,6 +89,7 @@ class _Power:
         return np.array([kinetic, spring_energy(np, model.c, at), contact, -model.c.F_n * q[1]])
 
     def see(self, course: Segment) -> None:
+        """Add the steps of a part of the motion."""
         model = self._model
         grid = Grid(course, PLACES)
         on = course.steps.on
@@ -123,11 +124,22 @@ def contact_work(scene: Scene) -> Works:
     t, *energies = np.concatenate(watch.columns, axis=1)
     kinetic, springs, contact, load, *works = (e * units.energy for e in energies)
     course = Energies(t * units.time, kinetic, springs, contact, load - load[0], *works)
-    there = np.concatenate([[False], *watch.partial, [False]])
-    ends = np.flatnonzero(there[1:] != there[:-1]).reshape(-1, 2).tolist()
+    in_partial_contact = np.concatenate([[False], *watch.partial, [False]])
+    changes = np.flatnonzero(in_partial_contact[1:] != in_partial_contact[:-1])
     fed = course.fed
-    excursions = (
-        Excursion(float(course.t[i]), float(course.t[j]), float(fed[j] - fed[i])) for i, j in ends
+    excursions = []
+    for begin, end in changes.reshape(-1, 2).tolist():
+        excursions.append(
+            Excursion(
+                start=float(course.t[begin]),
+                stop=float(course.t[end]),
+                fed=float(fed[end] - fed[begin]),
+            )
+        )
+    return Works(
+        friction=float(course.friction[-1]),
+        fed=float(fed[-1]),
+        kinetic=watch.kinetic * units.energy,
+        course=course,
+        excursions=tuple(excursions),
     )
-    last = float(course.friction[-1]), float(fed[-1]), watch.kinetic * units.energy
-    return Works(*last, course, tuple(excursions))

@@ -58,7 +58,7 @@ def _unsure(segment: Segment, options: Options) -> np.ndarray:
     They could not be carried to the end, a gap has the wrong sign there, or several points may have
     changed in one instant.
     """
-    wrong = (segment.wrong > options.missed).any(axis=0)
+    wrong = (segment.beyond > options.missed).any(axis=0)
     doubt = (segment.limit == Limit.FAILED) | (wrong & (segment.limit == Limit.NONE))
     at = segment.coefficients(segment.lane)
     heights = np.array(segment.law.gaps(at, pose(np, at.place(segment.state))))
@@ -84,6 +84,8 @@ def _motions(
     pads_in_si, initial, duration = task
     n = len(duration)
     taylor = heyoka()
+    from squeal.article.identify.batch import TaylorBatch  # where heyoka is installed
+
     of_unit = vars(natural_units(pads_in_si, initial.T)).values()
     units = Units(*(np.broadcast_to(v, n) for v in of_unit))  # type: ignore[arg-type]
     model = units.scaled(pads_in_si)
@@ -131,7 +133,7 @@ def _motions(
         # of long motions fewer are measured at once: their steps are stored meanwhile
         groups = min(int(800.0 / lengths[order[0]]) + 1, 8) if dense else n
         block, order = np.split(order, [groups * options.lanes])
-        side_by_side = taylor.TaylorBatch(_some(model, block), tolerance, options=options)
+        side_by_side = TaylorBatch(_some(model, block), tolerance, options=options)
         begin = np.zeros(len(block))
         segment = side_by_side.run(contact[:, block], begin, state[:, block], stop[block], dense)
         unsure = _unsure(segment, options)

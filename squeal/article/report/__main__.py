@@ -59,13 +59,16 @@ def checked(files: Mapping[str, Path]) -> dict[str, bool]:
 
 def table(module: Any, files: Mapping[str, Path]) -> str:
     """A table from the results that its parameters name."""
-    wanted = inspect.signature(module.table, eval_str=True).parameters
-    return str(module.table(*(p.annotation.read(files[name]) for name, p in wanted.items())))
+    parameters = inspect.signature(module.table, eval_str=True).parameters
+    results = []
+    for name, parameter in parameters.items():
+        results.append(parameter.annotation.read(files[name]))
+    return str(module.table(*results))
 
 
 def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, str]:
     """Generated files by name."""
-    holding = checked(files)
+    sentences = checked(files)
     legends = captions()
     source = where(Path())
     results = values.read(files.values()) | {"where": source}
@@ -73,17 +76,16 @@ def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, st
     for name, text in texts.items():
         check_order(text, name)
         for sentence in SAYS.findall(text):
-            if complete and sentence not in holding:
+            if complete and sentence not in sentences:
                 raise InputError(f"{name}: \\says{{{sentence}}}: no study checks this sentence")
-    made = {
-        name: table(module, files)
-        for name, module in modules("squeal.article.report.tables").items()
-    }
+    made = {}
+    for name, module in modules("squeal.article.report.tables").items():
+        made[name] = table(module, files)
     lines = [f"\\setcaption{{{name}}}{{{text}}}\n" for name, text in legends.items()]
     lines += [f"\\setnumber{{{name}}}{{{number}}}\n" for name, number in numbers(texts).items()]
     made["captions"] = "".join(lines)
-    line = "".join(f"\\val{{where.{key}}}" for key in source)  # of the preamble
-    made["values"] = values.definitions({**texts, **legends, "preamble.tex": line}, results)
+    preamble = "".join(f"\\val{{where.{key}}}" for key in source)  # what it asks for
+    made["values"] = values.definitions({**texts, **legends, "preamble.tex": preamble}, results)
     return made
 
 
@@ -98,7 +100,7 @@ def main(given: Sequence[str] | None = None) -> int:
 
 
 def _run(chosen: argparse.Namespace) -> int:
-    texts = {n: (chosen.texts / n).read_text(encoding="utf-8") for n in TEXTS}
+    texts = {name: (chosen.texts / name).read_text(encoding="utf-8") for name in TEXTS}
     made = written({file.stem: file for file in chosen.results}, texts)
     chosen.out.mkdir(parents=True, exist_ok=True)
     for name, text in made.items():

@@ -15,7 +15,9 @@ HEAD = ("panel", "x is", "y is", "kind", "curve", "x", "y")
 def _named(artist: Any, order: int) -> str:
     """Name of an artist: what it was given, what the legend says, else its place in the panel."""
     label = str(artist.get_label())
-    return artist.get_gid() or (str(order) if label.startswith("_") else label)
+    if artist.get_gid():
+        return str(artist.get_gid())
+    return str(order) if label.startswith("_") else label
 
 
 def _shapes(axes: Axes) -> Iterator[tuple[str, Any, list[np.ndarray]]]:

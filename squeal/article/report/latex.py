@@ -13,8 +13,9 @@ _SYMBOLS = {
     "alpha2": r"\alpha_2", "mu": r"\mu", "F_n": "F_n", "Rn": "R_n", "F3": "F_{s,3}",
     "F4": "F_{s,4}", "K11": "K_{11}", "K21": "K_{21}", "K31": "K_{31}", "K33": "K_{33}",
     "k_c": "k_c", "y0": "y_0", "x0": "x_0", "pi": r"\pi", "T_1": "T_1", "x_dot": r"\dot x",
-    "y_dot": r"\dot y",
-} | {f"{s}{i}": f"{s}_{i}" for s in "kL" for i in "1234"}
+    "y_dot": r"\dot y", "k1": "k_1", "k2": "k_2", "k3": "k_3", "k4": "k_4", "L1": "L_1",
+    "L2": "L_2", "L3": "L_3", "L4": "L_4",
+}
 # fmt: on
 _LETTERS = {"w", "h", "m", "I", "V", "K"}  # single letters that are always symbols
 # fmt: off
@@ -98,24 +99,25 @@ def with_spread(
 ) -> str:
     """A number, behind it in brackets the ends of its spread where these are shown otherwise."""
     own = show(value)
-    low, high = (own, own) if ends is None else (show(ends[0]), show(ends[1]))
+    if ends is None:
+        return own
+    low = show(ends[0])
+    high = show(ends[1])
     if low == high == own:
         return own
     unit = PERCENT if own.endswith(PERCENT) else ""
-    low, high, own = (one.removesuffix(unit) for one in (low, high, own))
-    return f"{own} ({low}--{high}){unit}"
+    spread = f"{low.removesuffix(unit)}--{high.removesuffix(unit)}"
+    return f"{own.removesuffix(unit)} ({spread}){unit}"
 
 
 def tabular(columns: str, head: Sequence[str], groups: Sequence[Sequence[Sequence[str]]]) -> str:
     """A booktabs table; a thin rule separates the groups of rows."""
-    blocks = ["\n".join(" & ".join(row) + r" \\" for row in group) for group in groups if group]
-    lines = [
-        rf"\begin{{tabular}}{{{columns}}}",
-        r"\toprule",
-        " & ".join(head) + r" \\",
-        r"\midrule",
-    ]
-    return "\n".join([*lines, "\n\\midrule\n".join(blocks), r"\bottomrule", r"\end{tabular}", ""])
+    lines = [rf"\begin{{tabular}}{{{columns}}}", r"\toprule", " & ".join(head) + r" \\"]
+    for group in groups:
+        if group:
+            lines.append(r"\midrule")
+            lines += [" & ".join(row) + r" \\" for row in group]
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
 
 
 def long_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -136,4 +138,7 @@ def cells(
     columns: Mapping[str, Callable[[T], str]], entries: Iterable[T]
 ) -> tuple[list[str], list[list[str]]]:
     """Head and rows of a table: for each column what it shows of an entry."""
-    return list(columns), [[show(entry) for show in columns.values()] for entry in entries]
+    rows = []
+    for entry in entries:
+        rows.append([show(entry) for show in columns.values()])
+    return list(columns), rows

@@ -3,12 +3,14 @@
 import re
 from collections.abc import Mapping, Sequence
 
+# fmt: off
 _SYMBOLS = {
-    **{"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ"},
-    **{"theta": "θ", "mu": "μ", "pi": "π", "lambda": "λ", "pm": "±", "le": "≤", "ge": "≥"},
-    **{"times": "×", "cdot": "·", "infty": "∞", "cdots": "...", "dots": "...", "quad": " "},
-    **{"checkmark": "yes", "sqrt": "√", "to": "→", "mathrm": "", "vec": "", "ldots": "..."},
+    "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "theta": "θ", "mu": "μ", "pi": "π",
+    "lambda": "λ", "pm": "±", "le": "≤", "ge": "≥", "times": "×", "cdot": "·", "infty": "∞",
+    "cdots": "...", "dots": "...", "quad": " ", "checkmark": "yes", "sqrt": "√", "to": "→",
+    "mathrm": "", "vec": "", "ldots": "...",
 }
+# fmt: on
 
 
 _PLACES = {
@@ -23,22 +25,24 @@ _PLACES = {
 def plain(tex: str, values: Mapping[str, str] | None = None) -> str:
     r"""TeX as text without marks; \val by what is given, else as dots."""
     known = values or {}
-    for macro, text in _PLACES.items():
-        tex = re.sub(macro, text, tex)
-    tex = re.sub(r"\\val\{([^}]*)\}", lambda m: known.get(m[1], "..."), tex)
-    tex = re.sub(r"~?\\cite\w*\{[^}]*\}", "", tex)
-    tex = re.sub(r"\$([^$]*)\$", lambda m: _formula(m[1]), tex)
-    tex = tex.replace("\\,", " ").replace("~", " ").replace("---", " - ").replace("--", "-")
-    tex = re.sub(r"\\(?:\w+(?={)|footnotesize\b|small\b)\s*", "", tex)
-    tex = tex.replace("\\textbar", "|").replace("``", '"').replace("''", '"')
-    return re.sub(r"\\([%&#_$])", r"\1", tex).replace("{", "").replace("}", "").strip()
+    text = tex
+    for macro, words in _PLACES.items():
+        text = re.sub(macro, words, text)
+    text = re.sub(r"\\val\{([^}]*)\}", lambda m: known.get(m[1], "..."), text)
+    text = re.sub(r"~?\\cite\w*\{[^}]*\}", "", text)
+    text = re.sub(r"\$([^$]*)\$", lambda m: _formula(m[1]), text)
+    text = text.replace("\\,", " ").replace("~", " ").replace("---", " - ").replace("--", "-")
+    text = re.sub(r"\\(?:\w+(?={)|footnotesize\b|small\b)\s*", "", text)
+    text = text.replace("\\textbar", "|").replace("``", '"').replace("''", '"')
+    return re.sub(r"\\([%&#_$])", r"\1", text).replace("{", "").replace("}", "").strip()
 
 
 def _formula(tex: str) -> str:
-    tex = re.sub(r"\s*\\times 10\^\{?(-?\d+)\}?", r"e\1", tex)
-    tex = re.sub(r"(?<![\d.])10\^\{(-?\d+)\}", r"1e\1", tex)
-    tex = tex.replace("\\,", " ").replace("\\{", "{").replace("^{\\mathsf T}", "'")
-    return re.sub(r"\\([A-Za-z]+)(?: (?=[A-Za-z]))?", lambda m: _SYMBOLS.get(m[1], m[1]), tex)
+    """A formula as text: powers of ten as 1e3, symbols as letters."""
+    text = re.sub(r"\s*\\times 10\^\{?(-?\d+)\}?", r"e\1", tex)
+    text = re.sub(r"(?<![\d.])10\^\{(-?\d+)\}", r"1e\1", text)
+    text = text.replace("\\,", " ").replace("\\{", "{").replace("^{\\mathsf T}", "'")
+    return re.sub(r"\\([A-Za-z]+)(?: (?=[A-Za-z]))?", lambda m: _SYMBOLS.get(m[1], m[1]), text)
 
 
 _RULE = re.compile(r"\\(?:top|mid|bottom)rule|\\end(?:firsthead|head|foot|lastfoot)\b")
@@ -55,7 +59,12 @@ def table_rows(tex: str) -> Sequence[list[str]]:
         cells: list[str] = []
         for cell in re.split(r"(?<!\\)&", row):
             span = _SPAN.match(cell.strip())
-            cells += [plain(span[2]), *[""] * (int(span[1]) - 1)] if span else [plain(cell)]
-        if not (rows and cells == rows[0]):
+            if span is None:
+                cells.append(plain(cell))
+            else:
+                cells.append(plain(span[2]))
+                cells += [""] * (int(span[1]) - 1)
+        repeats_head = bool(rows) and cells == rows[0]
+        if not repeats_head:
             rows.append(cells)
     return rows

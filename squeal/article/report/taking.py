@@ -18,7 +18,7 @@ from squeal.article.records import call, from_dict
 from squeal.article.report.bibliography import behind, references
 from squeal.article.report.captions import captions, title
 from squeal.article.report.plain import plain, table_rows
-from squeal.article.report.values import filled, looked_up, read, shown
+from squeal.article.report.values import entry_of, filled, formatted, read
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance, digest, version
 from squeal.io.writing import to_json, write_csv, write_text, write_whole
@@ -62,7 +62,8 @@ class Origin:
         for file in self.reads:
             if file.suffix == ".json":
                 made = json.loads(file.read_text(encoding="utf-8")).get("provenance")
-                records += [from_dict(Provenance, made)] if made else []
+                if made:
+                    records.append(from_dict(Provenance, made))
         return records
 
     def to_dict(self) -> dict[str, Any]:
@@ -92,33 +93,45 @@ def take(name: str, build: Path, to: Path | None = None) -> Taken:
     builds them), or if the folder holds other things.
     """
     listed = captions()
-    if (numbered := re.fullmatch(r"fig(?:ure)?[ ._-]*(\d+)", name.lower())) is not None:
-        name = f"fig{int(numbered[1]):02}"
-    study = name.partition(".")[0]
-    if name not in listed and result_file(study) not in RESULTS:
+    key = _listed_name(name)
+    study = key.partition(".")[0]
+    if key not in listed and result_file(study) not in RESULTS:
         raise InputError(
-            f"{name}: is no figure, table or number of the report; `squeal take` lists figures and "
+            f"{key}: is no figure, table or number of the report; `squeal take` lists figures and "
             "tables, and a number is named as in results/NAME.json: NAME.key.key"
         )
-    folder = Path(name) if to is None else to
-    _check(folder, name)
+    folder = Path(key) if to is None else to
+    _refuse_other_folders(folder, key)
     folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".take-") as made:
-        if name not in listed:
-            _number(name, build, Path(made))
-        else:
-            fill = _table
-            if name in FIGURES:
-                fill = _measured if FIGURES[name].measured else _figure
-            reads = fill(name, build, Path(made))
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".take-") as temporary:
+        made = Path(temporary)
+        if key in listed:
+            reads = _figure_or_table(key, build, made)
             known = read(file for file in reads if file.suffix == ".json")
-            text = plain(filled(listed[name], known))
-            write_text(Path(made) / "caption.txt", f"{text}\n")
-        _sealed(Path(made))
-        return Taken(name, str(folder), _moved(Path(made), folder))
+            text = plain(filled(listed[key], known))
+            write_text(made / "caption.txt", f"{text}\n")
+        else:
+            _number(key, build, made)
+        _list_written_files(made)
+        return Taken(key, str(folder), _move_files(made, folder))
 
 
-def _check(folder: Path, name: str) -> None:
+def _listed_name(name: str) -> str:
+    """The name by which a figure is listed (fig11) of one as people write it (Fig. 11)."""
+    numbered = re.fullmatch(r"fig(?:ure)?[ ._-]*(\d+)", name.lower())
+    return name if numbered is None else f"fig{int(numbered[1]):02}"
+
+
+def _figure_or_table(name: str, build: Path, made: Path) -> tuple[Path, ...]:
+    """Write a figure or table with what belongs to it; the files that it was made from."""
+    if name not in FIGURES:
+        return _table(name, build, made)
+    if FIGURES[name].measured:
+        return _measured(name, build, made)
+    return _figure(name, build, made)
+
+
+def _refuse_other_folders(folder: Path, name: str) -> None:
     """Refuse a folder that holds anything but an earlier take of the same thing, or that with
     files changed since."""
     if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
@@ -142,7 +155,7 @@ def _check(folder: Path, name: str) -> None:
             )
 
 
-def _sealed(made: Path) -> None:
+def _list_written_files(made: Path) -> None:
     """List in origin.json what was written, so that a later take sees what was changed."""
     origin = json.loads((made / ORIGIN).read_text(encoding="utf-8"))
     files = sorted(path for path in made.rglob("*") if path.is_file() and path.name != ORIGIN)
@@ -154,7 +167,7 @@ def _sha256(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-def _moved(made: Path, folder: Path) -> tuple[str, ...]:
+def _move_files(made: Path, folder: Path) -> tuple[str, ...]:
     """Move finished files to their folder; other files in it stay."""
     files = sorted(str(path.relative_to(made)) for path in made.rglob("*") if path.is_file())
     try:
@@ -167,16 +180,16 @@ def _moved(made: Path, folder: Path) -> tuple[str, ...]:
     return tuple(files)
 
 
-def _built(build: Path, wanted: Iterable[str]) -> tuple[Path, ...]:
+def _built_files(build: Path, wanted: Iterable[str]) -> tuple[Path, ...]:
     """Files of a build. Raises InputError that says how to build those that are missing."""
-    wanted = tuple(wanted)
-    missing = [file for file in wanted if not (build / file).is_file()]
+    files = list(wanted)
+    missing = [file for file in files if not (build / file).is_file()]
     if missing:
         raise InputError(
             f"{', '.join(missing)}: not built yet; build first, in {build.resolve().name}: "
             f"snakemake {' '.join(missing)}"
         )
-    return tuple(build / file for file in wanted)
+    return tuple(build / file for file in files)
 
 
 def _figure(name: str, build: Path, made: Path) -> tuple[Path, ...]:
@@ -185,7 +198,7 @@ def _figure(name: str, build: Path, made: Path) -> tuple[Path, ...]:
     from squeal.plots.style import save
 
     figure = FIGURES[name]
-    reads = _built(build, figure.reads)
+    reads = _built_files(build, figure.reads)
     arguments = [str(build / word) if "/" in word else word for word in figure.arguments]
     module = f"squeal.article.figures.{figure.module}"
     drawing = call(import_module(module).draw, arguments)
@@ -198,18 +211,18 @@ def _figure(name: str, build: Path, made: Path) -> tuple[Path, ...]:
     if any(word.startswith("results/") for word in figure.reads):
         write_csv(made / "data" / "curves.csv", HEAD, rows(drawing.figure))
     origin = Origin(name, f"snakemake {report_file(name)}", reads, module)
-    _belongings(origin, "figure", made, {name: version(name) for name in DRAWN_WITH})
+    _write_origin_and_licence(origin, "figure", made, {name: version(name) for name in DRAWN_WITH})
     return reads
 
 
 def _measured(name: str, build: Path, made: Path) -> tuple[Path, ...]:
     """The figure as the build drew it while it measured; another run would draw other numbers."""
-    drawn = _built(build, figure_files(name))
+    drawn = _built_files(build, figure_files(name))
     for built, to in zip(drawn, (f"{name}.pdf", "alternative.txt"), strict=True):
         _copy(built, made / to)
     module = f"squeal.article.figures.{FIGURES[name].module}"
     origin = Origin(name, f"snakemake {report_file(name)}", drawn, module)
-    _belongings(origin, "figure", made, {name: version(name) for name in DRAWN_WITH})
+    _write_origin_and_licence(origin, "figure", made, {name: version(name) for name in DRAWN_WITH})
     return drawn
 
 
@@ -221,30 +234,30 @@ def _table(name: str, build: Path, made: Path) -> tuple[Path, ...]:
     """The table as LaTeX and as CSV; reads the results that its function's parameters name."""
     module = f"squeal.article.report.tables.{name}"
     wanted = inspect.signature(import_module(module).table).parameters
-    reads = _built(build, map(result_file, wanted))
-    (tex,) = _built(build, [report_file(name)])
+    reads = _built_files(build, map(result_file, wanted))
+    (tex,) = _built_files(build, [report_file(name)])
     text = tex.read_text(encoding="utf-8")
     write_text(made / f"{name}.tex", text)
     head, *body = table_rows(text)
     write_csv(made / f"{name}.csv", head, body)
-    _belongings(Origin(name, "snakemake", reads, module), "table", made)
+    _write_origin_and_licence(Origin(name, "snakemake", reads, module), "table", made)
     return reads
 
 
 def _number(key: str, build: Path, made: Path) -> None:
     study = key.partition(".")[0]
-    reads = _built(build, [result_file(study)])
+    reads = _built_files(build, [result_file(study)])
     try:
-        value = looked_up(read(reads), key)
+        value = entry_of(read(reads), key)
     except KeyError:
         raise InputError(f"{key}: is no key of {reads[0]}") from None
     write_text(made / "value.txt", f"{value}\n")
-    write_text(made / "value.tex", shown(value) + "\n")
+    write_text(made / "value.tex", formatted(value) + "\n")
     origin = Origin(key, f"snakemake {result_file(study)}", reads, "squeal.article.contents")
-    _belongings(origin, "number", made)
+    _write_origin_and_licence(origin, "number", made)
 
 
-def _belongings(
+def _write_origin_and_licence(
     origin: Origin, kind: str, made: Path, drawn_with: dict[str, str] | None = None
 ) -> None:
     write_text(made / ORIGIN, to_json(origin.to_dict()) + "\n")

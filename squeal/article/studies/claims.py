@@ -21,7 +21,8 @@ class Claims(Result):
 
 def study(files: Sequence[Path]) -> Claims:
     """Judge the eight scenes."""
-    b1, b2 = (read_cases(files, model) for model in ("B1", "B2"))
+    b1 = read_cases(files, "B1")
+    b2 = read_cases(files, "B2")
     cases = measure_scenes(b1, b2)
     linear = linear_measures({case: scene.pad for case, scene in b2.items()})
     return Claims(

@@ -17,7 +17,8 @@ class Findings(Result):
 
 def study(files: Sequence[Path]) -> Findings:
     """Measure the findings on the article's nine scenes."""
-    b1, b2 = (read_cases(files, model) for model in ("B1", "B2"))
+    b1 = read_cases(files, "B1")
+    b2 = read_cases(files, "B2")
     return Findings(measure_findings(Study(b1, b2, read_scenes(files, ["b3"])["b3"])))
 
 

@@ -15,12 +15,12 @@ from scipy.sparse import csc_array
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.formats.matrix_file import MatrixFile
-from squeal.io.matrices import aligned, read_matrix
+from squeal.io.matrices import OTHER_ROWS, on_rows, read_matrix
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING, CriticalPoint, Crossing
 from squeal.linear.matrices import Change, given_matrix
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import Term, TermSystem, labels_of, refuse_other_labels
 from squeal.numerics.differentiation import Formula
 from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues
@@ -47,10 +47,11 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
     Parameters
     ----------
     file : SystemFile
-        The system, and the labels of its rows.
+        The system.
     matrices : mapping of str to mapping
-        Of each new parameter, whose value is 0, what it adds to M, C and K: arrays (n, n), or files
-        whose labelled rows are placed where the system has them.
+        Of each new parameter, whose value is 0, what it adds to M, C and K: arrays (n, n), data
+        frames of the system's labels, or files whose labelled rows are placed where the system has
+        them.
 
     Raises
     ------
@@ -70,7 +71,8 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
             with (at / part).named():
                 added = given
                 if isinstance(given, str | Path):
-                    added = _on_rows_of(file, read_matrix(given))
+                    added = _on_rows_of(system, read_matrix(given))
+                _refuse_other_rows(system, given)
                 matrix = given_matrix(added, real=part == "M")
             if matrix.shape != (system.n, system.n):
                 words = f"shape {matrix.shape} is not allowed; the system has {system.n} rows"
@@ -86,22 +88,30 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
     )
 
 
-def _on_rows_of(file: SystemFile, given: MatrixFile) -> csc_array:
+def _refuse_other_rows(system: TermSystem, given: object) -> None:
+    """Raise InputError for a data frame whose labels are not those of the system's rows."""
+    labels = labels_of(given)
+    if labels is not None and system.labels:
+        index, columns = labels
+        refuse_other_labels({"rows": list(system.labels), "index": index, "columns": columns})
+
+
+def _on_rows_of(system: TermSystem, given: MatrixFile) -> csc_array:
     """A matrix from a file on the rows of a system, by their labels where both have them.
 
     Raises InputError for labelled rows that the system has not.
     """
-    labelled = len(file.labels)
-    if not (labelled and given.labels):
+    if not (system.labels and given.labels):
         return given.matrix
-    foreign = sorted({*given.labels} - {*file.labels})
+    if given.numbered and given.labels != system.labels:
+        raise InputError(OTHER_ROWS)
+    foreign = sorted({*given.labels} - {*system.labels})
     if foreign:
         node, direction = foreign[0]
         words = f"{len(foreign)} rows, the first is degree of freedom {direction} of node {node}"
         raise InputError(f"the system has no {words}; rows of the system are allowed")
-    empty = MatrixFile(csc_array((labelled, labelled)), file.labels)
-    _, matrix = aligned([empty, given])
-    matrix.resize((file.system.n, file.system.n))  # modal damping adds rows without a name
+    matrix = on_rows(given, system.labels)
+    matrix.resize((system.n, system.n))  # modal damping adds rows without a name
     return matrix
 
 

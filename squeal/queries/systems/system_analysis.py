@@ -91,7 +91,8 @@ class SystemAnalysis:
                     contact.require_direction(self.system.parameters, [parameter])
         if not self.depends_on_parameter:
             Place(self.system.name or "system").warn(
-                f"no matrix depends on {parameter}; the answer is the same at every value of it"
+                f"no matrix depends on {parameter}; the answer is the same at every value of it; "
+                f"matrices depend on {', '.join(sorted(self.system.names)) or 'no parameter'}"
             )
 
     def reduced(

@@ -35,9 +35,8 @@ def _ends(bound: Bound) -> list[str]:
 
 def table(ensemble: Ensemble) -> str:
     """A row a number."""
-    rows = [
-        [*NAMES[bound.name], *_ends(bound), "log" if bound.log else ""]
-        for bound in ensemble.bounds
-        if bound.name != "start"
-    ]
+    rows = []
+    for bound in ensemble.bounds:
+        if bound.name != "start":
+            rows.append([*NAMES[bound.name], *_ends(bound), "log" if bound.log else ""])
     return tabular("llrrl", ["", "", "from", "to", ""], [rows])

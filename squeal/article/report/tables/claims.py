@@ -19,10 +19,10 @@ def table(claims: Claims, sets: Sets) -> str:
         return f"{sum(claim.id not in one.failing for one in every)} of {len(every)}"
 
     def verdict(claim: JudgedClaim) -> str:
-        kind = (
-            "" if claim.kind == "informative" else f" ({claim.kind}: {typeset(claim.derivation)})"
-        )
-        return rf"\verdict{{{claim.verdict}}}{kind}"
+        reproduced = rf"\verdict{{{claim.verdict}}}"
+        if claim.kind == "informative":
+            return reproduced
+        return f"{reproduced} ({claim.kind}: {typeset(claim.derivation)})"
 
     columns = {
         "": lambda c: rf"\scriptsize {c.id}",

@@ -10,13 +10,8 @@ file whose pages we did not see, so that two misprints may be faults of the extr
 
 def table(findings: Findings) -> str:
     """A row a finding."""
-    rows = [
-        [
-            f.id,
-            typeset(f.where),
-            rf"{typeset(f.statement)} \emph{{({typeset(f.worth)})}}",
-            typeset(f.outcome),
-        ]
-        for f in findings.findings
-    ]
+    rows = []
+    for finding in findings.findings:
+        statement = rf"{typeset(finding.statement)} \emph{{({typeset(finding.worth)})}}"
+        rows.append([finding.id, typeset(finding.where), statement, typeset(finding.outcome)])
     return long_table(["", "place", "finding", "measured"], rows)

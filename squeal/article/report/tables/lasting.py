@@ -37,10 +37,11 @@ LIVELIEST: dict[str, Callable[..., str]] = {
 
 
 def _lively(onset: Onset, lively: Settled, at: str) -> list[str]:
-    return [
-        with_spread(getattr(lively, name), onset.ends(f"{at}.liveliest.{name}"), show)
-        for name, show in LIVELIEST.items()
-    ]
+    cells = []
+    for name, show in LIVELIEST.items():
+        ends = onset.ends(f"{at}.liveliest.{name}")
+        cells.append(with_spread(getattr(lively, name), ends, show))
+    return cells
 
 
 def table(onset: Onset) -> str:
@@ -52,13 +53,14 @@ def table(onset: Onset) -> str:
             if lively is None:
                 continue
             at = f"after.{name}.{place}"
-            own = "yes" if row.own and row.own.goes_on else "no"
+            reference = "yes" if row.own and row.own.goes_on else "no"
             lasting = with_spread(row.lasting, onset.ends(f"{at}.lasting"), str)
-            rows.append(
-                [motion_title(name), percent(row.ratio), own, f"{lasting} of {row.starts}"]
-                + _lively(onset, lively, at)
-                + ["yes" if lively.hammers else "no", number(row.growth, 2)]
-            )
+            cells = [motion_title(name), percent(row.ratio), reference]
+            cells.append(f"{lasting} of {row.starts}")
+            cells += _lively(onset, lively, at)
+            cells.append("yes" if lively.hammers else "no")
+            cells.append(number(row.growth, 2))
+            rows.append(cells)
     head = ["", r"$\zeta$", "reference", "others", "lost", "both off"]
     head += ["leading", "trailing", "sum", "turns", "hammers", "growth, 1/ms"]
     return tabular("lrrrrrrrrrlr", head, [rows])

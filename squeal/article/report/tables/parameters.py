@@ -29,9 +29,9 @@ ROWS = {
 
 def table(sets: Sets) -> str:
     """A column a set."""
-    rows = [
-        [*texts, *(number(one.parameters[key], 5) for one in sets.sets.values())]
-        for key, texts in ROWS.items()
-    ]
+    rows = []
+    for key, texts in ROWS.items():
+        values = [number(one.parameters[key], 5) for one in sets.sets.values()]
+        rows.append([*texts, *values])
     head = ["", "", "unit", *(name.replace("-", " ") for name in sets.sets)]
     return tabular("lll" + "r" * len(sets.sets), head, [rows])

@@ -17,17 +17,19 @@ magnitude."""
 
 def _row(name: str, loop: Loop) -> list[str]:
     frequencies = [f"{pole.frequency_hz / 1e3:.2f}" for pole in loop.poles]
-    ratios = [
-        "--" if pole.damping_ratio is None else f"${100 * pole.damping_ratio:.2f}$"
-        for pole in loop.poles
-    ]
-    critical = [number(value, 4) for value in (loop.frozen, loop.followed)]
+    ratios = []
+    for pole in loop.poles:
+        if pole.damping_ratio is None:
+            ratios.append("--")
+        else:
+            ratios.append(f"${100 * pole.damping_ratio:.2f}$")
     return [
         f"{name[:2].upper()} ({name[-1]})",
         loop.contact,
         ", ".join(frequencies),
         ", ".join(ratios),
-        *critical,
+        number(loop.frozen, 4),
+        number(loop.followed, 4),
         number(loop.modulus, 2),
     ]
 

@@ -35,12 +35,14 @@ def _cases(cases: tuple[str, ...]) -> str:
 
 def _ratio(key: str, value: float) -> str:
     near = any(abs(value / edge - 1.0) < 0.01 for edge in EDGES.get(key, ()))
-    return number(value, 3) + (r"$^\dagger$" if near else "")
+    mark = r"$^\dagger$" if near else ""
+    return number(value, 3) + mark
 
 
 def _fastest(one: ParameterSet, model: str) -> str:
     speed = one.fastest(model)
-    return number(speed, 2) + (OUTSIDE if speed >= 1.0 else "")
+    mark = OUTSIDE if speed >= 1.0 else ""
+    return number(speed, 2) + mark
 
 
 def _share(value: float) -> str:
@@ -53,33 +55,46 @@ def _lasting(sets: Sets, name: str, model: str) -> str:
     for case, share in one.beside(model).items():
         ends = sets.ends(f"sets.{name}.lasting.{stem(model, case)}")
         shown.append(f"{case}: {with_spread(share, ends, _share)}")
-    return ", ".join(shown) or ("none" if one.lasting else "--")
+    if shown:
+        return ", ".join(shown)
+    return "none" if one.lasting else "--"
+
+
+SHOWN: tuple[tuple[str, tuple[str, ...], Callable[[ParameterSet, str], str]], ...] = (
+    ("fastest face over $V$, {}", ("B1", "B2"), _fastest),
+    ("{} hammers in", ("B1", "B2"), lambda one, model: _cases(one.hammering[model])),
+    ("sliding of {} flutters in", ("B1", "B2"), lambda one, model: _cases(one.flutters[model])),
+    ("{} has no equilibrium in", ("B1", "B2"), lambda one, model: _cases(one.without[model])),
+    (
+        "contact lost from equilibrium, {}",
+        ("B1", "B2", TWO),
+        lambda one, model: percent(one.lost[model], 0),
+    ),
+    (
+        "contact lost from full contact, {}",
+        ("B1", "B2", TWO),
+        lambda one, model: percent(one.apart[model], 0),
+    ),
+)
+"""Rows of verdicts: their name, the models that have them, and what is shown of a set."""
 
 
 def table(sets: Sets) -> str:
     """A column a set."""
-    every = [*sets.sets.values()]
-    ratios = [[name, *(_ratio(k, one.numbers[k]) for one in every)] for k, name in NAMES.items()]
-    satisfied = (f"{one.satisfied} of {sets.statements}" for one in every)
-    load = (number(one.parameters["F_n"] / 1e3, 3) for one in every)
+    every = list(sets.sets.values())
+    ratios = []
+    for key, name in NAMES.items():
+        ratios.append([name, *(_ratio(key, one.numbers[key]) for one in every)])
+    load = [number(one.parameters["F_n"] / 1e3, 3) for one in every]
     ratios.append([r"$F_n$ in the units of Table~\numberof{parameters}, kN", *load])
-    shown: dict[str, Callable[[ParameterSet, str], str]] = {
-        "fastest face over $V$, {}": _fastest,
-        "{} hammers in": lambda one, model: _cases(one.hammering[model]),
-        "sliding of {} flutters in": lambda one, model: _cases(one.flutters[model]),
-        "{} has no equilibrium in": lambda one, model: _cases(one.without[model]),
-        "contact lost from equilibrium, {}": lambda one, model: percent(one.lost[model], 0),
-        "contact lost from full contact, {}": lambda one, model: percent(one.apart[model], 0),
-    }
-    rows = [
-        [name.format(model), *(show(one, model) for one in every)]
-        for name, show in shown.items()
-        for model in ("B1", "B2", *[TWO] * ("contact lost" in name))
-    ]
+    satisfied = [f"{one.satisfied} of {sets.statements}" for one in every]
+    rows = [["independent statements satisfied", *satisfied]]
+    for name, models, show in SHOWN:
+        for model in models:
+            rows.append([name.format(model), *(show(one, model) for one in every)])
     for model in ("B1", "B2"):
-        every_set = (_lasting(sets, name, model) for name in sets.sets)
-        rows.append([f"lasting beside stable sliding, {model}", *every_set])
-    rows.insert(0, ["independent statements satisfied", *satisfied])
+        lasting = [_lasting(sets, name, model) for name in sets.sets]
+        rows.append([f"lasting beside stable sliding, {model}", *lasting])
     head = [""]
     for name, one in sets.sets.items():
         head.append(name.replace("-", " ") + (OUTSIDE if one.outruns else ""))
