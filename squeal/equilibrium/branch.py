@@ -372,7 +372,7 @@ class _Front(NamedTuple):
 
         def turned_back(share: np.ndarray) -> np.ndarray:
             mu = curve[:, 3] if share.ndim == 1 else curve[:, 3, None]
-            return np.asarray(polyval(share, polyder(mu), tensor=False) < 0.0)[None]
+            return (polyval(share, polyder(mu), tensor=False) < 0.0)[None]
 
         return turned_back
 
@@ -447,7 +447,7 @@ class _Front(NamedTuple):
         step_forwards = (self.ahead * whole_way).sum(axis=0)
         distance = np.sqrt((way**2).sum(axis=0))
         between = (forwards >= -1e-6) & (forwards <= step_forwards + 1e-6)
-        return np.asarray(between & (distance <= forwards / options.cosine + 1e-6))
+        return between & (distance <= forwards / options.cosine + 1e-6)
 
     def turns_at_most_once(
         self, z: np.ndarray, tangent: np.ndarray, options: BranchOptions
@@ -461,7 +461,7 @@ class _Front(NamedTuple):
             extremum = np.clip(np.nan_to_num(-rate[1] / (2 * rate[2])), 0.0, 1.0)
             within = polyval(extremum, rate, tensor=False)
         even = (fast <= options.ratio * slow) & (within >= options.slower * slow)
-        return np.asarray((slow <= 0.0) | (self.step < options.closest) | even)
+        return (slow <= 0.0) | (self.step < options.closest) | even
 
     def _stepped(self, options: BranchOptions) -> _Corrected:
         """Places a step ahead; `good` is where the step may be taken.

@@ -151,7 +151,7 @@ class CompiledStatics(Statics):
     def _run(self, function: hy.cfunc_dbl, *rows: np.ndarray) -> np.ndarray:
         """Values (p, n) of a function of rows (..., n)."""
         parameters = self.parameters[: function.nparams]
-        return np.asarray(function(np.ascontiguousarray(np.concatenate(rows)), pars=parameters))
+        return function(np.ascontiguousarray(np.concatenate(rows)), pars=parameters)
 
     def surface_step(self, z: np.ndarray, on: np.ndarray, surface: np.ndarray) -> Step:
         values = self._run(_surface_step(self.model.law), z, on, surface)
@@ -170,7 +170,7 @@ class CompiledStatics(Statics):
         return Step(step[:3], exists, derivatives)
 
     def side(self, derivatives: np.ndarray) -> np.ndarray:
-        return np.asarray(np.sign(derivatives[0, 3]))
+        return np.sign(derivatives[0, 3])
 
     def tangents(
         self, z: np.ndarray, on: np.ndarray, rows: np.ndarray

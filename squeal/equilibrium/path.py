@@ -179,7 +179,7 @@ class Path:
         def tangent_at(z: np.ndarray) -> np.ndarray:
             _, J = self.statics.linearised(z, state)
             _, _, rows = np.linalg.svd(J[..., 0])
-            return np.asarray(rows[3])
+            return rows[3]
 
         tangent = tangent_at(z)
         later = tangent_at(z + ahead * tangent[:, None])

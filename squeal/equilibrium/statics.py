@@ -80,7 +80,7 @@ def null_vectors(J: np.ndarray, row: np.ndarray) -> np.ndarray:
     A = np.concatenate([np.moveaxis(J, -1, 0), row.T[:, None, :]], axis=1)
     right_sides = np.tile(np.eye(4)[:, 3:], (len(A), 1, 1))
     vectors, _ = solve_stack(A, right_sides)
-    return np.asarray(vectors[:, :, 0].T)
+    return vectors[:, :, 0].T
 
 
 def linear_step(values: np.ndarray, J: np.ndarray) -> Step:
@@ -167,7 +167,7 @@ class Statics:
 
     def tilt(self, z: np.ndarray) -> np.ndarray:
         """theta0 + theta, shape (...)."""
-        return np.asarray(self.model.pad.theta0 + self.place(z)[2])
+        return self.model.pad.theta0 + self.place(z)[2]
 
     def to_si(self, z: np.ndarray) -> np.ndarray:
         """q = (x, y, theta) in SI units, shape (3, ...)."""
@@ -209,7 +209,7 @@ class Statics:
     def touches(self, z: np.ndarray) -> np.ndarray:
         """Where a pad at z (4, ...) touches the surface, if only to rounding, shape (...)."""
         gaps, rounding = self.gaps_and_rounding(z)
-        return np.asarray(np.any(gaps <= rounding, axis=0))
+        return np.any(gaps <= rounding, axis=0)
 
     def unresolved(self, z: np.ndarray) -> np.ndarray:
         """Where rounding hides whether and how a pad at z (4, ...) touches, shape (...)."""
@@ -244,7 +244,7 @@ class Statics:
         balanced = imbalance <= 1e3 * np.max(rounding, axis=0) + 1e-9
         wrong = np.any(np.where(touching, gaps, -gaps) > rounding, axis=0)
         upright = np.abs(self.tilt(z)) < np.pi / 2
-        return np.asarray(upright & balanced & ~wrong)
+        return upright & balanced & ~wrong
 
     def resultant(self, z: np.ndarray, state: Touching) -> tuple[Number, Number]:
         """R_n and its distance delta, as the formulation counts it."""
@@ -292,7 +292,7 @@ class Statics:
         """Of the balance's derivative by q, zero at folds, at z (4, ..., k), shape (1, ..., k)."""
         _, slopes = self.linearised(z, on[:, None])
         of_x, of_y, of_moment = slopes[:, :3]
-        return np.asarray((of_x * np.cross(of_y, of_moment, axis=0)).sum(axis=0, keepdims=True))
+        return (of_x * np.cross(of_y, of_moment, axis=0)).sum(axis=0, keepdims=True)
 
     def surface_step(self, z: np.ndarray, on: np.ndarray, surface: np.ndarray) -> Step:
         """A step of Newton's method to where the balance meets a surface.
@@ -343,7 +343,7 @@ class Statics:
 
         They are minus the static stiffness (3, 3): it is -1 where that has a positive determinant.
         """
-        return np.asarray(np.sign(np.linalg.det(np.moveaxis(derivatives, -1, 0))))
+        return np.sign(np.linalg.det(np.moveaxis(derivatives, -1, 0)))
 
     def settle(
         self, z: np.ndarray, touching: np.ndarray | None, passes: int

@@ -266,7 +266,7 @@ def _ratios_over_frequency(path: Path) -> Callable[[NDArray], NDArray]:
     frequencies, ratios = read_over_frequency(path, ("frequency", "ratio"))
 
     def ratio(frequency: NDArray) -> NDArray:
-        return np.asarray(np.interp(frequency, frequencies, ratios, left=np.nan, right=np.nan))
+        return np.interp(frequency, frequencies, ratios, left=np.nan, right=np.nan)
 
     return ratio
 

@@ -208,21 +208,6 @@ def about_origin(model: PadModel) -> Linearisation:
     return linearise(model, np.zeros(3), model.full)
 
 
-def spring_directions(
-    pad: Pad, angles: tuple[Number, Number] | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Vectors a1, a2, shape (3, ...): a spring lengthens by -a1.q or a2.q in the first order.
-
-    `angles` replaces (alpha1, alpha2) of the pad, arrays allowed.
-    """
-    alpha1, alpha2 = (pad.alpha1, pad.alpha2) if angles is None else angles
-    d = np.hypot(pad.w, pad.h)
-    beta = np.arctan2(pad.h, pad.w)
-    a1 = np.array([np.cos(alpha1), np.sin(alpha1), -d * np.sin(alpha1 + beta - pad.theta0)])
-    a2 = np.array([np.cos(alpha2), -np.sin(alpha2), -d * np.sin(alpha2 + beta + pad.theta0)])
-    return a1, a2
-
-
 @dataclass(frozen=True)
 class Units:
     """Mass in kg, length in m, time in s, and the lever (m) that turns rotation into length.

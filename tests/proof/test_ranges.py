@@ -5,8 +5,8 @@ import pytest
 
 from squeal import System
 from squeal.errors import InputError
-from squeal.proof import HALF_ULP, Term, Terms, prove_thresholds
-from squeal.proof.ranges import INSIDE
+from squeal.proof.balls import HALF_ULP
+from squeal.proof.ranges import INSIDE, Term, Terms, prove_thresholds
 from tests.known import known_system
 
 pytest.importorskip("flint")

@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.proof import (
-    AS_GIVEN,
-    HALF_ULP,
-    Quadratic,
-    RootList,
-    judge,
-    prove_roots,
-    unstable_count,
-)
+from squeal.proof.balls import AS_GIVEN, HALF_ULP, Quadratic
 from squeal.proof.enclosure import components, enclose
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import growing_counts
-from squeal.proof.referee import FREE, enclosed, possible_verdicts
+from squeal.proof.referee import (
+    FREE,
+    RootList,
+    enclosed,
+    judge,
+    possible_verdicts,
+    prove_roots,
+    unstable_count,
+)
 from tests.proof.families import FAMILIES, Known, sample, unimodular
 
 NEARLY_FREE = (

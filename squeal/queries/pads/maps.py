@@ -20,8 +20,7 @@ from squeal.equilibrium.statics import LIMITS, excursion
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import unit_word
-from squeal.linear import VERDICTS, sum_verdicts
-from squeal.model.equations import PadModel, about_origin, spring_directions
+from squeal.linear import VERDICTS
 from squeal.model.pad import PARAMETERS
 from squeal.queries.pads.stack import (
     STABLE_OR_MARGINAL,
@@ -132,22 +131,6 @@ def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) 
     return PointVerdicts(codes.reshape(shape), contact.reshape(shape), beyond.reshape(3, *shape))
 
 
-def _angle_codes(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
-    """Verdict codes (n1, n2) of a B3 map over the angles of its two springs.
-
-    K is the stiffness of the contact plus k_i a_i a_i^T of each spring i with the direction a_i, a
-    matrix of rank one. All matrices are mass-normalised.
-    """
-    pad = model.pad
-    a1, a2 = spring_directions(pad, (axes[0].values, axes[1].values))
-    unit = 1.0 / np.sqrt([pad.m, pad.m, pad.I])  # makes the mass matrix one
-    spring_1 = unit[:, None] * np.sqrt(pad.k1) * a1
-    spring_2 = unit[:, None] * np.sqrt(pad.k2) * a2
-    contact = unit[:, None] * about_origin(model.replace(k1=0.0, k2=0.0)).K * unit
-    contact_and_spring_2 = contact[:, :, None] + np.einsum("in,jn->ijn", spring_2, spring_2)
-    return sum_verdicts(contact_and_spring_2, spring_1)
-
-
 def _check(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> None:
     """Refuse axes that a map cannot have.
 
@@ -200,11 +183,7 @@ def stability_map(
     _check(scene, axes, quantity)
     names = (axes[0].name, axes[1].name)
     linear = scene.pad_model.linear
-    if linear and names == ("alpha1", "alpha2") and scene.damping is None:
-        codes = _angle_codes(scene.pad_model, axes)
-        beyond = np.zeros((3, *codes.shape), dtype=bool)
-    else:
-        codes, _, beyond = on_grid(scene, names, axes[0].values, axes[1].values)
+    codes, _, beyond = on_grid(scene, names, axes[0].values, axes[1].values)
     admissible = (codes < BEYOND_FOLD) & ~beyond.any(axis=0)
     warnings = _inadmissible(codes, beyond)
     details: dict[str, Any] = {

@@ -513,7 +513,7 @@ class PadStack:
         if self.damping is not None:
             rates = np.linalg.norm(self.damping, 2, axis=(1, 2))
             largest = np.maximum(largest, rates**2)
-        return np.asarray(sizes[:, -1] <= 1e-12 * largest)
+        return sizes[:, -1] <= 1e-12 * largest
 
     def frequency_at_onset(self, A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
         """Frequency (k,) in Hz of the pair that flutters next, of z'' + B z' + A z = 0.
@@ -535,7 +535,7 @@ class PadStack:
             roots = np.linalg.eigvals(first_order(A, B, 1.0)[0])
             growth = np.where(roots.imag > 0.0, roots.real, -np.inf)
             omega = roots.imag[rows, np.argmax(growth, axis=1)]
-        return np.asarray(omega / self.statics.units.time / (2 * np.pi))
+        return omega / self.statics.units.time / (2 * np.pi)
 
 
 def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
