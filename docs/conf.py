@@ -18,9 +18,9 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.intersphinx",
     "sphinx.ext.napoleon",
-    "sphinx_gallery.gen_gallery",
     "mathml",
     "pages",
+    "pictures",
     "run",
 ]
 root_doc = "index"

@@ -5,6 +5,8 @@ import importlib
 import inspect
 import re
 import runpy
+import shutil
+import subprocess
 import sys
 from collections.abc import Callable
 from pkgutil import resolve_name
@@ -66,6 +68,37 @@ def test_twelve_pictures_of_the_gallery_take_ten_lines_each():
         if sum(one.end_lineno - one.lineno + 1 for one in own if one.end_lineno) <= 10:
             short.append(path.stem)
     assert len(short) >= 12
+
+
+CONF = """
+import sys
+
+sys.path.insert(0, "PATH")
+extensions = ["pictures"]
+sphinx_gallery_conf = {"examples_dirs": [], "gallery_dirs": []}
+"""
+PICTURE = """
+Title
+=====
+
+.. image-sg:: /picture.png
+   :alt: A brake
+   :srcset: /picture.png
+   :class: sphx-glr-single-img
+"""
+
+
+def test_a_picture_of_the_gallery_has_words_in_a_text_build(tmp_path):
+    """`sphinx-build -b text` ended with: Unknown node: imgsgnode."""
+    pytest.importorskip("sphinx_gallery")
+    (tmp_path / "conf.py").write_text(CONF.replace("PATH", (DOCS / "_extensions").as_posix()))
+    (tmp_path / "index.rst").write_text(PICTURE)
+    shutil.copy(ROOT / "figures" / "brake.png", tmp_path / "picture.png")
+    made = tmp_path / "made"
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "-b", "text", str(tmp_path), str(made)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+    assert "[image: A brake]" in (made / "index.txt").read_text()
 
 
 CODE = re.compile(r"^```(?:console|python|yaml|text|sh)\n(.*?)^```", re.DOTALL | re.MULTILINE)

@@ -229,7 +229,7 @@ def test_growth_is_the_work_of_a_cycle_over_twice_the_stored_energy():
     assert roles["speed"] == "gyroscopic"
 
 
-def test_two_degrees_of_freedom_in_closed_form():
+def test_the_energy_of_two_degrees_of_freedom_is_that_of_the_closed_form():
     """M = I, K = w I + mu TURN, C = c I: x = (1, -+ i), lambda^2 + c lambda + w -+ i mu = 0."""
     c = 0.3
     w = 50.0
@@ -349,7 +349,7 @@ def test_modes_have_the_numbers_of_the_sweep():
     assert rates == pytest.approx([-0.1] * 5)
 
 
-def test_a_damped_pad_over_friction_and_its_command(capsys, monkeypatch, tmp_path):
+def test_a_damped_pad_over_friction_has_the_terms_of_each_value(capsys, monkeypatch, tmp_path):
     """The terms of each value are those of `energy` there, and the command prints the same."""
     monkeypatch.chdir(tmp_path)
     assert main(["example", "pad"]) == 0
