@@ -1,5 +1,5 @@
-"""`squeal check`: what a system from matrices is, before it is analysed: what its files were read
-as, mass, lowest real modes, free motions, and what looks like an error of units.
+"""`squeal check`: what a pad or a system from matrices is, before it is analysed: what its files
+were read as, mass, lowest real modes, free motions, and what looks like an error of units.
 
 squeal check brake.yaml
 """
@@ -18,7 +18,7 @@ def options(parser: Parser) -> None:
 
 
 def run(given: argparse.Namespace) -> Reply:
-    """Read the system and describe it."""
-    answer = squeal.check(given.source.system(), given.modes)
+    """Read the scene or system and describe it."""
+    answer = squeal.check(given.source.subject(), given.modes)
     write_files(given, answer)
     return Reply.of(answer)

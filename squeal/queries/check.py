@@ -13,11 +13,13 @@ from scipy.sparse import coo_array, csc_array
 
 from squeal.errors import ComputationError
 from squeal.io.coordinates import POINTS, Coordinates
+from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked
 from squeal.linear.damping import frictionless
 from squeal.linear.digits import data_errors
 from squeal.linear.matrices import EPS, dense
-from squeal.linear.system import Matrix, TermSystem
+from squeal.linear.system import Matrix, System, TermSystem
+from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.systems.matrices import ALL_ROWS, matrix_list, system_checks
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.results.columns import basis_text
@@ -102,7 +104,8 @@ class Check(Answer):
             mass = f"{number(self.mass)} in the unit of M, centre at ({centre})"
             lines.append(f"mass of the rows that move: {mass}")
             lines.append(f"nodes in a box of {box}")
-            lines.append(f"elements with faces: {self.elements}" if self.elements else POINTS)
+            if self.matrices:  # a pad has neither nodes nor elements
+                lines.append(f"elements with faces: {self.elements}" if self.elements else POINTS)
         elif self.reduction is not None:
             lines.append(basis_text(self.reduction, errors=True))
             lines.append("mass and box: not known of reduced components")
@@ -124,12 +127,12 @@ class Check(Answer):
 
 @public
 def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
-    """Say what a system of matrices is, before it is analysed.
+    """Say what a pad or a system of matrices is, before it is analysed.
 
     Parameters
     ----------
-    subject : SystemFile or TermSystem
-        What `read_system` or `System` gives.
+    subject : Scene, SystemFile or TermSystem
+        What `read_scene`, `read_system` or `System` gives; a pad is linearised without friction.
     modes : int
         How many real modes, at the nominal parameters without friction and damping.
 
@@ -155,7 +158,8 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     >>> found.free, round(2 * np.pi * found.frequencies_hz[0], 6)
     (1, 2.0)
     """
-    analysis = SystemAnalysis.of(subject)
+    pad = subject.pad if isinstance(subject, Scene) else None
+    analysis = SystemAnalysis.of(_linearised(subject) if isinstance(subject, Scene) else subject)
     file = analysis.file
     system = file.system.frozen()
     squares, noise = _real_modes(system, modes)
@@ -168,6 +172,10 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     if file.coordinates is not None and analysis.joined is None:
         mass, centre = _mass(system.at()[0], file.coordinates)
         size = tuple(np.ptp(file.coordinates.places, axis=0).tolist())
+    if pad is not None:
+        mass = pad.m
+        centre = (pad.x0, pad.y0, 0.0)
+        size = (2 * pad.w, 2 * pad.h, 0.0)
     hints = _units(mass, max(size) if size else None, hertz[0] if hertz else None)
     return Check(
         name=system.name or "system",
@@ -184,6 +192,12 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         hints=tuple(hints),
         reduction=analysis.joined,
     )
+
+
+def _linearised(scene: Scene) -> System:
+    """The pad without friction about its equilibrium there."""
+    matrices = analyse(scene.replace(mu=0.0)).matrices
+    return System(matrices.M, K=matrices.K, name=scene.model)
 
 
 def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -220,7 +220,8 @@ class Scatter(Answer):
             value = (self.name, "")
             if self.basis is not None:
                 results.append("residual")
-        parameters = [parameter_heading(name, [self.name]) for name in self.spreads]
+        others = [value[0], "share", *results]
+        parameters = [parameter_heading(name, others) for name in self.spreads]
         heads = [value, ("share", "")]
         heads += [(name, "") for name in results + parameters]
         rows = []

@@ -94,7 +94,6 @@ optimise pair.yaml --bounds gap:1 | --bounds gap:1
 optimise pair.yaml --bounds gap:0:1 --bounds gap:0:2 | --bounds gap:0:2
 optimise pair.yaml --bounds nu:0:1 | nu
 optimise b3.yaml --bounds mu:0:1 | b3.yaml: is a pad; a system of matrices is allowed
-check b3.yaml | b3.yaml: is a pad; a system of matrices is allowed
 map b3.yaml --n 1 | --n 1
 map b3.yaml --second mu:1:0 | mu:1:0
 map b3.yaml --first k1:0:1e10:log | --first k1:0:1e10:log

@@ -13,7 +13,7 @@ from squeal.examples.brake import solid_brake, write_brake
 from squeal.io.coordinates import Coordinates
 from squeal.io.system import SystemFile
 from squeal.linear.system import Term, TermSystem
-from tests.conftest import SCENES
+from tests.conftest import ROOT
 
 
 @pytest.fixture(scope="module")
@@ -71,8 +71,7 @@ def test_what_looks_like_an_error_of_units_is_hinted_at(brake, units, words):
 
 
 def test_what_cannot_be_checked_is_refused(brake):
-    scene = squeal.read_scene(SCENES / "b1-c.yaml")
-    wrong: list = [(scene, 1), (brake.system, 0), ("s.yaml", 1)]
+    wrong: list = [(brake.system, 0), ("s.yaml", 1)]
     for subject, modes in wrong:
         with pytest.raises(InputError, match="not allowed"):
             squeal.check(subject, modes)
@@ -148,3 +147,34 @@ def test_sums_that_were_rounded_leave_a_free_motion_free(springs):
     """The diagonal holds sums that are off by half an ulp: a chain of three springs is free."""
     found = squeal.check(squeal.System(np.eye(len(springs) + 1), K=chain(springs)))
     assert (found.free, found.negative) == (1, 0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, ()),
+        (
+            {"m": 200.0, "I": None},
+            ("a mass of 200 in a box of 0.08: looks like g", "N/mm beside kg"),
+        ),
+        ({"w": 40.0, "h": 14.0, "I": None}, ("nodes 80 apart: looks like mm",)),
+        ({"k1": 2e4, "k2": 2.6e4, "k3": 8.7e3, "k4": 8.7e3}, ("looks like N/mm beside kg",)),
+    ],
+)
+def test_units_of_a_pad_are_checked_as_those_of_a_system(changes, words):
+    """A pad of 200 g with its mass in grams was taken without a word."""
+    scene = squeal.read_scene(ROOT / "examples" / "pad.yaml")
+    found = squeal.check(scene.replace(**changes))
+    hints = "; ".join(found.hints)
+    assert all(part in hints for part in words)
+    assert bool(found.hints) == bool(words)
+
+
+def test_modes_of_a_pad_are_those_of_its_springs():
+    """Frictionless, the press held by k1 at right angles: omega^2 from K about the equilibrium."""
+    scene = squeal.read_scene(ROOT / "examples" / "pad.yaml")
+    found = squeal.check(scene, modes=3)
+    roots = squeal.eigenvalues(scene.replace(mu=0.0)).values
+    upper = np.sort(roots.imag[roots.imag > 0.0])
+    assert found.frequencies_hz == pytest.approx(upper / (2 * np.pi), rel=1e-9)
+    assert (found.mass, found.size[:2], found.rows) == (0.2, (0.08, 0.028), 3)

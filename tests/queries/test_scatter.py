@@ -137,6 +137,14 @@ def test_each_threshold_is_that_of_the_closed_form(rows, c):
         assert row.value == pytest.approx(exact, rel=1e-8)
 
 
+def test_a_parameter_has_one_name_in_all_tables():
+    """The table of growth said parameter.mu, sweeps and maps mu."""
+    spreads: dict = {"mu": {"between": [0.2, 0.5]}, "k1": {"relative": 0.05}}
+    rows = scatter(SCENE, spreads, samples=8, of="growth").to_records()
+    assert {"mu", "k1"} <= rows[0].keys()
+    assert not {key for key in rows[0] if key.startswith("parameter")}
+
+
 def test_the_referee_is_not_asked_of_each_sample(monkeypatch):
     """A sample took 0.15 s of which 0.11 proved what no sample tells of."""
     monkeypatch.setattr("squeal.queries.thresholds._proved_system", pytest.fail)
