@@ -182,7 +182,7 @@ def scatter(
     spreads: Mapping[str, Spread],
     samples: int = 400,
     rng: RandomNumbers = 1,
-    mu_max: Positive = 2.0,
+    high: Positive = 2.0,
     of: Literal["threshold", "growth"] = "threshold",
     band: tuple[float, float] | None = None,
     design: str = "random",
@@ -206,7 +206,7 @@ def scatter(
     rng : int or numpy.random.Generator
         Of the random numbers: the same seed draws the same samples. A generator draws the seed,
         which the answer names.
-    mu_max : float
+    high : float
         Upper end of the range that is searched for the critical friction.
     of : {"threshold", "growth"}
         The first loss of stability, searched for and not proved as by `thresholds`, or the largest
@@ -219,7 +219,7 @@ def scatter(
     indices : bool
         Whether Sobol indices are computed, by the estimators of Saltelli et al., Computer Physics
         Communications 181 (2010) 259-270, which draws twice as many samples, and ``samples`` times
-        the number of parameters more. A threshold that lies beyond ``mu_max`` counts as ``mu_max``.
+        the number of parameters more. A threshold that lies beyond ``high`` counts as ``high``.
     workers : int
         Processes, which start by import: a script must guard its main part.
     journal : path, optional
@@ -267,18 +267,18 @@ def scatter(
     design = options["design"]
     indices = options["indices"]
     require_spreads(spreads)
-    space = ParameterSpace.of(subject, "scatter", mu_max, of)
+    space = ParameterSpace.of(subject, "scatter", high, of)
     dimensions = 2 * len(spreads) if indices else len(spreads)
     points = points_of_unit_cube(design, samples, dimensions, seed)
     if indices:
         points = points_for_indices(points)
     changes = parameters_at(space, spreads, points)
-    computer = _computer(space, of, mu_max, EigenvalueSelection(band, None, None), changes)
-    question = (of, mu_max, band, spreads, design, seed, indices, samples)
+    computer = _computer(space, of, high, EigenvalueSelection(band, None, None), changes)
+    question = (of, high, band, spreads, design, seed, indices, samples)
     rows = _computed(space.subject, changes, computer, workers, journal, question, progress)
     sobol: tuple[Index, ...] = ()
     if indices:
-        sobol = _indices_of(rows, list(spreads), samples, mu_max, seed)
+        sobol = _indices_of(rows, list(spreads), samples, high, seed)
         rows = rows[: 2 * samples]  # A and B are the samples, the others repeat their columns
     computed = [row for row in rows if row.reason is None]
     if not computed:
@@ -291,7 +291,7 @@ def scatter(
         name=space.free,
         of=of,
         mu=space.at,
-        mu_max=mu_max,
+        mu_max=high,
         band=band,
         spreads=spreads,
         design=design,
@@ -323,18 +323,18 @@ def _is_stable(row: Sample, of: Literal["threshold", "growth"], mu: float) -> bo
 
 
 def _indices_of(
-    rows: Sequence[Sample], names: Sequence[str], samples: int, mu_max: float, seed: int
+    rows: Sequence[Sample], names: Sequence[str], samples: int, high: float, seed: int
 ) -> tuple[Index, ...]:
     """Sobol indices from the samples at A, B and each AB_i, `samples` of each below each other.
 
-    A threshold beyond `mu_max` counts as `mu_max`; what could not be computed is left out.
+    A threshold beyond `high` counts as `high`; what could not be computed is left out.
     """
     values = []
     for row in rows:
         if row.reason is not None:
             values.append(math.inf)
         elif math.isnan(row.value):
-            values.append(mu_max)
+            values.append(high)
         else:
             values.append(row.value)
     table = np.array(values).reshape(len(names) + 2, samples)
