@@ -98,6 +98,7 @@ benchmark: $(DEVELOP)
 	if command -v g++ > /dev/null; then $(BIN)/python -m benchmarks.floor; fi
 	$(BIN)/python benchmarks/map.py
 	$(BIN)/python -m benchmarks.large_peers
+	$(BIN)/python -m benchmarks.calculix_peers
 
 brake: $(ENVIRONMENT)
 	@$(BIN)/python -m benchmarks.published_brake $(DATA)

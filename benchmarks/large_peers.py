@@ -31,7 +31,7 @@ BUILD = "/usr/lib/{}dir/{}*/x86_64-linux-gnu-complex/lib/python3/dist-packages"
 LOW, HIGH = (2 * math.pi * f for f in BAND)
 
 
-def _slepc(parts: Any) -> tuple[float, Any]:
+def _slepc(parts: Any, shift: complex, near: int) -> tuple[float, Any]:
     """TOAR with shift-invert by MUMPS; Debian's Python has NumPy and no SciPy."""
     for name in ("slepc", "petsc"):
         sys.path[:0] = glob.glob(BUILD.format(name, name))
@@ -50,8 +50,8 @@ def _slepc(parts: Any) -> tuple[float, Any]:
     solver.setType("toar")
     solver.setScale(SLEPc.PEP.Scale.SCALAR)
     solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
-    solver.setTarget(0.5j * (LOW + HIGH))
-    solver.setDimensions(NEAR)
+    solver.setTarget(shift)
+    solver.setDimensions(near)
     solver.setTolerances(1e-10, 200)
     inverse = solver.getST()
     inverse.setType("sinvert")
@@ -95,7 +95,10 @@ def eigs_near(system: Any, band: tuple[float, float], near: int) -> Any:
 def _parts(system: Any, changes: Any = None) -> dict[str, Any]:
     """Arrays of M, C and K by rows."""
     parts: dict[str, Any] = {}
-    for key, matrix in zip("MCK", system.at(changes), strict=True):
+    M, C, K = system.at(changes)
+    if C is None:
+        C = 0.0 * M
+    for key, matrix in zip("MCK", (M, C, K), strict=True):
         A = matrix.tocsr()
         parts |= {key + "p": A.indptr, key + "i": A.indices, key + "x": A.data}
     return parts
@@ -129,15 +132,39 @@ def _squeal(folder: Path, way: str) -> tuple[float, Any]:
 
 
 def one(way: str, folder: Path) -> str:
-    """What one way takes: CPU seconds, GB, number of roots in the band (of thresholds all)."""
+    """What one way takes: CPU seconds, GB, number of roots in the band (of thresholds all). Writes
+    the roots beside the matrices."""
     if way not in ("slepc", "eigs"):
         seconds, values = _squeal(folder, way)
     else:
         parts = np.load(folder / "parts.npz")
-        seconds, values = (_slepc if way == "slepc" else _eigs)(parts)
+        solver = _slepc if way == "slepc" else _eigs
+        seconds, values = solver(parts, complex(parts["shift"]), int(parts["near"]))
+    np.save(folder / f"{way}.npy", values)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     inside = int(np.sum((values.imag > LOW) & (values.imag < HIGH)))
     return f"{seconds:.2f} s, {memory:.2f} GB, {inside}"
+
+
+def write_parts(folder: Path, system: Any, shift: complex, near: int) -> None:
+    """Write the matrices for the peers, and how many roots they find around a shift (rad/s)."""
+    np.savez(folder / "parts.npz", shift=shift, near=near, **_parts(system))
+
+
+def run_way(way: str, folder: Path) -> str:
+    """Run a way in a process of its own on one thread; what it prints, "" without an answer."""
+    program = [sys.executable, "-m", "benchmarks.large_peers"]
+    if way == "slepc":
+        program = [DEBIAN, str(Path(__file__))]
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    command = [*program, "--one", way, str(folder)]
+    run = subprocess.run(command, stdout=subprocess.PIPE, env=environment, text=True)
+    return run.stdout.strip()
+
+
+def has_slepc() -> bool:
+    """Whether Debian's complex build of SLEPc is installed."""
+    return bool(glob.glob(BUILD.format("slepc", "slepc")))
 
 
 def main() -> int:
@@ -147,22 +174,16 @@ def main() -> int:
         return 0
     from squeal.examples.brake import solid_brake, write_brake
 
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     for rows in map(int, sys.argv[1:] or ["5000", "20000"]):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name) / "brake"
             brake = solid_brake(rows)
             write_brake(folder, brake)
-            np.savez(folder / "parts.npz", **_parts(brake.system))
+            write_parts(folder, brake.system, 0.5j * (LOW + HIGH), NEAR)
             for way in WAYS:
-                python = DEBIAN if way == "slepc" else sys.executable
-                if way == "slepc" and not glob.glob(BUILD.format("slepc", "slepc")):
+                if way == "slepc" and not has_slepc():
                     continue
-                own = [python, str(Path(__file__)), "--one", way, str(folder)]
-                if way != "slepc":
-                    own[1:2] = ["-m", "benchmarks.large_peers"]
-                run = subprocess.run(own, stdout=subprocess.PIPE, env=environment, text=True)
-                answer = run.stdout.strip() or "no answer"
+                answer = run_way(way, folder) or "no answer"
                 print(f"{brake.system.n:>7d} rows  {way:<10s}  {answer}", flush=True)
     return 0
 

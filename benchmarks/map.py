@@ -12,8 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from squeal.article.equations import spring_directions
 from squeal.io.scene import Scene, read_scene
-from squeal.model.equations import about_origin, spring_directions
+from squeal.model.equations import about_origin
 from squeal.queries.pads.maps import angle_axes, stability_map
 
 SCENE = Path(__file__).parent.parent / "workflow" / "scenes" / "b3.yaml"

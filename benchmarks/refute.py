@@ -33,20 +33,12 @@ import squeal
 from squeal.errors import ComputationError
 from squeal.linear.events import Crossing
 from squeal.linear.system import TermSystem
-from squeal.proof import (
-    AS_GIVEN,
-    HALF_ULP,
-    Quadratic,
-    RootList,
-    Term,
-    Terms,
-    prove_roots,
-    prove_thresholds,
-)
+from squeal.proof.balls import AS_GIVEN, HALF_ULP, Quadratic
 from squeal.proof.enclosure import components
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import Piece, growing_counts
-from squeal.proof.referee import Finding, enclosed, judge_finding
+from squeal.proof.ranges import Term, Terms, prove_thresholds
+from squeal.proof.referee import Finding, RootList, enclosed, judge_finding, prove_roots
 from tests.proof.families import FAMILIES as OF_VALUES
 from tests.proof.families import Known, sample
 

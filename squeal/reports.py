@@ -8,18 +8,22 @@ from __future__ import annotations
 
 import math
 from base64 import b64encode
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from squeal import __version__
 from squeal.errors import ComputationError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
 from squeal.io.system import SystemFile
-from squeal.io.writing import Answer, Column, Panel, Table, number, write_text
+from squeal.io.writing import Answer, Column, Panel, Table, number, picked, write_text
+from squeal.linear import UnstableMode
 from squeal.queries.check import Check, check
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import Energy, energy
@@ -51,13 +55,16 @@ CONFIDENCE = {
 @dataclass(frozen=True, eq=False)
 class Remedy:
     """A change of one parameter that stops the fastest mode to first order; `computed` are the
-    eigenvalues with it."""
+    eigenvalues with it, `harmed` the modes that grow with it alone; `helps`: the largest growth
+    rate falls, which another mode may prevent."""
 
     parameter: str
     before: float
     after: float
     words: str
     computed: Eigenvalues
+    harmed: tuple[UnstableMode, ...]
+    helps: bool
 
     @property
     def sentence(self) -> str:
@@ -65,7 +72,13 @@ class Remedy:
         way = "Raise" if self.after > self.before else "Lower"
         values = f"from {number(self.before, 4)} to {number(self.after, 4)}"
         change = f"{way} {self.parameter} by {self.words}, {values}"
-        return f"{change}. With it: {self.computed.conclusion}."
+        sentence = f"{change}. With it: {self.computed.conclusion}."
+        if self.harmed:
+            hertz = ", ".join(number(mode.frequency_hz, 4) for mode in self.harmed)
+            sentence += f" New among what grows: {hertz} Hz."
+        elif self.computed.unstable:
+            sentence += " No other mode begins to grow."
+        return sentence
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -115,17 +128,16 @@ class Report(Answer):
             is_sure = found.certified and found.verdict is not None
             return "Nothing has to change." if is_sure else "Nothing that grows was found."
         ways = []
-        if self.remedy is not None:
+        if self.remedy is not None and self.remedy.helps:
             ways.append(self.remedy.sentence)
         fastest = found.unstable[0]
         if fastest.frequency_hz:
-            percent = number(-100.0 * fastest.damping_ratio, 2)
+            percent = _rounded(-100.0 * fastest.damping_ratio, 2, math.ceil)
             hertz = number(fastest.frequency_hz, 4)
-            more = f"at least {percent} % more damping each"
-            ways.append(f"Give the modes that meet at {hertz} Hz {more}.")
+            ways.append(f"Give each mode at {hertz} Hz at least {percent} % more damping.")
         first_loss = self.thresholds.first
         if first_loss is not None and first_loss.mu < found.value:
-            limit = f"{found.parameter} below {number(first_loss.mu, 4)}"
+            limit = f"{found.parameter} below {_rounded(first_loss.mu, 4, math.floor)}"
             ways.append(f"Keep {limit}; it is {number(found.value, 4)}.")
         if not ways:
             return "No way out is known to this page."
@@ -144,6 +156,8 @@ class Report(Answer):
         mode = found.mode_of(found.unstable[0])
         if mode in self.energy.modes:
             lines.append(f"Why: {self.energy.sentence(mode)}.")
+            if self.energy.part_shares:
+                lines.append(f"Where its energy is: {self.energy.place(mode)}.")
         if self.remedy is None:
             others = sorted(self.sensitivity.values.keys() - {found.parameter})
             if others:
@@ -151,6 +165,8 @@ class Report(Answer):
                 lines.append(f"Changing {names} by up to {MOST_STEPS} % does not stop it.")
             else:
                 lines.append("No other parameter is named whose change could stop it.")
+        elif not self.remedy.helps:
+            lines.append(f"What stops it drives another mode. {self.remedy.sentence}")
         if found.beside:
             lines.append(f"This is of {found.extent} alone, and growth outside of it was seen.")
         return lines
@@ -172,6 +188,18 @@ class Report(Answer):
             line += f" at {number(first.frequency_hz, 4)} Hz"
         return line
 
+    @property
+    def margin(self) -> str:
+        """How far the brake is from its first loss, in words; empty where none is known."""
+        first = self.thresholds.first
+        found = self.eigenvalues
+        if first is None or first.mu <= 0.0:
+            return ""
+        percent = 100.0 * (found.value / first.mu - 1.0)
+        side = "above" if percent > 0.0 else "below"
+        here = f"{found.parameter} = {number(found.value, 4)}"
+        return f"{here} lies {number(abs(percent), 3)} % {side} that."
+
     def table(self) -> Table:
         """The modes that grow.
 
@@ -186,23 +214,20 @@ class Report(Answer):
         return self.eigenvalues.growing
 
     def parts(self) -> Sequence[str | Table]:
-        lines = [self.verdict, self.eigenvalues.beside, self.loss]
+        lines = [self.verdict, self.eigenvalues.beside, self.loss, self.margin]
         advice = "\n".join([self.advice, *self.reasons, *self.thresholds.seat])
         return [self.name, "\n".join(filter(None, lines)), self.table(), advice]
 
     def to_dict(self) -> dict[str, Any]:
         remedy = None
         if self.remedy is not None:
-            remedy = {
-                "parameter": self.remedy.parameter,
-                "before": self.remedy.before,
-                "after": self.remedy.after,
-                "verdict_line": self.remedy.computed.conclusion,
-            }
+            remedy = picked(self.remedy, "parameter before after helps")
+            remedy["verdict_line"] = self.remedy.computed.conclusion
         return {
             "name": self.name,
             "verdict_line": self.verdict,
             "loss_line": self.loss,
+            "margin_line": self.margin,
             "advice": self.advice,
             "remedy": remedy,
             **self.energy.to_dict(),
@@ -242,6 +267,7 @@ def report(
     band: tuple[float, float] | None = None,
     memory: Positive | None = None,
     progress: Callable[[str], None] | None = None,
+    parts: Mapping[str, Sequence[int]] | None = None,
 ) -> Report:
     """Ask a brake all that one page shows.
 
@@ -255,6 +281,8 @@ def report(
         Lowest and highest frequency in Hz, of systems.
     memory, progress
         As `eigenvalues` takes them.
+    parts
+        As `energy` takes them.
 
     Returns
     -------
@@ -290,7 +318,7 @@ def report(
         sensitivity=of_modes,
         onset=of_onset,
         check=None if isinstance(subject, Scene) else check(subject),
-        energy=energy(found),
+        energy=energy(found, parts),
         remedy=_remedy(found, of_modes, lambda changed: eigenvalues(changed, **options)),
         subject=subject,
     )
@@ -311,19 +339,16 @@ def _remedy(
         return None
     fastest = found.unstable[0]
     index = int(abs(found.values - fastest.root).argmin())
-    fewest = math.inf
-    best = ""
+    steps: dict[str, float] = {}  # of each parameter, which stop the mode
     for name, slopes in moved.slopes.items():
         step, _ = moved.step(name)
         effect = step * slopes[index].real  # of a step on the growth rate
-        if name == found.parameter or not math.isfinite(effect) or effect == 0.0:
-            continue
-        steps = -fastest.growth_rate / effect
-        if not best or abs(steps) < abs(fewest):
-            fewest = steps
-            best = name
-    if not best:
+        if name != found.parameter and math.isfinite(effect) and effect != 0.0:
+            steps[name] = -fastest.growth_rate / effect
+    if not steps:
         return None
+    best = min(steps, key=lambda name: abs(steps[name]))
+    fewest = steps[best]
     count = math.ceil(MARGIN * abs(fewest))
     if count > MOST_STEPS:
         return None
@@ -332,13 +357,30 @@ def _remedy(
     unit = words.removeprefix("1 ")
     if unit == "degree" and count > 1:
         unit = "degrees"
+    computed = solve(_replaced(found.source, best, after))
     return Remedy(
         parameter=best,
         before=moved.values[best],
         after=after,
         words=f"{count} {unit}",
-        computed=solve(_replaced(found.source, best, after)),
+        computed=computed,
+        harmed=tuple(_harmed(found, computed)),
+        helps=computed.values.real.max(initial=0.0) < fastest.growth_rate,
     )
+
+
+def _harmed(found: Eigenvalues, changed: Eigenvalues) -> Iterator[UnstableMode]:
+    """The growing modes of a changed brake of which the nearest one did not grow before."""
+    grew = [found.mode_of(mode) for mode in found.unstable]
+    for mode in changed.unstable:
+        if found.modes[np.abs(found.values - mode.root).argmin()] not in grew:
+            yield mode
+
+
+def _rounded(value: float, digits: int, towards: Callable[[float], int]) -> str:
+    """A positive limit in so many digits, rounded to the side where it still holds."""
+    unit = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
+    return number(towards(value / unit) * unit, digits)
 
 
 def _replaced(
@@ -435,35 +477,27 @@ def _growing(report: Report) -> list[int]:
 def _feeds(report: Report) -> Table:
     """A row for each term, a column for each mode that grows, and their sums."""
     modes = _growing(report)
-    contributions = report.energy.contributions
-    rows: dict[tuple[str, str], dict[int, float]] = {}
-    for one in contributions:
-        of_term = rows.setdefault((one.term, one.role), {})
+    hertz: dict[int, float] = {}
+    rows: dict[str, dict[int, float]] = {}  # a term that feeds none of these modes has none
+    for one in report.energy.contributions:
         rounding = VISIBLE * math.tau * one.frequency_hz
-        if one.growth is not None and abs(one.growth) > rounding:
-            of_term[one.mode] = one.growth
-
-    columns = [Column("term", value=lambda row: _term(*row[0]))]
-    for mode in modes:
-        hertz = next(one.frequency_hz for one in contributions if one.mode == mode)
-        head = f"mode {mode}, {number(hertz, 4)} Hz"
+        if one.mode not in modes or one.growth is None:
+            continue
+        hertz[one.mode] = one.frequency_hz
+        if abs(one.growth) > rounding:
+            term = one.term if one.term == one.role else f"{one.term} ({one.role})"
+            rows.setdefault(term, {})[one.mode] = one.growth
+    columns = [Column("term", value=itemgetter(0))]
+    for mode in hertz:
+        head = f"mode {mode}, {number(hertz[mode], 4)} Hz"
         columns.append(Column(head, words=head, shown=_growth_of(mode)))
-    # a term that feeds none of the shown modes has no row
-    return Table(columns, [row for row in rows.items() if not row[1].keys().isdisjoint(modes)])
-
-
-def _term(name: str, role: str) -> str:
-    return name if name == role else f"{name} ({role})"
+    return Table(columns, list(rows.items()))
 
 
 def _growth_of(mode: int) -> Callable[[Any], str]:
-    """The cell of a mode in a row of `_feeds`."""
-    return lambda row: _signed(row[1].get(mode))
-
-
-def _signed(growth: float | None) -> str:
-    """A growth rate with its sign, "" where there is none."""
-    return "" if growth is None else f"{growth:+.4g}"
+    """The cell of a mode in a row of `_feeds`: a growth rate with its sign, "" where there is
+    none."""
+    return lambda row: f"{row[1][mode]:+.4g}" if mode in row[1] else ""
 
 
 def _moved(report: Report) -> Table:

@@ -20,12 +20,12 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (305_200, 175_000),
+    "tokens": (304_500, 175_000),
     "tokens a code line": (9.95, 9.5),
     "paired assignments per 1,000 code lines": (0.3, 3),
-    "comprehensions per 1,000 code lines": (32.95, 15),
-    "conditional expressions per 1,000 code lines": (18.6, 12),
-    "Any in signatures": (76, 60),
+    "comprehensions per 1,000 code lines": (32.9, 15),
+    "conditional expressions per 1,000 code lines": (18.5, 12),
+    "Any in signatures": (74, 60),
     "calls of locals()": (0, 0),
     "modules of our own loaded by a string": (2, 0),
 }
@@ -72,7 +72,7 @@ def test_a_room_imports_what_lies_below_only():
                 assert "squeal.plots" not in {room(o) for o in others}, name
 
 
-def test_no_circle_of_modules_or_rooms():
+def test_modules_and_rooms_stand_on_no_circle():
     """Imports count wherever they stand: inside functions, and for type checkers alone."""
     links = {name: others - {"squeal"} for name, others in imports().items() if name != "squeal"}
     assert circle(links) == []  # the package itself names what it offers, loaded on first use

@@ -113,8 +113,10 @@ def test_a_pad_and_matrices_answer_the_same_verbs():
     for subject, value in ((PAD, 0.4), (SYSTEM, 1.0)):
         found = squeal.eigenvalues(subject, at=value)
         assert (found.verdict, found.unstable[0].kind, found.certified) == (
-            "flutter", "flutter", True
-        )  # fmt: skip
+            "flutter",
+            "flutter",
+            True,
+        )
         steps = squeal.sweep(subject, [0.1, value]).steps
         assert [step.verdict for step in steps] == ["marginal", "flutter"]
         first = squeal.thresholds(subject).first
@@ -139,10 +141,15 @@ def test_an_answer_prints_and_saves_what_it_holds(tmp_path):
     axes = squeal.Axis("mu", 0.0, 1.0, 3), squeal.Axis("k1", 1e8, 2e8, 2)
     short = PAD.replace(outputs=("history",), samples=7, stop=1e-3)
     answers = [
-        squeal.eigenvalues(PAD), squeal.eigenvalues(SYSTEM, at=0.75),
-        squeal.sweep(SYSTEM, [0.0, 1.0]), squeal.thresholds(SYSTEM), squeal.map(PAD, axes),
-        squeal.sensitivity(PAD), squeal.simulate(short), squeal.sensitivity(PAD, of="threshold"),
-    ]  # fmt: skip
+        squeal.eigenvalues(PAD),
+        squeal.eigenvalues(SYSTEM, at=0.75),
+        squeal.sweep(SYSTEM, [0.0, 1.0]),
+        squeal.thresholds(SYSTEM),
+        squeal.map(PAD, axes),
+        squeal.sensitivity(PAD),
+        squeal.simulate(short),
+        squeal.sensitivity(PAD, of="threshold"),
+    ]
     for answer in answers:
         rows = answer.to_records()
         assert rows

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.article.records import Record
-from squeal.model.equations import spring_directions
 from squeal.model.pad import Pad
 
 
@@ -182,6 +181,19 @@ def quasi_static_map(pad: Pad, n: int) -> QuasiStaticMap:
     angles = math.pi * (np.arange(n) + 0.5) / n
     limits = bounds(pad, tuple(np.meshgrid(angles, angles, indexing="ij")))
     return QuasiStaticMap(angles, np.asarray(limits.as_printed), np.asarray(limits.complete))
+
+
+def spring_directions(pad: Pad, angles: Any = None) -> tuple[np.ndarray, np.ndarray]:
+    """Vectors a1, a2, shape (3, ...): a spring lengthens by -a1.q or a2.q in the first order.
+
+    `angles` replaces (alpha1, alpha2) of the pad, arrays allowed.
+    """
+    alpha1, alpha2 = (pad.alpha1, pad.alpha2) if angles is None else angles
+    d = np.hypot(pad.w, pad.h)
+    beta = np.arctan2(pad.h, pad.w)
+    a1 = np.array([np.cos(alpha1), np.sin(alpha1), -d * np.sin(alpha1 + beta - pad.theta0)])
+    a2 = np.array([np.cos(alpha2), -np.sin(alpha2), -d * np.sin(alpha2 + beta + pad.theta0)])
+    return a1, a2
 
 
 def spring_stiffness(pad: Pad, angles: Any = None) -> np.ndarray:

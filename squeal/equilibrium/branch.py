@@ -62,7 +62,7 @@ class BranchOptions:
     closest: float = 1e-3  # two folds that close to one another may be passed over
     most_steps: int = 4000
     farthest: float = 100.0  # free lengths of both springs: the equilibrium has run away
-    looks: int = 6  # places within a step at which events are looked for
+    checks: int = 6  # places within a step at which events are looked for
     halvings: int = 15  # of the interval between two of these, to tell which event comes first
 
     def __post_init__(self) -> None:
@@ -127,14 +127,10 @@ class Branches:
             )
             missed = np.flatnonzero(~good)
             if missed.size:  # a component runs far ahead of the others
-                followed, reached = self._followed(
-                    node[between[missed]],
-                    pad[between[missed]],
-                    mu[between[missed]],
-                    touching_there[:, missed],
+                far = between[missed]
+                corrected[:, missed], good[missed] = self._followed(
+                    node[far], pad[far], mu[far], touching_there[:, missed]
                 )
-                corrected[:, missed] = followed
-                good[missed] = reached
             z[:, between] = corrected
             exists[between] = good
         return Equilibria(z, touching, exists)
@@ -150,9 +146,10 @@ class Branches:
         curve = _cubic(
             start, end, self.leaves[:, node], self.arrives[:, following], self.scale[:, pad]
         )
-        share = (mu - start[3]) / (end[3] - start[3])  # as if mu rose evenly,
-        to_top = 1.0 - np.sqrt(1.0 - share)  # or to its top
-        share = np.where(self.kind[following] == NodeKind.FOLD, to_top, share)
+        # as if mu rose evenly, to a fold as a parabola does to its top
+        even = (mu - start[3]) / (end[3] - start[3])
+        to_top = 1.0 - np.sqrt(1.0 - even)
+        share = np.where(self.kind[following] == NodeKind.FOLD, to_top, even)
         guess = polyval(share, curve, tensor=False)
         guess[3] = mu
         root, side = self.statics.pick(pad).settle(guess, 1.0 * touching, 12)
@@ -188,34 +185,12 @@ def follow(
         Where to stop, at least 0.
     """
     options = options or BranchOptions()
-    z, _, exists = start
-    n = len(exists)
-    state = np.array(start.touching, dtype=bool)
-    scale = np.ones((4, n))
-    scale[:3] /= natural_units(statics.model, (0.0,) * 6).length
-    of_mu = np.tile(np.eye(4)[:, 3:], n)
-    with np.errstate(all="ignore"):
-        slope, side = statics.tangents(z, 1.0 * state, of_mu)
-    # dz/dmu: without friction no branch turns back
-    ahead = slope * scale
-    moves = np.sqrt((ahead[:3] ** 2).sum(axis=0))
-    # mu counts as what it displaces at the start
-    scale[3] = np.where(np.isfinite(moves), np.maximum(moves, 1e-3), 1.0)
-    ahead[3] = scale[3]
-    end = np.where(mu_max > z[3], BranchEnd.GOING, BranchEnd.REACHED)
-    end = np.where(exists, end, BranchEnd.NO_EQUILIBRIUM)
-    end[(end == BranchEnd.GOING) & statics.hidden(z)] = BranchEnd.LOST
-    front = _Front(
-        part=statics,
-        owner=np.arange(n),
-        z=z,
-        state=state,
-        ahead=_unit(ahead),
-        step=np.full(n, options.first_step),
-        scale=scale,
-        mu_max=mu_max,
-    )
-    begin = front.pick(exists)
+    front, side = _begin(statics, start, mu_max, options)
+    scale = front.scale
+    end = np.where(mu_max > start.z[3], BranchEnd.GOING, BranchEnd.REACHED)
+    end = np.where(start.exists, end, BranchEnd.NO_EQUILIBRIUM)
+    end[(end == BranchEnd.GOING) & statics.unresolved(start.z)] = BranchEnd.LOST
+    begin = front.pick(start.exists)
     first_nodes = _Nodes(
         owner=begin.owner,
         z=begin.z,
@@ -240,6 +215,37 @@ def follow(
     by_pad = np.argsort(every.owner, kind="stable")
     every = every.some(by_pad)
     return Branches(statics=statics, scale=scale, side=side, end=end, **every._asdict())
+
+
+def _begin(
+    statics: Statics, start: Equilibria, mu_max: np.ndarray, options: BranchOptions
+) -> tuple[_Front, np.ndarray]:
+    """The branches of n pads where they begin, and `Statics.side` (n,) there; see `follow`."""
+    z = start.z
+    n = len(start.exists)
+    state = np.array(start.touching, dtype=bool)
+    scale = np.ones((4, n))
+    scale[:3] /= natural_units(statics.model, (0.0,) * 6).length
+    of_mu = np.tile(np.eye(4)[:, 3:], n)
+    with np.errstate(all="ignore"):
+        slope, side = statics.tangents(z, 1.0 * state, of_mu)
+    # dz/dmu: without friction no branch turns back
+    ahead = slope * scale
+    moves = np.sqrt((ahead[:3] ** 2).sum(axis=0))
+    # mu counts as what it displaces at the start
+    scale[3] = np.where(np.isfinite(moves), np.maximum(moves, 1e-3), 1.0)
+    ahead[3] = scale[3]
+    front = _Front(
+        statics=statics,
+        owner=np.arange(n),
+        z=z,
+        state=state,
+        ahead=_unit(ahead),
+        step=np.full(n, options.first_step),
+        scale=scale,
+        mu_max=mu_max,
+    )
+    return front, side
 
 
 def _cubic(
@@ -299,14 +305,17 @@ NO_EVENT = -1
 
 
 class _Front(NamedTuple):
-    """Present ends of k branches: pad, place, contact state, unit vector ahead, length of the step,
-    scale, end of the range; vectors and lengths are those of `scale` z.
+    """Present ends of k branches; vectors and lengths are those of `scale` z.
+
+    statics: of their pads; owner (k,): the pads' numbers; z (4, k): places; state (points, k):
+    which contact points touch; ahead (4, k): unit vectors along the branches; step (k,): length of
+    the next step; scale (4, k): see `Branches`; mu_max (k,): ends of the range.
 
     Events are what changes sign where a step has to end, by number: the gap of each contact point,
     the tilt past 90 degrees, mu past the end of the range, and last a fold.
     """
 
-    part: Statics
+    statics: Statics
     owner: np.ndarray
     z: np.ndarray
     state: np.ndarray
@@ -332,7 +341,7 @@ class _Front(NamedTuple):
 
     def pick(self, i: np.ndarray) -> _Front:
         """Some of the branches, by numbers or bools."""
-        return _Front(self.part.pick(i), *(of_some(array, i) for array in self[1:]))
+        return _Front(self.statics.pick(i), *(of_some(array, i) for array in self[1:]))
 
     def corrected(self, start: np.ndarray, surface: np.ndarray | None) -> _Corrected:
         """Places from start (4, k) on the balance and on surfaces, see `Statics.surface_step`, or
@@ -342,28 +351,28 @@ class _Front(NamedTuple):
 
         def step_from(z: np.ndarray, i: np.ndarray) -> Step:
             if surface is None:
-                return self.part.pick(i).fold_step(z, of_some(on, i))
+                return self.statics.pick(i).fold_step(z, of_some(on, i))
             if i.size == self.owner.size:
-                return self.part.surface_step(z, on, surface)
-            return self.part.for_steps(i).surface_step(z, of_some(on, i), of_some(surface, i))
+                return self.statics.surface_step(z, on, surface)
+            return self.statics.for_steps(i).surface_step(z, of_some(on, i), of_some(surface, i))
 
         z, derivatives, good = newton(step_from, start, 1.0 / self.scale[0])
         with np.errstate(all="ignore"):
             if surface is None:
                 along = null_vectors(derivatives[:3], rows)
             else:
-                along = self.part.null_vectors(derivatives, rows)
+                along = self.statics.null_vectors(derivatives, rows)
             return _Corrected(z, _unit(along * self.scale), derivatives[-1], good)
 
     def past(self, curve: np.ndarray, fold: bool) -> Callable[[np.ndarray], np.ndarray]:
         """Which events, the fold or all others, lie behind a share of curves, as a function of it;
-        see `squeal.equilibrium.statics.Statics.over_on`."""
+        see `Statics.events_behind_on`."""
         if not fold:
-            return self.part.over_on(curve, 1.0 * self.state, self.mu_max)
+            return self.statics.events_behind_on(curve, 1.0 * self.state, self.mu_max)
 
         def turned_back(share: np.ndarray) -> np.ndarray:
             mu = curve[:, 3] if share.ndim == 1 else curve[:, 3, None]
-            return np.asarray(polyval(share, polyder(mu), tensor=False) < 0.0)[None]
+            return (polyval(share, polyder(mu), tensor=False) < 0.0)[None]
 
         return turned_back
 
@@ -380,20 +389,21 @@ class _Front(NamedTuple):
         along curves to new places (4, k)."""
         branches = np.arange(self.owner.size)
         past = self.past(curve, fold)
+        before = low
+        behind = high
         for _ in range(options.halvings):
-            middle = (low + high) / 2
-            beyond = past(middle).any(axis=0)
-            low = np.where(beyond, low, middle)
-            high = np.where(beyond, middle, high)
-        event = np.argmax(past(high), axis=0)
-
-        guess = polyval(high, curve, tensor=False)
+            middle = (before + behind) / 2
+            is_past = past(middle).any(axis=0)
+            before = np.where(is_past, before, middle)
+            behind = np.where(is_past, middle, behind)
+        event = np.argmax(past(behind), axis=0)
+        guess = polyval(behind, curve, tensor=False)
         surface = None if fold else self._event_surface(event, guess)
         z, tangent, slope, good = self.corrected(guess, surface)
         if fold:
             event = np.full(event.size, self.fold)
         else:
-            others = self.part.over(z, 1.0 * self.state, self.mu_max)
+            others = self.statics.events_behind(z, 1.0 * self.state, self.mu_max)
             others[event, branches] = False
             rate = (slope * tangent / self.scale).sum(axis=0)  # of the event function
             is_gap = event < self.tilted
@@ -407,7 +417,7 @@ class _Front(NamedTuple):
         See `Statics.surface_step`: weights of the gaps, those of z = (x, y, w theta, mu), and what
         the sum is to be. event: none a fold; z (4, k): near the event, for the sense of the tilt.
         """
-        pad = self.part.model.pad
+        pad = self.statics.model.pad
         surface = self.no_surface()
         weights = surface[: self.tilted]
         normal = surface[self.tilted : -1]
@@ -416,7 +426,7 @@ class _Front(NamedTuple):
         is_gap_of = event == np.arange(self.tilted)[:, None]
         weights[:] = is_gap_of * np.where(self.state, 1.0, -1.0)
         is_tilt = event == self.tilted
-        sense = np.sign(self.part.tilt(z))  # theta0 + theta is to be 90 degrees of this sense
+        sense = np.sign(self.statics.tilt(z))  # theta0 + theta is to be 90 degrees of this sense
         normal[2, is_tilt] = (sense / pad.w)[is_tilt]
         offset[is_tilt] = (math.pi / 2 - sense * pad.theta0)[is_tilt]
         is_end = event == self.range_end
@@ -437,7 +447,7 @@ class _Front(NamedTuple):
         step_forwards = (self.ahead * whole_way).sum(axis=0)
         distance = np.sqrt((way**2).sum(axis=0))
         between = (forwards >= -1e-6) & (forwards <= step_forwards + 1e-6)
-        return np.asarray(between & (distance <= forwards / options.cosine + 1e-6))
+        return between & (distance <= forwards / options.cosine + 1e-6)
 
     def turns_at_most_once(
         self, z: np.ndarray, tangent: np.ndarray, options: BranchOptions
@@ -451,13 +461,10 @@ class _Front(NamedTuple):
             extremum = np.clip(np.nan_to_num(-rate[1] / (2 * rate[2])), 0.0, 1.0)
             within = polyval(extremum, rate, tensor=False)
         even = (fast <= options.ratio * slow) & (within >= options.slower * slow)
-        return np.asarray((slow <= 0.0) | (self.step < options.closest) | even)
+        return (slow <= 0.0) | (self.step < options.closest) | even
 
-    def _stepped(
-        self, options: BranchOptions
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Places a step ahead, tangents there, derivatives of the plane's condition, and where (k,)
-        the step may be taken.
+    def _stepped(self, options: BranchOptions) -> _Corrected:
+        """Places a step ahead; `good` is where the step may be taken.
 
         In z * scale, where `ahead` has unit length, a place is corrected in the plane across it.
         """
@@ -472,36 +479,55 @@ class _Front(NamedTuple):
             good &= correction <= (options.correction * self.step) ** 2
         good &= (tangent * self.ahead).sum(axis=0) >= options.cosine
         good &= self.turns_at_most_once(z, tangent, options)
-        return z, tangent, slope, good
+        return _Corrected(z, tangent, slope, good)
 
-    def moved(self, options: BranchOptions) -> tuple[_Front, _Nodes, np.ndarray]:
-        """The ends after one more step, up to the first event on it, or half as far ahead where it
-        is refused; the nodes of steps that were taken; how (k,) branches end there if they do."""
-        z, tangent, slope, good = self._stepped(options)
-        z = np.where(good, z, self.z)
+    def _up_to_event(
+        self, step: _Corrected, options: BranchOptions
+    ) -> tuple[_Corrected, np.ndarray]:
+        """Steps that end at the first event on each, and its number (k,), `NO_EVENT` without one.
+
+        Where there is an event that cannot be located, the step may not be taken.
+        """
+        z = np.where(step.good, step.z, self.z)
+        tangent = step.tangent.copy()
+        slope = step.slope.copy()
+        good = step.good.copy()
         event = np.full(good.size, NO_EVENT)
-        shares = np.linspace(0.0, 1.0, options.looks + 1)
+        shares = np.linspace(0.0, 1.0, options.checks + 1)
         for fold in (True, False):  # other events lie on the way to the fold
             curve = _cubic(self.z, z, self.ahead, tangent, self.scale)
             past = np.any(self.past(curve, fold)(shares[1:, None]), axis=0)
             i = np.flatnonzero(good & past.any(axis=0))
-            if i.size:
-                first = np.argmax(of_some(past, i), axis=0)
-                low, high = shares[first], shares[first + 1]
-                part = self if i.size == good.size else self.pick(i)
-                found = part.located(of_some(z, i), of_some(curve, i), low, high, fold, options)
-                z[:, i] = found.z
-                tangent[:, i] = found.tangent
-                slope[:, i] = found.slope
-                good[i] = found.good
-                event[i] = found.event
-        z = np.where(good, z, self.z)
+            if not i.size:
+                continue
+            first = np.argmax(of_some(past, i), axis=0)  # of the places that lie behind an event
+            low = shares[first]
+            high = shares[first + 1]
+            some = self if i.size == good.size else self.pick(i)
+            found = some.located(of_some(z, i), of_some(curve, i), low, high, fold, options)
+            z[:, i] = found.z
+            tangent[:, i] = found.tangent
+            slope[:, i] = found.slope
+            good[i] = found.good
+            event[i] = found.event
+        return _Corrected(z, tangent, slope, good), event
+
+    def moved(self, options: BranchOptions) -> tuple[_Front, _Nodes, np.ndarray]:
+        """The ends after one more step, up to the first event on it, or half as far ahead where it
+        is refused; the nodes of steps that were taken; how (k,) branches end there if they do."""
+        taken, event = self._up_to_event(self._stepped(options), options)
+        good = taken.good
+        z = np.where(good, taken.z, self.z)
         is_change = (event != NO_EVENT) & (event < self.tilted)
         kind = np.full(event.size, NodeKind.POINT)
         kind[event == self.fold] = NodeKind.FOLD
         kind[is_change] = NodeKind.CONTACT_CHANGE
         ahead, state, separated = self._behind_changes(
-            np.flatnonzero(good & is_change), event, z, np.where(good, tangent, self.ahead), slope
+            changed=np.flatnonzero(good & is_change),
+            event=event,
+            z=z,
+            tangent=np.where(good, taken.tangent, self.ahead),
+            slope=taken.slope,
         )
         step_end = self._ends(z, ahead, event, separated, options)
         step_end = np.where(good, step_end, BranchEnd.GOING)
@@ -510,7 +536,7 @@ class _Front(NamedTuple):
         step = np.where(good, longer, self.step / 2)
         step_end[step < options.shortest_step] = BranchEnd.LOST
         nodes = _Nodes(
-            owner=self.owner, z=z, arrives=tangent, leaves=ahead, touching=state, kind=kind
+            owner=self.owner, z=z, arrives=taken.tangent, leaves=ahead, touching=state, kind=kind
         )
         front = self._replace(z=z, state=state, ahead=ahead, step=step)
         return front, nodes.some(good), step_end
@@ -520,20 +546,24 @@ class _Front(NamedTuple):
         changed: np.ndarray,
         event: np.ndarray,
         z: np.ndarray,
-        ahead: np.ndarray,
+        tangent: np.ndarray,
         slope: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Tangents (4, k), contact states (points, k) and where (k,) the pad has separated, behind
-        the changes of contact of some branches, numbers (j,); a pad that has separated keeps its
-        tangent and state."""
+        the changes of contact on some branches, numbers `changed` (j,).
+
+        A pad that has separated keeps its tangent and state. event (k,), z, tangent, slope (4, k):
+        the event that each step ended at, if any, the place, and there the tangent and the
+        derivative of the event function.
+        """
         state = self.state.copy()
         state[event[changed], changed] ^= True
         separated = np.asarray(np.all(~state, axis=0))
-        ahead = ahead.copy()
+        ahead = tangent.copy()
         if changed.size:
             on = 1.0 * of_some(state, changed)
-            part = self.part.pick(changed)
-            turned, _ = part.tangents(of_some(z, changed), on, of_some(slope, changed))
+            statics = self.statics.pick(changed)
+            turned, _ = statics.tangents(of_some(z, changed), on, of_some(slope, changed))
             turned = _unit(turned * of_some(self.scale, changed))
             ahead[:, changed] = np.where(separated[changed], ahead[:, changed], turned)
         state[:, separated] = self.state[:, separated]
@@ -548,7 +578,7 @@ class _Front(NamedTuple):
         options: BranchOptions,
     ) -> np.ndarray:
         """How (k,) branches end at places z, the first reason that holds, else `GOING`."""
-        pad = self.part.model.pad
+        pad = self.statics.model.pad
         far = np.max(np.abs(z[:2]), axis=0) > options.farthest * (pad.L1 + pad.L2)
         reasons = {
             BranchEnd.SEPARATED: separated,
@@ -556,6 +586,6 @@ class _Front(NamedTuple):
             BranchEnd.FOLD: (event == self.fold) | (ahead[3] < 0.0),
             BranchEnd.TILTED: event == self.tilted,
             BranchEnd.UNBOUNDED: far,
-            BranchEnd.LOST: self.part.hidden(z),
+            BranchEnd.LOST: self.statics.unresolved(z),
         }
         return np.select(list(reasons.values()), list(reasons), BranchEnd.GOING)

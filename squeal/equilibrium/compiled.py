@@ -151,7 +151,7 @@ class CompiledStatics(Statics):
     def _run(self, function: hy.cfunc_dbl, *rows: np.ndarray) -> np.ndarray:
         """Values (p, n) of a function of rows (..., n)."""
         parameters = self.parameters[: function.nparams]
-        return np.asarray(function(np.ascontiguousarray(np.concatenate(rows)), pars=parameters))
+        return function(np.ascontiguousarray(np.concatenate(rows)), pars=parameters)
 
     def surface_step(self, z: np.ndarray, on: np.ndarray, surface: np.ndarray) -> Step:
         values = self._run(_surface_step(self.model.law), z, on, surface)
@@ -170,7 +170,7 @@ class CompiledStatics(Statics):
         return Step(step[:3], exists, derivatives)
 
     def side(self, derivatives: np.ndarray) -> np.ndarray:
-        return np.asarray(np.sign(derivatives[0, 3]))
+        return np.sign(derivatives[0, 3])
 
     def tangents(
         self, z: np.ndarray, on: np.ndarray, rows: np.ndarray
@@ -194,15 +194,15 @@ class CompiledStatics(Statics):
         gaps, rounding = np.split(self._run(_gaps(self.model.law), z), 2)
         return gaps, rounding
 
-    def over_on(
+    def events_behind_on(
         self, curve: np.ndarray, on: np.ndarray, mu_max: np.ndarray
     ) -> Callable[[np.ndarray], np.ndarray]:
         rows = np.concatenate([mu_max[None], on, mu_max[None], curve.reshape(16, -1)])
 
-        def over(share: np.ndarray) -> np.ndarray:
+        def behind(share: np.ndarray) -> np.ndarray:
             if share.ndim == 1:
                 rows[0] = share
                 return self._run(_excesses(self.model.law), rows) > 0.0
-            return np.stack([over(each.repeat(mu_max.size)) for each in share], axis=1)
+            return np.stack([behind(each.repeat(mu_max.size)) for each in share], axis=1)
 
-        return over
+        return behind

@@ -44,7 +44,7 @@ def normalised_damping_slope(damping: Damping, A: np.ndarray, dA: np.ndarray) ->
     change = (dA + dA.T) / 2
     if damping.rayleigh is not None:
         _, beta = damping.rayleigh
-        return np.asarray(beta * change)
+        return beta * change
     squares, modes = np.linalg.eigh(symmetric)
     w = np.sqrt(np.maximum(squares, 0.0))
     z = np.array(damping.ratios)
@@ -56,7 +56,7 @@ def normalised_damping_slope(damping: Damping, A: np.ndarray, dA: np.ndarray) ->
         at_one_frequency = np.where(same_ratio, derivatives, np.nan)
         at_two_frequencies = 2 * np.subtract.outer(z * w, z * w) / distances
     quotients = np.where(distances == 0.0, at_one_frequency, at_two_frequencies)
-    return np.asarray(modes @ (quotients * (modes.T @ change @ modes)) @ modes.T)
+    return modes @ (quotients * (modes.T @ change @ modes)) @ modes.T
 
 
 def damping_matrix(scene: Scene) -> np.ndarray:
@@ -77,7 +77,7 @@ def damping_matrix(scene: Scene) -> np.ndarray:
     B, stable = normalised_damping(damping, K / np.outer(root, root))
     if not stable:
         raise ComputationError(UNSTABLE)
-    return np.asarray(root[:, None] * B * root)
+    return root[:, None] * B * root
 
 
 def damped_model(scene: Scene) -> PadModel:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.equilibrium.statics import LIMITS, WHY_HIDDEN, Equilibria, Statics, excursion
+from squeal.equilibrium.statics import LIMITS, WHY_UNRESOLVED, Equilibria, Statics, excursion
 from squeal.errors import ComputationError
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, natural_units
@@ -42,7 +42,9 @@ class Equilibrium:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Every reason why it is none that the model means."""
-        return (*([self.beyond] if self.beyond else []), *self.excesses)
+        if self.beyond:
+            return (self.beyond, *self.excesses)
+        return self.excesses
 
     @property
     def admissible(self) -> bool:
@@ -60,10 +62,10 @@ def record(
     if not statics.presses(z):
         return None
     excesses = excursion(statics, z, state).warnings()
-    if statics.hidden(z):
+    if statics.unresolved(z):
         if not excesses:
-            raise ComputationError(f"no equilibrium can be given: {WHY_HIDDEN}")
-        excesses += (WHY_HIDDEN,)
+            raise ComputationError(f"no equilibrium can be given: {WHY_UNRESOLVED}")
+        excesses += (WHY_UNRESOLVED,)
     units = statics.units
     R_n, delta = statics.resultant(z, state)
     # in partial contact that of the integral law in every formulation
@@ -132,7 +134,7 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Search:
     part = statics.pick(np.tile(np.arange(n), tries))
     z, sides = part.settle(starts, touching_of_each, 60)
     with np.errstate(all="ignore"):  # where there is none
-        is_equilibrium = (sides != 0.0) & part.admits(z, touching_of_each)
+        is_equilibrium = (sides != 0.0) & part.is_consistent(z, touching_of_each)
         presses = is_equilibrium & part.presses(z)
         energy = part.model.energy(part.place(z), np.zeros(3), touching_of_each)
         energy = np.where(is_equilibrium, energy, np.inf)

@@ -11,16 +11,14 @@ import numpy as np
 
 from squeal.equilibrium.branch import BranchEnd, Branches, BranchOptions, NodeKind, follow
 from squeal.equilibrium.find import Equilibrium, find_all, record, rests
-from squeal.equilibrium.statics import WHY_HIDDEN, Statics
+from squeal.equilibrium.statics import WHY_UNRESOLVED, Statics
 from squeal.errors import ComputationError
 from squeal.model.contact import State
 from squeal.model.equations import Linearisation, PadModel, linearise, net_loads
 from squeal.model.pad import Coefficients, pose
 from squeal.numerics.differentiation import STEP, with_derivative
 
-COEFFICIENT_ERROR = 4.0 * float(
-    np.finfo(float).eps
-)  # by which each coefficient and each load may be off
+COEFFICIENT_ERROR = 4.0 * float(np.finfo(float).eps)  # of each coefficient and each load
 OF_LOADS = ("k1", "k2", "k3", "k4", "k_c", "F_n")  # to each of which one load is proportional
 NO_START = (
     "without friction the pad has no place of rest nearby where the surfaces press on each other"
@@ -84,8 +82,9 @@ class Path:
         if end == BranchEnd.NO_EQUILIBRIUM:
             return NO_START
         mu = self.mu_end
-        hidden = self.statics.hidden(self.branch.z[:, -1:]).any()
-        why = f": {WHY_HIDDEN}" if hidden else ""
+        why = ""
+        if self.statics.unresolved(self.branch.z[:, -1:]).any():
+            why = f": {WHY_UNRESOLVED}"
         return {
             BranchEnd.REACHED: f"mu = {mu:.9g} is reached" if mu else "mu = 0",
             BranchEnd.FOLD: f"the branch from mu = 0 turns back in a fold at mu = {mu:.9g}",
@@ -108,7 +107,8 @@ class Path:
     @cached_property
     def breakpoints(self) -> list[float]:
         """Values of mu at which the contact state changes."""
-        return [float(mu) for mu in self.branch.z[3, self.branch.kind == NodeKind.CONTACT_CHANGE]]
+        is_change = self.branch.kind == NodeKind.CONTACT_CHANGE
+        return self.branch.z[3, is_change].tolist()
 
     def places(self, mus: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
         """Equilibria (4, k) in natural units at mus and contact states (points, k), at a change
@@ -156,7 +156,7 @@ class Path:
         # how far residuals move mu; at a fold, where mu is stationary, three conditions do
         weights = np.linalg.lstsq(J.T, np.eye(4)[3])[0]
         # derivatives of the conditions by relative changes of each coefficient
-        sizes = np.array([float(value) for value in statics.model.c._replace(mu=float(z[3, 0]))])
+        sizes = np.array(statics.model.c._replace(mu=z[3, 0]), dtype=float)
         shifted = Coefficients(*(sizes[:, None] * (1.0 + 1j * STEP * np.eye(sizes.size))))
         q = shifted.place(z.astype(complex))
         f = net_loads(np, shifted, law, q, touching[:, 0])
@@ -179,7 +179,7 @@ class Path:
         def tangent_at(z: np.ndarray) -> np.ndarray:
             _, J = self.statics.linearised(z, state)
             _, _, rows = np.linalg.svd(J[..., 0])
-            return np.asarray(rows[3])
+            return rows[3]
 
         tangent = tangent_at(z)
         later = tangent_at(z + ahead * tangent[:, None])

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
@@ -23,9 +23,11 @@ ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a sum, over the sizes of what 
 NEWTON_ROUNDING = 0.1  # size of what Newton's method rounds, where the load displaces by about one
 CONVERGED = 1e-12  # relative step of Newton's method
 STALLED = 1e-7  # relative step that counts as converged where the next one is no shorter
-HIDDEN = 1e-4  # of a penetration that may be rounding, by a bound that is some 100 times the error
+UNRESOLVED = (
+    1e-4  # of a penetration that may be rounding, by a bound that is some 100 times the error
+)
 RANGE_ROUNDING = 1e-15  # of the end of the range of mu, relative
-WHY_HIDDEN = (
+WHY_UNRESOLVED = (
     "rounding of the pad's place is too large beside how deep it presses into the surface, which "
     "hides the contact; softer contact or a greater load is required"
 )
@@ -78,7 +80,7 @@ def null_vectors(J: np.ndarray, row: np.ndarray) -> np.ndarray:
     A = np.concatenate([np.moveaxis(J, -1, 0), row.T[:, None, :]], axis=1)
     right_sides = np.tile(np.eye(4)[:, 3:], (len(A), 1, 1))
     vectors, _ = solve_stack(A, right_sides)
-    return np.asarray(vectors[:, :, 0].T)
+    return vectors[:, :, 0].T
 
 
 def linear_step(values: np.ndarray, J: np.ndarray) -> Step:
@@ -106,26 +108,24 @@ def newton(
     good = np.zeros(k, dtype=bool)
     going = np.arange(k)
     for _ in range(passes):
-        # without copies as long as all go on
-        these = slice(None) if going.size == k else going
         with np.errstate(all="ignore"):
-            at = x if going.size == k else of_some(x, going)
+            at = of_some(x, going)
             move, regular, J = step_from(at, going)
             if longest is not None:
-                excess = (np.abs(move) / longest[:, these]).max(axis=0)
+                excess = (np.abs(move) / longest[:, going]).max(axis=0)
                 move = move / np.fmax(1.0, excess)
             at = at - move
-            x[:, these] = at
-            size = unit[these] + np.max(np.abs(at[:3]), axis=0)
+            x[:, going] = at
+            size = unit[going] + np.max(np.abs(at[:3]), axis=0)
             change = np.where(regular, np.max(np.abs(move), axis=0) / size, np.inf)
         if derivatives.size == 0:
             derivatives = np.empty((*J.shape[:-1], k))
-        derivatives[..., these] = J
+        derivatives[..., going] = J
         # next to a fold rounding keeps steps from shrinking further
-        stalled = (change <= STALLED) & (change >= last_change[these])
+        stalled = (change <= STALLED) & (change >= last_change[going])
         done = (change <= CONVERGED) | stalled
-        last_change[these] = change
-        good[these] = done
+        last_change[going] = change
+        good[going] = done
         going = going[~done & np.isfinite(at).all(axis=0)]
         if not going.size:
             break
@@ -167,7 +167,7 @@ class Statics:
 
     def tilt(self, z: np.ndarray) -> np.ndarray:
         """theta0 + theta, shape (...)."""
-        return np.asarray(self.model.pad.theta0 + self.place(z)[2])
+        return self.model.pad.theta0 + self.place(z)[2]
 
     def to_si(self, z: np.ndarray) -> np.ndarray:
         """q = (x, y, theta) in SI units, shape (3, ...)."""
@@ -209,14 +209,14 @@ class Statics:
     def touches(self, z: np.ndarray) -> np.ndarray:
         """Where a pad at z (4, ...) touches the surface, if only to rounding, shape (...)."""
         gaps, rounding = self.gaps_and_rounding(z)
-        return np.asarray(np.any(gaps <= rounding, axis=0))
+        return np.any(gaps <= rounding, axis=0)
 
-    def hidden(self, z: np.ndarray) -> np.ndarray:
+    def unresolved(self, z: np.ndarray) -> np.ndarray:
         """Where rounding hides whether and how a pad at z (4, ...) touches, shape (...)."""
         gaps, rounding = self.gaps_and_rounding(z)
         touches = np.any(gaps <= rounding, axis=0)
         deepest = np.max(-gaps, axis=0)
-        return np.asarray(touches & (np.max(rounding, axis=0) > HIDDEN * deepest))
+        return np.asarray(touches & (np.max(rounding, axis=0) > UNRESOLVED * deepest))
 
     def gaps_and_rounding(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Both (points, ...) at z (4, ...)."""
@@ -231,9 +231,9 @@ class Statics:
         moved_2 = np.hypot(*at.displacement(c.r2x, c.r2y))
         rounding = ROUNDING * (c.k1 * moved_1 + c.k2 * moved_2 + NEWTON_ROUNDING)
         forced = -springs(np, c, at).y > rounding
-        return np.asarray(self.touches(z) & (~self.hidden(z) | (c.F_n > 0.0) | forced))
+        return np.asarray(self.touches(z) & (~self.unresolved(z) | (c.F_n > 0.0) | forced))
 
-    def admits(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
+    def is_consistent(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
         """Where gaps at z (4, k) agree with the state touching (points, k), to rounding, and the
         lower face faces the surface."""
         gaps = self.gaps(z)
@@ -244,9 +244,9 @@ class Statics:
         balanced = imbalance <= 1e3 * np.max(rounding, axis=0) + 1e-9
         wrong = np.any(np.where(touching, gaps, -gaps) > rounding, axis=0)
         upright = np.abs(self.tilt(z)) < np.pi / 2
-        return np.asarray(upright & balanced & ~wrong)
+        return upright & balanced & ~wrong
 
-    def resultant(self, z: np.ndarray, state: Touching) -> tuple[Any, Any]:
+    def resultant(self, z: np.ndarray, state: Touching) -> tuple[Number, Number]:
         """R_n and its distance delta, as the formulation counts it."""
         at = pose(np, tuple(self.place(z)))
         with np.errstate(divide="ignore", invalid="ignore"):  # no place where there is no force
@@ -264,17 +264,17 @@ class Statics:
         past_upright = np.sign(tilt.real) * tilt - math.pi / 2
         return np.concatenate([outwards * self.gaps(z), (past_upright, z[3] - mu_max)])
 
-    def over(self, z: np.ndarray, on: np.ndarray, mu_max: np.ndarray) -> np.ndarray:
+    def events_behind(self, z: np.ndarray, on: np.ndarray, mu_max: np.ndarray) -> np.ndarray:
         """Which of these events lie behind places z (4, ..., k), beyond rounding."""
         values = self.event_functions(z, on, mu_max)
-        over = np.asarray(values > 0.0)
-        if over.any():
+        behind = np.asarray(values > 0.0)
+        if behind.any():
             points = len(on)
-            over[:points] &= values[:points] > self.rounding(z)
-            over[-1] &= values[-1] > RANGE_ROUNDING * mu_max
-        return over
+            behind[:points] &= values[:points] > self.rounding(z)
+            behind[-1] &= values[-1] > RANGE_ROUNDING * mu_max
+        return behind
 
-    def over_on(
+    def events_behind_on(
         self, curve: np.ndarray, on: np.ndarray, mu_max: np.ndarray
     ) -> Callable[[np.ndarray], np.ndarray]:
         """The same at shares of cubic curves (4, 4, k), a function of the share.
@@ -282,17 +282,17 @@ class Statics:
         Shares are (k,), or (j, 1) the same on all curves; answers (events, k) or (events, j, k).
         """
 
-        def over(share: np.ndarray) -> np.ndarray:
+        def behind(share: np.ndarray) -> np.ndarray:
             of_each = curve if share.ndim == 1 else curve[:, :, None]
-            return self.over(polyval(share, of_each, tensor=False), on, mu_max)
+            return self.events_behind(polyval(share, of_each, tensor=False), on, mu_max)
 
-        return over
+        return behind
 
     def determinant(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
         """Of the balance's derivative by q, zero at folds, at z (4, ..., k), shape (1, ..., k)."""
         _, slopes = self.linearised(z, on[:, None])
         of_x, of_y, of_moment = slopes[:, :3]
-        return np.asarray((of_x * np.cross(of_y, of_moment, axis=0)).sum(axis=0, keepdims=True))
+        return (of_x * np.cross(of_y, of_moment, axis=0)).sum(axis=0, keepdims=True)
 
     def surface_step(self, z: np.ndarray, on: np.ndarray, surface: np.ndarray) -> Step:
         """A step of Newton's method to where the balance meets a surface.
@@ -343,7 +343,7 @@ class Statics:
 
         They are minus the static stiffness (3, 3): it is -1 where that has a positive determinant.
         """
-        return np.asarray(np.sign(np.linalg.det(np.moveaxis(derivatives, -1, 0))))
+        return np.sign(np.linalg.det(np.moveaxis(derivatives, -1, 0)))
 
     def settle(
         self, z: np.ndarray, touching: np.ndarray | None, passes: int
@@ -411,9 +411,9 @@ class Excursion(NamedTuple):
     free lengths; reaction: R_n over the load, which is F_n or what presses in the initial position.
     """
 
-    tilt: Any
-    travel: Any
-    reaction: Any
+    tilt: Number
+    travel: Number
+    reaction: Number
 
     def beyond(self) -> np.ndarray:
         """Which of the three exceeds its limit, shape (3, ...)."""
@@ -436,8 +436,9 @@ class Excursion(NamedTuple):
                 f"{LIMITS.travel:.3g}"
             )
         if pressed:
-            with_load = f"with {self.reaction:.3g} times the"
-            pressing = with_load if np.isfinite(self.reaction) else "without a"
+            pressing = "without a"
+            if np.isfinite(self.reaction):
+                pressing = f"with {self.reaction:.3g} times the"
             sentences.append(
                 f"the equilibrium presses {pressing} load; the model means at most "
                 f"{LIMITS.reaction:.3g}"
@@ -457,7 +458,7 @@ LIMITS = Excursion(
 )
 
 
-def excursion(statics: Statics, z: np.ndarray, touching: Any) -> Excursion:
+def excursion(statics: Statics, z: np.ndarray, touching: Touching) -> Excursion:
     """The excursion of equilibria z (4,) or (4, n) with a contact state, or factors (points, n)."""
     pad = statics.model.pad
     initial = np.zeros_like(z)

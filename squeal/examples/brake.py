@@ -272,7 +272,7 @@ def _areas(radii: NDArray, angles: NDArray) -> NDArray:
     for weights in (along_radius, along_angle):
         weights[[0, -1]] = 0.5  # an end has half a cell
     weights = np.outer(along_radius * radii, along_angle)
-    return np.asarray((weights * np.diff(radii).mean() * np.diff(angles).mean()).ravel())
+    return (weights * np.diff(radii).mean() * np.diff(angles).mean()).ravel()
 
 
 MATRIX_PARTS = ("M", "C", "K", "K", "K")  # mass, damping, stiffness, contact and friction

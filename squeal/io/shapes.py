@@ -32,7 +32,7 @@ def displacements(where: Coordinates, shape: NDArray) -> NDArray[np.complex128]:
     largest = float(np.sqrt(np.max(np.sum(np.abs(turned) ** 2, axis=1))))
     if not largest > 0:
         return np.asarray(turned)
-    return np.asarray(turned / largest)
+    return turned / largest
 
 
 def write_shapes(path: Path, where: Coordinates, shapes: Shapes) -> None:

@@ -266,7 +266,7 @@ def _ratios_over_frequency(path: Path) -> Callable[[NDArray], NDArray]:
     frequencies, ratios = read_over_frequency(path, ("frequency", "ratio"))
 
     def ratio(frequency: NDArray) -> NDArray:
-        return np.asarray(np.interp(frequency, frequencies, ratios, left=np.nan, right=np.nan))
+        return np.interp(frequency, frequencies, ratios, left=np.nan, right=np.nan)
 
     return ratio
 
@@ -300,10 +300,19 @@ def _input_files(keys: Document, terms: Sequence[TermKeys], folder: Path) -> tup
 
 def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[MatrixFile]) -> list[str]:
     """Warn of rows (node, dof) that M or K alone have, or C besides, and say what is assumed of
-    those of M without K; internal nodes, below zero, have no mass."""
+    those of M without K; internal nodes, below zero, have no mass. Raises InputError where only
+    some matrices have labels."""
     labels: dict[str, set[tuple[int, int]]] = {part: set() for part in PARTS}
+    unlabelled = []
     for term, file in zip(terms, files, strict=True):
         labels[term.matrix_part].update(file.labels or ())
+        if not file.labels:
+            unlabelled.append(term.keys.get("file", term.part))
+    if unlabelled and any(labels.values()):
+        raise at.refuse(
+            f"{', '.join(unlabelled)}: the rows have no labels (node, dof) as other matrices have; "
+            "HBMAT needs a .mapping beside each matrix, CalculiX a .dof"
+        )
     assumptions = []
     for part, other in ("MK", "KM", "CK"):
         alone = sorted(label for label in labels[part] - labels[other] if label[0] >= 0)

@@ -179,7 +179,7 @@ class SpectrumAtParameter:
     @property
     def slopes(self) -> ComplexArray:
         """Derivatives dz/dp (m,)."""
-        return np.asarray(self.coupling.diagonal())
+        return self.coupling.diagonal()
 
     @cached_property
     def exponents(self) -> ComplexArray:
@@ -200,7 +200,7 @@ class SpectrumAtParameter:
     def on_line(self) -> Bools:
         """Roots that neither grow nor decay, as far as rounding tells."""
         if self.problem is DAMPED:
-            return np.asarray(np.abs(self.roots.real) <= self.rounding)
+            return np.abs(self.roots.real) <= self.rounding
         if self.problem is GYROSCOPIC:
             return self.real
         return self.real & (self.roots.real >= -self.rounding)
@@ -210,7 +210,7 @@ class SpectrumAtParameter:
         """Which roots (m, m) rounding does not separate. The bound holds twice: rounding moves the
         squared difference of two roots by twice that difference times itself."""
         distances = np.abs(self.roots[:, None] - self.roots)
-        return np.asarray(distances <= 2 * np.add.outer(self.rounding, self.rounding))
+        return distances <= 2 * np.add.outer(self.rounding, self.rounding)
 
     @cached_property
     def kinds(self) -> Codes:
@@ -320,9 +320,9 @@ def exponents(
 ) -> ComplexArray:
     """The eigenvalues lambda (rad/s) of roots; without damping those that do not decay."""
     if problem is UNDAMPED:
-        return np.asarray(np.sqrt(-roots + 0j))
+        return np.sqrt(-roots + 0j)
     turned = roots if problem is DAMPED else 1j * roots
-    return np.asarray(turned * frequency_scale)
+    return turned * frequency_scale
 
 
 class StandardProblem(NamedTuple):

@@ -184,7 +184,7 @@ def known_to_digits(
     size = np.abs(z)
 
     def products(left: NDArray, matrix: Matrix, right: NDArray) -> NDArray:
-        return np.asarray(np.sum(left.conj() * (matrix @ right), axis=0))
+        return np.sum(left.conj() * (matrix @ right), axis=0)
 
     abs_x = np.abs(x)
     abs_y = np.abs(y)

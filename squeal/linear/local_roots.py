@@ -156,8 +156,8 @@ def roots_near(
     if continuation.problem is UNDAMPED and abs(near.imag) <= nudge:
         shift = shift.real
         # two conjugate columns have one real part
-        right = np.asarray(right.real + right.imag)
-        left = np.asarray(left.real + left.imag)
+        right = right.real + right.imag
+        left = left.real + left.imag
     solve, solve_adjoint = _solvers(A - shift * np.eye(len(A)), continuation.options.small)
     rounds = continuation.options.rounds
     X = _invariant_subspace(A, size, right, solve, rounds)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.linear.matrices import (
     ROUNDING,
@@ -87,62 +86,4 @@ def _by_invariants(entries: Sequence[Array]) -> Codes:
         is_flutter = s.imag[np.arange(len(s)), fastest] != 0.0
         codes[both] = np.where(is_flutter, FLUTTER, DIVERGENCE)
         codes[vague] = [_code(A[k], None) for k in vague]
-    return codes
-
-
-def sum_verdicts(Q: NDArray, u: NDArray) -> Codes:
-    """Verdict codes (n1, n2), indices into VERDICTS, of a grid of systems A = Q_k + u_i u_i'.
-
-    A rank-one term enters the coefficients of s^3 - a s^2 + b s - c linearly: with P = u u' the
-    trace is a = tr Q + tr P, the sum of minors b = b(Q) + u' (tr Q - Q) u, the determinant
-    c = det Q + u' adj(Q) u. Over a grid each is the product of a matrix over i with one over k, so
-    that no matrix A is formed but at a boundary.
-
-    Parameters
-    ----------
-    Q : array (3, 3, n2)
-        One summand for each k, in coordinates with a mass matrix of one.
-    u : array (3, n1)
-        The vector of the other for each i.
-    """
-    trace = Q[0, 0] + Q[1, 1] + Q[2, 2]
-    cofactors = np.array([np.cross(Q[i - 2], Q[i - 1], axis=0) for i in range(3)])
-    minors = cofactors[0, 0] + cofactors[1, 1] + cofactors[2, 2]
-    products = np.einsum("in,jn->ijn", u, u).reshape(9, -1)
-    rows = np.vstack([np.ones(u.shape[1]), products]).T
-    of_b = np.vstack([minors, (trace * np.eye(3)[:, :, None] - Q).reshape(9, -1)])
-    of_c = np.vstack([np.sum(Q[0] * cofactors[0], axis=0), cofactors.reshape(9, -1)])
-    squares = np.sum(u * u, axis=0)
-    # coefficients and the deviator's invariants are at most size, size^2 and size^3: coarse bounds
-    # of their rounding errors are multiples of these
-    size = 2 * float(np.sqrt(np.sum(Q * Q, axis=(0, 1))).max() + squares.max())
-    unit = 128 * ROUNDING
-    codes = np.empty((u.shape[1], Q.shape[2]), dtype=np.int8)
-    step = max(1, CHUNK // Q.shape[2])
-    for start in range(0, len(codes), step):
-        chunk = slice(start, start + step)
-        a = squares[chunk, None] + trace
-        b = rows[chunk] @ of_b
-        c = rows[chunk] @ of_c
-        J2 = a * a / 3 - b
-        J3 = (a * a * (2 / 27) - b / 3) * a + c
-        discriminant = J2 * J2 * J2 * 4 - 27 * J3 * J3
-        has_pair = discriminant < 0.0
-        has_negative_product = c < 0.0
-        has_negative = has_negative_product | (b < 0.0) | (a < 0.0)
-        part = np.where(has_negative, np.int8(DIVERGENCE), np.int8(MARGINAL))
-        part[has_pair] = FLUTTER
-        unsettled = np.abs(discriminant) <= 16 * unit * size**6
-        unsettled |= has_pair & has_negative_product
-        for power, value in enumerate((a, b, c), 1):
-            unsettled |= np.abs(value) <= unit * size**power
-        i, k = np.nonzero(unsettled)
-        if len(i):
-            v = u[:, i + start]
-            entries = []
-            for m in range(3):
-                for n in range(3):
-                    entries.append(Q[m, n, k] + v[m] * v[n])
-            part[i, k] = _by_invariants(entries)
-        codes[chunk] = part
     return codes

@@ -193,7 +193,7 @@ def _normalised(T: Array, X: Array) -> Array:
     t = np.diag(T)
     if np.count_nonzero(T) == len(t):  # T is regular
         # symmetry of X survives to the last bit: one factor for each pair of entries
-        return np.asarray(X * (t[:, None] * t))
+        return X * (t[:, None] * t)
     return T.T @ X @ T
 
 
@@ -296,7 +296,7 @@ def first_order(
 def _frequency_scale(A: NDArray, B: NDArray) -> Array:
     """A power of two, by which a division rounds nothing, near the highest frequencies (...)."""
     undamped = np.sqrt(np.linalg.norm(A, axis=(-2, -1)))
-    highest = np.asarray(np.maximum(undamped, np.linalg.norm(B, axis=(-2, -1))))
+    highest = np.maximum(undamped, np.linalg.norm(B, axis=(-2, -1)))
     return np.asarray(2.0 ** np.round(np.log2(divisor(highest))))
 
 

@@ -12,7 +12,7 @@ the referee to say, who counts and proves without the roots that are judged (`qu
 """
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
@@ -426,16 +426,25 @@ def _resolution(a: float, b: float) -> float:
     return 4 * float(np.spacing(max(abs(a), abs(b))))
 
 
-class _Factor(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class _Factor:
     """A factor of terms as a function of the free parameter.
 
-    largest_curvature: a bound of |its second derivative| over an interval (low, high); slope_size:
-    |its first derivative| at a value; change: the matrices of M, C and K that it multiplies.
+    name: of the parameter; values: of all parameters; change: what it multiplies in M, C and K.
     """
 
-    largest_curvature: Callable[[float, float], float]
-    slope_size: Callable[[float], float]
+    formula: Formula | Modulus | Tabulated
+    name: str
+    values: dict[str, float]
     change: Change
+
+    def largest_curvature(self, low: float, high: float) -> float:
+        """A bound of |its second derivative| from low to high."""
+        return float(self.formula.curvature(self.values, self.name, low, high))
+
+    def slope_size(self, p: float) -> float:
+        """|its first derivative| at a value."""
+        return float(abs(self.formula.slope(self.values | {self.name: p}, self.name)))
 
 
 def _factors(system: SystemFunction) -> list[_Factor]:
@@ -455,22 +464,9 @@ def _factors(system: SystemFunction) -> list[_Factor]:
             for term in terms:
                 if term.factor.text == text:
                     sums[i] = sums[i] + dense(term.matrix)
-        factors.append(_factor(formula, system, (sums[0], sums[1], sums[2])))
+        change = (sums[0], sums[1], sums[2])
+        factors.append(_Factor(formula, system.parameter, system.values(), change))
     return factors
-
-
-def _factor(formula: Formula | Modulus | Tabulated, system: TermSystem, change: Change) -> _Factor:
-    """One of them."""
-    name = system.parameter
-    values = system.values()
-
-    def largest_curvature(low: float, high: float) -> float:
-        return float(formula.curvature(values, name, low, high))
-
-    def slope_size(p: float) -> float:
-        return float(abs(formula.slope(values | {name: p}, name)))
-
-    return _Factor(largest_curvature, slope_size, change)
 
 
 def _is_bent(continuation: Continuation, step: Step, factor: _Factor) -> bool:

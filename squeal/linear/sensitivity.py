@@ -38,14 +38,14 @@ def _term_sizes(
     product: `applied` or `inertia`; z (m,): roots; x, y (n, m): vectors as columns.
     """
     M, C, K = (None if matrix is None else abs(matrix) for matrix in change)
-    return np.asarray(np.sum(abs(y) * product((M, C, K), abs(z), abs(x)), axis=0))
+    return np.sum(abs(y) * product((M, C, K), abs(z), abs(x)), axis=0)
 
 
 def _real_mode_products(M: Matrix, z: Values, x: NDArray, y: NDArray) -> Array:
     """2 |z| (x^H M x y^H M y)^(1/2): y^H P' x of a real mode."""
     mass_x = np.abs(np.sum(x.conj() * (M @ x), axis=0))
     mass_y = np.abs(np.sum(y.conj() * (M @ y), axis=0))
-    return np.asarray(2 * np.abs(z) * np.sqrt(mass_x * mass_y))
+    return 2 * np.abs(z) * np.sqrt(mass_x * mass_y)
 
 
 class _Cluster(NamedTuple):
@@ -157,8 +157,8 @@ class Singular(NamedTuple):
 
         def solve(b: ComplexArray, adjoint: bool) -> ComplexArray:
             if adjoint:
-                return np.asarray(inverse.conj().T @ b)
-            return np.asarray(inverse @ b)
+                return inverse.conj().T @ b
+            return inverse @ b
 
         return Singular(root, right=Vh[-1].conj(), left=U[:, -1], solve=solve)
 
@@ -269,4 +269,4 @@ def _quotient_at(at: Singular, matrices: Change) -> _Quotient:
 def _without(direction: ComplexArray, vector: ComplexArray) -> ComplexArray:
     """A vector without its part along a direction, which is free."""
     share = np.vdot(direction, vector) / np.vdot(direction, direction)
-    return np.asarray(vector - direction * share)
+    return vector - direction * share

@@ -119,7 +119,7 @@ class _Approaches(NamedTuple):
     @property
     def half_width(self) -> Array:
         """Half the distance (pairs,) between the two places at which the roots coalesce."""
-        return np.asarray(np.abs(self.ends[0] - self.ends[1]) / 2)
+        return np.abs(self.ends[0] - self.ends[1]) / 2
 
     def place(self, span: float) -> Array:
         """Where in a step of this length the pairs (pairs,) are to be looked for: in the middle of
@@ -256,7 +256,7 @@ def _may_meet(
     farthest = x.max(axis=0)
     rounding = state.rounding[k] * state.rounding[l]
     couples_beyond_rounding = farthest**2 * (np.abs(product) + third) > rounding
-    return np.asarray(meets & couples_beyond_rounding)
+    return meets & couples_beyond_rounding
 
 
 def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, direction: int) -> Array:
@@ -278,7 +278,7 @@ def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, directi
     distances[row, l] = np.inf
     forth = np.abs(crossing_distance * W[k] * W[:, l].T / distances).sum(axis=1)
     back = np.abs(crossing_distance * W[l] * W[:, k].T / distances).sum(axis=1)
-    return np.asarray(forth * np.abs(pairs.b) + back * np.abs(pairs.a) + forth * back)
+    return forth * np.abs(pairs.b) + back * np.abs(pairs.a) + forth * back
 
 
 def may_exchange_partner(before: SpectrumAtParameter, after: SpectrumAtParameter) -> bool:
@@ -325,7 +325,7 @@ def _may_exchange_partner(state: SpectrumAtParameter, span: float, direction: in
 
 def _passes_zero(values: Array, slack: Array) -> Bools:
     """Which columns have values on both sides of zero, each up to its slack."""
-    return np.asarray(((values - slack).min(axis=0) < 0) & ((values + slack).max(axis=0) > 0))
+    return ((values - slack).min(axis=0) < 0) & ((values + slack).max(axis=0) > 0)
 
 
 class StepEnds(NamedTuple):
@@ -432,7 +432,7 @@ class Step:
         same |= (alike > options.likely) & (self.mismatch <= allowed)
         only_one_before = same.sum(axis=0) == 1
         only_one_after = same.sum(axis=1) == 1
-        return np.asarray(same & only_one_before & only_one_after[:, None])
+        return same & only_one_before & only_one_after[:, None]
 
     def vectors(self, t: float, roots: Sequence[int]) -> tuple[ComplexArray, ComplexArray]:
         """Right and left vectors (N, number of roots) at that end of the step which is nearer to

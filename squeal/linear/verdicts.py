@@ -35,7 +35,7 @@ def assumed_rounding(values: ArrayLike, undamped: bool = False) -> Array:
     """How far rounding may move roots (...) without known left vectors, hence without condition: a
     share of |lambda|, greater without damping, where it parts two equal roots as a square root."""
     share = 1e-7 if undamped else 1e-10
-    return np.asarray(share * np.abs(values))
+    return share * np.abs(values)
 
 
 def kinds(values: ArrayLike, rounding: ArrayLike) -> Codes:

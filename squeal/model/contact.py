@@ -49,14 +49,11 @@ class State(tuple[bool, ...]):
 def states(points: int) -> tuple[State, ...]:
     """The states of a straight face with that many contact points: all touch, none, or those on
     the leading or on the trailing side."""
-    contact_states = [State(*[True] * points), State(*[False] * points)]
+    leading = []
     for touching in range(points - 1, 0, -1):
-        separated = points - touching
-        contact_states.append(State(*[True] * touching, *[False] * separated))
-    for touching in range(points - 1, 0, -1):
-        separated = points - touching
-        contact_states.append(State(*[False] * separated, *[True] * touching))
-    return tuple(contact_states)
+        leading.append(State(*(point < touching for point in range(points))))
+    trailing = [State(*reversed(state)) for state in leading]
+    return State(*[True] * points), State(*[False] * points), *leading, *trailing
 
 
 STATES = states(2)
@@ -269,13 +266,13 @@ class SpringContact(Springs):
     def springs(self) -> tuple[Spring, ...]:
         n = self.count
         wide = math.sqrt(n * n - 1.0)
-        return tuple(Spring((2 * i + 1 - n) / wide, "k_c", 1.0 / n) for i in range(n))
+        return tuple(Spring((2 * i + 1 - n) / wide, "k_c", share=1.0 / n) for i in range(n))
 
     def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
         """Rn and delta, which is NaN as apart where the touch is too light to tell."""
         force, place = self.resultant(c, at, on)
-        light = 1e-8 * c.k_c * c.w  # leaves of the place nothing but rounding
-        return force, np.where(np.less(force, light), np.nan, place)
+        least = 1e-8 * c.k_c * c.w  # a lighter touch leaves of the place nothing but rounding
+        return force, np.where(np.less(force, least), np.nan, place)
 
 
 @dataclass(frozen=True)
@@ -302,24 +299,31 @@ class LineContact(ContactLaw):
 
     def _partial(self, gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]:
         """Penetration of the edge that touches alone and contact length over 2 w, else zeros."""
-        side = on[1] - on[0]
+        leading, trailing = on
+        side = trailing - leading
         partial = side * side  # 1 in partial contact, else 0
-        p = -partial * (on[0] * gl + on[1] * gt)
-        return p, p / (side * (gl - gt) + (1.0 - partial))
+        p = -partial * (leading * gl + trailing * gt)
+        difference = side * (gl - gt)  # of the penetrations
+        return p, p / (difference + (1.0 - partial))  # outside of partial contact 0 / 1
 
     def edge_forces(self, c: Coefficients, at: Pose, on: Touching, unit: bool = False) -> Point:
         """See `ContactLaw`; `unit`: as if Rn were 1 in partial contact, where it may vanish."""
         gl, gt = gaps(c, at)
+        leading, trailing = on
         p, part = self._partial(gl, gt, on)
-        Rn = 0.5 * c.k_c * p * (part if self.line_force == "integral" else 1.0)
         if unit:
-            Rn = (on[1] - on[0]) * (on[1] - on[0])
+            Rn = (trailing - leading) * (trailing - leading)
+        elif self.line_force == "integral":
+            Rn = 0.5 * c.k_c * p * part
+        else:
+            Rn = 0.5 * c.k_c * p
         # the pressure's centroid lies at a third of the contact length
         near = Rn * (1.0 - part / 3.0)
         far = Rn * (part / 3.0)
-        full = on[0] * on[1] * (c.k_c / 6.0)
-        leading = on[0] * near + on[1] * far - full * (2.0 * gl + gt)
-        return leading, on[1] * near + on[0] * far - full * (gl + 2.0 * gt)
+        full = leading * trailing * (c.k_c / 6.0)
+        f1 = leading * near + trailing * far - full * (2.0 * gl + gt)
+        f2 = trailing * near + leading * far - full * (gl + 2.0 * gt)
+        return f1, f2
 
     def normal(
         self, c: Coefficients, at: Pose, on: Touching, unit: bool = False

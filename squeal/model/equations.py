@@ -10,8 +10,8 @@ import dataclasses
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, reduce
-from typing import Any, NamedTuple
+from functools import cached_property, partial, reduce
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,7 +46,9 @@ from squeal.schema import Place
 
 def term_count(terms: tuple[str, ...]) -> int:
     """How many numbers the terms with velocities have, see `PadModel.terms`."""
-    return (9 if terms else 0) + (3 if "falling" in terms else 0)
+    if "falling" in terms:
+        return 12
+    return 9 if terms else 0
 
 
 def net_loads(ops: Operations, c: Coefficients, law: ContactLaw, q: Number, on: Touching) -> Loads:
@@ -80,7 +82,7 @@ class PadModel:
         """True if only its linearisation about the origin counts, see `ContactModel`."""
         return contact_model(self.name).linear
 
-    def replace(self, **changes: Any) -> PadModel:
+    def replace(self, **changes: Number) -> PadModel:
         """The same model of a pad with some parameters changed."""
         return dataclasses.replace(self, pad=self.pad.replace(**changes))
 
@@ -100,9 +102,11 @@ class PadModel:
         The state is taken as given, so the result is smooth in q; it is the physical load where
         `state_at(q)` is that state. At rest without `rates` (3, ...), the velocities.
         """
-        c = self.c if rates is None else at_speed(np, self.c, self.pad.fall, rates[0])
+        if rates is None:
+            return np.array(np.broadcast_arrays(*net_loads(np, self.c, self.law, tuple(q), state)))
+        c = at_speed(np, self.c, self.pad.fall, rates[0])
         f = net_loads(np, c, self.law, tuple(q), state)
-        if rates is not None and self.damping is not None:
+        if self.damping is not None:
             drag = [sum(map(operator.mul, row, rates)) for row in self.damping]
             f = Loads(f.x - drag[0], f.y - drag[1], f.moment - drag[2])
         return np.array(np.broadcast_arrays(*f))
@@ -118,25 +122,32 @@ class PadModel:
     @property
     def terms(self) -> tuple[str, ...]:
         """Which terms with velocities the equations have, by name."""
-        damping = () if self.damping is None else ("damping",)
-        return damping if self.pad.mu_s is None else (*damping, "falling")
+        terms = []
+        if self.damping is not None:
+            terms.append("damping")
+        if self.pad.mu_s is not None:
+            terms.append("falling")
+        return tuple(terms)
 
     @property
     def term_values(self) -> np.ndarray:
         """The numbers (`term_count`, ...) of these terms: D, then `Pad.fall` and V."""
         if not self.terms:
             return np.empty(0)
-        fall = () if self.pad.fall is None else (*self.pad.fall, self.pad.V)
-        return np.array(np.broadcast_arrays(*(entry for row in self.decay for entry in row), *fall))
+        numbers = [*self.decay.reshape(9, *self.decay.shape[2:])]
+        if self.pad.fall is not None:
+            numbers += [*self.pad.fall, self.pad.V]
+        return np.array(np.broadcast_arrays(*numbers))
 
     @property
     def decay(self) -> np.ndarray:
         """D (3, 3, ...): damping takes D v from the rates of velocities v of (x, y, w theta)."""
         if self.damping is None:
             return np.zeros((3, 3))
-        turn = np.array(np.broadcast_arrays(1.0, 1.0, self.pad.w))
+        # w theta, whose rate this is, is theta times w
+        lever = np.array(np.broadcast_arrays(1.0, 1.0, self.pad.w))
         mass = np.array(np.broadcast_arrays(self.pad.m, self.pad.m, self.pad.I))
-        return np.asarray(np.array(self.damping) * turn[:, None] / (mass[:, None] * turn))
+        return np.asarray(np.array(self.damping) * lever[:, None] / (mass[:, None] * lever))
 
     def energy(self, q: Number, rates: Number, state: Touching) -> Number:
         """Kinetic plus potential energy, shape of q[0]; F_n is a dead load."""
@@ -184,7 +195,8 @@ def linearise(model: PadModel, q: Number, state: Touching) -> Linearisation:
     if model.terms:
         C = -complex_step(lambda rates: model.loads(q, state, rates), np.zeros(np.shape(q)))
     M = np.diag([pad.m, pad.m, pad.I]).astype(float)
-    matrices = Linearisation(M, C, -complex_step(lambda q: model.loads(q, state), q))
+    K = -complex_step(partial(model.loads, state=state), q)
+    matrices = Linearisation(M, C, K)
     for X in matrices:
         X.flags.writeable = False
     return matrices
@@ -194,21 +206,6 @@ def about_origin(model: PadModel) -> Linearisation:
     """Matrices in full contact about the origin; of B3, the article's with its right-hand side
     linearised too."""
     return linearise(model, np.zeros(3), model.full)
-
-
-def spring_directions(
-    pad: Pad, angles: tuple[Number, Number] | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Vectors a1, a2, shape (3, ...): a spring lengthens by -a1.q or a2.q in the first order.
-
-    `angles` replaces (alpha1, alpha2) of the pad, arrays allowed.
-    """
-    alpha1, alpha2 = (pad.alpha1, pad.alpha2) if angles is None else angles
-    d = np.hypot(pad.w, pad.h)
-    beta = np.arctan2(pad.h, pad.w)
-    a1 = np.array([np.cos(alpha1), np.sin(alpha1), -d * np.sin(alpha1 + beta - pad.theta0)])
-    a2 = np.array([np.cos(alpha2), -np.sin(alpha2), -d * np.sin(alpha2 + beta + pad.theta0)])
-    return a1, a2
 
 
 @dataclass(frozen=True)
@@ -274,8 +271,8 @@ def natural_units(model: PadModel, initial: Sequence[Number] | np.ndarray) -> Un
     time = np.sqrt(pad.m / stiffness)
     x, y, theta, x_dot, y_dot, theta_dot = initial
     height = pad.y0 + y if model.law.absolute_gap else y
-    way = time * np.hypot(np.hypot(x_dot, y_dot), pad.w * theta_dot)
-    lengths = (x, height, pad.w * theta, way, pad.F_n / stiffness)
+    moved_by_velocity = time * np.hypot(np.hypot(x_dot, y_dot), pad.w * theta_dot)
+    lengths = (x, height, pad.w * theta, moved_by_velocity, pad.F_n / stiffness)
     largest = reduce(np.maximum, map(np.abs, lengths))
     return Units(
         mass=_plain(pad.m),

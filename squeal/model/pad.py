@@ -13,7 +13,9 @@ import dataclasses
 import math
 import operator
 from collections import namedtuple
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -56,16 +58,33 @@ _FROM_ZERO = schema.Number(low=0.0, low_allowed=True)
 _TURN = schema.Angle(low=-math.pi / 2, high=math.nextafter(math.pi / 2, 0.0))
 
 
-def _field(meaning: str, unit: str, kind: schema.Number, **more: Any) -> Any:
-    more |= {"required": "default" not in more or "unless" in more}
-    p = Parameter(meaning, unit, kind=kind, dimension=_DIMENSIONS[unit], **more)
+def _field(
+    meaning: str,
+    unit: str,
+    kind: schema.Number,
+    default: str = "",
+    unless: str = "",
+    needs: tuple[str, ...] = (),
+    common: bool = True,
+) -> Any:
+    """A field of `Pad` with its `Parameter`; without a default in words it is required."""
+    p = Parameter(
+        meaning,
+        unit,
+        default=default,
+        unless=unless,
+        needs=needs,
+        kind=kind,
+        dimension=_DIMENSIONS[unit],
+        required=not default or bool(unless),
+        common=common,
+    )
     # a placement is zero unless it is given; everything else is None where no model needs it
-    return field(default=0.0 if p.default == "0" else None, metadata={"p": p})
+    return field(default=0.0 if default == "0" else None, metadata={"p": p})
 
 
-def _some(meaning: str, unit: str, kind: schema.Number = _POSITIVE, **more: Any) -> Any:
-    """A parameter that not every model uses."""
-    return _field(meaning, unit, kind, common=False, **more)
+# a parameter that not every model uses, and that is above 0 unless it is said otherwise
+_some = partial(_field, kind=_POSITIVE, common=False)
 
 
 @dataclass(frozen=True)
@@ -102,7 +121,7 @@ class Pad:
     alpha2: float = _field("inclination of spring 2", "rad", schema.Angle())
     mu: float = _field("coefficient of friction", "1", _FROM_ZERO, unless="mu_s",
                        default="refused, unless mu_s, mu_k, v_ref and V give it")
-    F_n: float = _some("actuation (brake) force", "N", _FROM_ZERO)
+    F_n: float = _some("actuation (brake) force", "N", kind=_FROM_ZERO)
     V: float | None = _some("speed of the sliding surface", "m/s",
                             default="sliding is assumed and not checked")
     mu_s: float | None = _some(
@@ -114,10 +133,11 @@ class Pad:
                                default="refused beside mu_s", needs=("mu_s",))
     v_ref: float | None = _some("speed over which friction falls", "m/s",
                                 default="refused beside mu_s", needs=("mu_s",))
-    x0: float = _some("initial position along the surface", "m", schema.Number(), default="0")
+    x0: float = _some(
+        "initial position along the surface", "m", kind=schema.Number(), default="0")
     y0: float = _some(
         "initial height of the mass centre over its place at touch (without effect in B1, whose "
-        "contact springs are relaxed there)", "m", schema.Number(), default="0")
+        "contact springs are relaxed there)", "m", kind=schema.Number(), default="0")
     # fmt: on
     theta0: float = _field("initial angle", "rad", _TURN, default="0")
 
@@ -143,14 +163,14 @@ class Pad:
             own["mu"] = self.mu_k + self._friction_above_mu_k
 
     @property
-    def _friction_above_mu_k(self) -> Any:
+    def _friction_above_mu_k(self) -> Number:
         """By how much friction at the speed V exceeds mu_k."""
         ratio = self.V / self.v_ref  # type: ignore[operator]
-        share = dual.exp(-ratio) if isinstance(ratio, dual.Dual) else np.exp(-ratio)
-        return (self.mu_s - self.mu_k) * share  # type: ignore[operator]
+        exp = dual.exp if isinstance(ratio, dual.Dual) else np.exp
+        return (self.mu_s - self.mu_k) * exp(-ratio)  # type: ignore[operator]
 
     @property
-    def fall(self) -> tuple[Any, Any] | None:
+    def fall(self) -> tuple[Number, Number] | None:
         """Share b and rate r (s/m) of friction mu (1 + b (exp(r x_dot) - 1)), None if it is
         constant.
 
@@ -158,7 +178,9 @@ class Pad:
         """
         if self.mu_s is None or self.mu_k is None:
             return None
-        return self._friction_above_mu_k / (self.mu_k + self._friction_above_mu_k), 1.0 / self.v_ref  # type: ignore[operator]
+        above = self._friction_above_mu_k
+        rate = 1.0 / self.v_ref  # type: ignore[operator]
+        return above / (self.mu_k + above), rate
 
     def given(self) -> dict[str, Any]:
         """The parameters that are not None, by name.
@@ -200,7 +222,7 @@ class Pad:
             texts.append(f"{name}={text}")
         return f"Pad({', '.join(texts)})"
 
-    def replace(self, **changes: Any) -> Pad:
+    def replace(self, **changes: Number) -> Pad:
         """A copy with some parameters changed; those that are `derived` follow.
 
         Raises InputError for an unknown name or a value out of range.
@@ -258,7 +280,7 @@ class Coefficients(_Coefficients):
     gap_l, gap_t: height of the lower corners over the surface at x = y = theta = 0.
     """
 
-    def place(self, state: Any) -> tuple[Number, Number, Number]:
+    def place(self, state: Sequence[Number] | np.ndarray) -> tuple[Number, Number, Number]:
         """q = (x, y, theta) of a state that starts with x, y and w theta."""
         return state[0], state[1], state[2] / self.w
 
@@ -281,21 +303,31 @@ def coefficients(ops: Operations, pad: Pad, absolute_gap: bool) -> Coefficients:
     r2 = turned(w, h)
     rl = turned(-w, -h)
     rt = turned(w, -h)
-    L1, L2 = (w if L is None else L for L in (pad.L1, pad.L2))
-    k3, k4, k_c, F_n = (0.0 if v is None else v for v in (pad.k3, pad.k4, pad.k_c, pad.F_n))
-    # h (1 - cos theta0) without cancellation
-    lift = pad.y0 + 2 * h * ops.sin(pad.theta0 / 2) ** 2
+    L1 = _value_or(pad.L1, w)
+    L2 = _value_or(pad.L2, w)
+    gap_l: Number = 0.0
+    gap_t: Number = 0.0
+    if absolute_gap:
+        # y0 + h (1 - cos theta0) without cancellation
+        lift = pad.y0 + 2 * h * ops.sin(pad.theta0 / 2) ** 2
+        gap_l = lift - w * sin0
+        gap_t = lift + w * sin0
     # fmt: off
     return Coefficients(
-        m=pad.m, I=pad.I, w=w, h=h, mu=pad.mu, F_n=F_n, x0=pad.x0, k1=pad.k1, k2=pad.k2,
-        L1=L1, L2=L2, k3=k3, k4=k4, k_c=k_c,
+        m=pad.m, I=pad.I, w=w, h=h, mu=pad.mu, F_n=_value_or(pad.F_n, 0.0), x0=pad.x0,
+        k1=pad.k1, k2=pad.k2, L1=L1, L2=L2,
+        k3=_value_or(pad.k3, 0.0), k4=_value_or(pad.k4, 0.0), k_c=_value_or(pad.k_c, 0.0),
         D1x=-L1 * ops.cos(pad.alpha1), D1y=-L1 * ops.sin(pad.alpha1),
         D2x=L2 * ops.cos(pad.alpha2), D2y=-L2 * ops.sin(pad.alpha2),
         r1x=r1[0], r1y=r1[1], r2x=r2[0], r2y=r2[1], rlx=rl[0], rly=rl[1], rtx=rt[0], rty=rt[1],
-        gap_l=lift - w * sin0 if absolute_gap else 0.0,
-        gap_t=lift + w * sin0 if absolute_gap else 0.0,
+        gap_l=gap_l, gap_t=gap_t,
     )
     # fmt: on
+
+
+def _value_or(value: Number | None, otherwise: Number) -> Number:
+    """A parameter, or what stands for one that a model does without."""
+    return otherwise if value is None else value
 
 
 def at_speed(
@@ -331,9 +363,10 @@ class Pose(NamedTuple):
 
 def pose(ops: Operations, q: tuple[Number, Number, Number]) -> Pose:
     """Pose of q = (x, y, theta); half angles keep cos(theta) - 1 exact for small rotations."""
-    s = ops.sin(q[2] * 0.5)
-    c = ops.cos(q[2] * 0.5)
-    return Pose(q[0], q[1], 2.0 * s * c, -2.0 * s * s)
+    x, y, theta = q
+    s = ops.sin(theta * 0.5)
+    c = ops.cos(theta * 0.5)
+    return Pose(x, y, 2.0 * s * c, -2.0 * s * s)
 
 
 class Loads(NamedTuple):
@@ -346,7 +379,7 @@ class Loads(NamedTuple):
     @staticmethod
     def of(at: Pose, r: Point, x: Number, y: Number) -> Loads:
         """Of one force at the body point that lay at r from the mass centre."""
-        height = r[1] + at.S * r[0] + at.C * r[1]
+        height = r[1] + at.S * r[0] + at.C * r[1]  # over the mass centre
         return Loads(x, y, at.aside(*r) * y - height * x)
 
     def __add__(self, other: Loads) -> Loads:  # type: ignore[override]
@@ -391,11 +424,12 @@ def stretched(ops: Operations, L: Number, D: Point, u: Point) -> tuple[Point, Nu
 
 def springs(ops: Operations, c: Coefficients, at: Pose) -> Loads:
     """Loads of springs 1 and 2 together, Eq. (3), as in Eqs. (6) and (10)."""
-    first, second = (_spring_loads(ops, spring, at) for spring in _two_springs(c))
-    return first + second
+    first, second = _two_springs(c)
+    return _spring_loads(ops, first, at) + _spring_loads(ops, second, at)
 
 
 def _spring_loads(ops: Operations, spring: _Spring, at: Pose) -> Loads:
+    """Of one spring, along its present vector, on the upper corner."""
     v, length, elongation = stretched(ops, spring.L, spring.D, at.displacement(*spring.r))
     f = -spring.k * elongation / length
     return Loads.of(at, spring.r, f * v[0], f * v[1])
@@ -403,11 +437,14 @@ def _spring_loads(ops: Operations, spring: _Spring, at: Pose) -> Loads:
 
 def spring_energy(ops: Operations, c: Coefficients, at: Pose) -> Number:
     """Potential energy of springs 1 and 2."""
-    energies = []
-    for spring in _two_springs(c):
-        elongation = stretched(ops, spring.L, spring.D, at.displacement(*spring.r))[2]
-        energies.append(0.5 * spring.k * elongation * elongation)
-    return energies[0] + energies[1]
+    first, second = _two_springs(c)
+    return _spring_energy(ops, first, at) + _spring_energy(ops, second, at)
+
+
+def _spring_energy(ops: Operations, spring: _Spring, at: Pose) -> Number:
+    """Of one spring."""
+    _, _, elongation = stretched(ops, spring.L, spring.D, at.displacement(*spring.r))
+    return 0.5 * spring.k * elongation * elongation
 
 
 def gaps(c: Coefficients, at: Pose) -> Point:

@@ -38,7 +38,7 @@ def complex_step(
     """
     if along is None:
         return with_derivative(f, x)[1]
-    return np.asarray(f(np.asarray(x, dtype=complex) + 1j * STEP * np.asarray(along)).imag / STEP)
+    return f(np.asarray(x, dtype=complex) + 1j * STEP * np.asarray(along)).imag / STEP
 
 
 def with_derivative(f: Callable[[Number], Number], x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:

@@ -122,7 +122,7 @@ def swing(signals: np.ndarray) -> np.ndarray:
     """Half of the difference between greatest and least value of smooth signals (n, d), each from
     the parabola through three samples."""
     if len(signals) < 3:
-        return np.asarray(np.ptp(signals, axis=0) / 2.0)
+        return np.ptp(signals, axis=0) / 2.0
     return (_greatest_values(signals) + _greatest_values(-signals)) / 2.0
 
 

@@ -125,7 +125,8 @@ class _Roots(NamedTuple):
 def _panels(parameter: str, roots: _Roots, ends: tuple[float, float]) -> _Panels:
     """Empty panels over the parameter, and the locus with the roots; `ends` of the parameter."""
     values = roots.values
-    reach = 1.1 * np.abs(values.real).max(initial=0.0) or 1.0
+    sized = values.real[roots.grow] if roots.grow.any() else values.real  # set the axis of growth
+    reach = 1.1 * np.abs(sized).max(initial=0.0) or 1.0
     figure = Figure(figsize=(DOUBLE, 3.9))
     grid = figure.add_gridspec(2, 2, width_ratios=[1.55, 1.0], height_ratios=[1.6, 1.0])
     upper = figure.add_subplot(grid[0, 0])

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from squeal.io.writing import number
 from squeal.model.pad import PARAMETERS
-from squeal.plots.style import SINGLE, Drawing, blank, literal, origin, style
+from squeal.plots.coupling import NO_EQUILIBRIUM
+from squeal.plots.maps import friction_symbol
+from squeal.plots.style import SINGLE, Drawing, blank, literal, origin, style, write_upright
 from squeal.queries.cycles import Cycles, Orbit
 
 LOOKS: dict[str, dict[str, Any]] = {
@@ -18,11 +20,18 @@ LOOKS: dict[str, dict[str, Any]] = {
     "unstable or undecided": {"color": "#3498DB", "ls": (0, (3, 1.5))},
     "faster than the surface": {"color": "0.6", "ls": ":"},
 }
+SLIDING_LOOKS: dict[str, dict[str, Any]] = {
+    "stable": {"color": "k"},
+    "marginal": {"color": "0.6"},
+    "flutter": {"color": "k", "ls": (0, (3, 1.5))},
+    "divergence": {"color": "k", "ls": (0, (1, 1.5))},
+}
 MARKS = {"fold": "D", "period doubling": "s", "torus": "^", "grazing": "|"}
 
 
 def cycles_drawing(found: Cycles, name: str) -> Drawing:
-    """Cycles as a curve, red where stable and blue, dashed, where not; sliding on the axis."""
+    """Cycles as a curve, red where stable and blue, dashed, where not; on the axis sliding, dashed
+    where it flutters, with the values at which its verdict changes."""
     title = f"Periodic motions of {name}"
     if not found.orbits:
         return blank(title, f"No periodic motion: {found.reason}.", __name__)
@@ -33,13 +42,14 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
         axes = figure.subplots()
         _draw_cycles(axes, found, values, micrometres)
         _draw_sliding(axes, found)
-        if found.parameter == "mu":
-            axes.set_xlabel(r"friction coefficient $\mu$")
-        else:
-            axes.set_xlabel(f"{literal(found.parameter)} ({PARAMETERS[found.parameter].unit})")
-        axes.set_ylabel(r"amplitude of $y$ ($\mu$m)")
+        label = friction_symbol(found.parameter)
+        unit = PARAMETERS[found.parameter].unit
+        axes.set_xlabel(label if unit == "1" else f"{label} [{unit}]")
+        axes.set_ylabel(r"amplitude of $y$ [$\mu$m]")
         axes.set_ylim(bottom=-0.04 * micrometres.max())
-        figure.legend(loc="outside lower center", ncols=2)
+        handles, names = axes.get_legend_handles_labels()
+        once = dict(zip(names, handles, strict=True))
+        figure.legend(once.values(), once, loc="outside lower center", ncols=2)
         axes.set_title(literal(name), loc="left")
     own = found.orbits[found.own]
     amplitude = f"{number(micrometres[found.own])} micrometres at {number(own.value)}"
@@ -47,19 +57,16 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
         f"Amplitude of periodic motions over {found.parameter}, from {number(values.min())} to "
         f"{number(values.max())}; {amplitude}."
     )
+    for value, verdict in found.critical:
+        text += f" Sliding: {verdict or NO_EQUILIBRIUM} from {number(value)} on."
     return Drawing(figure, text, title, origin(__name__))
 
 
 def _draw_cycles(axes: Axes, found: Cycles, values: NDArray, sizes: NDArray) -> None:
     """The branch of cycles, each piece in the look of its kind, and marks where it changes."""
-    unnamed = set(LOOKS)  # kinds that the legend has not yet
     for i, (orbit, following) in enumerate(itertools.pairwise(found.orbits)):
         kind = _kind(orbit, following)
-        label = None
-        if kind in unnamed:
-            label = f"cycle, {kind}"
-            unnamed.remove(kind)
-        axes.plot(values[i : i + 2], sizes[i : i + 2], label=label, **LOOKS[kind])
+        axes.plot(values[i : i + 2], sizes[i : i + 2], label=f"cycle, {kind}", **LOOKS[kind])
     axes.plot(values[found.own], sizes[found.own], "o", mfc="none", mec="k", label="the scene")
     for kind, mark in MARKS.items():
         at = [i for i, orbit in enumerate(found.orbits) if orbit.turn == kind]
@@ -68,13 +75,16 @@ def _draw_cycles(axes: Axes, found: Cycles, values: NDArray, sizes: NDArray) -> 
 
 
 def _draw_sliding(axes: Axes, found: Cycles) -> None:
-    """Steady sliding at amplitude zero where it is stable or marginal, with gaps elsewhere."""
-    values = [value for value, _ in found.sliding]
-    for verdict, colour in (("stable", "k"), ("marginal", "0.6")):
-        heights = [0.0 if word == verdict else np.nan for _, word in found.sliding]
-        if np.isfinite(heights).any():
-            label = f"sliding, {verdict}"
-            axes.plot(values, heights, "-", marker=".", ms=2, color=colour, label=label)
+    """Steady sliding at amplitude zero, where it exists, and where its verdict changes."""
+    starts = [found.sliding[0], *found.critical]
+    ends = [*(value for value, _ in found.critical), found.sliding[-1][0]]
+    for (start, verdict), end in zip(starts, ends, strict=True):
+        if verdict is not None:
+            look = SLIDING_LOOKS[verdict] | {"label": f"sliding, {verdict}"}
+            axes.plot([start, end], [0.0, 0.0], marker=".", ms=2, **look)
+    for value, verdict in found.critical:
+        axes.axvline(value, color="0.6", lw=0.6, zorder=0, gid="critical")
+        write_upright(axes, value, f"{verdict or NO_EQUILIBRIUM} from {value:.4g}")
 
 
 def _kind(orbit: Orbit, following: Orbit) -> str:

@@ -9,7 +9,14 @@ from matplotlib.figure import Figure
 
 from squeal.plots.maps import friction_symbol, symbol_of
 from squeal.plots.modes import RED
-from squeal.plots.style import DOUBLE, Drawing, frequency_limits, origin, style, write_beside
+from squeal.plots.style import (
+    DOUBLE,
+    Drawing,
+    frequency_limits,
+    origin,
+    style,
+    write_upright,
+)
 from squeal.results.sweep import Sweep
 
 COLOURS = ("#C8380E", "#0072B2", "#6A1B7B", "#009E73", "#E69F00", "#56B4E9")
@@ -114,13 +121,8 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str
         size = LARGEST * np.maximum(roots.real[grows], 0.0) / fastest
         axes.scatter(hertz[grows], ratio[grows], s=size, fc=colour, alpha=0.35, lw=0, zorder=3)
         lowest = int(np.argmin(ratio))
-        x = hertz[lowest]
-        if ratio[lowest] < 0.0:  # named on the side where there is room
-            is_right = x > limits[0] + 0.8 * (limits[1] - limits[0])
-            offset = (-9, 0) if is_right else (9, 0)
-            point = (x, ratio[lowest])
-            label = f"mode {mode}, {x:.4g} Hz"
-            write_beside(axes, label, point, offset, fontsize=7, color=colour)
+        if ratio[lowest] < 0.0:
+            _name_mode(axes, mode, hertz[lowest], ratio[lowest], limits, colour)
     axes.axhspan(-BELOW * depth, 0.0, color=RED, alpha=0.06, lw=0, zorder=0)
     axes.axhline(0.0, color="0.3", lw=0.6)
     axes.set(xlim=limits, ylim=(-BELOW * depth, ABOVE * depth))
@@ -129,6 +131,24 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str
     last = sweep.steps[-1].value
     swept = f"{symbol_of(sweep.parameter)} from {first:g} to {last:g}"
     axes.set_title(f"{swept}: unstable below zero, bubbles by growth", loc="left")
+
+
+def _name_mode(
+    axes: Axes, mode: int, hertz: float, ratio: float, limits: tuple[float, float], colour: str
+) -> None:
+    """The name of a mode below its largest bubble, within the limits of the axis."""
+    place = (hertz - limits[0]) / (limits[1] - limits[0])
+    side = ("left", "center", "right")[int(3 * place)]
+    axes.annotate(
+        f"mode {mode}, {hertz:.4g} Hz",
+        (hertz, ratio),
+        (0, -7),
+        textcoords="offset points",
+        ha=side,
+        va="top",
+        fontsize=7,
+        color=colour,
+    )
 
 
 def _ratio(roots: np.ndarray) -> np.ndarray:
@@ -161,14 +181,4 @@ def _draw_pair(
     if fastest.interval is not None:
         low, high = fastest.interval
         axes.axvspan(low, high, color="0.8", lw=0, zorder=0, gid="onset")
-        axes.annotate(
-            f"growth begins: {low:.4g} to {high:.4g}",
-            (high, 0.03),
-            (3, 0),
-            ("data", "axes fraction"),
-            "offset points",
-            rotation=90,
-            va="bottom",
-            ha="left",
-            fontsize=7,
-        )
+        write_upright(axes, high, f"growth begins: {low:.4g} to {high:.4g}")

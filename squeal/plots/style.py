@@ -176,6 +176,21 @@ def write_beside(
     )
 
 
+def write_upright(axes: Axes, value: float, text: str) -> None:
+    """A text that climbs from the lower edge, to the right of a value on the horizontal axis."""
+    axes.annotate(
+        text,
+        (value, 0.08),
+        (3, 0),
+        ("data", "axes fraction"),
+        "offset points",
+        rotation=90,
+        va="bottom",
+        ha="left",
+        fontsize=7,
+    )
+
+
 def hertz(omega: float) -> str:
     """The frequency of an angular one (rad/s) in four digits."""
     return f"{omega / math.tau:.4g} Hz"

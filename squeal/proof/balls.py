@@ -127,8 +127,8 @@ class Balls:
 def _shifted(X: NDArray, exponents: int | NDArray[np.intp]) -> NDArray:
     """Real or complex entries times 2^exponents."""
     if np.iscomplexobj(X):
-        return np.asarray(np.ldexp(X.real, exponents) + 1j * np.ldexp(X.imag, exponents))
-    return np.asarray(np.ldexp(X, exponents))
+        return np.ldexp(X.real, exponents) + 1j * np.ldexp(X.imag, exponents)
+    return np.ldexp(X, exponents)
 
 
 def middle_and_radius(ball: Ball) -> tuple[float, float]:
@@ -190,7 +190,7 @@ def doubles(X: NDArray[Any]) -> NDArray[Any]:
     Raises ValueError where one is none: an integer beyond 2^53, or a longer float.
     """
     if X.dtype.kind == "c":
-        return np.asarray(doubles(X.real) + 1j * doubles(X.imag))
+        return doubles(X.real) + 1j * doubles(X.imag)
     floats = X.astype(float)
     # as objects the comparison is of the numbers themselves
     if X.dtype.itemsize > 4 and X.dtype != floats.dtype:

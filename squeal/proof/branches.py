@@ -186,7 +186,11 @@ class PadBranch:
         self.turn: tuple[float, float] | None = None  # where a change of contact turns it back
 
     def cells(self) -> Iterator[Cell]:
-        """The cells from the lowest friction on, up to the highest or beyond a fold."""
+        """The cells from the lowest friction on, up to the highest or beyond a fold.
+
+        A cell ends before the first change of contact on it. Where it encloses the friction of the
+        change too vaguely, a narrower one goes there; else the branch goes on in the new state.
+        """
         if self.model.linear:
             yield self._about_origin()
             return
@@ -200,13 +204,13 @@ class PadBranch:
         if tangent[FRICTION] <= 0.0:
             ahead = -tangent
         last: Cell | None = None
-        limit = np.inf  # of a half width, along the curve
+        half_width = np.inf  # at most, along the curve
         for _ in range(MOST_CELLS):
-            cell = self._next(point, state, ahead, limit, last)
+            cell = self._next(point, state, ahead, half_width, last)
             if cell is None:
                 self.reason = f"{LOST} beyond mu = {point[FRICTION]:.9g}"
                 return
-            limit = np.inf
+            half_width = np.inf
             same_state = last is None or last.state == state
             change = self._first_change(cell, same_state)
             if change is None:
@@ -223,31 +227,39 @@ class PadBranch:
                 return
             friction = cell.at(_between(change.low, change.high))[FRICTION]
             if not self.is_sharp(friction, CONTACT):
-                # up to the change by this cell, then again by a narrow one, which encloses the
-                # friction of the change more sharply
                 share = min(SHRINKING * (change.high - change.low), 0.5)
-                limit = share * float(np.linalg.norm(cell.direction(change.low)))
+                half_width = share * float(np.linalg.norm(cell.direction(change.low)))
                 if change.low > cell.start:
                     last = replace(cell, overlap_from=change.low, end=change.low)
                     yield last
                     point = self._near(cell, change.low)
                 ahead = cell.direction(change.low)
                 continue
-            ahead_beyond = None
-            if len(change.points) == 1:
-                state = state.flip(change.points[0])
-                point = self._near(cell, change.high)
-                ahead_beyond = self._beyond(point, state, change.points[0])
-            if ahead_beyond is None:
+            crossed = self._crossed(cell, change, state)
+            if crossed is None:
                 self.reason = f"{UNRESOLVED} near mu = {float(friction.mid()):.9g}"
                 return
+            point, state, ahead = crossed
             last = replace(cell, overlap_from=change.low, end=change.high)
             yield last
-            ahead = ahead_beyond
             if ahead[FRICTION] <= 0.0:
                 self.turn = (float(friction.lower()), float(friction.upper()))
                 return
         self.reason = f"{LOST} beyond mu = {point[FRICTION]:.9g} within {MOST_CELLS} cells"
+
+    def _crossed(
+        self, cell: Cell, change: ContactChange, state: State
+    ) -> tuple[Floats, State, Floats] | None:
+        """Point (4,), contact state and direction (4,) behind a change of contact on a cell; None
+        where several points change, or it is not known where the branch goes."""
+        if len(change.points) != 1:
+            return None
+        point = self._near(cell, change.high)
+        state_beyond = state.flip(change.points[0])
+        ahead = self._beyond(point, state_beyond, change.points[0])
+        if ahead is None:
+            return None
+        return point, state_beyond, ahead
 
     def _contact_state(self, point: Floats) -> State:
         """Which contact points touch at a point (4,): those whose gaps are negative."""

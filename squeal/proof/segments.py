@@ -217,7 +217,7 @@ def _structured(W: NDArray, mirror: NDArray[np.intp] | None) -> NDArray:
     """The part of W (n, n) that is real in real columns, and conjugate in conjugate ones."""
     if mirror is None or not np.iscomplexobj(W):
         return W
-    return np.asarray((W + W[np.ix_(mirror, mirror)].conj()) / 2.0)
+    return (W + W[np.ix_(mirror, mirror)].conj()) / 2.0
 
 
 def inverse_excess(E: Floats) -> Floats | None:
@@ -226,7 +226,7 @@ def inverse_excess(E: Floats) -> Floats | None:
     e = float(np.max(sums))
     if not e <= LARGEST_E:
         return None
-    return np.asarray(upper(E + np.outer(sums, E.max(axis=0)) / (1.0 - e), 6))
+    return upper(E + np.outer(sums, E.max(axis=0)) / (1.0 - e), 6)
 
 
 class Neighbours(NamedTuple):

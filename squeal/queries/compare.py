@@ -66,7 +66,7 @@ def mac(X: ArrayLike, Y: ArrayLike) -> NDArray[np.float64]:
     x, y = units
     if len(x) != len(y):
         raise InputError(f"mac: {len(x)} and {len(y)} rows are not allowed; they must be the same")
-    return np.asarray(np.abs(x.conj().T @ y) ** 2)
+    return np.abs(x.conj().T @ y) ** 2
 
 
 class Mode(NamedTuple):

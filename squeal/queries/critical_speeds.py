@@ -111,7 +111,7 @@ class _Campbell:
         """Of each pair of roots the upper one, of real ones each second, by frequency."""
         found = dense_values(*self.system.arrays({self.system.parameter: speed}))
         order = np.argsort(-found.imag, kind="stable")[: len(found) // 2]
-        return np.asarray(found[order][::-1])
+        return found[order][::-1]
 
     def gap(self, speed: float, mode: int, order: float) -> float:
         """A frequency less so many times the speed, rad/s."""

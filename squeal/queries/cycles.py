@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from operator import attrgetter
@@ -26,6 +27,7 @@ WINDOWS = 40  # times the length of the scene in which its motion may settle
 STEP = 0.2  # length of a step along the branch, in natural units
 MOST = 80  # cycles of the branch to each side of the first
 SLIDING = 41  # values at which the sliding equilibrium is judged
+LOCATED = 1e-10  # of the range: to which a change of that verdict is located
 
 
 @dataclass(frozen=True)
@@ -142,6 +144,8 @@ class Cycles(Answer):
         Why the branch ends at its first and at its last motion; empty at the end of the range.
     sliding : tuple of (float, str or None)
         The verdict on the sliding equilibrium at some values, None where there is none.
+    critical : tuple of (float, str or None)
+        Where that verdict changes between two of them, and what it is from there on.
     source : (Shooting, Cycle) or None
         What the motions were computed with, and the first of them in natural units.
 
@@ -165,6 +169,7 @@ class Cycles(Answer):
     reason: str = ""
     ends: tuple[str, str] = ("", "")
     sliding: tuple[tuple[float, str | None], ...] = ()
+    critical: tuple[tuple[float, str | None], ...] = ()
     source: tuple[Shooting, Cycle] | None = field(default=None, repr=False)
 
     @property
@@ -229,6 +234,9 @@ class Cycles(Answer):
             parts.append(self.ends[0])
         if at_scene.value in sliding:
             parts.append(sliding[at_scene.value])
+        for value, verdict in self.critical:
+            words = verdict or "no equilibrium"
+            parts.append(f"sliding from {self.parameter} = {number(value)} on: {words}")
         return parts
 
     def to_dict(self) -> dict[str, Any]:
@@ -256,6 +264,7 @@ class Cycles(Answer):
                 {"kind": one.turn, "value": one.value} for one in self.orbits if one.turn
             ],
             "sliding": [{"value": value, "verdict": verdict} for value, verdict in self.sliding],
+            "sliding_changes": [{"value": at, "verdict": verdict} for at, verdict in self.critical],
         }
 
 
@@ -336,12 +345,23 @@ def _coordinate(i: int) -> Read:
     return lambda _c, states, _on: states[i]
 
 
-def _verdict(scene: Scene) -> str | None:
-    """The verdict on the sliding equilibrium, None if there is none."""
-    try:
-        return analyse(scene).judgement.verdict
-    except ComputationError:
-        return None
+def _changes_of_sliding(
+    sliding: Sequence[tuple[float, str | None]], verdict_at: Callable[[float], str | None]
+) -> list[tuple[float, str | None]]:
+    """Where the verdict on sliding changes between two neighbouring values, by bisection."""
+    nearest = LOCATED * (sliding[-1][0] - sliding[0][0])
+    changes = []
+    for (low, before), (high, after) in itertools.pairwise(sliding):
+        if before == after:
+            continue
+        while high - low > nearest:
+            middle = 0.5 * (low + high)
+            if verdict_at(middle) == before:
+                low = middle
+            else:
+                high = middle
+        changes.append((high, after))
+    return changes
 
 
 @public
@@ -399,10 +419,17 @@ def cycles(
     def model_at(scaled: float) -> PadModel:
         return units.scaled(damped_model(scene.replace(**{name: scaled * scale})))
 
+    def verdict_at(at: float) -> str | None:
+        """The verdict on the sliding equilibrium, None if there is none."""
+        try:
+            return analyse(scene.replace(**{name: at})).judgement.verdict
+        except ComputationError:
+            return None
+
     shooting = Shooting(model_at, units)
     first, reason = shooting.settle(start, stop, value / scale, windows)
     if first is None:
-        verdict = _verdict(scene)
+        verdict = verdict_at(value)
         if reason == RESTS and verdict in ("flutter", "divergence"):
             reason += f" where sliding is not stable ({verdict}); other initial conditions leave it"
         return Cycles(scene.model, name, reason=reason, sliding=((value, verdict),))
@@ -418,12 +445,14 @@ def cycles(
             above, end_above = shooting.branch(first, 1.0, reach, STEP, MOST)
         values |= set(np.linspace(low, high, SLIDING).tolist())
     branch = (*reversed(below), first, *above)
+    sliding = tuple((at, verdict_at(at)) for at in sorted(values))
     return Cycles(
         model=scene.model,
         parameter=name,
         orbits=tuple(_orbit(shooting, cycle, scale) for cycle in branch),
         own=len(below),
         ends=(end_below, end_above),
-        sliding=tuple((at, _verdict(scene.replace(**{name: at}))) for at in sorted(values)),
+        sliding=sliding,
+        critical=tuple(_changes_of_sliding(sliding, verdict_at)),
         source=(shooting, first),
     )

@@ -17,7 +17,7 @@ all terms of K and C is lambda.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -38,7 +38,7 @@ from squeal.model.equations import linearise
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.sensitivity import at_own_frequency
 from squeal.results.eigenvalues import Eigenvalues
-from squeal.results.sources import PadAnalysis, PadSource
+from squeal.results.sources import PadAnalysis, PadSource, SystemSource
 from squeal.schema import public
 
 NO_CYCLE = 1e-8  # |D| over the sum of its parts below which a root does not oscillate
@@ -146,6 +146,21 @@ class Energy(Answer):
         balance = ", ".join(positive + negative) or "no term does work"
         return f"{head}: {balance}; in all {number(rows[0].growth_rate, 4)} 1/s"
 
+    def place(self, mode: int) -> str:
+        """Which parts store the energy of a mode, the largest share first.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> found = squeal.eigenvalues(squeal.System([[1.0]], [[0.2]], [[4.0]]))
+        >>> squeal.energy(found, parts={"mass": [0]}).place(1)
+        '100 % in mass'
+        """
+        rows = [row for row in self.part_shares if row.mode == mode]
+        rows.sort(key=lambda row: -(row.energy or 0.0))
+        shares = [f"{number(100.0 * (row.energy or 0.0), 3)} % in {row.part}" for row in rows]
+        return ", ".join(shares[:SPOKEN])
+
     def table(self) -> Table:
 
         def growth(row: Contribution) -> str:
@@ -233,15 +248,35 @@ def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None)
     roots = [(mode, root) for mode, root in found.of_modes if root.value.imag >= 0.0]
     if any(not root.right.size for _, root in roots):
         raise InputError("found: roots of a first look have no vectors; eigenvalues has them")
+    contributions: list[Contribution] = []
+    part_shares: list[PartShare] = []
+    for group, terms, slopes in _terms_of_roots(found, roots):
+        for k, (mode, root) in enumerate(group):
+            energy_of_mode = _energy_of_mode(terms, root)
+            for i, term in enumerate(terms):
+                growth = energy_of_mode.growth_of_term(i)
+                contributions.append(_contribution(mode, root, term, growth, slopes[i][k]))
+            for name, rows in _parts(found, parts, root.right.size).items():
+                part_shares.append(energy_of_mode.share_of(mode, name, rows))
+    return Energy(found.name, tuple(contributions), tuple(part_shares))
+
+
+_Roots = Sequence[tuple[int, Eigenvalue]]
+"""Roots with the numbers of their modes."""
+
+
+def _terms_of_roots(
+    found: Eigenvalues, roots: _Roots
+) -> Iterator[tuple[_Roots, Sequence[NamedTerm], list[NDArray[np.complex128]]]]:
+    """Groups of roots (m,) with the terms of their matrices, and the derivatives (m,) of these
+    roots by the relative size of each term."""
     source = found.source
-    assert source is not None
-    modes: list[_ModeTerms] = []
     if isinstance(source, PadSource):
         assert source.analysis is not None
         terms = pad_terms(source.scene.replace(mu=found.value), source.analysis)
-        slopes = slopes_of(terms, [root for _, root in roots])
-        modes += _mode_terms(roots, terms, slopes)
-        return _energy(found, modes, parts or {})
+        yield roots, terms, slopes_of(terms, [root for _, root in roots])
+        return
+    assert source is not None
     file = source.file
     # of matrices that follow the frequency each root has its own
     groups = [[root] for root in roots] if file.system.follows else [roots]
@@ -249,31 +284,21 @@ def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None)
         omega = max((root.value.imag for _, root in group), default=None)
         frozen = file.system.frozen(omega)
         terms = named_terms(frozen, file)
-        slopes = slopes_of(terms, [root for _, root in group], frozen, file.system)
-        modes += _mode_terms(group, terms, slopes)
-    return _energy(found, modes, parts or component_rows(file))
+        yield group, terms, slopes_of(terms, [root for _, root in group], frozen, file.system)
 
 
-class _ModeTerms(NamedTuple):
-    """A mode, its root, the terms of its matrices, and the derivative by the relative size of
-    each."""
-
-    mode: int
-    root: Eigenvalue
-    terms: Sequence[NamedTerm]
-    slopes: Sequence[complex]
-
-
-def _mode_terms(
-    roots: Sequence[tuple[int, Eigenvalue]],
-    terms: Sequence[NamedTerm],
-    slopes: Sequence[NDArray[np.complex128]],
-) -> list[_ModeTerms]:
-    """Each mode with its terms, and of the slopes (m,) of each term that of the mode."""
-    modes = []
-    for k, (mode, root) in enumerate(roots):
-        modes.append(_ModeTerms(mode, root, terms, [of_term[k] for of_term in slopes]))
-    return modes
+def _parts(
+    found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None, size: int
+) -> Mapping[str, Sequence[int]]:
+    """The rows of each part: given ones, else those of components. Raises InputError for rows that
+    a system of this size has not."""
+    if not parts:
+        return component_rows(found.source.file) if isinstance(found.source, SystemSource) else {}
+    for name, rows in parts.items():
+        if any(not 0 <= row < size for row in rows):
+            words = f"must be rows from 0 to {size - 1}"
+            raise InputError(f"parts: {name}: is not allowed; it {words}")
+    return parts
 
 
 def component_rows(file: SystemFile) -> dict[str, range]:
@@ -433,44 +458,27 @@ def _energy_of_mode(terms: Sequence[NamedTerm], root: Eigenvalue) -> _EnergyOfMo
     return _EnergyOfMode(stored, [work / total for work in works])
 
 
-def _check_parts(parts: Mapping[str, Sequence[int]], size: int) -> None:
-    """Raises InputError for rows that a system of this size has not."""
-    for name, rows in parts.items():
-        if any(not 0 <= row < size for row in rows):
-            words = f"must be rows from 0 to {size - 1}"
-            raise InputError(f"parts: {name}: is not allowed; it {words}")
-
-
-def _energy(
-    found: Eigenvalues, modes: Sequence[_ModeTerms], parts: Mapping[str, Sequence[int]]
-) -> Energy:
-    """The answer from the terms of each mode."""
-    contributions: list[Contribution] = []
-    part_shares: list[PartShare] = []
-    for mode, root, terms, slopes in modes:
-        _check_parts(parts, root.right.size)
-        energy_of_mode = _energy_of_mode(terms, root)
-        for k, (term, slope) in enumerate(zip(terms, slopes, strict=True)):
-            row = Contribution(
-                mode=mode,
-                frequency_hz=root.frequency_hz,
-                growth_rate=root.growth_rate,
-                part=term.part,
-                term=term.name,
-                role=term.role,
-                growth=energy_of_mode.growth_of_term(k),
-                frequency=None,
-                d_real=None,
-                d_hz=None,
-            )
-            if np.isfinite(slope):
-                row = replace(
-                    row,
-                    frequency=float(FREQUENCY_WEIGHT[term.part] * slope.imag) / math.tau,
-                    d_real=float(0.01 * slope.real),
-                    d_hz=float(0.01 * slope.imag) / math.tau,
-                )
-            contributions.append(row)
-        for name, rows in parts.items():
-            part_shares.append(energy_of_mode.share_of(mode, name, rows))
-    return Energy(found.name, tuple(contributions), tuple(part_shares))
+def _contribution(
+    mode: int, root: Eigenvalue, term: NamedTerm, growth: float | None, slope: complex
+) -> Contribution:
+    """What a term does to a mode; slope: the derivative of the root by its relative size."""
+    row = Contribution(
+        mode=mode,
+        frequency_hz=root.frequency_hz,
+        growth_rate=root.growth_rate,
+        part=term.part,
+        term=term.name,
+        role=term.role,
+        growth=growth,
+        frequency=None,
+        d_real=None,
+        d_hz=None,
+    )
+    if not np.isfinite(slope):
+        return row
+    return replace(
+        row,
+        frequency=float(FREQUENCY_WEIGHT[term.part] * slope.imag) / math.tau,
+        d_real=float(0.01 * slope.real),
+        d_hz=float(0.01 * slope.imag) / math.tau,
+    )

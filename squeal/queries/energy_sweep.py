@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, in_order
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, in_order
 from squeal.queries.eigenvalues import pad_eigenvalues
 from squeal.queries.energy import Contribution, energy
 from squeal.results.columns import parameter_heading
@@ -22,6 +22,18 @@ from squeal.results.sweep import Step, Sweep
 from squeal.schema import public
 
 ROUNDING = 1e-12  # of |Im lambda|: a growth below it is no work
+OF_TERM = (
+    ("frequency_hz", ""),
+    ("growth_rate", "1/s"),
+    ("part", ""),
+    ("term", ""),
+    ("role", ""),
+    ("growth", "1/s"),
+    ("frequency", "Hz"),
+    ("d_real", "1/s"),
+    ("d_hz", ""),
+)
+"""Columns of a contribution, and their units."""
 TABLES = 3  # modes that have a table for people
 
 
@@ -94,20 +106,9 @@ class EnergySweep(Answer):
         return values, [rates[value] for value in values], added
 
     def table(self) -> Table:
-
-        def of_term(column: Column) -> Column:
-            return Column(column.name, column.unit, lambda row: column.of(row.of_term))
-
-        others = [
-            Column("mode"),
-            of_term(Column("frequency_hz")),
-            of_term(Column("growth_rate", "1/s")),
-            *map(of_term, columns("part term role")),
-            of_term(Column("growth", "1/s")),
-            of_term(Column("frequency", "Hz")),
-            of_term(Column("d_real", "1/s")),
-            of_term(Column("d_hz")),
-        ]
+        others = [Column("mode")]
+        for head, unit in OF_TERM:
+            others.append(Column(head, unit, attrgetter(f"of_term.{head}")))
         name = parameter_heading(self.parameter, [column.name for column in others])
         return Table([Column(name, value=attrgetter("value")), *others], self.contributions)
 

@@ -245,10 +245,10 @@ class ParameterSpace:
         for k, number in enumerate(changed):
             if losses.unknown[k]:
                 continue
-            if losses.nowhere[k]:
+            if losses.no_start[k]:
                 outcomes[number] = Outcome(kind=NO_PAD, reason=NO_EQUILIBRIUM)
             else:
-                outcomes[number] = outcome_at(losses.mu[k], losses.kinds[k], losses.hertz[k])
+                outcomes[number] = outcome_at(losses.mu[k], losses.kinds[k], losses.frequency_hz[k])
         return outcomes
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # scenes start without the referee
     from squeal.proof.referee import Count, Proof
 
 NO_BALLS = "python-flint is not installed (`pip install 'squeal[proof]'` brings it)"
-RATE = 1e-6  # of the fastest root: growth below which a mode is not told from a marginal one
+RATE = 1e-6  # of a root: growth below which a mode is not told from a marginal one
 WIDTH = 1e-10  # of a threshold: by how much the interval is widened in which it is proved
 VAGUE = 1e-3  # of the range: an interval that is wider may hold more than its threshold
 IS_VAGUE = "a threshold is known to an interval only that may hold more"
@@ -278,21 +278,22 @@ def system_statement(
     crossings: Sequence[Crossing],
     low: float,
     high: float,
-    fastest: float,
+    sizes: Sequence[float],
     at_any_cost: bool,
 ) -> tuple[RangeStatement, list[Interval]]:
     """What is proved of all thresholds of a small system, and the intervals in which they lie.
 
-    fastest: the largest |lambda| at the lower end of the range, rad/s; at_any_cost: whether as many
+    sizes: of roots, rad/s, ascending; excluded is growth by more than a share of the first, or of a
+    later one where rounding, as of free motions, hides so little. at_any_cost: whether as many
     intervals are looked at as of a system of few rows. Without a proof there are no intervals.
     """
-    from squeal.proof.ranges import prove_thresholds
+    from squeal.proof.ranges import SPENT, prove_thresholds
     from squeal.proof.referee import Proof
 
     intervals = _intervals_of(crossings, low, high, WIDTH)
     rises = [_rise_within(crossings, interval) for interval in intervals]
 
-    def prove() -> Proof:
+    def prove(growth_below: float) -> Proof:
         if any(_has_table(term) for term in system.terms):
             return Proof("open", reason="tables over a parameter have no enclosure")
         try:
@@ -307,11 +308,14 @@ def system_statement(
             states = 2 * system.n if system.C else system.n
             most = int(INTERVALS / (1.0 + (states / LARGE) ** 2))
         try:
-            return prove_thresholds(terms, low, high, intervals, RATE * fastest, rises, most)
+            return prove_thresholds(terms, low, high, intervals, growth_below, rises, most)
         except InputError as error:  # a factor has no value somewhere
             return Proof("open", reason=str(error))
 
-    proof = prove()
+    for size in sizes:
+        proof = prove(RATE * size)
+        if proof.status != "open" or proof.reason == SPENT:
+            break
     statement = _statement_of(proof, system.parameter, low, high)
     if proof.status != "proved":
         return statement, []

@@ -77,7 +77,7 @@ def points_of_unit_cube(
     if design == "random":
         return np.random.default_rng(seed).random((samples, dimensions))
     if design == "latin":
-        return np.asarray(qmc.LatinHypercube(dimensions, rng=seed).random(samples))
+        return qmc.LatinHypercube(dimensions, rng=seed).random(samples)
     is_power_of_2 = samples & (samples - 1) == 0
     if not is_power_of_2:
         near = 2 ** round(math.log2(samples))
@@ -119,4 +119,4 @@ def _values_at(
     width = space.step(name, size, is_share=kind == "relative", at=at)
     if kind == "within":
         return space.values[name] + width * (2 * probabilities - 1)
-    return np.asarray(space.values[name] + width * ndtri(probabilities))
+    return space.values[name] + width * ndtri(probabilities)

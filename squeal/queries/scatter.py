@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,10 +84,8 @@ class ReducedThresholdSamples:
             reduction = self.reduction.replaced(values)
             system = reduction.scaled.system
             found = system_thresholds(system, self.high, wanted=self.selection, served=reduction)
-        except InputError as error:
-            return Sample(values, kind=NO_PAD, reason=str(error))
-        except ComputationError as error:
-            return Sample(values, reason=str(error))
+        except (InputError, ComputationError) as error:
+            return _refused(values, error)
         loss = first_loss(found.answer, self.high)
         at = self.high if loss.critical is None else loss.critical
         _, residuals, _ = reduction.modes({found.answer.parameter: at})
@@ -108,10 +106,8 @@ class GrowthSamples:
     def _sample(self, values: Changes) -> Sample:
         try:
             found = self._roots(values)
-        except InputError as error:
-            return Sample(values, kind=NO_PAD, reason=str(error))
-        except ComputationError as error:
-            return Sample(values, reason=str(error))
+        except (InputError, ComputationError) as error:
+            return _refused(values, error)
         roots = found.roots
         if not len(roots):
             return Sample(values, reason="no root lies in the band")
@@ -164,6 +160,12 @@ def _samples(computer: SampleComputer, changes: Sequence[Changes]) -> list[Sampl
     return computer.samples(changes)
 
 
+def _refused(values: Changes, error: InputError | ComputationError) -> Sample:
+    """A sample that is no pad at all, or that could not be computed."""
+    kind = NO_PAD if isinstance(error, InputError) else None
+    return Sample(values, kind=kind, reason=str(error))
+
+
 def _at_loss(values: Changes, loss: Outcome, residual: float | None = None) -> Sample:
     """A sample whose value is the critical friction, NaN if stability is not lost."""
     return Sample(
@@ -174,6 +176,24 @@ def _at_loss(values: Changes, loss: Outcome, residual: float | None = None) -> S
         residual=residual,
         reason=loss.reason,
     )
+
+
+class _Plan(NamedTuple):
+    """How samples are drawn, as `SPREADS` reads it; see `scatter`."""
+
+    spreads: dict[str, Spread]
+    samples: int
+    seed: int
+    design: str
+    indices: bool
+
+    def points(self) -> NDArray[np.float64]:
+        """Points of the unit cube, one for each sample, see `parameters_at`."""
+        dimensions = len(self.spreads)
+        if not self.indices:
+            return points_of_unit_cube(self.design, self.samples, dimensions, self.seed)
+        pairs = points_of_unit_cube(self.design, self.samples, 2 * dimensions, self.seed)
+        return points_for_indices(pairs)
 
 
 @public
@@ -251,7 +271,7 @@ def scatter(
     >>> [0.45 <= q.value <= 0.55 for q in answer.quantiles if q.level == 0.5]
     [True]
     """
-    options = SPREADS.read(
+    keys = SPREADS.read(
         {
             "spreads": spreads,
             "samples": samples,
@@ -261,25 +281,17 @@ def scatter(
         },
         Place("scatter"),
     )
-    spreads = options["spreads"]
-    samples = options["samples"]
-    seed = options["seed"]
-    design = options["design"]
-    indices = options["indices"]
-    require_spreads(spreads)
+    plan = _Plan(**keys)
+    require_spreads(plan.spreads)
     space = ParameterSpace.of(subject, "scatter", high, of)
-    dimensions = 2 * len(spreads) if indices else len(spreads)
-    points = points_of_unit_cube(design, samples, dimensions, seed)
-    if indices:
-        points = points_for_indices(points)
-    changes = parameters_at(space, spreads, points)
+    changes = parameters_at(space, plan.spreads, plan.points())
     computer = _computer(space, of, high, EigenvalueSelection(band, None, None), changes)
-    question = (of, high, band, spreads, design, seed, indices, samples)
+    question = (of, high, band, plan.spreads, plan.design, plan.seed, plan.indices, plan.samples)
     rows = _computed(space.subject, changes, computer, workers, journal, question, progress)
     sobol: tuple[Index, ...] = ()
-    if indices:
-        sobol = _indices_of(rows, list(spreads), samples, high, seed)
-        rows = rows[: 2 * samples]  # A and B are the samples, the others repeat their columns
+    if plan.indices:
+        sobol = _indices_of(rows, plan, high)
+        rows = rows[: 2 * plan.samples]  # A and B are the samples, the others repeat their columns
     computed = [row for row in rows if row.reason is None]
     if not computed:
         raise ComputationError(f"no sample can be computed: {_first_reason(rows)}")
@@ -293,9 +305,9 @@ def scatter(
         mu=space.at,
         mu_max=high,
         band=band,
-        spreads=spreads,
-        design=design,
-        seed=seed,
+        spreads=plan.spreads,
+        design=plan.design,
+        seed=plan.seed,
         samples=len(rows),
         rows=tuple(computed),
         no_pad=no_pad,
@@ -322,10 +334,8 @@ def _is_stable(row: Sample, of: Literal["threshold", "growth"], mu: float) -> bo
     return math.isnan(row.value) or row.value > mu
 
 
-def _indices_of(
-    rows: Sequence[Sample], names: Sequence[str], samples: int, high: float, seed: int
-) -> tuple[Index, ...]:
-    """Sobol indices from the samples at A, B and each AB_i, `samples` of each below each other.
+def _indices_of(rows: Sequence[Sample], plan: _Plan, high: float) -> tuple[Index, ...]:
+    """Sobol indices from the samples at A, B and each AB_i, `plan.samples` of each in turn.
 
     A threshold beyond `high` counts as `high`; what could not be computed is left out.
     """
@@ -337,8 +347,9 @@ def _indices_of(
             values.append(high)
         else:
             values.append(row.value)
-    table = np.array(values).reshape(len(names) + 2, samples)
-    return sobol_indices(names, table, seed, same=ROUNDING)
+    names = list(plan.spreads)
+    table = np.array(values).reshape(len(names) + 2, plan.samples)
+    return sobol_indices(names, table, plan.seed, same=ROUNDING)
 
 
 def _interval_of_share(stable: int, unknown: int, count: int) -> tuple[float, float]:
@@ -424,13 +435,13 @@ def _computer(
 
 def _basis(computer: SampleComputer, computed: Sequence[Sample]) -> dict[str, Any] | None:
     """The reduced system, if one served, with the largest residual over all samples."""
-    reduction = None
-    if isinstance(computer, ReducedThresholdSamples):
-        reduction = computer.reduction
-    elif isinstance(computer, GrowthSamples) and isinstance(computer.subject, Reduction):
-        reduction = computer.subject
-    if isinstance(computer, ThresholdSamples) or reduction is None:
+    if isinstance(computer, ThresholdSamples):
         return None
-    basis = basis_of(reduction, computer.selection)
+    if isinstance(computer, ReducedThresholdSamples):
+        basis = basis_of(computer.reduction, computer.selection)
+    elif isinstance(computer.subject, Reduction):
+        basis = basis_of(computer.subject, computer.selection)
+    else:
+        return None
     assert basis is not None
     return basis | {"residual": max(sample.residual or 0.0 for sample in computed)}

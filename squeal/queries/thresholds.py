@@ -347,9 +347,16 @@ def system_thresholds_with_proof(
 
     system = analysis.system
     selection = analysis.selection
-    assembly = analysis.file.assembly
-    can_be_proved = is_small(system) and assembly is None and not analysis.file.assumptions
+    assumptions = analysis.file.assumptions
+    can_be_proved = is_small(system) and not analysis.joined and not assumptions
     lists_all = selection == EigenvalueSelection()
+    if prove and analysis.joined:
+        raise InputError(
+            "prove: nothing is proved of components that were reduced, which moves their roots; "
+            "without `cutoff` and a band they are not"
+        )
+    if prove and assumptions:
+        raise InputError(f"prove: nothing is proved of what was assumed: {'; '.join(assumptions)}")
     if prove and not (can_be_proved and lists_all):
         raise InputError(
             f"prove: all thresholds of real systems of up to {ALL_ROWS} rows can be proved, "
@@ -373,7 +380,7 @@ def system_thresholds_with_proof(
     if answer.certified and answer.proof is None and is_small(system):
         answer = _counted_not_proved(answer)
     if analysis.joined:
-        answer = widened_by_reduction(system, assembly, answer)
+        answer = widened_by_reduction(system, analysis.file.assembly, answer)
     if is_small(system) and prove is not False and answer.verdict != NO_ROOT:
         answer = replace(answer, verdict=_judged_start(analysis, answer.low))
     answer = thresholds_as_seated(analysis.file, answer)
@@ -426,12 +433,16 @@ def _proved_system(
     """
     from squeal.queries.ranges import system_statement
     from squeal.queries.systems.all_roots import roots_of_all
+    from squeal.queries.systems.verdicts import rounding_of
 
     changes = {system.parameter: answer.low}
     roots = roots_of_all(system, EigenvalueSelection(), changes)
-    fastest = float(np.max(np.abs(roots), initial=0.0))
+    sizes = np.abs(roots)
+    oscillates = np.abs(roots.imag) > rounding_of(system, roots)
+    fastest = float(np.max(sizes, initial=0.0))
+    slowest = float(np.min(sizes[oscillates], initial=fastest))
     statement, intervals = system_statement(
-        system, every, answer.low, answer.high, fastest, at_any_cost
+        system, every, answer.low, answer.high, (slowest, fastest), at_any_cost
     )
     doubts = list(answer.details["unconfirmed"])
     selected = roots_of_all(system, selection, changes)

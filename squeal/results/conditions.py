@@ -149,29 +149,25 @@ class Conditions(Answer):
     @property
     def modes(self) -> list[ModePropensity]:
         """The modes that grow somewhere, by number: by their lowest frequency where they grow."""
-        conditions: dict[int, list[Condition]] = {}  # where each mode grows
-        rows: dict[int, list[ModeAtCondition]] = {}  # and how it does so there
+        grown: dict[int, list[tuple[Condition, ModeAtCondition]]] = {}
         for condition in self.conditions:
             for row in condition.modes:
                 assert row.mode is not None
-                conditions.setdefault(row.mode, []).append(condition)
-                rows.setdefault(row.mode, []).append(row)
+                grown.setdefault(row.mode, []).append((condition, row))
         modes = []
-        for mode, grown in sorted(rows.items()):
-            rates = [row.growth_rate for row in grown]
-            index = rates.index(max(rates))
-            fastest = grown[index]
-            hertz = [row.frequency_hz for row in grown]
+        for mode in sorted(grown):
+            at, fastest = max(grown[mode], key=lambda place: place[1].growth_rate)
+            hertz = [row.frequency_hz for _, row in grown[mode]]
             propensity = ModePropensity(
                 mode=mode,
                 low_hz=min(hertz),
                 high_hz=max(hertz),
-                unstable=len(grown),
-                propensity=len(grown) / self.solved,
+                unstable=len(hertz),
+                propensity=len(hertz) / self.solved,
                 frequency_hz=fastest.frequency_hz,
                 growth_rate=fastest.growth_rate,
                 damping_ratio=fastest.damping_ratio,
-                at=conditions[mode][index].parameters,
+                at=at.parameters,
             )
             modes.append(propensity)
         return modes

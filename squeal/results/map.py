@@ -49,7 +49,7 @@ class Axis:
     @property
     def values(self) -> NDArray[np.float64]:
         """The n values."""
-        return np.asarray(self.at((np.arange(self.n) + 0.5) / self.n))
+        return self.at((np.arange(self.n) + 0.5) / self.n)
 
     def at(self, share: Any) -> Any:
         """Values at shares of the way from low to high.

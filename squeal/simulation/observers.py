@@ -198,6 +198,12 @@ class Event:
     target: str
 
 
+def _states_in_turn(model: PadModel, segment: Segment) -> list[str]:
+    """Names of the contact states that a segment of one motion passes, from its first one on."""
+    contact = np.concatenate([segment.first, segment.on], axis=1)
+    return [model.state_name(state_of(on)) for on in contact.T]
+
+
 class Events:
     """The list of contact changes."""
 
@@ -207,8 +213,7 @@ class Events:
         self._events: list[Event] = []
 
     def observe(self, segment: Segment) -> None:
-        contact = np.concatenate([segment.first, segment.on], axis=1)
-        names = [self._model.state_name(state_of(on)) for on in contact.T]
+        names = _states_in_turn(self._model, segment)
         times = (segment.t * self._units.time).tolist()
         self._events += map(Event, times, names[:-1], names[1:])
 
@@ -225,10 +230,10 @@ class Shares:
         self._time = dict.fromkeys(model.law.meanings, 0.0)
 
     def observe(self, segment: Segment) -> None:
-        contact = np.concatenate([segment.first, segment.on], axis=1)
         spent = np.diff(np.concatenate([segment.t0, segment.t, segment.t1]))
-        for time, on in zip(spent.tolist(), contact.T, strict=True):
-            self._time[self._model.state_name(state_of(on))] += time
+        names = _states_in_turn(self._model, segment)
+        for time, name in zip(spent.tolist(), names, strict=True):
+            self._time[name] += time
 
     def result(self) -> dict[str, float]:
         return {state: spent / self._stop for state, spent in self._time.items()}
@@ -247,9 +252,8 @@ class Extrema:
         signals = plotted(self._law)
         for which, values in enumerate(grid.read(signals)):
             ((low, high),) = grid.ranges(one_of(signals, which), values)
-            so_far = self._ranges[which]
-            so_far[0] = min(so_far[0], low)
-            so_far[1] = max(so_far[1], high)
+            least, greatest = self._ranges[which]
+            self._ranges[which] = min(least, low), max(greatest, high)
 
     def result(self) -> dict[str, tuple[float, float] | None]:
         extrema: dict[str, tuple[float, float] | None] = {}
@@ -356,27 +360,21 @@ class Response:
 
     def rows(self) -> list[tuple[str, str]]:
         """Name and value of each, for people."""
-        unknown = "cannot be told"
-        frequency = unknown
-        amplitude = unknown
-        growth = unknown
+        names = ("dominant frequency", "amplitude", "growth at the start", "at rest at the end")
+        rows = dict.fromkeys(names, "cannot be told")
         if self.frequency_hz is not None:
-            frequency = f"{number(self.frequency_hz)} Hz"
+            rows["dominant frequency"] = f"{number(self.frequency_hz)} Hz"
         if self.amplitude:
             sizes = []
             for name, size in self.amplitude.items():
                 sizes.append(f"{name} {number(size)} {UNITS[name]}")
-            amplitude = ", ".join(sizes)
+            rows["amplitude"] = ", ".join(sizes)
         if self.growth_rate is not None:
             hertz = number(self.growth_frequency_hz or 0.0)
-            growth = f"{number(self.growth_rate)} 1/s at {hertz} Hz"
-        settled = {True: "yes", False: "no", None: unknown}[self.settled]
-        return [
-            ("dominant frequency", frequency),
-            ("amplitude", amplitude),
-            ("growth at the start", growth),
-            ("at rest at the end", settled),
-        ]
+            rows["growth at the start"] = f"{number(self.growth_rate)} 1/s at {hertz} Hz"
+        if self.settled is not None:
+            rows["at rest at the end"] = "yes" if self.settled else "no"
+        return list(rows.items())
 
 
 class ResponseObserver:

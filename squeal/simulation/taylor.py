@@ -340,7 +340,7 @@ def limit_of(outcome: hy.taylor_outcome, points: int) -> Limit:
     return Limit.FAILED
 
 
-def _parameters(model: PadModel, contact: np.ndarray) -> np.ndarray:
+def runtime_parameters(model: PadModel, contact: np.ndarray) -> np.ndarray:
     """Runtime parameters (k, n) of n pads: coefficients, contact (points, n), terms."""
     points, n = contact.shape
     terms = model.term_values.reshape(-1, n)
@@ -352,8 +352,8 @@ def _parameters(model: PadModel, contact: np.ndarray) -> np.ndarray:
     return rows
 
 
-class _Compiled:
-    """What integrators of one motion and of many have in common: a scaled pad and a tolerance.
+class HeyokaIntegrator:
+    """What integrators of one motion and of several have in common: a scaled pad, a tolerance.
 
     `fp_type` may be numpy.longdouble or heyoka.real128; the coefficients then stay the doubles of
     the pad, so that the difference to a double run is that of the integration alone.
@@ -370,19 +370,19 @@ class _Compiled:
     ) -> None:
         least = _EPS if fp_type is float else 0.0
         self.tolerance = max(tolerance, least)
-        self._model = model
+        self.model = model
         self._fp = fp_type
-        self._options = options
+        self.options = options
 
-    def _ready(self, lanes: int) -> Machine:
+    def ready(self, lanes: int) -> Machine:
         """The machine of this thread, with an empty log."""
         code = Code(
-            law=self._model.law,
-            terms=self._model.terms,
+            law=self.model.law,
+            terms=self.model.terms,
             tolerance=self.tolerance,
             fp_type=self._fp,
             lanes=lanes,
-            regrouped=self._fp is float and self.tolerance > self._options.regrouped_above,
+            regrouped=self._fp is float and self.tolerance > self.options.regrouped_above,
         )
         machine = _machine(get_ident(), code)
         machine.log.clear()
@@ -390,19 +390,19 @@ class _Compiled:
         return machine
 
 
-class TaylorIntegrator(_Compiled, Integrator):
+class TaylorIntegrator(HeyokaIntegrator, Integrator):
     """Integrator over one scaled pad."""
 
     def run(
         self, contact: np.ndarray, t: float, state: np.ndarray, stop: float, dense: bool
     ) -> Segment:
         """See `squeal.simulation.hybrid.Integrator`."""
-        law = self._model.law
-        options = self._options
-        machine = self._ready(lanes=0)
+        law = self.model.law
+        options = self.options
+        machine = self.ready(lanes=0)
         number = machine.state.dtype
         first = np.reshape(contact, (law.points, 1))
-        parameters = _parameters(self._model, first)
+        parameters = runtime_parameters(self.model, first)
         t0 = np.reshape(t, 1).astype(number)
         until = np.reshape(stop, 1).astype(number)
         machine.start(parameters, np.reshape(state, (6, 1)), t0)
@@ -431,89 +431,3 @@ class TaylorIntegrator(_Compiled, Integrator):
             smooth=record.dense_output(0),
             **machine.changes()._asdict(),
         )
-
-
-class TaylorBatch(_Compiled):
-    """Integrator over many scaled pads whose numbers are arrays (n,), some at a time side by side.
-
-    It resolves no changes of several points in one instant.
-    """
-
-    def run(
-        self, contact: np.ndarray, t: np.ndarray, state: np.ndarray, stop: np.ndarray, dense: bool
-    ) -> Segment:
-        """Integrate n motions (a multiple of `Options.lanes`) in their contact (points, n).
-
-        Each goes from its time `t` (n,) and state (6, n) to `stop` (n,), or to an earlier limit of
-        the options; `dense` keeps the whole path.
-        """
-        lanes = self._options.lanes
-        machine = self._ready(lanes)
-        parameters = _parameters(self._model, np.asarray(contact))
-        n = parameters.shape[1]
-        t0 = np.array(t, dtype=float)
-        t1 = np.array(stop, dtype=float)
-        end = np.array(state, dtype=float)
-        count = np.zeros(n, dtype=int)
-        limit = np.full(n, Limit.NONE)
-        parts = []
-        for offset in range(0, n, lanes):
-            motions = slice(offset, offset + lanes)
-            machine.first_motion = offset
-            machine.start(parameters[:, motions], end[:, motions], t0[motions])
-            record = Record(machine, dense)
-            # slices are views: it writes into them where each motion ended
-            self._carry(
-                machine, record, t1[motions], end[:, motions], count[motions], limit[motions]
-            )
-            parts.append(record.dense_output(offset))
-        return Segment(
-            law=self._model.law,
-            c=Coefficients(*parameters[: len(NAMES)]),
-            t0=t0,
-            t1=t1,
-            first=np.asarray(contact),
-            end=end,
-            count=count,
-            limit=limit,
-            smooth=DenseOutput.joined(parts),
-            **machine.changes()._asdict(),  # of all blocks
-        )
-
-    def _carry(
-        self,
-        machine: Machine,
-        record: Record,
-        t: np.ndarray,
-        state: np.ndarray,
-        count: np.ndarray,
-        limit: np.ndarray,
-    ) -> None:
-        """Carry motions side by side from where the machine stands to their ends.
-
-        t (lanes,): the ends, which become where each motion stops; state (6, lanes), count, limit
-        (lanes,): are filled.
-        """
-        points = self._model.law.points
-        how = record.options()
-        parameters = machine.pars.copy()
-        start = machine.state.copy()
-        until = t.copy()
-        while True:
-            machine.ta.propagate_until(until, max_steps=self._options.most_steps, **how)
-            results = machine.ta.propagate_res
-            count += [result[3] for result in results]
-            stopped_by = np.array([limit_of(result[0], points) for result in results])
-            going = limit == Limit.NONE
-            t[:] = machine.ta.time
-            state[:, going] = machine.state[:, going]
-            stopped = (t < until) & (stopped_by != Limit.NONE)
-            limit[stopped] = stopped_by[stopped]
-            if not stopped.any():
-                break
-            # a motion that ends at a limit waits at its start while the others go on
-            until[stopped] = t[stopped]
-            machine.pars[:, stopped] = parameters[:, stopped]
-            machine.state[:, stopped] = start[:, stopped]
-            machine.ta.reset_cooldowns()
-        limit[t < until] = Limit.FAILED

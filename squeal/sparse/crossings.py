@@ -132,7 +132,7 @@ def spectrum_with_slopes(
     # a double root at zero leaves it as a square root, if at all
     damping = 0.0 if C is None else norm_of(C)
     is_single = (z != 0) | (np.abs(weight) > assumed_rounding(damping))
-    coupling = np.asarray(-change / np.where(is_single, weight, np.inf)[:, None])
+    coupling = -change / np.where(is_single, weight, np.inf)[:, None]
     if lifted:
         mass = M.conj().T @ left
         lowered = z.conj() * mass + (0.0 if C is None else C.conj().T @ left)

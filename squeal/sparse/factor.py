@@ -55,7 +55,7 @@ class Factor:
             real = self.solve(right.real, transposed)
             imaginary = self.solve(right.imag, transposed)
             return real + 1j * imaginary
-        return np.asarray(self._solve_own_type(np.ascontiguousarray(right, self.dtype), transposed))
+        return self._solve_own_type(np.ascontiguousarray(right, self.dtype), transposed)
 
     def _solve_own_type(self, right: NDArray, transposed: bool) -> NDArray:
         return self.lu.solve(right, "T" if transposed else "N")

@@ -303,7 +303,7 @@ def weighted_norms(weights: NDArray, norms: Array) -> Array:
 
 def _images(sketch: NDArray, vectors: ComplexArray, weights: NDArray) -> ComplexArray:
     """Random vectors against residuals (SKETCH, m) of vectors (k, m), from (terms, SKETCH, k)."""
-    return np.asarray(np.einsum("trm,tm->rm", sketch @ vectors, weights))
+    return np.einsum("trm,tm->rm", sketch @ vectors, weights)
 
 
 def _directions_beyond(basis: ComplexArray, columns: ComplexArray) -> tuple[ComplexArray, Array]:

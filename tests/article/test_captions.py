@@ -7,7 +7,7 @@ import pytest
 from squeal.article.contents import FIGURES, RESULTS
 from squeal.article.report.captions import captions, title
 from squeal.article.report.plain import plain
-from squeal.article.report.values import ASKED
+from squeal.article.report.values import VAL_MACRO
 
 CAPTIONS = captions()
 
@@ -18,7 +18,7 @@ def test_a_caption_makes_sense_alone(name):
     assert text
     assert not re.search(r"(?<!article's )\b(?:Fig|Figure|Table)s?\.?~?\d|\\ref", text)
     studies = {file.removeprefix("results/").removesuffix(".json") for file in RESULTS}
-    assert all(key.partition(".")[0] in studies for _, key in ASKED.findall(text))
+    assert all(key.partition(".")[0] in studies for _, key in VAL_MACRO.findall(text))
 
 
 @pytest.mark.parametrize("name", CAPTIONS)

@@ -306,7 +306,7 @@ def test_friction_raises_the_reaction_by_the_closed_form():
     assert verdict("B2-b-raised") == NO
 
 
-def test_measures_of_a_harmonic_motion():
+def test_measures_of_a_harmonic_motion_are_those_of_the_closed_form():
     pad = upright()
     y0 = -4e-4
     K = pad.k1 + pad.k2 + pad.k3 + pad.k4
@@ -320,7 +320,7 @@ def test_measures_of_a_harmonic_motion():
     assert measures.calm == pytest.approx(1.0, rel=1e-3)
 
 
-def test_measures_of_a_bouncing_pad():
+def test_measures_of_a_bouncing_pad_are_those_of_the_closed_form():
     measures = measure(bounce(upright(), 1e-3, 0.2))
     # time counts from the first contact; both edges leave together, one counted after the other
     assert measures.separated[LEADING] == pytest.approx(measures.separated[TRAILING], rel=1e-9)

@@ -45,7 +45,7 @@ def si(pad):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_rates_against_the_equations_by_hand(motion):
+def test_rates_are_those_of_the_equations_by_hand(motion):
     pad = DampedContact(scene(motion), 0.2, 0.01, 0.4)
     states = np.random.default_rng(2).uniform(-2.0, 2.0, (6, 400))
     states[1] += -1.0 if motion == "b1-d" else 1.0
@@ -60,7 +60,7 @@ def test_rates_against_the_equations_by_hand(motion):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_variational_equations_against_differences(motion):
+def test_variational_equations_have_the_slopes_of_differences(motion):
     pad = DampedContact.of(scene(motion), 0.05, 0.005)
     state = pad.sliding + np.array([0.5, 2.0, -1.5, 0.3, -0.4, 0.6])
     run = flow(pad.law).run
@@ -172,14 +172,16 @@ def test_least_disturbance_leads_to_loss_of_contact_by_hand(lasting):
     ("motion", "period", "multiplier"),
     [("b1-d", 0.216865, 0.966929), ("b2-d-integral", 0.353789, 0.958096)],
 )
-def test_cycle_hardly_damped_in_the_contact(motion, period, multiplier):
+def test_a_cycle_hardly_damped_in_the_contact_has_a_known_period_and_multiplier(
+    motion, period, multiplier
+):
     """The values are those of modal damping alone by a shooting program without squeal."""
     cycle = find_cycle(scene(motion), FAMILIES[motion][0]._replace(a=1e-8))
     assert 1e3 * cycle.period == pytest.approx(period, abs=1e-6)
     assert abs(cycle.multipliers[0]) == pytest.approx(multiplier, abs=2e-6)
 
 
-def test_multipliers_of_a_fold_by_hand():
+def test_multipliers_of_a_fold_are_those_by_hand():
     curve = stored("b1-d").boundaries[0]
     point = curve.points[len(curve.points) // 2]
     pad = DampedContact(scene("b1-d"), point.a, point.zeta, point.mu)

@@ -23,7 +23,7 @@ def reference(name):
 
 @pytest.mark.parametrize("name", ["b1-b", "b2-c", "b2-d"])
 @pytest.mark.parametrize("load", [0.5, 2.0])
-def test_losses_after_a_release_by_another_program(name, load):
+def test_losses_after_a_release_are_those_of_another_program(name, load):
     scene = reference(name)
     model = Plain(scene.pad, line=name.startswith("b2"))
     place = model.equilibrium(scene.pad.mu)
@@ -60,7 +60,7 @@ def test_the_longer_loss_is_named_only_beyond_the_least_difference():
     assert releases.longer(dataclasses.replace(one, line=0.3)) == "line"
 
 
-def test_intervals_of_shares_in_closed_form():
+def test_intervals_of_shares_are_those_of_the_closed_form():
     """Clopper and Pearson's interval of no success in n is 1 - (alpha/2)^(1/n)."""
     none = sampled_share(0.5, 0, 100)
     assert (none.share, none.low) == (0.0, 0.0)
@@ -89,7 +89,7 @@ def test_a_sample_of_starts_lasts_or_rests_by_another_program(name, starts):
 
 @needs_heyoka
 @pytest.mark.parametrize(("ratio", "expected"), [(0.006, 0.0029), (0.007, 0.0590), (0.01, 0.3822)])
-def test_the_trailing_blow_of_c_by_another_program(ratio, expected):
+def test_the_trailing_blow_of_c_is_that_of_another_program(ratio, expected):
     """The impulse of the force while its resultant lies on the trailing half of the face."""
     scene = reference("b2-c")
     late = grazing.settled(scene, [ratio])

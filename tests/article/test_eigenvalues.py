@@ -51,7 +51,7 @@ def coalescing(damping, coupling=0.5):
 
 
 @pytest.mark.parametrize("damping", [0.01, 0.1, 0.3])
-def test_critical_gain_of_two_coalescing_modes_in_closed_form(damping):
+def test_the_critical_gain_of_two_coalescing_modes_is_that_of_the_closed_form(damping):
     """s^2 + d s + k = 0 with k = 2.5 +- i kappa, kappa^2 = (c mu)^2 - 1/4, has a root on the axis
     where kappa^2 = 2.5 d^2."""
     loop = coalescing(damping)
@@ -77,7 +77,7 @@ def single(first, second, damping):
 
 
 @pytest.mark.parametrize("damping", [0.02, 0.2])
-def test_gain_margin_of_one_loop_in_closed_form(damping):
+def test_the_gain_margin_of_one_loop_is_that_of_the_closed_form(damping):
     """K = [[a - mu, mu], [-mu, b + mu]] has the roots m +- i kappa, m = (a + b)/2 and
     kappa^2 = mu^2 - (D + mu)^2 with D = (b - a)/2 < 0."""
     a = 3.0

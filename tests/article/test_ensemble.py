@@ -72,7 +72,7 @@ def test_each_motion_is_that_of_a_single_run(model, formulation, terms):
         assert r["final"][i] == pytest.approx(one.final[1:], abs=1e-5 * scale)
 
 
-def test_both_edges_in_the_same_instant_in_closed_form():
+def test_both_edges_touch_in_the_same_instant_of_the_closed_form():
     pad = upright()
     height = 1e-3
     touch, back, lowest = bouncing(pad, height)

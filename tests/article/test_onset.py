@@ -43,7 +43,7 @@ def test_strong_damping_brings_all_to_rest():
     assert found.growth < 0.0
 
 
-def test_cycle_of_b2_c_against_a_simulation():
+def test_the_cycle_of_b2_c_is_that_of_a_simulation():
     """Its multiplier is the decay of a disturbance, its branch begins at the flutter threshold."""
     one = scene("b2-c")
     row, state = onset.after(one, onset.RATIO)
@@ -90,7 +90,7 @@ def cycles_of_d(case):
 @pytest.mark.parametrize(
     ("case", "fold", "closed"), [("b1-d", 0.07955816, False), ("b2-d", 0.13492164, True)]
 )
-def test_folds_of_case_d_against_shooting_by_differences(case, fold, closed):
+def test_folds_of_case_d_are_those_of_shooting_by_differences(case, fold, closed):
     """The folds by another program, from the article's equations with SciPy and with differences.
     On both sides of each fold a long simulation there stays on the cycle or comes to rest."""
     found = cycles_of_d(case)
@@ -100,7 +100,7 @@ def test_folds_of_case_d_against_shooting_by_differences(case, fold, closed):
     assert found.reaches is None
 
 
-def test_forces_of_the_cycle_on_points_against_a_program_of_its_own():
+def test_forces_of_the_cycle_on_points_are_those_of_another_program():
     """The peaks at the edges and of their sum, and the share of the period in the air."""
     one = scene("b1-d")
     state = np.array(D_CYCLES["b1-d"])
@@ -139,7 +139,7 @@ def test_growth_lasts_from_a_loss_of_stability_until_it_is_regained():
 
 
 @pytest.mark.parametrize(("stem", "threshold"), [("b1-d", 0.1111), ("b2-d", 0.1121)])
-def test_damping_of_the_normal_force_against_motions_written_out(stem, threshold):
+def test_damping_of_the_normal_force_has_the_threshold_of_motions_written_out(stem, threshold):
     """benchmarks/contact_damping.c differentiates the article's equations by differences."""
     found = onset.contact_damping(scene(stem))
     assert found.threshold == pytest.approx(threshold, abs=1e-4)

@@ -134,5 +134,5 @@ def test_numbers_are_shown_as_asked():
 def test_no_clause_is_a_number():
     """What a macro holds is a number, a verdict or a name, never a sentence."""
     for text in PAPER.values():
-        for _, key in values.ASKED.findall(text):
+        for _, key in values.VAL_MACRO.findall(text):
             assert not key.endswith(("measured", "statement", "outcome"))

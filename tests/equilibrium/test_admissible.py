@@ -35,7 +35,7 @@ def some_scene(seed):
     return Scene(model, pad, Formulation() if seed % 2 else FORMULATIONS[seed // 2 % 8])
 
 
-def test_each_limit_from_both_sides():
+def test_each_limit_is_decided_on_both_sides():
     within = 0.99 * np.array(LIMITS)
     assert not Excursion(*within).warnings()
     for i, value in itertools.product(range(3), (1.01, np.nan)):  # what is not known is not

@@ -30,7 +30,7 @@ def test_every_equilibrium_is_one_of_the_literal_equations(stem):
         assert e.R_n > 0
 
 
-def test_static_balance_by_hand_of_case_b():
+def test_case_b_has_the_static_balance_by_hand():
     # in case b spring 1 lies level and spring 2 stands upright: delta = w (1 - F_n/Rn) - 2 h mu
     pad = scene_of("b2-b", theta0=0.0, L1=1e6, L2=1e6).pad
     model = PadModel("B2", pad)
@@ -85,7 +85,7 @@ WIDE = [(seed, True) for seed in (50008, 50109, 71064, 73620)]
 
 
 @pytest.mark.parametrize(("seed", "wide"), [*((k, False) for k in range(4)), *WIDE])
-def test_random_pads_through_the_whole_chain(seed, wide):
+def test_random_pads_agree_with_50_digits_through_the_whole_chain(seed, wide):
     # `python -m benchmarks.random_pads` examines 1000 of them
     found = examine(seed, wide)
     assert found.verdicts > 0

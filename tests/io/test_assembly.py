@@ -121,7 +121,8 @@ def test_elements_of_components_are_those_of_the_assembly(brake, tmp_path):
     where = squeal.read_system(tmp_path / path.name).coordinates
     own = squeal.read_system(file).coordinates
     assert where.elements == ("pad 7",)
-    (kind, found), (kind_of_own, expected) = where.cells[0], own.cells[0]
+    kind, found = where.cells[0]
+    kind_of_own, expected = own.cells[0]
     assert kind == kind_of_own
     assert [where.names[k] for k in found] == [f"pad {corner}" for corner in corners]
     assert np.array_equal(where.places[list(found)], own.places[list(expected)])

@@ -8,6 +8,7 @@ import pytest
 import scipy.linalg
 
 import squeal
+from benchmarks import calculix_peers
 from squeal.linear.system import Term, TermSystem
 from tests.conftest import ROOT
 
@@ -115,3 +116,26 @@ def test_the_terms_of_the_unstable_mode_are_those_of_the_documentation(made):
     moved = (root_at(0.5005) - root_at(0.4995)) / 0.2  # of 1 %, by a change of 0.2 %
     assert friction.d_real == pytest.approx(moved.real, rel=1e-3)
     assert friction.d_hz == pytest.approx(moved.imag / (2 * np.pi), rel=1e-3)
+
+
+def test_peers_on_real_modes_find_what_all_rows_have(made):
+    """Of the benchmark: its projection against all roots of the undamped problem."""
+    _, _, folder, _ = made
+    text = (folder / "brake.yaml").read_text()
+    (folder / "peers.yaml").write_text(f"{text}cutoff: 24000\n".replace("mu: 0.0", "mu: 0.5"))
+    system = squeal.read_system(folder / "peers.yaml").system
+    _, projected = calculix_peers.on_real_modes(system)
+    M, _, K = system.arrays()
+    roots = np.sqrt(-scipy.linalg.eigvals(K, M).astype(complex))
+    upper = np.where(roots.imag < 0.0, -roots, roots)
+    wanted = upper[np.argsort(upper.imag)][: calculix_peers.MODES]
+    line = calculix_peers.compared(1.0, projected, wanted, calculix_peers.ALIKE)
+    assert "24 of 24" in line
+    line = calculix_peers.compared(1.0, projected[:5], wanted, calculix_peers.ALIKE)
+    assert "24 of 24" not in line
+
+
+def test_the_benchmark_says_that_calculix_is_missing(monkeypatch, capsys):
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    assert calculix_peers.main() == 0
+    assert capsys.readouterr().out.endswith("since ccx is not installed\n")

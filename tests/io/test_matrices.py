@@ -14,6 +14,7 @@ from scipy.io import hb_write, mmwrite, savemat
 from scipy.sparse import coo_array, csc_array, random_array, save_npz
 from scipy.sparse.linalg import eigsh
 
+import squeal
 from squeal.errors import InputError, InputWarning
 from squeal.examples.brake import FILES, solid_brake, write_brake
 from squeal.io.matrices import aligned, fingerprint, read_matrix, write_matrix
@@ -128,6 +129,9 @@ def test_abaqus_text_is_placed_by_its_labels(tmp_path):
     assert C.matrix.toarray().tolist() == [[1.0, 0.5], [-0.5, 0.0]]
     with pytest.raises(InputError, match="cannot be combined"):
         aligned([K, C])
+    (tmp_path / "two.yaml").write_text("M: {file: job_MASS1.mtx}\nK: {file: C.txt}\n")
+    with pytest.raises(InputError, match=r"C\.txt: the rows have no labels .* needs a \.mapping"):
+        squeal.read_system(tmp_path / "two.yaml")
     write_matrix(tmp_path / "big.mtx", csc_array(np.eye(5)))
     assert aligned([C, read_matrix(tmp_path / "big.mtx")])[0].shape == (5, 5)
 
@@ -503,7 +507,7 @@ def test_pointers_that_decrease_are_refused_where_the_last_one_is_zero(tmp_path,
         read_matrix(tmp_path / "K.mat")
 
 
-def test_ansys_full_without_its_constrained_rows():
+def test_an_ansys_full_is_read_without_its_constrained_rows():
     """The cantilever that the package ships has the frequencies that it prints."""
     examples = pytest.importorskip("ansys.mapdl.reader.examples")
     K, M = aligned([read_matrix(examples.fullfile, key) for key in "KM"])
@@ -541,7 +545,7 @@ def full(tmp_path, monkeypatch):
     return tmp_path / "a.full"
 
 
-def test_ansys_full_with_a_reader_in_its_place(full):
+def test_an_ansys_full_is_read_by_a_reader_in_its_place(full):
     """Triangles of node 3, whose second row is held, and of node 4."""
     full.write_text("any", encoding="utf-8")
     found = read_matrix(full, "K")

@@ -26,7 +26,7 @@ def test_the_version_of_a_package_that_nothing_imported():
     assert room.version(package) == metadata.version(package)
 
 
-def test_inputs_sources_versions_and_machine():
+def test_a_provenance_names_inputs_sources_versions_and_machine():
     made = provenance([SCENES / "b1-c.yaml", SCENES / "b2-a.yaml"], SLIDING)
     assert [file.name for file in made.inputs] == ["b1-c.yaml", "b2-a.yaml"]
     for file in made.inputs:

@@ -6,7 +6,10 @@ from pathlib import Path
 import pytest
 
 from workflow.trials.real_files import (
+    BEGIN,
+    END,
     SOURCES,
+    Compared,
     beams,
     calculix,
     deck,
@@ -14,6 +17,8 @@ from workflow.trials.real_files import (
     nastran,
     shells,
     solids,
+    table,
+    write_page,
 )
 
 needs_ccx = pytest.mark.skipif(not shutil.which("ccx"), reason="CalculiX (ccx) is not installed")
@@ -44,7 +49,7 @@ def test_matrices_of_other_programs_have_their_own_frequencies(program, tmp_path
     if not source.is_there():
         pytest.skip(f"{source.program} is not installed")
     found = list(source.files(tmp_path))
-    assert found
+    assert tuple(one.holds for one in found) == source.holds
     assert all(one.good for one in found), found
 
 
@@ -69,10 +74,25 @@ def test_a_deck_clamps_one_end():
     assert len(clamped.split()) == 9
 
 
-def test_the_documentation_names_what_is_tried():
+def test_the_table_of_the_documentation_has_all_that_is_tried():
+    """A line for each program, as the list of what is tried has it."""
     text = Path("docs/files.md").read_text(encoding="utf-8")
-    words = {word.strip(",;.") for word in text.split()}
-    elements = {holds for holds, _, _ in decks() if " " not in holds}
-    programs = {source.program.split("'")[0].split(" (")[0] for source in SOURCES}
-    assert elements <= words
-    assert {program.removeprefix("GNU ") for program in programs} <= words
+    lines = text.split(BEGIN)[1].split(END)[0].strip().splitlines()[2:]
+    written = [line.split(" | ")[2] for line in lines]
+    assert "; ".join(written) == "; ".join(holds for source in SOURCES for holds in source.holds)
+
+
+def test_the_table_says_what_digits_leave_open(tmp_path):
+    found = [
+        Compared("Octave", "one", 5, 3e-7, "marginal"),
+        Compared("CalculiX", "two", 9, 2e-7, "marginal"),
+        Compared("CalculiX", "three", 7, 4e-5, "marginal", 3e-4),
+    ]
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{BEGIN}\nold\n{END}\nbehind\n")
+    write_page(page, found)
+    assert page.read_text() == f"before\n{BEGIN}\n{table(found)}\n{END}\nbehind\n"
+    assert "| Octave | `.mat` | one | 5 | 3e-07 |" in table(found)
+    assert "two; three | 9 | 2e-07; three: 4e-05, of 3e-04 that its digits leave" in table(found)
+    assert found[2].good
+    assert not Compared("CalculiX", "three", 7, 4e-4, "marginal", 3e-4).good

@@ -153,7 +153,7 @@ WRONG = [
     (CELLS, [CELLS[0], CELLS[1].replace("hexahedron", "brick")], "hexahedron"),
     (NODES, NODES[1:], "no column"),
     (NODES, [line.replace("fixed", "x") for line in NODES], "28 lines"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("table", "wrong", "words"), WRONG)
@@ -207,9 +207,12 @@ def test_the_input_file_of_abaqus_names_nodes_and_elements(tmp_path):
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
-    [("*HEADING", "*INSTANCE, NAME=A", "line 1: .INSTANCE"), ("15, 1.,,", "15, 1., a", r"5\.y: .a"),
-     ("*Node,", "*NODE, SYSTEM=C,", "line 3")],
-)  # fmt: skip
+    [
+        ("*HEADING", "*INSTANCE, NAME=A", "line 1: .INSTANCE"),
+        ("15, 1.,,", "15, 1., a", r"5\.y: .a"),
+        ("*Node,", "*NODE, SYSTEM=C,", "line 3"),
+    ],
+)
 def test_an_input_file_that_would_mislead_is_refused(tmp_path, old, new, words):
     (tmp_path / "job.inp").write_text(INPUT.replace(old, new, 1))
     with pytest.raises(InputError, match=words) as caught:

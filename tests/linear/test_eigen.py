@@ -26,7 +26,7 @@ def worst(values, exact):
     return max(float(abs(nearest(v, exact) - mp.mpc(complex(v)))) for v in values) / radius
 
 
-def test_random_undamped_pads_in_any_unit(rng):
+def test_random_undamped_pads_have_the_exact_roots_in_any_unit(rng):
     unit = np.diag([1.0, 1.0, 1e3])  # angle in milliradians, moment to match
     for _ in range(40):
         M, C, K = random_pad(rng)
@@ -40,7 +40,7 @@ def test_random_undamped_pads_in_any_unit(rng):
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5])
-def test_damped_systems_with_a_full_mass_matrix(rng, n):
+def test_damped_systems_with_a_full_mass_matrix_have_the_exact_roots(rng, n):
     for _ in range(5):
         G, H, K = rng.normal(size=(3, n, n))
         M = G @ G.T + np.eye(n)
@@ -112,11 +112,16 @@ def test_condition_grows_towards_a_coalescence():
 
 
 NO_SYSTEMS = [
-    ("M", [[1, 0]], None, [[1]]), ("C", [[1]], [[1, 2], [3, 4]], [[1]]), ("M", [[0]], None, [[1]]),
-    ("K", [[1]], None, [[np.nan]]), ("K", [[1]], None, [["a"]]), ("C", [[1]], [[1j]], [[1]]),
-    ("M", [[-1]], None, [[1]]), ("M", [[1, 2], [2, 1]], None, np.eye(2)),
+    ("M", [[1, 0]], None, [[1]]),
+    ("C", [[1]], [[1, 2], [3, 4]], [[1]]),
+    ("M", [[0]], None, [[1]]),
+    ("K", [[1]], None, [[np.nan]]),
+    ("K", [[1]], None, [["a"]]),
+    ("C", [[1]], [[1j]], [[1]]),
+    ("M", [[-1]], None, [[1]]),
+    ("M", [[1, 2], [2, 1]], None, np.eye(2)),
     ("M", [[1, 0.5], [0, 1]], None, np.eye(2)),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("word", "M", "C", "K"), NO_SYSTEMS)
@@ -214,7 +219,7 @@ def test_a_growing_verdict_has_its_modes(K, kind, number, damping):
         assert [mode.kind for mode in growing(values)] == [kind] * number
 
 
-def test_sensitivities_of_a_damped_system_to_all_three_matrices(rng):
+def test_sensitivities_to_all_three_matrices_are_those_of_exact_differences(rng):
     M = np.diag([1.0, 2.0])
     C = 0.1 * rng.normal(size=(2, 2))
     K = rng.normal(size=(2, 2)) + 5

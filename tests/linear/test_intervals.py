@@ -86,7 +86,7 @@ def test_two_damped_modes_flutter_in_a_window_known_in_closed_form(most):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_windows_of_two_modes_that_only_a_third_one_couples(seed):
+def test_windows_of_two_modes_that_only_a_third_one_couples_are_found(seed):
     """They end where the discriminant of the characteristic cubic vanishes, here in fractions."""
     rng = np.random.default_rng([seed, 6])
     at = rng.uniform(0.3, 0.7)

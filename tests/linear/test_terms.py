@@ -189,7 +189,7 @@ def test_supports_of_two_sizes_and_a_soft_row_are_told_apart():
     assert without_supports(system)[1].tolist() == [5, 6]
 
 
-def test_one_form_of_every_kind_of_system():
+def test_every_kind_of_system_takes_one_form():
     terms = _system()
     exact = with_slopes(terms, [1.0, 2.2, 3.0], 1.0, 3.0)
     found = with_slopes(lambda p: terms(p), [1.0, 2.2, 3.0], 1.0, 3.0)

@@ -33,7 +33,7 @@ SUMS = [
 
 
 @pytest.mark.parametrize(("expected", "components"), SUMS)
-def test_exponent_of_a_sum_of_exponentials(expected, components):
+def test_the_exponent_of_a_sum_of_exponentials_is_that_of_what_lasts(expected, components):
     small = min(size for _, size in components) < 1e-6
     found = exponent(sum_of(*components), STEP)
     assert found == pytest.approx(expected, abs=1e-5 if small else 1e-9)
@@ -68,7 +68,7 @@ def test_the_share_of_a_line_is_its_part_of_the_power():
     assert line(np.ones((600, 2)), STEP) == line(np.arange(5.0)[:, None], STEP) == (0.0, 0.0)
 
 
-def test_amplitudes_by_the_spectrum_and_by_the_range():
+def test_amplitudes_of_sines_are_found_by_spectrum_and_by_range():
     n = len(T)
     k = 45
     sine = 0.7 * np.sin(2 * np.pi * k / (n * STEP) * T) + 5.0

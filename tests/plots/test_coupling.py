@@ -38,3 +38,15 @@ def test_the_background_changes_at_the_threshold_and_the_growing_mode_is_said():
         assert frequency[-1] == pytest.approx(omega / (2 * np.pi), rel=1e-9)
     (shaded, *_) = artists(sweep_drawing("pair", sweep).figure, "flutter")
     assert shaded.get_x() == min(s.value for s in sweep.steps if s.value > 0.75 + 1e-12)
+
+
+def test_the_axis_of_growth_follows_what_grows():
+    """The third mode decays by 50 1/s, the pair grows by 0.205 1/s at mu = 1."""
+    K = {"1": np.diag([2.0, 2.0, 9000.0]), "mu": np.zeros((3, 3))}
+    K["1"][0, 1] = K["1"][1, 0] = -1.0
+    K["mu"][0, 1] = 4 / 3
+    triple = squeal.System(np.eye(3), np.diag([0.0, 0.0, 100.0]), K)
+    for values, largest in (([0.0, 0.5, 1.0], 0.205), ([0.0, 0.5], 50.0)):
+        _, locus, lower, _ = sweep_drawing("three", squeal.sweep(triple, values)).figure.axes
+        assert lower.get_ylim()[1] == pytest.approx(1.1 * largest, rel=0.2)
+        assert locus.get_xlim() == lower.get_ylim()

@@ -123,7 +123,7 @@ def claims_of(answer) -> list[Claim]:
     return claims
 
 
-def test_first_loss_of_stability_of_a_nonlinear_pad(digits):
+def test_the_first_loss_of_stability_of_a_nonlinear_pad_is_proved(digits):
     """b1-a flutters where the discriminant at 50 digits vanishes."""
     scene = scene_of("b1-a")
     guess, state = without_friction(scene)[1:]
@@ -168,7 +168,7 @@ def test_a_fold_is_where_the_determinant_vanishes(digits):
 
 
 @pytest.mark.parametrize(("stem", "ratio"), [("b1-a", 0.01), ("b2-a", 0.003), ("b1-d", 0.02)])
-def test_damped_pads_by_eigenvalues_at_40_digits(stem, ratio):
+def test_damped_pads_are_proved_as_eigenvalues_at_40_digits_say(stem, ratio):
     """On both sides of what is proved as many roots grow as the list says, and none without."""
     scene = replace(scene_of(stem), damping=Damping(ratios=(ratio, 2 * ratio, ratio)))
     answer = critical_friction(scene, prove=True)

@@ -5,7 +5,8 @@ import pytest
 
 from squeal import System
 from squeal.errors import InputError
-from squeal.proof import HALF_ULP, Term, Terms, prove_thresholds
+from squeal.proof.balls import HALF_ULP
+from squeal.proof.ranges import INSIDE, Term, Terms, prove_thresholds
 from tests.known import known_system
 
 pytest.importorskip("flint")
@@ -103,7 +104,7 @@ def test_a_window_of_a_thousandth_is_not_missed():
     assert prove_thresholds(terms, 0.0, 1.0, [], 1e-6).status == "refuted"
 
 
-def test_windows_that_bend():
+def test_windows_that_bend_are_proved():
     """Growth in two windows of 7e-4 beside a middle where it only nearly begins."""
     c = 0.52246391
     inner = 6.3e-7
@@ -125,11 +126,11 @@ def test_windows_that_bend():
 
 
 def test_symmetry_is_read_from_terms_not_from_their_sum():
-    """Around mu = 0 the midpoint of K is symmetric, the matrices are not."""
+    """At mu = 0, where roots are counted, K is symmetric, elsewhere it is not."""
     twist = np.array([[0.0, 1.0], [-1.0, 0.0]])
     terms = Terms([Term(np.eye(2))], [], [Term(np.eye(2)), Term(twist, lambda mu: mu)])
     assert not terms.is_symmetric
-    assert prove_thresholds(terms, -1e-3, 1e-3, [], 1e-8).status != "proved"
+    assert prove_thresholds(terms, -INSIDE, 1.0 - INSIDE, [], 1e-8).status != "proved"
 
 
 def test_a_pole_of_a_factor_is_open():
@@ -139,7 +140,7 @@ def test_a_pole_of_a_factor_is_open():
 
 
 @pytest.mark.parametrize("damped", [False, True])
-def test_systems_with_thresholds_in_closed_form(damped):
+def test_systems_with_thresholds_in_closed_form_are_proved(damped):
     for seed in range(2):
         system, expected = known_system(5, np.random.default_rng(seed), damped)
         M, C, K = [terms_of(part) for part in system.parts]

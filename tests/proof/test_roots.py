@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.proof import (
-    AS_GIVEN,
-    HALF_ULP,
-    Quadratic,
-    RootList,
-    judge,
-    prove_roots,
-    unstable_count,
-)
+from squeal.proof.balls import AS_GIVEN, HALF_ULP, Quadratic
 from squeal.proof.enclosure import components, enclose
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import growing_counts
-from squeal.proof.referee import FREE, enclosed, possible_verdicts
+from squeal.proof.referee import (
+    FREE,
+    RootList,
+    enclosed,
+    judge,
+    possible_verdicts,
+    prove_roots,
+    unstable_count,
+)
 from tests.proof.families import FAMILIES, Known, sample, unimodular
 
 NEARLY_FREE = (
@@ -214,7 +214,7 @@ def test_gyroscopic_systems_are_proved_marginal_by_mirror_images():
     assert unstable_count(broken).lower == 2  # Kelvin and Tait: damping destroys it
 
 
-def test_real_squares_close_to_a_coalescence():
+def test_real_squares_close_to_a_coalescence_are_decided():
     """s = 2 +- sqrt(d) for an unsymmetric K: real for d > 0, a pair for d < 0."""
     for exponent in range(2, 14):
         d = 10.0**-exponent
@@ -346,7 +346,7 @@ def test_of_complex_systems_the_upper_half_plane_decides(data):
     assert proved > 15
 
 
-def test_free_bodies_with_damping_and_gyroscopic_terms():
+def test_free_bodies_with_damping_and_gyroscopic_terms_are_marginal_or_open():
     """Their vectors at zero coincide. Of bars along the axes, whose stiffness is of integers, they
     are marginal; of bars in any direction the entries are rounded, and do not say it."""
     rng = np.random.default_rng(8)

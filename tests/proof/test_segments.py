@@ -5,11 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from squeal.proof import Quadratic, Term, Terms
-from squeal.proof.balls import Balls
+from squeal.proof.balls import Balls, Quadratic
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import Failure, growing_of
-from squeal.proof.ranges import bounds_between
+from squeal.proof.ranges import Term, Terms, bounds_between
 from squeal.proof.segments import Expansion, bases, moving, tallies_of_squares
 
 pytest.importorskip("flint")

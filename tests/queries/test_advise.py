@@ -80,7 +80,7 @@ def test_levers_of_the_other_models_are_thresholds_of_changed_pads(model):
         assert outcome.critical == (by_hand and pytest.approx(by_hand.mu, rel=1e-11))
 
 
-def test_advice_on_a_system_against_its_closed_form():
+def test_advice_on_a_system_is_that_of_its_closed_form():
     values = {"a": 3.0, "b": 2.0, "k": 0.5, "mu": 0.7}
     advice = advise(coupled(values), {"b": 0.3}, high=1.5)
     assert advice.nominal.critical == pytest.approx(1.0, rel=1e-10)

@@ -30,7 +30,7 @@ def file_of(brake, stiffness=1.0, mass=1.0, length=1.0):
     return SystemFile(TermSystem(M, (), K, own.parameters), coordinates=at)
 
 
-def test_mass_and_modes_of_a_brake(brake):
+def test_mass_and_modes_of_a_brake_are_reported(brake):
     found = squeal.check(file_of(brake), modes=4)
     M, _, K = brake.system.arrays({"mu": 0.0})
     exact = np.sqrt(eigh((K + K.T) / 2, M, eigvals_only=True, subset_by_index=(0, 3)))

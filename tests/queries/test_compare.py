@@ -42,7 +42,7 @@ def table(path, order, scale=1.0, shapes=True, more=""):
     return path.with_name("test.csv")
 
 
-def test_mac_of_known_vectors():
+def test_mac_of_known_vectors_is_that_of_its_definition():
     X = np.array([[1, 1], [0, 1j]])
     assert squeal.mac(X, X) == pytest.approx(np.array([[1, 0.5], [0.5, 1]]))
     assert squeal.mac(X, -3j * X) == pytest.approx(squeal.mac(X, X))
@@ -90,8 +90,9 @@ def test_two_answers_are_paired_by_mac_and_names_reach_a_sweep(chain):
     here = squeal.eigenvalues(system, 0.8)
     there = squeal.eigenvalues(system, 1.2)  # the roots have crossed in between
     assert [(p.reference, p.mode) for p in squeal.compare(there, here, 0.5).pairs[:2]] == [
-        ("1", 2), ("2", 1)
-    ]  # fmt: skip
+        ("1", 2),
+        ("2", 1),
+    ]
     named = squeal.sweep(system, [0.0, 2.0]).named({2: "bending"})
     rows = {(row["p"], row["name"]): row["frequency_hz"] for row in named.to_records()}
     assert rows[2.0, "bending"] == pytest.approx(1 / (2 * np.pi))
@@ -114,18 +115,27 @@ def test_a_table_of_eigenvalues_stands_for_a_test(tmp_path):
 
 
 WRONG = [
-    ("a,1\na,2", "name"), (",1", "name"), ("a,-1", "frequency_hz"), ("a,0", "frequency_hz"),
-    ("a,x", "frequency_hz"), ("a,nan", "frequency_hz"),
-]  # fmt: skip
+    ("a,1\na,2", "name"),
+    (",1", "name"),
+    ("a,-1", "frequency_hz"),
+    ("a,0", "frequency_hz"),
+    ("a,x", "frequency_hz"),
+    ("a,nan", "frequency_hz"),
+]
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [(f"name,frequency_hz\n{rows}", words) for rows, words in WRONG]
-    + [("name,hertz\na,1", "no column frequency_hz")]
-    + [(f"name,frequency_hz,{head}\na,1,{x}", head) for head, x in
-       (("n9:x", 1), ("n1:y", 1), ("n1", 1), ("n1:x", "inf"), ("damping_ratio", "high"))],
-)  # fmt: skip
+    [
+        *((f"name,frequency_hz\n{rows}", words) for rows, words in WRONG),
+        ("name,hertz\na,1", "no column frequency_hz"),
+        ("name,frequency_hz,n9:x\na,1,1", "n9:x"),
+        ("name,frequency_hz,n1:y\na,1,1", "n1:y"),
+        ("name,frequency_hz,n1\na,1,1", "n1"),
+        ("name,frequency_hz,n1:x\na,1,inf", "n1:x"),
+        ("name,frequency_hz,damping_ratio\na,1,high", "damping_ratio"),
+    ],
+)
 def test_wrong_tables_are_refused(chain, text, words):
     path = chain.with_name("test.csv")
     path.write_text(text)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.sparse.linalg
 from scipy.sparse import csc_array
 
 import squeal
@@ -126,6 +127,71 @@ def test_terms_sum_to_each_root_and_agree_with_differences_of_their_factors(subj
             assert turned == pytest.approx(slope.imag, rel=1e-4, abs=near), row
 
 
+def root_near(parts, root):
+    """The root of sparse matrices nearest to a value, of large ones by inverse iteration and
+    Newton's method: no derivative of the package."""
+    x = y = np.ones(parts["M"].shape[0], complex)
+    if parts["M"].shape[0] < 10:
+        roots = roots_by_companion(*(parts[part].toarray() for part in "MCK"))
+        return roots[np.argmin(abs(roots - root))]
+    value = root
+    for _ in range(8):
+        P = csc_array(value**2 * parts["M"] + value * parts["C"] + parts["K"])
+        factor = scipy.sparse.linalg.splu(P)
+        for _ in range(3):
+            x = factor.solve(x)
+            x = x / np.linalg.norm(x)
+            y = factor.solve(y, "H")
+            y = y / np.linalg.norm(y)
+        slope = y.conj() @ ((2 * value * parts["M"] + parts["C"]) @ x)
+        step = (y.conj() @ (P @ x)) / slope
+        value = value - step
+        if abs(step) < 1e-13 * abs(value):
+            break
+    return value
+
+
+def solids():
+    system = solid_brake(500).system
+    found = squeal.eigenvalues(system, band=(6000.0, 7000.0))
+    return found, named_terms(system, SystemFile(system))
+
+
+def damped_pad():
+    scene = squeal.read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml")
+    damping = squeal.Damping(ratios=(0.02, 0.02, 0.02))
+    found = squeal.eigenvalues(scene.replace(damping=damping), at=0.4)
+    assert isinstance(found.source, PadSource)
+    return found, pad_terms(found.source.scene.replace(mu=0.4), found.source.analysis)
+
+
+@pytest.mark.parametrize("subject", [damped_pad, solids])
+def test_terms_of_the_pad_and_of_the_brake_of_solids_agree_with_differences(subject):
+    found, terms = subject()
+    matrices = [csc_array(term.factor * term.matrix) for term in terms]
+    size = matrices[0].shape
+    base = {part: csc_array(size) for part in "MCK"}
+    for term, X in zip(terms, matrices, strict=True):
+        base[term.part] = base[term.part] + X
+    answer = squeal.energy(found)
+    for mode in answer.modes:
+        rows = [row for row in answer.contributions if row.mode == mode]
+        root = rows[0].growth_rate + 2j * np.pi * rows[0].frequency_hz
+        assert sum(row.growth for row in rows) == pytest.approx(root.real, abs=1e-10 * abs(root))
+        assert sum(row.frequency for row in rows) == pytest.approx(root.imag / 2 / np.pi, rel=1e-7)
+        step = 1e-5
+        for row, term, X in zip(rows, terms, matrices, strict=True):
+            moved = []
+            for sign in (1, -1):
+                changed = base | {term.part: base[term.part] + sign * step * X}
+                moved.append(root_near(changed, root))
+            slope = (moved[0] - moved[1]) / (2 * step)
+            near = 1e-6 * abs(root)
+            assert 100 * row.d_real == pytest.approx(slope.real, rel=1e-4, abs=near), row
+            turned = 100 * row.d_hz * 2 * np.pi
+            assert turned == pytest.approx(slope.imag, rel=1e-4, abs=near), row
+
+
 def test_growth_is_the_work_of_a_cycle_over_twice_the_stored_energy():
     """Integrated over one period of the motion itself, freed of its growth."""
     found = squeal.eigenvalues(brake())
@@ -163,7 +229,7 @@ def test_growth_is_the_work_of_a_cycle_over_twice_the_stored_energy():
     assert roles["speed"] == "gyroscopic"
 
 
-def test_two_degrees_of_freedom_in_closed_form():
+def test_the_energy_of_two_degrees_of_freedom_is_that_of_the_closed_form():
     """M = I, K = w I + mu TURN, C = c I: x = (1, -+ i), lambda^2 + c lambda + w -+ i mu = 0."""
     c = 0.3
     w = 50.0
@@ -283,7 +349,7 @@ def test_modes_have_the_numbers_of_the_sweep():
     assert rates == pytest.approx([-0.1] * 5)
 
 
-def test_a_damped_pad_over_friction_and_its_command(capsys, monkeypatch, tmp_path):
+def test_a_damped_pad_over_friction_has_the_terms_of_each_value(capsys, monkeypatch, tmp_path):
     """The terms of each value are those of `energy` there, and the command prints the same."""
     monkeypatch.chdir(tmp_path)
     assert main(["example", "pad"]) == 0

@@ -66,7 +66,7 @@ def test_the_gain_at_which_a_loop_begins_to_grow():
         squeal.thresholds(loop, 5.0)
 
 
-def test_a_loop_of_third_order_as_a_row_without_mass():
+def test_a_loop_of_third_order_is_a_row_without_mass():
     """s^3 + 2 s^2 + 2 s + k = 0 has two roots on the axis at k = 4, +- i sqrt(2)."""
     stiffness = {"1": [[2.0, 0.0], [-1.0, 0.0]], "k": [[0.0, 1.0], [0.0, 0.0]]}
     loop = squeal.System(
@@ -81,7 +81,7 @@ def test_a_loop_of_third_order_as_a_row_without_mass():
     assert threshold.frequency_hz == pytest.approx(2**0.5 / (2 * np.pi), rel=1e-9)
 
 
-def test_an_integrator_without_stiffness_of_its_own():
+def test_an_integrator_needs_no_stiffness_of_its_own():
     """s^3 + s^2 / 10 + 4 s + mu^2 = 0 has two roots on the axis at mu^2 = 0.4, +- 2 i."""
     stiffness = {"1": [[4.0, 0.0], [0.0, 0.0]], "mu": [[0.0, 1.0], [-1.0, 0.0]]}
     loop = squeal.System([[1.0, 0.0], [0.0, 0.0]], [[0.1, 0.0], [0.0, 1.0]], stiffness)
@@ -91,7 +91,7 @@ def test_an_integrator_without_stiffness_of_its_own():
     assert 0.0 in squeal.eigenvalues(loop, at=0.0).values
 
 
-def test_a_large_sparse_one_over_a_band():
+def test_a_large_sparse_one_has_its_roots_in_a_band():
     n = 300
     stiffness = 100.0
     damping = 0.01

@@ -24,7 +24,7 @@ def several(mu):
     return np.eye(5), None, K
 
 
-def test_shapes_of_mode_coupling():
+def test_shapes_of_mode_coupling_are_those_of_the_closed_form():
     # without friction the shapes are (1, 1) and (1, -1), of omega = 1 and sqrt 3
     one, two = mode_shapes(complex_eigenvalues(*coupled(0.0)))
     assert np.allclose(one.shape, [1, 1])

@@ -1,5 +1,6 @@
 """Scattered parameters against pads made by hand, closed forms of growth and of Sobol indices."""
 
+import typing
 from dataclasses import replace
 
 import numpy as np
@@ -139,7 +140,7 @@ def test_each_threshold_is_that_of_the_closed_form(rows, c):
 
 def test_a_parameter_has_one_name_in_all_tables():
     """The table of growth said parameter.mu, sweeps and maps mu."""
-    spreads: dict = {"mu": {"between": [0.2, 0.5]}, "k1": {"relative": 0.05}}
+    spreads: dict[str, typing.Any] = {"mu": {"between": [0.2, 0.5]}, "k1": {"relative": 0.05}}
     rows = scatter(SCENE, spreads, samples=8, of="growth").to_records()
     assert {"mu", "k1"} <= rows[0].keys()
     assert not {key for key in rows[0] if key.startswith("parameter")}

@@ -49,7 +49,7 @@ def both_sides(scene, name, factor=1.0):
         *(("b1-b", damping) for damping in ("one ratio", "rayleigh", "free inertia")),
     ],
 )
-def test_eigenvalues_against_differences_through_the_whole_chain(name, damping):
+def test_slopes_of_eigenvalues_are_differences_through_the_whole_chain(name, damping):
     follows = {"I": None} if damping == "free inertia" else {}
     scene = scene_of(name, damping=DAMPINGS.get(damping), **follows)
     analysis = analyse(scene)
@@ -108,7 +108,7 @@ def test_modes_of_one_frequency_with_two_ratios_have_no_derivative():
         *(("b1-c", damping) for damping in ("undamped", "ratios")),
     ],
 )
-def test_thresholds_against_differences(name, damping):
+def test_slopes_of_thresholds_are_those_of_differences(name, damping):
     scene = scene_of(name, damping=DAMPINGS[damping], **COUPLED)
     loss = critical_friction(scene).first
     slopes = of_threshold(scene, loss)

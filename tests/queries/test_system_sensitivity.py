@@ -39,8 +39,10 @@ def test_thresholds_move_as_their_closed_form(monkeypatch, rows, c):
     by_w = [c * c / (2 * mu), 1 / (2 * omega * TAU)]
     exact = {
         "gap": [(c * c / 2 + gap / 2) / (2 * mu), 1 / (4 * omega * TAU)],
-        "w": by_w, "stiffer": by_w, "c": [c * omega**2 / mu, 0.0],
-    }  # fmt: skip
+        "w": by_w,
+        "stiffer": by_w,
+        "c": [c * omega**2 / mu, 0.0],
+    }
     for name, slopes in exact.items():
         # a pair that coalesces in a subspace is known to the square root of rounding
         near = 1e-6 if c == 0.0 and rows == 1 else 1e-8
@@ -62,7 +64,7 @@ def test_a_divergence_and_what_has_no_derivative():
         squeal.sensitivity(system, "threshold")
 
 
-def test_roots_of_complex_matrices_against_differences_of_more_digits(tmp_path):
+def test_slopes_of_complex_systems_are_differences_of_more_digits(tmp_path):
     """Of a system with a structural loss factor, by matrices in files and in memory."""
     n = 4
     step = mpmath.mpf("1e-12")
@@ -94,7 +96,7 @@ def test_roots_of_complex_matrices_against_differences_of_more_digits(tmp_path):
             assert complex((a - b) / (2 * step)) == pytest.approx(slope, rel=1e-8)
 
 
-def test_the_roots_of_a_band_of_a_sparse_system_against_differences():
+def test_slopes_in_a_band_of_a_sparse_system_are_those_of_differences():
     system = disc_and_pad(3)
     band = (1000.0, 3500.0)
     h = 1e-5

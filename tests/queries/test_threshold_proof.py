@@ -8,6 +8,7 @@ import pytest
 
 import squeal
 from squeal.equilibrium.damping import without_friction
+from squeal.errors import InputError
 from squeal.queries.ranges import pad_statement
 from squeal.queries.thresholds import critical_friction, with_statement
 from tests.conftest import scene_of
@@ -140,3 +141,62 @@ def test_an_interval_that_may_hold_more_proves_nothing():
     changes = [0.01229994, 0.01230006, 0.03515613, 0.03515637]
     is_complete = len(answer.crossings) == len(changes)
     assert is_complete or not answer.certified
+
+
+@pytest.mark.parametrize("damper", [0.0, 1e3, 1e6, 1e9, 1e12])
+def test_a_strong_damper_hides_no_slow_growth(damper):
+    """Two modes of 100 rad/s flutter where friction outdoes their damping, at 1/2; the third row
+    moves that by less than a thousandth."""
+    K0 = np.array([[1e4, 0.0, -50.0], [0.0, 1e4, -50.0], [-50.0, -50.0, 2e4]])
+    K1 = np.array([[0.0, 100.0, 0.0], [-100.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    damping = np.diag([0.5, 0.5, damper])
+    answer = squeal.thresholds(squeal.System(np.eye(3), damping, {"1": K0, "mu": K1}))
+    if damper < 1e7:
+        assert answer.certified
+    if answer.certified:
+        (crossing,) = answer.crossings
+        assert crossing.mu == pytest.approx(0.5, abs=1e-3)
+        assert answer.proof["growth_below"] <= 1.01e-4
+
+
+def pressed(cutoff=None):
+    """A plate of one node, pressed on a base by a spring of 3 N/m, and the stiffness of both."""
+    ways = np.array([0, 2])
+    node = np.zeros(2, dtype=int)
+    plate_stiffness = np.array([[4.0, -1.0], [-1.0, 1.0]])
+    base = squeal.Component(squeal.System(np.eye(2), K=9.0 * np.eye(2), name="base"), node, ways)
+    plate = squeal.Component(
+        squeal.System(np.eye(2), K=plate_stiffness, name="plate"), node, ways, load=[0.0, -1.0]
+    )
+    contact = squeal.Contact(("base", "plate"), [(0, 0)], (0, 0, 1), 3.0, sliding=(1, 0, 0))
+    K = np.zeros((4, 4))
+    K[:2, :2] = 9.0 * np.eye(2)
+    K[2:, 2:] = plate_stiffness
+    return squeal.assemble([base, plate], [contact], {"mu": 0.0}, cutoff=cutoff), K
+
+
+def test_thresholds_of_components_that_were_not_reduced_are_proved():
+    assembly, K = pressed()
+    normal = np.array([0.0, -1.0, 0.0, 1.0])
+    tangent = np.array([-1.0, 0.0, 1.0, 0.0])
+    low = 0.0
+    high = 1.0
+    for _ in range(60):
+        mu = (low + high) / 2.0
+        is_unstable = np.linalg.eigvals(
+            K + 3.0 * np.outer(normal + mu * tangent, normal)
+        ).imag.any()
+        low, high = (low, mu) if is_unstable else (mu, high)
+    answer = squeal.thresholds(assembly, 3.0, prove=True)
+    assert answer.proof["status"] == "proved"
+    (crossing,) = answer.crossings
+    assert crossing.interval[0] <= low <= high <= crossing.interval[1]
+
+
+def test_what_cannot_be_proved_says_why():
+    assembly, _ = pressed(cutoff=10.0)
+    with pytest.raises(InputError, match="components that were reduced"):
+        squeal.thresholds(assembly, prove=True)
+    guessed = squeal.System(np.eye(2), K=np.eye(2), assumptions=("rows 1 and 2 are supports",))
+    with pytest.raises(InputError, match="what was assumed: rows 1 and 2"):
+        squeal.thresholds(guessed, prove=True)

@@ -63,6 +63,15 @@ def test_the_branch_of_cycles_starts_where_the_equilibrium_begins_to_flutter(ans
     assert [one.turn for one in answer.orbits if one.turn] == ["grazing", "fold"]
 
 
+def test_sliding_changes_where_thresholds_say(answer):
+    points = squeal.thresholds(HAMMERS).points
+    within = [(point.mu, point.kind) for point in points if 0.5 < point.mu < 0.8]
+    assert within
+    assert [verdict for _, verdict in answer.critical] == [kind for _, kind in within]
+    for (value, _), (mu, _) in zip(answer.critical, within, strict=True):
+        assert value == pytest.approx(mu, rel=1e-8)
+
+
 def test_multipliers_are_those_of_differences_of_the_flow(shooting, cycle):
     step = 1e-6 * np.abs(cycle.state).max()
 
@@ -250,10 +259,19 @@ def test_a_motion_returns_after_all_the_passages_of_its_period(passages):
     height = 1.0 + order // 4 % passages + 0.1 * (order % 4)
     empty: Any = np.zeros(1)
     segment = Segment(
-        empty, empty, empty, empty, np.ones((2, 1), dtype=int), np.zeros((6, 1)),
-        0 * order, np.array([1, 0, 0, 1])[order % 4], 5.0 + order * 0.25,
-        height * np.ones((6, 1)), empty, empty,
-    )  # fmt: skip
+        law=empty,
+        c=empty,
+        t0=empty,
+        t1=empty,
+        first=np.ones((2, 1), dtype=int),
+        end=np.zeros((6, 1)),
+        lane=0 * order,
+        point=np.array([1, 0, 0, 1])[order % 4],
+        t=5.0 + order * 0.25,
+        state=height * np.ones((6, 1)),
+        count=empty,
+        limit=empty,
+    )
     state, period = _first_return(segment)
     assert state == pytest.approx(height[0])
     assert period == (passages if passages < 10 else 0.0)

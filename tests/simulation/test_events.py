@@ -36,7 +36,7 @@ def test_a_turning_pad_touches_with_one_edge(backend, spin, target):
 
 @pytest.mark.parametrize("place", [0.2, 0.5, 0.7])
 @pytest.mark.parametrize("third", [-0.5, 0.0, 2.0])
-def test_where_a_gap_turns_back_within_a_step(place, third):
+def test_a_gap_that_turns_back_within_a_step_is_seen(place, third):
     """A cubic with a double zero, at whose place the SciPy integrator has to look."""
     model = Scene("B1", upright()).pad_model
     away = np.polynomial.Polynomial([-place, 1.0])
@@ -52,7 +52,7 @@ def test_where_a_gap_turns_back_within_a_step(place, third):
 
 @pytest.mark.parametrize("share", [1e-3, 1e-6, 1e-9, 1e-12])
 @needs_heyoka
-def test_separations_much_shorter_than_a_step(share):
+def test_separations_much_shorter_than_a_step_are_found(share):
     # dropped from a small height the pad leaves the surface for a short while once a cycle
     pad = upright()
     k = pad.k1 + pad.k2
@@ -166,7 +166,7 @@ HARD: dict[str, tuple[Model, dict[str, float], float]] = {
 
 @pytest.mark.parametrize("case", HARD)
 @needs_heyoka
-def test_hard_cases_against_quad_precision(case):
+def test_hard_cases_agree_with_quad_precision(case):
     model_name, changes, stop = HARD[case]
     values = PLAIN | ({"k3": 0.43, "k4": 0.43} if model_name == "B1" else {"k_c": 0.5}) | changes
     k = values["k3"] + values["k4"] if model_name == "B1" else values["k_c"]

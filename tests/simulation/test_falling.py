@@ -80,7 +80,7 @@ def test_the_slope_enters_the_damping_matrix(name):
 
 
 @pytest.mark.parametrize(("mu_s", "mu_k"), [(0.6, 0.3), (0.3, 0.6)])
-def test_growth_of_one_degree_of_freedom_in_closed_form(mu_s, mu_k):
+def test_growth_of_one_degree_of_freedom_is_that_of_the_closed_form(mu_s, mu_k):
     """m x'' - mu' R_n x' + k x = 0 of a pad so stiff in contact that it only slides, on springs
     along x; mu' is the fall of friction at V. Friction that rises damps as much."""
     along = {"alpha1": 0.0, "alpha2": 0.0, "L1": 0.3, "L2": 0.3, "k1": 2e5, "k2": 2e5}

@@ -67,11 +67,19 @@ def falls(**changes):
     model = PadModel("B1", upright(k1=0.0, k2=0.0))
     none = np.zeros((2, 1), dtype=int)
     high = np.array([[0.0], [0.5], [0.0], [0.0], [0.0], [0.0]])
-    ends: Any = {"t0": np.zeros(1), "t1": np.full(1, 0.5), "first": none, "end": high}
-    empty: Any = {"lane": none[0, :0], "point": none[0, :0], "t": np.empty(0), "state": high[:, :0]}
-    count: Any = {"count": np.array([7]), "limit": np.array([-1])}
     segment = Segment(
-        law=model.law, c=Coefficients(*np.reshape(model.c, (-1, 1))), **ends, **empty, **count
+        law=model.law,
+        c=Coefficients(*np.reshape(model.c, (-1, 1))),
+        t0=np.zeros(1),
+        t1=np.full(1, 0.5),
+        first=none,
+        end=high,
+        lane=none[0, :0],
+        point=none[0, :0],
+        t=np.empty(0),
+        state=high[:, :0],
+        count=np.array([7]),
+        limit=np.array([-1]),
     )
     wrong: Any = SimpleNamespace(run=lambda *_: replace(segment, **changes))
     return integrate(model, wrong, UNIT, high[:, 0], 0.5)

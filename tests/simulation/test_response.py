@@ -66,7 +66,7 @@ RATE = math.sqrt((3e5 + 3e5 + 1e6) / 2.0)
 @pytest.mark.parametrize(
     ("c", "settled"), [(0.0, False), (10.0, False), (40.0, None), (200.0, True), (-40.0, False)]
 )
-def test_decay_in_closed_form(c, settled):
+def test_decay_is_that_of_the_closed_form(c, settled):
     rows = ((0.0, 0.0, 0.0), (0.0, c, 0.0), (0.0, 0.0, 0.0))
     kick = (0, 1e-9, 0, 0, 0, 0)  # beside the sag: contact is kept
     one = bounce(0.2, damping=Damping(matrix=rows), start="equilibrium", initial=kick)

@@ -27,7 +27,7 @@ def bounce(pad, height, stop, **more):
 
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("k", [1e-3, 3e5])  # as good as free flight, and a fall on springs
-def test_bouncing_pad_in_closed_form(backend, k):
+def test_a_bouncing_pad_moves_as_the_closed_form_says(backend, k):
     pad = upright(k1=k, k2=k)
     height = 1e-3
     touch, back, lowest = bouncing(pad, height)

@@ -108,7 +108,7 @@ def test_every_place_where_the_stiffness_is_singular(diagonal, ends, exact):
     assert sorted(one.value for one in found) == pytest.approx(exact, abs=1e-8)
     assert not unclear
     low, high = ends
-    loss = squeal.thresholds(system, low=low, high=high, band=(0.0, 0.01))
+    loss = squeal.thresholds(system, low=low, high=high, band=(0.0, 0.01), prove=False)
     assert sorted(c.mu for c in loss.crossings) == pytest.approx(exact, abs=1e-8)
 
 

@@ -95,7 +95,7 @@ def test_solutions_and_determinant_are_those_of_numpy(name, value, rng):
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 5])
-def test_the_sign_of_a_determinant_without_a_diagonal(n, rng):
+def test_a_determinant_without_a_diagonal_has_its_sign(n, rng):
     """Rows have to change their places: a cycle of n has the sign (-1)^(n - 1)."""
     values = rng.uniform(0.5, 2.0, n) * rng.choice([-1.0, 1.0], n)
     matrix = csc_array((values, (np.arange(n), (np.arange(n) + 1) % n)), shape=(n, n))

@@ -159,7 +159,7 @@ def bands_of(f):
 
 @pytest.mark.filterwarnings("ignore:real modes up to")
 @pytest.mark.parametrize("kind", ["undamped", "damped", "gyroscopic", "free", "complex"])
-@pytest.mark.parametrize("n", [1, 2, 3, 20, 40])
+@pytest.mark.parametrize("n", [1, 2, 3, 24])
 @pytest.mark.parametrize("method", ["modal", "reduced"])
 def test_a_small_system_has_the_roots_of_its_companion_matrix(method, n, kind):
     if (n, kind) == (1, "free"):

@@ -46,7 +46,7 @@ def test_multiple_roots_are_counted_and_listed():
         assert abs(e.right.conj() @ (M @ e.right)) == pytest.approx(1.0)
 
 
-def test_acoustic_wave_against_its_closed_form():
+def test_an_acoustic_wave_has_the_roots_of_its_closed_form():
     """Sound in a tube with an end of impedance z: tanh(lambda) = -z, approached as 1/n^2."""
     errors = []
     for n in (100, 200):  # NLEVP `acoustic_wave_1d`, in lambda

@@ -158,3 +158,35 @@ def test_the_file_form_says_the_same(tmp_path):
     joined = squeal.assemble([disc, pad], [touch], values).system
     for one, other in zip(read.arrays(), joined.arrays(), strict=True):
         assert one == pytest.approx(other, rel=1e-14)
+
+
+def test_a_string_of_beads_on_a_belt_decays_by_the_closed_form():
+    """Beads of mass m, drawn by a tension across the belt's motion and pressed on it by N each: of
+    m q'' + c q' + T L q = 0 with c = mu N / v every mode decays by c / 2 m."""
+    count = 9
+    mass = 0.3
+    tension = 120.0  # N/m: over the spacing
+    force = 6.0
+    speed = 0.8
+    chain = 2.0 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1)
+    # of each bead y, held by the string, and z, along which it is pressed
+    K = tension * np.kron(chain, np.diag([1.0, 0.0]))
+    M = mass * np.eye(2 * count)
+    labels = np.repeat(np.arange(count), 2)
+    directions = np.tile([1, 2], count)
+    places = np.column_stack([labels, 0.0 * labels, 0.0 * labels])
+    load = np.tile([0.0, -force], count)
+    beads = squeal.Component(squeal.System(M, K=K, name="beads"), labels, directions, places, load)
+    stiff = squeal.System(np.eye(2 * count), K=1e12 * np.eye(2 * count), name="belt")
+    belt = squeal.Component(stiff, labels, directions, places)
+    pairs = [(bead, bead) for bead in range(count)]
+    touch = squeal.Contact(
+        ("belt", "beads"), pairs, Z, 5e3, sliding=(1.0, 0.0, 0.0), speed=str(speed)
+    )
+    joined = squeal.assemble([belt, beads], [touch], {"mu": 0.4})
+    found = squeal.eigenvalues(joined.system).values
+    decay = 0.5 * 0.4 * force / speed / mass
+    squares = 4.0 * tension / mass * np.sin(np.arange(1, count + 1) * np.pi / 20.0) ** 2
+    exact = -decay + 1j * np.sqrt(squares - decay**2)
+    for root in exact:
+        assert np.abs(found - root).min() < 1e-7 * np.abs(root)

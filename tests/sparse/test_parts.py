@@ -50,7 +50,7 @@ def test_rows_are_scaled_to_a_unit_diagonal_by_powers_of_two(rng):
 
 
 @pytest.mark.parametrize(("m", "c", "k"), [(2.0, 0.3, 5.0), (0.1, 7.0, 3.0)])
-def test_conditions_and_vectors_of_one_degree_of_freedom(m, c, k):
+def test_conditions_and_vectors_of_one_degree_of_freedom_are_those_of_the_closed_form(m, c, k):
     """kappa = (|z|^2 m + |z| c + k) / (|z| |2 z m + c|), x = 1 / sqrt(m)."""
     z = np.roots([m, c, k]).astype(complex)
     problem = quadratic(np.array([[m]]), np.array([[c]]), np.array([[k]]))

@@ -148,7 +148,7 @@ def dense(system, mu):
 
 def test_values_whose_roots_are_off_are_sampled_and_other_roots_left_out():
     """Roots that the reduced system alone has hide no value that was not solved."""
-    late = ScaledSystem(coupled(300))
+    late = ScaledSystem(coupled(250))
     reduction = reduce_system(late, BAND, RANGE)
     assert reduction.converged
     assert {"mu": 1.0} in reduction.samples

@@ -9,7 +9,7 @@ from squeal.sparse.argument_principle import Disc, Rectangle, _winding, band, di
 BOX = Rectangle(-3.0, 1.0, 2.0, 4.0)
 
 
-def test_a_rectangle_against_its_sides(rng):
+def test_a_rectangle_holds_what_lies_within_its_sides(rng):
     assert (BOX.size, BOX.centre, BOX.radius) == (4 + 2j, -1 + 3j, 5**0.5)
     values = BOX.centre + 3 * (rng.uniform(-1, 1, 400) + 1j * rng.uniform(-1, 1, 400))
     inside = (values.real > -3) & (values.real < 1) & (values.imag > 2) & (values.imag < 4)

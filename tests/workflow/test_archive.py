@@ -19,7 +19,7 @@ def fill(folder, names):
         (folder / name).write_text(f"{name}\n" * 50)
 
 
-def test_same_bytes_for_the_same_files(tmp_path):
+def test_the_same_files_give_the_same_bytes(tmp_path):
     names = ["b/two.csv", "a.txt", "b/a/one.pdf"]
     for place, order in (("first", names), ("second", names[::-1])):
         fill(tmp_path / place / "squeal", order)
@@ -50,7 +50,7 @@ def test_an_archive_inside_is_written_the_same_way(tmp_path):
     assert zipfile.ZipFile(second).read("b") == b"b" * 9
 
 
-def test_other_bytes_for_other_files(tmp_path):
+def test_other_files_give_other_bytes(tmp_path):
     fill(tmp_path / "squeal", ["a.txt"])
     pack.pack(tmp_path / "squeal", tmp_path / "before.zip")
     (tmp_path / "squeal" / "a.txt").write_text("other")

@@ -7,7 +7,7 @@ import yaml
 
 import squeal
 from squeal.article.report.bibliography import entries
-from squeal.article.report.values import ASKED
+from squeal.article.report.values import VAL_MACRO
 from squeal.errors import EXTRAS, missing
 from tests.conftest import ROOT
 from workflow.release import codemeta, journal, rescience
@@ -25,7 +25,7 @@ def field(bibtex, name):
     return found and re.sub(r"\s+", " ", re.sub(r"[{}\\]", "", found[1]))
 
 
-def test_one_title_and_one_version():
+def test_all_files_name_one_title_and_one_version():
     title = CITATION["title"]
     assert README.splitlines()[0] == f"# {title}"
     assert (squeal.__doc__ or "").splitlines()[0] == f"{title}."
@@ -107,7 +107,7 @@ def test_licences_are_said():
 
 
 def test_the_metadata_of_a_replication_are_whole(monkeypatch, tmp_path):
-    monkeypatch.setattr(rescience, "filled", lambda text, known: ASKED.sub("1", text))
+    monkeypatch.setattr(rescience, "filled", lambda text, known: VAL_MACRO.sub("1", text))
     found = rescience.metadata(tmp_path)
     assert found["title"].startswith("[Re] ")
     assert len(found["abstract"].split()) > 100

@@ -12,9 +12,16 @@ def page(folder, name, body):
 
 @pytest.mark.parametrize(
     "link",
-    ["other.html", "other.html#here", "deep/", "#top", "a%20b.txt", "https://example.org/x#y",
-     "data:image/png;base64,AA=="],
-)  # fmt: skip
+    [
+        "other.html",
+        "other.html#here",
+        "deep/",
+        "#top",
+        "a%20b.txt",
+        "https://example.org/x#y",
+        "data:image/png;base64,AA==",
+    ],
+)
 def test_links_that_lead_somewhere_pass(tmp_path, link):
     page(tmp_path, "start.html", f'<p id="top"></p><a href="{link}">x</a>')
     page(tmp_path, "other.html", '<h1 id="here"></h1>')

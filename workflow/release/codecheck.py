@@ -64,8 +64,10 @@ def paper_title() -> str:
 
 
 def _author(found: dict[str, str]) -> dict[str, str]:
-    identity = found.get("orcid", "").rsplit("/", 1)[-1]
-    return {"name": party(found)["name"]} | ({"ORCID": identity} if identity else {})
+    author = {"name": party(found)["name"]}
+    if found.get("orcid"):
+        author["ORCID"] = found["orcid"].rsplit("/", 1)[-1]
+    return author
 
 
 def _doi(citation: dict[str, Any]) -> str:

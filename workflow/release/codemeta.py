@@ -28,9 +28,15 @@ def party(found: dict[str, str]) -> dict[str, str]:
         return {"@type": "Organization", "name": found["name"]}
     given = found["given-names"]
     family = " ".join(found[key] for key in ("name-particle", "family-names") if key in found)
-    person = {"@type": "Person", "name": f"{given} {family}"}
-    person |= {"givenName": given, "familyName": family}
-    return person | ({"@id": found["orcid"]} if "orcid" in found else {})
+    person = {
+        "@type": "Person",
+        "name": f"{given} {family}",
+        "givenName": given,
+        "familyName": family,
+    }
+    if "orcid" in found:
+        person["@id"] = found["orcid"]
+    return person
 
 
 def work(found: dict[str, Any]) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.contents import REPRODUCIBLE, RESULTS, TABLES, figure_files
@@ -97,14 +97,26 @@ def _numbers(value: Any, widths: dict[str, float], keys: tuple[str, ...] = ()) -
         entries = enumerate(value)
     elif isinstance(value, (int, float)) and not isinstance(value, bool):
         words = [key for key in keys if not key.isdigit()]
-        group = " ".join([*words[:-1][:1], *words[-1:]])
+        group = f"{words[0]} {words[-1]}" if len(words) > 1 else "".join(words)
         yield group, float(value), widths.get(".".join(keys), 0.0)
     for key, entry in entries:
         yield from _numbers(entry, widths, (*keys, str(key)))
 
 
-def summary(path: Path) -> dict[str, list[float]]:
-    """Number, mean, mean magnitude and mean spread of the numbers under each key of a result."""
+class Summary(NamedTuple):
+    """How many numbers a group has, their mean, mean magnitude and mean spread.
+
+    The manifest holds it as a list.
+    """
+
+    numbers: int
+    mean: float
+    magnitude: float
+    spread: float
+
+
+def summary(path: Path) -> dict[str, Summary]:
+    """The numbers under each key of a result, summarised."""
     if path.suffix == ".csv":
         with path.open(encoding="utf-8", newline="") as stream:
             found = []
@@ -118,7 +130,7 @@ def summary(path: Path) -> dict[str, list[float]]:
     groups = defaultdict(list)
     for group, number, width in found:
         groups[group].append((number, width))
-    return {group: _summed(some) for group, some in groups.items()}
+    return {group: _summary_of(members) for group, members in groups.items()}
 
 
 def _is_number(text: str) -> bool:
@@ -128,18 +140,29 @@ def _is_number(text: str) -> bool:
         return False
 
 
-def _summed(some: list[tuple[float, float]]) -> list[float]:
-    numbers, widths = zip(*some, strict=True)
-    means = (numbers, [abs(number) for number in numbers], widths)
-    return [len(some), *(float(f"{math.fsum(each) / len(some):.9g}") for each in means)]
+def _summary_of(members: list[tuple[float, float]]) -> Summary:
+    """The summary of numbers, each with its spread."""
+
+    def mean(values: Iterable[float]) -> float:
+        return float(f"{math.fsum(values) / len(members):.9g}")
+
+    return Summary(
+        numbers=len(members),
+        mean=mean(number for number, _ in members),
+        magnitude=mean(abs(number) for number, _ in members),
+        spread=mean(width for _, width in members),
+    )
 
 
-def agree(one: list[float], other: list[float]) -> bool:
+def agree(one: Summary, other: Summary) -> bool:
     """Whether two summaries of a group of numbers agree, within both spreads."""
-    magnitude = max(one[2], other[2])
-    reach = RELATIVE * magnitude + one[3] + other[3]
-    near = all(abs(a - b) <= reach for a, b in zip(one[1:3], other[1:3], strict=True))
-    return one[0] == other[0] and (near or magnitude <= ROUNDING)
+    if one.numbers != other.numbers:
+        return False
+    magnitude = max(one.magnitude, other.magnitude)
+    if magnitude <= ROUNDING:
+        return True
+    reach = RELATIVE * magnitude + one.spread + other.spread
+    return abs(one.mean - other.mean) <= reach and abs(one.magnitude - other.magnitude) <= reach
 
 
 def prints(path: Path) -> list[str]:
@@ -235,10 +258,13 @@ def _wrong(path: Path, name: str, known: dict[str, Any]) -> str:
     return "" if path.read_bytes().endswith(b"%%EOF\n") else "is cut off"
 
 
-def _wrong_numbers(found: dict[str, list[float]], known: dict[str, list[float]]) -> str:
-    nothing = [0.0, 0.0, 0.0, 0.0]
-    keys = sorted(found.keys() | known.keys())
-    off = [k for k in keys if not agree(found.get(k, nothing), known.get(k, nothing))]
+def _wrong_numbers(found: dict[str, Summary], known: dict[str, list[float]]) -> str:
+    nothing = Summary(0, 0.0, 0.0, 0.0)
+    off = []
+    for key in sorted(found.keys() | known.keys()):
+        listed = Summary(*known[key]) if key in known else nothing  # type: ignore[arg-type]
+        if not agree(found.get(key, nothing), listed):
+            off.append(key)
     return f"other numbers under {', '.join(off)}" if off else ""
 
 

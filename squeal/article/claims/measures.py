@@ -86,11 +86,11 @@ def measure(scene: Scene) -> Case:
         raise InputError(
             f"{scene.source}: model: {scene.model} is not allowed; cases are B1 or B2 scenes"
         )
-    return case_of(measure_alone(scene), 0, scene.pad.V, _raises_alone(scene.pad_model))
+    return case_of(measure_alone(scene), 0, scene.pad.V, _friction_raises_one(scene.pad_model))
 
 
 @lru_cache(maxsize=64)  # the same at every tolerance and over every time
-def _raises_alone(model: PadModel) -> float:
+def _friction_raises_one(model: PadModel) -> float:
     stacked: dict[str, Any] = {name: np.array([v]) for name, v in model.pad.given().items()}
     return float(friction_raises(dataclasses.replace(model, pad=Pad(**stacked)))[0])
 
@@ -101,12 +101,12 @@ def friction_raises(model: PadModel) -> np.ndarray:
     The parameters are arrays (n,). NaN where an equilibrium is not reached from full contact.
     """
     mu = np.asarray(model.pad.mu)
-    still = rest(model, np.zeros(mu.size))
-    sliding = rest(model, mu, still.place)
-    return sliding.reaction / still.reaction - 1.0
+    frictionless = equilibria(model, np.zeros(mu.size))
+    sliding = equilibria(model, mu, frictionless.place)
+    return sliding.reaction / frictionless.reaction - 1.0
 
 
-class Rest(NamedTuple):
+class Equilibria(NamedTuple):
     """Equilibria of n pads: place (3, n) = (x, y, theta), reaction (n,) and gaps (points, n) of the
     contact points; NaN where there is none."""
 
@@ -115,7 +115,7 @@ class Rest(NamedTuple):
     gaps: np.ndarray
 
 
-def rest(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None) -> Rest:
+def equilibria(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None) -> Equilibria:
     """The equilibria with friction mu (n,) that Newton's method reaches from a place (3, n), or
     from the initial position. All parameters of the pads are arrays (n,)."""
     statics = Statics.of(model)
@@ -133,7 +133,7 @@ def rest(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None) -> Re
     load = statics.model.law.loads(statics.model.c, pose(np, tuple(q)), touching)
     reaction = np.where(reached & touching.any(axis=0), load.y, math.nan)
     place = np.where(reached, [q[0] * length, q[1] * length, q[2]], math.nan)
-    return Rest(place, reaction * statics.units.force, gaps * length)
+    return Equilibria(place, reaction * statics.units.force, gaps * length)
 
 
 def case_of(

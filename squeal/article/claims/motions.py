@@ -24,7 +24,7 @@ LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 """Least impulses of a blow that are tried, over F_n T_1 with the period T_1 = 2 pi (m/k1)^(1/2)."""
 # where a state stands if its number is leading + 2 trailing
 _CODES = [state[LEADING] + 2 * state[TRAILING] for state in STATES]
-_APART = np.array([[not state[edge] for state in STATES] for edge in (0, 1)], dtype=float)
+_APART = 1.0 - np.array(STATES, dtype=float).T  # (2, 4): whether an edge is separated in a state
 
 
 def measure_alone(scene: Scene) -> dict[str, np.ndarray]:
@@ -85,7 +85,14 @@ def measures(
     tilts = grid.read(tilt)
     counts = grid.steps.t >= touched[lane]
     means = np.where(counts, grid.weights @ np.nan_to_num(a), 0.0) * grid.steps.h
-    load, moment = (a, a * b) if line else (a + b, b - a)
+    if line:  # a: the reaction, b: its position
+        load = a
+        moment = a * b
+        vanishing = spent[[1, 1]]  # time without any contact, for either edge
+    else:  # a, b: the forces at the leading and the trailing edge
+        load = a + b
+        moment = b - a
+        vanishing = _APART @ spent
     blows, heaviest = _blows(grid, np.nan_to_num(load), np.nan_to_num(moment), n)
     facing_speed = grid.ranges(face_speed)[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -102,7 +109,7 @@ def measures(
             "mean": np.bincount(lane, means, n) / duration,
             "blows": blows,
             "heaviest": heaviest,
-            "vanishes": (spent[[1, 1]] if line else _APART @ spent).T / duration[:, None],
+            "vanishes": vanishing.T / duration[:, None],
             "calm": _calm(grid, segment.t1 - LATE * duration) if calm else np.full(n, np.nan),
             "fastest": grid.ranges(speed)[:, 1] * units.velocity,
             "face": np.where(np.isfinite(facing_speed), facing_speed, np.nan) * units.velocity,

@@ -104,8 +104,8 @@ def alternate(case: Case) -> Outcome:
         return Outcome(-1.0, f"{len(case.losses)} contact losses")
     share = sum(a != b for a, b in pairs) / len(pairs)
     margin = share - ALTERNATE if set(case.losses) == {LEADING, TRAILING} else -1.0
-    words = f"{100 * share:.0f} % of {len(pairs)} successive losses at the other edge"
-    return Outcome(margin, words)
+    measured = f"{100 * share:.0f} % of {len(pairs)} successive losses at the other edge"
+    return Outcome(margin, measured)
 
 
 def each_separates(*cases: Case) -> Outcome:
@@ -114,8 +114,8 @@ def each_separates(*cases: Case) -> Outcome:
     for name, case in zip("abcd", cases, strict=True):
         apart[name] = max(_apart(case, LEADING), _apart(case, TRAILING))
     least = min(apart, key=lambda name: apart[name])
-    words = f"least in case {least}: {100 * max(apart[least], 0.0):.2f} % of the time"
-    return Outcome(apart[least], words)
+    measured = f"least in case {least}: {100 * max(apart[least], 0.0):.2f} % of the time"
+    return Outcome(apart[least], measured)
 
 
 # models B1 and B2
@@ -138,8 +138,10 @@ def tilted_down(case: Case) -> Outcome:
 
 def tilted_up(case: Case) -> Outcome:
     """theta0 + theta stays positive."""
-    words = f"least tilt {case.tilt.low:.3g} rad, negative for {100 * case.down:.1f} % of the time"
-    return Outcome(case.tilt.low, words)
+    measured = (
+        f"least tilt {case.tilt.low:.3g} rad, negative for {100 * case.down:.1f} % of the time"
+    )
+    return Outcome(case.tilt.low, measured)
 
 
 def trailing_edge_alone(case: Case) -> Outcome:
@@ -147,19 +149,19 @@ def trailing_edge_alone(case: Case) -> Outcome:
     leading = case.separated[LEADING] / case.duration
     trailing = case.separated[TRAILING] / case.duration
     margin = -leading if leading > TOUCH else 1.0 - leading
-    words = (
+    measured = (
         f"leading edge off for {100 * leading:.1f} % of the time, trailing edge for "
         f"{100 * trailing:.1f} %"
     )
     if max(leading, trailing) <= TOUCH:
-        words = "no edge separates, so that nothing contradicts it"
-    return Outcome(margin, words)
+        measured = "no edge separates, so that nothing contradicts it"
+    return Outcome(margin, measured)
 
 
 def both_tilted_up(b1: Case, b2: Case) -> Outcome:
     """theta0 + theta stays positive in both models."""
-    words = f"least tilt B1 {b1.tilt.low:.3g}, B2 {b2.tilt.low:.3g} rad"
-    return Outcome(min(b1.tilt.low, b2.tilt.low), words)
+    measured = f"least tilt B1 {b1.tilt.low:.3g}, B2 {b2.tilt.low:.3g} rad"
+    return Outcome(min(b1.tilt.low, b2.tilt.low), measured)
 
 
 def none_settles(*cases: Case) -> Outcome:
@@ -178,15 +180,15 @@ def hammers(case: Case, level: float = LEVEL) -> Outcome:
     """
     turns = case.blows[LEVELS.index(level)]  # changes of the edge struck, a number for each level
     gone = min(case.vanishes)  # of the leading and of the trailing edge
-    words = (
+    measured = (
         f"{turns} changes of the edge struck, heaviest blows {case.heaviest[0]:.3g} and "
         f"{case.heaviest[1]:.3g} F_n T_1, least share without force at an edge {100 * gone:.3g} %"
     )
     if turns >= TURNS and gone > TOUCH:
-        return Outcome(gone, words)
+        return Outcome(gone, measured)
     missing_turns = max(1.0 - turns / TURNS, 0.0)
     missing_share = max(TOUCH - gone, 0.0)  # of time without force, which alone decides the sign
-    return Outcome(-missing_turns - missing_share, words)
+    return Outcome(-missing_turns - missing_share, measured)
 
 
 def hammering_cases(cases: Mapping[str, Case], level: float = LEVEL) -> dict[str, tuple[str, ...]]:
@@ -218,8 +220,11 @@ def more_loss_in_b1(*cases: Case) -> Outcome:
 
     b1 = losing(cases[:4])
     b2 = losing(cases[4:])
-    words = f"an edge loses its force in {', '.join(b1) or 'no case'} of B1, in "
-    return Outcome((len(b1) - len(b2)) / 4, words + f"{', '.join(b2) or 'no case'} of B2")
+    measured = (
+        f"an edge loses its force in {', '.join(b1) or 'no case'} of B1, "
+        f"in {', '.join(b2) or 'no case'} of B2"
+    )
+    return Outcome((len(b1) - len(b2)) / 4, measured)
 
 
 def sliding_lasts(*cases: Case) -> Outcome:
@@ -227,16 +232,16 @@ def sliding_lasts(*cases: Case) -> Outcome:
     acts, is printed beside."""
     slip = max(case.slip for case in cases)
     face = max(case.face for case in cases)
-    words = f"the pad reaches {100 * slip:.2g} % of the surface's speed"
+    measured = f"the pad reaches {100 * slip:.2g} % of the surface's speed"
     if not math.isnan(face):
-        words += f", its lower face {100 * face:.2g} % while it touches"
-    return Outcome(1.0 - slip, words)
+        measured += f", its lower face {100 * face:.2g} % while it touches"
+    return Outcome(1.0 - slip, measured)
 
 
 def friction_raises(case: Case) -> Outcome:
     """The reaction of the sliding equilibrium exceeds that without friction."""
-    words = f"friction raises the reaction at rest by {100 * case.raised:.3g} %"
-    return Outcome(case.raised, words)
+    measured = f"friction raises the reaction at rest by {100 * case.raised:.3g} %"
+    return Outcome(case.raised, measured)
 
 
 # model B2
@@ -245,8 +250,8 @@ def friction_raises(case: Case) -> Outcome:
 def on_leading_edge(case: Case) -> Outcome:
     """delta stays negative and the tilt positive."""
     margin = min(-case.second.high, case.tilt.low)
-    words = f"greatest delta/w {case.second.high:.4g}, least tilt {case.tilt.low:.3g} rad"
-    return Outcome(margin, words)
+    measured = f"greatest delta/w {case.second.high:.4g}, least tilt {case.tilt.low:.3g} rad"
+    return Outcome(margin, measured)
 
 
 def within_trailing_half(case: Case) -> Outcome:
@@ -257,8 +262,8 @@ def within_trailing_half(case: Case) -> Outcome:
 
 def surfaces_separate(case: Case) -> Outcome:
     """The surfaces separate for some time."""
-    words = f"separated {100 * _share(case, NONE):.2f} % of the time"
-    return Outcome(_surface_apart(case), words)
+    measured = f"separated {100 * _share(case, NONE):.2f} % of the time"
+    return Outcome(_surface_apart(case), measured)
 
 
 def only_c_separates(*cases: Case) -> Outcome:
@@ -288,8 +293,8 @@ def small_region(linear: Linear) -> Outcome:
     """(23a, b) hold on a small part of the map; the share of the complete ones is printed too."""
     printed = linear.share.as_printed
     complete = linear.share.complete
-    words = (
+    measured = (
         f"{100 * printed:.1f} % of the map; the complete necessary conditions hold on "
         f"{100 * complete:.1f} %"
     )
-    return Outcome(SMALL_REGION - printed, words)
+    return Outcome(SMALL_REGION - printed, measured)

@@ -129,14 +129,14 @@ def fed_by_the_law(study: Study) -> Measured:
     numbers = dict(path.numbers)
     text = path.outcome
     laws: dict[LineForce, str] = {"mean": "the printed law", "integral": "the consistent law"}
-    for law, words in laws.items():
+    for law, law_name in laws.items():
         formulation = dataclasses.replace(scene.formulation, line_force=law)
         varied = dataclasses.replace(scene, formulation=formulation)
         try:
             works = contact_work(varied)
             case = measure(varied)
         except ComputationError as error:
-            text += f" In case c under {words} the model ends: {error}."
+            text += f" In case c under {law_name} the model ends: {error}."
             continue
         fed = works.fed / works.kinetic
         numbers |= {f"fed_{law}": fed, f"turns_{law}": float(case.blows[0])}
@@ -144,7 +144,7 @@ def fed_by_the_law(study: Study) -> Measured:
         if abs(fed) < ROUNDING:
             work = f"0 J (less than {bound(fed)} of the greatest kinetic energy"
         text += (
-            f" In case c {words} does the work {work}; friction {works.friction:.2g} J), "
+            f" In case c {law_name} does the work {work}; friction {works.friction:.2g} J), "
             f"delta/w goes from "
             f"{case.second.low:.2f} to {case.second.high:.2f}, and the edge struck changes "
             f"{case.blows[0]} times."
@@ -164,9 +164,9 @@ def static_balance(study: Study) -> Measured:
         ("delta_0", "with the reference set", scene.pad_model),
         ("delta_1", "with y0 = theta0 = 0", level),
     )
-    for key, words, model in models:
+    for key, condition, model in models:
         equilibrium, _ = sliding_equilibrium(model)
-        text += f"Static balance {words} "
+        text += f"Static balance {condition} "
         if equilibrium is None:
             text += "is not possible. "
         else:

@@ -84,6 +84,8 @@ def _motions(
     pads_in_si, initial, duration = task
     n = len(duration)
     taylor = heyoka()
+    from squeal.article.identify.batch import TaylorBatch  # where heyoka is installed
+
     of_unit = vars(natural_units(pads_in_si, initial.T)).values()
     units = Units(*(np.broadcast_to(v, n) for v in of_unit))  # type: ignore[arg-type]
     model = units.scaled(pads_in_si)
@@ -131,7 +133,7 @@ def _motions(
         # of long motions fewer are measured at once: their steps are stored meanwhile
         groups = min(int(800.0 / lengths[order[0]]) + 1, 8) if dense else n
         block, order = np.split(order, [groups * options.lanes])
-        side_by_side = taylor.TaylorBatch(_some(model, block), tolerance, options=options)
+        side_by_side = TaylorBatch(_some(model, block), tolerance, options=options)
         begin = np.zeros(len(block))
         segment = side_by_side.run(contact[:, block], begin, state[:, block], stop[block], dense)
         unsure = _unsure(segment, options)

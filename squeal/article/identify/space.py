@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.article.cases import CASES
-from squeal.article.claims.measures import rest
+from squeal.article.claims.measures import equilibria
 from squeal.io.scene import Scene
 from squeal.model.contact import CONSISTENT, Formulation, contact_law, contact_model
 from squeal.model.equations import PadModel
@@ -121,7 +121,7 @@ def starts(n: Numbers, pads: PadModel) -> np.ndarray:
     standing = np.flatnonzero(n["start"] >= 0.5)
     if standing.size:
         some = pads.replace(**{name: v[standing] for name, v in pads.pad.given().items()})
-        found = rest(some, np.zeros(standing.size))
+        found = equilibria(some, np.zeros(standing.size))
         full_contact = (found.gaps < 0.0).all(axis=0)
         state[standing, :3] = np.where(full_contact, found.place, math.nan).T
     return state

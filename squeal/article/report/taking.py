@@ -18,7 +18,7 @@ from squeal.article.records import call, from_dict
 from squeal.article.report.bibliography import behind, references
 from squeal.article.report.captions import captions, title
 from squeal.article.report.plain import plain, table_rows
-from squeal.article.report.values import filled, looked_up, read, shown
+from squeal.article.report.values import entry_of, filled, formatted, read
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance, digest, version
 from squeal.io.writing import to_json, write_csv, write_text, write_whole
@@ -101,7 +101,7 @@ def take(name: str, build: Path, to: Path | None = None) -> Taken:
             "tables, and a number is named as in results/NAME.json: NAME.key.key"
         )
     folder = Path(key) if to is None else to
-    _check(folder, key)
+    _refuse_other_folders(folder, key)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".take-") as temporary:
         made = Path(temporary)
@@ -112,8 +112,8 @@ def take(name: str, build: Path, to: Path | None = None) -> Taken:
             write_text(made / "caption.txt", f"{text}\n")
         else:
             _number(key, build, made)
-        _sealed(made)
-        return Taken(key, str(folder), _moved(made, folder))
+        _list_written_files(made)
+        return Taken(key, str(folder), _move_files(made, folder))
 
 
 def _listed_name(name: str) -> str:
@@ -131,7 +131,7 @@ def _figure_or_table(name: str, build: Path, made: Path) -> tuple[Path, ...]:
     return _figure(name, build, made)
 
 
-def _check(folder: Path, name: str) -> None:
+def _refuse_other_folders(folder: Path, name: str) -> None:
     """Refuse a folder that holds anything but an earlier take of the same thing, or that with
     files changed since."""
     if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
@@ -155,7 +155,7 @@ def _check(folder: Path, name: str) -> None:
             )
 
 
-def _sealed(made: Path) -> None:
+def _list_written_files(made: Path) -> None:
     """List in origin.json what was written, so that a later take sees what was changed."""
     origin = json.loads((made / ORIGIN).read_text(encoding="utf-8"))
     files = sorted(path for path in made.rglob("*") if path.is_file() and path.name != ORIGIN)
@@ -167,7 +167,7 @@ def _sha256(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-def _moved(made: Path, folder: Path) -> tuple[str, ...]:
+def _move_files(made: Path, folder: Path) -> tuple[str, ...]:
     """Move finished files to their folder; other files in it stay."""
     files = sorted(str(path.relative_to(made)) for path in made.rglob("*") if path.is_file())
     try:
@@ -180,7 +180,7 @@ def _moved(made: Path, folder: Path) -> tuple[str, ...]:
     return tuple(files)
 
 
-def _built(build: Path, wanted: Iterable[str]) -> tuple[Path, ...]:
+def _built_files(build: Path, wanted: Iterable[str]) -> tuple[Path, ...]:
     """Files of a build. Raises InputError that says how to build those that are missing."""
     files = list(wanted)
     missing = [file for file in files if not (build / file).is_file()]
@@ -198,7 +198,7 @@ def _figure(name: str, build: Path, made: Path) -> tuple[Path, ...]:
     from squeal.plots.style import save
 
     figure = FIGURES[name]
-    reads = _built(build, figure.reads)
+    reads = _built_files(build, figure.reads)
     arguments = [str(build / word) if "/" in word else word for word in figure.arguments]
     module = f"squeal.article.figures.{figure.module}"
     drawing = call(import_module(module).draw, arguments)
@@ -211,18 +211,18 @@ def _figure(name: str, build: Path, made: Path) -> tuple[Path, ...]:
     if any(word.startswith("results/") for word in figure.reads):
         write_csv(made / "data" / "curves.csv", HEAD, rows(drawing.figure))
     origin = Origin(name, f"snakemake {report_file(name)}", reads, module)
-    _belongings(origin, "figure", made, {name: version(name) for name in DRAWN_WITH})
+    _write_origin_and_licence(origin, "figure", made, {name: version(name) for name in DRAWN_WITH})
     return reads
 
 
 def _measured(name: str, build: Path, made: Path) -> tuple[Path, ...]:
     """The figure as the build drew it while it measured; another run would draw other numbers."""
-    drawn = _built(build, figure_files(name))
+    drawn = _built_files(build, figure_files(name))
     for built, to in zip(drawn, (f"{name}.pdf", "alternative.txt"), strict=True):
         _copy(built, made / to)
     module = f"squeal.article.figures.{FIGURES[name].module}"
     origin = Origin(name, f"snakemake {report_file(name)}", drawn, module)
-    _belongings(origin, "figure", made, {name: version(name) for name in DRAWN_WITH})
+    _write_origin_and_licence(origin, "figure", made, {name: version(name) for name in DRAWN_WITH})
     return drawn
 
 
@@ -234,30 +234,30 @@ def _table(name: str, build: Path, made: Path) -> tuple[Path, ...]:
     """The table as LaTeX and as CSV; reads the results that its function's parameters name."""
     module = f"squeal.article.report.tables.{name}"
     wanted = inspect.signature(import_module(module).table).parameters
-    reads = _built(build, map(result_file, wanted))
-    (tex,) = _built(build, [report_file(name)])
+    reads = _built_files(build, map(result_file, wanted))
+    (tex,) = _built_files(build, [report_file(name)])
     text = tex.read_text(encoding="utf-8")
     write_text(made / f"{name}.tex", text)
     head, *body = table_rows(text)
     write_csv(made / f"{name}.csv", head, body)
-    _belongings(Origin(name, "snakemake", reads, module), "table", made)
+    _write_origin_and_licence(Origin(name, "snakemake", reads, module), "table", made)
     return reads
 
 
 def _number(key: str, build: Path, made: Path) -> None:
     study = key.partition(".")[0]
-    reads = _built(build, [result_file(study)])
+    reads = _built_files(build, [result_file(study)])
     try:
-        value = looked_up(read(reads), key)
+        value = entry_of(read(reads), key)
     except KeyError:
         raise InputError(f"{key}: is no key of {reads[0]}") from None
     write_text(made / "value.txt", f"{value}\n")
-    write_text(made / "value.tex", shown(value) + "\n")
+    write_text(made / "value.tex", formatted(value) + "\n")
     origin = Origin(key, f"snakemake {result_file(study)}", reads, "squeal.article.contents")
-    _belongings(origin, "number", made)
+    _write_origin_and_licence(origin, "number", made)
 
 
-def _belongings(
+def _write_origin_and_licence(
     origin: Origin, kind: str, made: Path, drawn_with: dict[str, str] | None = None
 ) -> None:
     write_text(made / ORIGIN, to_json(origin.to_dict()) + "\n")

@@ -15,10 +15,10 @@ from typing import Any
 from squeal.article.report.latex import number_text, typeset, with_spread
 from squeal.errors import InputError
 
-ASKED = re.compile(r"\\val(?:\[(\w*)\])?\{([^{}]+)\}")
+VAL_MACRO = re.compile(r"\\val(?:\[(\w*)\])?\{([^{}]+)\}")
 
 
-def looked_up(results: Mapping[str, Any], key: str) -> Any:
+def entry_of(results: Mapping[str, Any], key: str) -> Any:
     """The entry of a result named by study and keys, or places in lists, with dots between.
 
     None in a study that was left out. Raises KeyError.
@@ -49,9 +49,9 @@ def ends(results: Mapping[str, Any], key: str) -> tuple[float, float] | None:
     return None
 
 
-def printed(results: Mapping[str, Any], key: str, form: str = "") -> str:
+def formatted_with_spread(results: Mapping[str, Any], key: str, form: str = "") -> str:
     """What stands for a key in a text, its spread included. Raises KeyError."""
-    return with_spread(looked_up(results, key), ends(results, key), lambda v: shown(v, form))
+    return with_spread(entry_of(results, key), ends(results, key), lambda v: formatted(v, form))
 
 
 def left_out(result: Any) -> bool:
@@ -59,14 +59,14 @@ def left_out(result: Any) -> bool:
     return isinstance(result, dict) and bool(result.get("left_out"))
 
 
-def shown(value: Any, form: str = "") -> str:
+def formatted(value: Any, form: str = "") -> str:
     """A number in math mode or text; a dash for None."""
     if value is None:
         return "--"
     if isinstance(value, (str, bool)):
         return typeset(str(value))
     if isinstance(value, list):
-        return ", ".join(shown(one, form) for one in value)
+        return ", ".join(formatted(one, form) for one in value)
     if isinstance(value, dict):
         raise InputError("a mapping is no value")
     if form == "n" or (not form and isinstance(value, int)):
@@ -93,9 +93,10 @@ def definitions(texts: Mapping[str, str], results: Mapping[str, Any]) -> str:
     r"""Lines that define each \val of some texts (by name). Raises InputError naming the text."""
     lines = set()
     for name, text in texts.items():
-        for form, key in ASKED.findall(text):
+        for form, key in VAL_MACRO.findall(text):
             try:
-                lines.add(f"\\setval{{{key}}}{{{form}}}{{{printed(results, key, form)}}}")
+                shown = formatted_with_spread(results, key, form)
+                lines.add(f"\\setval{{{key}}}{{{form}}}{{{shown}}}")
             except (KeyError, ValueError, InputError) as error:
                 raise InputError(f"{name}: \\val[{form}]{{{key}}}: {error}") from None
     return "".join(f"{line}\n" for line in sorted(lines))
@@ -103,4 +104,4 @@ def definitions(texts: Mapping[str, str], results: Mapping[str, Any]) -> str:
 
 def filled(text: str, results: Mapping[str, Any]) -> str:
     r"""A text with its \val replaced."""
-    return ASKED.sub(lambda m: printed(results, m[2], m[1] or ""), text)
+    return VAL_MACRO.sub(lambda m: formatted_with_spread(results, m[2], m[1] or ""), text)

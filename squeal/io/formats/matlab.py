@@ -214,7 +214,7 @@ def _read_hdf5(path: Path) -> dict[str, Matrix]:
         check_full_size(path, [dataset.shape])
         stored: NDArray = dataset[()]
         if stored.dtype.names:
-            return np.asarray(stored["real"] + 1j * stored["imag"])
+            return stored["real"] + 1j * stored["imag"]
         return stored
 
     matrices: dict[str, Matrix] = {}

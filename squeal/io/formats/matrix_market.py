@@ -78,7 +78,7 @@ def _values(entry_type: str, parts: NDArray) -> NDArray:
     if entry_type == "pattern":
         return np.ones(len(parts))
     if entry_type == "complex":
-        return np.asarray(parts[:, 0] + 1j * parts[:, 1])
+        return parts[:, 0] + 1j * parts[:, 1]
     return parts[:, 0]
 
 

@@ -20,10 +20,15 @@ from squeal.equilibrium.statics import LIMITS, excursion
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import unit_word
-from squeal.linear import VERDICTS, sum_verdicts
-from squeal.model.equations import PadModel, about_origin, spring_directions
+from squeal.linear import VERDICTS
 from squeal.model.pad import PARAMETERS
-from squeal.queries.pads.stack import QUIET, Names, PadStack, parameters, verdicts
+from squeal.queries.pads.stack import (
+    STABLE_OR_MARGINAL,
+    Names,
+    PadStack,
+    parameters,
+    verdicts,
+)
 from squeal.results.map import Axis, Map
 from squeal.results.sources import PadSource
 from squeal.schema import Place
@@ -117,36 +122,13 @@ def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) 
     """
     rows = max(1, POINTS_AT_ONCE // len(y))
     compiled = len(x) * len(y) >= COMPILED_FROM
-    codes = []
-    contact = []
-    beyond = []
+    parts = []
     for start in range(0, len(x), rows):
         grid = np.meshgrid(x[start : start + rows], y, indexing="ij")
-        points = codes_at(scene, names, np.reshape(grid, (2, -1)), compiled)
-        codes.append(points.codes.reshape(-1, len(y)))
-        contact.append(points.contact.reshape(-1, len(y)))
-        beyond.append(points.beyond.reshape(3, -1, len(y)))
-    return PointVerdicts(
-        codes=np.concatenate(codes),
-        contact=np.concatenate(contact),
-        beyond=np.concatenate(beyond, axis=1),
-    )
-
-
-def _angle_codes(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
-    """Verdict codes (n1, n2) of a B3 map over the angles of its two springs.
-
-    K is the stiffness of the contact plus k_i a_i a_i^T of each spring i with the direction a_i, a
-    matrix of rank one. All matrices are mass-normalised.
-    """
-    pad = model.pad
-    a1, a2 = spring_directions(pad, (axes[0].values, axes[1].values))
-    unit = 1.0 / np.sqrt([pad.m, pad.m, pad.I])  # makes the mass matrix one
-    spring_1 = unit[:, None] * np.sqrt(pad.k1) * a1
-    spring_2 = unit[:, None] * np.sqrt(pad.k2) * a2
-    contact = unit[:, None] * about_origin(model.replace(k1=0.0, k2=0.0)).K * unit
-    contact_and_spring_2 = contact[:, :, None] + np.einsum("in,jn->ijn", spring_2, spring_2)
-    return sum_verdicts(contact_and_spring_2, spring_1)
+        parts.append(codes_at(scene, names, np.reshape(grid, (2, -1)), compiled))
+    codes, contact, beyond = (np.concatenate(each, axis=-1) for each in zip(*parts, strict=True))
+    shape = (len(x), len(y))
+    return PointVerdicts(codes.reshape(shape), contact.reshape(shape), beyond.reshape(3, *shape))
 
 
 def _check(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> None:
@@ -201,22 +183,9 @@ def stability_map(
     _check(scene, axes, quantity)
     names = (axes[0].name, axes[1].name)
     linear = scene.pad_model.linear
-    if linear and names == ("alpha1", "alpha2") and scene.damping is None:
-        codes = _angle_codes(scene.pad_model, axes)
-        beyond = np.zeros((3, *codes.shape), dtype=bool)
-    else:
-        codes, _, beyond = on_grid(scene, names, axes[0].values, axes[1].values)
+    codes, _, beyond = on_grid(scene, names, axes[0].values, axes[1].values)
     admissible = (codes < BEYOND_FOLD) & ~beyond.any(axis=0)
-    inadmissible = {
-        "lie beyond a fold or the end of the branch": codes == BEYOND_FOLD,
-        "could not be decided": codes == UNKNOWN,
-    }
-    for limit, points in zip(LIMITS._fields, beyond, strict=True):
-        inadmissible[f"exceed the limit of {limit}"] = points
-    warnings = []
-    for words, points in inadmissible.items():
-        if points.any():
-            warnings.append(f"{_share(points)} {words}")
+    warnings = _inadmissible(codes, beyond)
     details: dict[str, Any] = {
         "admissible_share": float(admissible.mean()),
         "admissible": not warnings,  # those of a quantity say nothing of equilibria
@@ -249,6 +218,17 @@ def stability_map(
     )
 
 
+def _inadmissible(codes: np.ndarray, beyond: np.ndarray) -> list[str]:
+    """A sentence for each reason why points are inadmissible; fields as in `PointVerdicts`."""
+    reasons = {
+        "lie beyond a fold or the end of the branch": codes == BEYOND_FOLD,
+        "could not be decided": codes == UNKNOWN,
+    }
+    for limit, points in zip(LIMITS._fields, beyond, strict=True):
+        reasons[f"exceed the limit of {limit}"] = points
+    return [f"{_share(points)} {words}" for words, points in reasons.items() if points.any()]
+
+
 def _span(values: np.ndarray, unit: str) -> str:
     """The range of the values that are finite, in words."""
     finite = values[np.isfinite(values)]
@@ -264,8 +244,8 @@ def _share(is_point: np.ndarray) -> str:
 
 def _quantity(scene: Scene, axes: tuple[Axis, Axis], name: str) -> tuple[np.ndarray, np.ndarray]:
     """Values (n1, n2) of one of the `QUANTITIES` over two axes, and where (n1, n2) unknown."""
-    grid = np.meshgrid(axes[0].values, axes[1].values, indexing="ij")
-    points = np.reshape(grid, (2, -1))
+    grid = np.array(np.meshgrid(axes[0].values, axes[1].values, indexing="ij"))
+    points = grid.reshape(2, -1)
     values = []
     unknown = []
     for start in range(0, points.shape[1], QUANTITY_POINTS):
@@ -306,7 +286,7 @@ def threshold_curves(
         none vibrates. Curves end beside unknown points, at the outermost points, and where
         something else happens.
     """
-    stable = np.isin(codes, QUIET)
+    stable = np.isin(codes, STABLE_OR_MARGINAL)
     decided = codes != UNKNOWN
     if min(codes.shape) < 2 or len(np.unique(stable[decided])) < 2:
         return []
@@ -316,19 +296,15 @@ def threshold_curves(
     field = np.ma.masked_array(1.0 * stable, ~decided)
     traced: Any = contour_generator(z=field, corner_mask=False).lines(0.5)
     shares_stable, shares_other = _ends_across(traced, stable)
-
-    def values_at(shares: np.ndarray) -> np.ndarray:
-        """Both parameters (2, points) at shares (2, points) of their axes."""
-        return np.array([axes[0].at(shares[0]), axes[1].at(shares[1])])
-
     for _ in range(HALVINGS):
         middle = (shares_stable + shares_other) / 2
-        is_stable = np.isin(codes_at(scene, names, values_at(middle)).codes, QUIET)
+        codes_in_middle = codes_at(scene, names, _values_at(axes, middle)).codes
+        is_stable = np.isin(codes_in_middle, STABLE_OR_MARGINAL)
         shares_stable[:, is_stable] = middle[:, is_stable]
         shares_other[:, ~is_stable] = middle[:, ~is_stable]
-    points = values_at(shares_stable)
+    points = _values_at(axes, shares_stable)
     before = codes_at(scene, names, points)
-    behind = codes_at(scene, names, values_at(shares_other))
+    behind = codes_at(scene, names, _values_at(axes, shares_other))
     kinds = np.where(behind.codes == VERDICTS.index("divergence"), "divergence", "flutter")
     kinds[before.contact != behind.contact] = "contact"
     kinds[behind.codes == BEYOND_FOLD] = "fold"
@@ -348,6 +324,11 @@ def threshold_curves(
             }
             curves.append(curve)
     return curves
+
+
+def _values_at(axes: tuple[Axis, Axis], shares: np.ndarray) -> np.ndarray:
+    """Both parameters (2, points) at shares (2, points) of their axes."""
+    return np.array([axes[0].at(shares[0]), axes[1].at(shares[1])])
 
 
 def _ends_across(traced: Sequence[np.ndarray], stable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -27,7 +27,7 @@ from squeal.model.contact import State
 from squeal.model.equations import PadModel, linearise, net_loads
 from squeal.model.pad import PARAMETERS, at_speed, coefficients, pose
 from squeal.numerics import differentiation as dual
-from squeal.numerics.differentiation import Dual, complex_step, with_derivative
+from squeal.numerics.differentiation import Dual, complex_step
 from squeal.queries.pads.stack import parameters
 from squeal.results.sensitivity import Sensitivity
 from squeal.results.sources import PadAnalysis
@@ -78,9 +78,8 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
 
     def slopes(at: np.ndarray, dq: np.ndarray, speed: complex | None = None) -> np.ndarray:
         """d loads / dp where the pad is at `at` and moves by dq; at a sliding speed if given."""
-        place = tuple(Dual(x, d) for x, d in zip(at, dq, strict=True))
-        now = c if speed is None else at_speed(dual, c, pad.fall, speed)
-        loads = net_loads(dual, now, model.law, place, state)
+        c_at_speed = c if speed is None else at_speed(dual, c, pad.fall, speed)
+        loads = net_loads(dual, c_at_speed, model.law, _moving(at, dq), state)
         # each as long as `at`, also where it does not depend on it
         each = [dual.dual(load).slope + 0.0 * at[0] for load in loads]
         return np.array(np.broadcast_arrays(*each))
@@ -93,15 +92,21 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
         except np.linalg.LinAlgError:
             dq = np.full(3, np.inf)
     dM = np.diag([float(dual.dual(mass).slope) for mass in (c.m, c.m, c.I)])
-    at = pose(dual, tuple(Dual(x, d) for x, d in zip(q, dq, strict=True)))  # type: ignore[arg-type]
-    gaps = [float(dual.dual(g).slope) for g in model.law.gaps(c, at)]
+    gaps = model.law.gaps(c, pose(dual, _moving(q, dq)))
     dC = np.zeros((3, 3))
     # friction that falls with the sliding speed damps x_dot; dampers are added in `_changes`
     if pad.fall is not None:
         still = q.astype(complex)
         dC[:, :1] = -complex_step(lambda v: slopes(still, dq, v[0]), np.zeros(1))
-    dK = -with_derivative(lambda q: slopes(q, dq), q)[1]
-    return Change(loads, dM, dC, dK, np.array(gaps))
+    dK = -complex_step(lambda at: slopes(at, dq), q)
+    dgaps = np.array([float(dual.dual(gap).slope) for gap in gaps])
+    return Change(loads, dM, dC, dK, dgaps)
+
+
+def _moving(q: np.ndarray, dq: np.ndarray) -> tuple[Dual, Dual, Dual]:
+    """A place (x, y, theta) that moves by dq (3,)."""
+    x, y, theta = map(Dual, q, dq)
+    return x, y, theta
 
 
 def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict[str, Change]:
@@ -153,34 +158,37 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
     if model.linear:
         q = np.zeros(3)
         state = model.full
-        breakpoints = []
+        contact_changes = []
     else:
         path = Path.of(scene.pad_model, point.mu * (1 + 1e-6))
         z, state = path.at(min(point.mu, path.mu_end))
         q = path.statics.to_si(z)
-        breakpoints = path.breakpoints
+        contact_changes = path.breakpoints
     changes = _changes(scene, model, q, state)
     M, C, K = linearise(model, q, state)
     unit = np.sqrt(np.outer(1.0 / np.diag(M), 1.0 / np.diag(M)))  # makes the mass matrix one
     matrices = M * unit, (C + damping_matrix(scene)) * unit, K * unit
-    # by each parameter the derivative of the function that vanishes there
-    if any(abs(mu - point.mu) <= 1e-12 * point.mu for mu in breakpoints):
-        edge = int(np.argmin(np.abs(model.gaps(q))))
-        slopes = {name: by.gaps[edge] for name, by in changes.items()}
-    elif point.kind == "fold":
+    if any(abs(mu - point.mu) <= 1e-12 * point.mu for mu in contact_changes):
+        changing = int(np.argmin(np.abs(model.gaps(q))))
+        return _without_frequency({name: by.gaps[changing] for name, by in changes.items()})
+    if point.kind == "fold":
         left = np.sqrt(np.diag(unit)) * Singular.of(matrices, 0j).left.conj()
-        slopes = {name: left @ by.loads for name, by in changes.items()}
-    else:
-        scaled = {}
-        for name, by in changes.items():
-            scaled[name] = (by.M * unit, by.C * unit, by.K * unit)
-        at = Singular.of(matrices, 2j * np.pi * point.frequency_hz)
-        slopes_by_mu = scaled.pop("mu")
-        return crossing_slopes(at, matrices, slopes_by_mu, scaled)
-    slope_by_mu = slopes.pop("mu")
+        return _without_frequency({name: left @ by.loads for name, by in changes.items()})
+    scaled = {}
+    for name, by in changes.items():
+        scaled[name] = (by.M * unit, by.C * unit, by.K * unit)
+    crossing = Singular.of(matrices, 2j * np.pi * point.frequency_hz)
+    scaled_by_mu = scaled.pop("mu")
+    return crossing_slopes(crossing, matrices, scaled_by_mu, scaled)
+
+
+def _without_frequency(slopes: dict[str, complex]) -> dict[str, tuple[float, float]]:
+    """-g_p / g_mu of each parameter p but mu, from the derivatives of g by all, beside NaN."""
     moved = {}
     for name, slope in slopes.items():
-        moved[name] = (-float((slope / slope_by_mu).real) + 0.0, math.nan)
+        if name != "mu":
+            # 0.0 is added to make a zero positive
+            moved[name] = (-float((slope / slopes["mu"]).real) + 0.0, math.nan)
     return moved
 
 

@@ -10,7 +10,7 @@ may occur several times. `pad` (k,) are then the numbers of the pads.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,9 +28,9 @@ from squeal.model.pad import PARAMETERS, Pad
 from squeal.numerics.differentiation import complex_step
 
 Names = tuple[str, ...]
-Stiffness = tuple[np.ndarray, np.ndarray | None]
-QUIET = [VERDICTS.index("stable"), VERDICTS.index("marginal")]
-LEVELS = 64  # values of mu, between 0 and its end, at which verdicts are computed at least
+StiffnessAndDamping = tuple[np.ndarray, np.ndarray | None]
+STABLE_OR_MARGINAL = [VERDICTS.index("stable"), VERDICTS.index("marginal")]
+GRID_POINTS = 64  # values of mu, between 0 and its end, at which verdicts are computed at least
 HALVINGS = 44  # of the interval in which stability is lost: to rounding
 SHRINKS = 25  # by golden section, of an interval in which a margin of stability has its least value
 GOLDEN = (3.0 - 5.0**0.5) / 2.0
@@ -41,13 +41,13 @@ FOLD, BRANCH_END = "fold", "end of the branch"
 def parameters(model: PadModel) -> Names:
     """Names of the parameters that a model's equilibria and matrices depend on."""
     uses = contact_model(model.name).uses
-    return tuple(
-        name
-        for name in PARAMETERS
-        if uses(name)
-        and getattr(model.pad, name) is not None
-        and (name != "V" or model.pad.fall is not None)
-    )
+    names = []
+    for name in PARAMETERS:
+        # the speed of the surface counts where friction falls with it
+        is_without_effect = name == "V" and model.pad.fall is None
+        if uses(name) and getattr(model.pad, name) is not None and not is_without_effect:
+            names.append(name)
+    return tuple(names)
 
 
 class _Intervals(NamedTuple):
@@ -68,7 +68,7 @@ class _Intervals(NamedTuple):
         What happens there.
     lost : array (n,) of bool
         Whether the branch could not be continued.
-    nowhere : array (n,) of bool
+    no_start : array (n,) of bool
         Pads without an equilibrium in contact at mu = 0.
     """
 
@@ -80,7 +80,7 @@ class _Intervals(NamedTuple):
     mu_end: np.ndarray
     ends: list[str]
     lost: np.ndarray
-    nowhere: np.ndarray
+    no_start: np.ndarray
 
 
 class _Judged(NamedTuple):
@@ -94,30 +94,30 @@ class _Judged(NamedTuple):
     margins: np.ndarray
 
 
-class _Levels(NamedTuple):
+class _FrictionGrid(NamedTuple):
     """k values of mu on all intervals, at which verdicts are computed.
 
-    interval (k,): number of the interval; level (k,): number of the value within it, from 0;
+    interval (k,): number of the interval; number (k,): that of the value within it, from 0;
     mu (k,): the value.
     """
 
     interval: np.ndarray
-    level: np.ndarray
+    number: np.ndarray
     mu: np.ndarray
 
 
-def _levels(intervals: _Intervals, mu_max: float) -> _Levels:
-    """Even levels in each interval, both ends among them, at least `LEVELS` over 0 to mu_max."""
+def _friction_grid(intervals: _Intervals, mu_max: float) -> _FrictionGrid:
+    """Even values in each interval with both its ends, `GRID_POINTS` or more over 0 to mu_max."""
     widths = intervals.stop - intervals.start
-    parts = np.maximum(np.ceil(widths / mu_max * LEVELS), 2).astype(int)
+    parts = np.maximum(np.ceil(widths / mu_max * GRID_POINTS), 2).astype(int)
     counts = parts + 1
     interval = np.repeat(np.arange(len(counts)), counts)
     first_of_interval = np.cumsum(counts) - counts
-    level = np.arange(interval.size) - np.repeat(first_of_interval, counts)
+    number = np.arange(interval.size) - np.repeat(first_of_interval, counts)
     # just before the end, where contact is still that of the interval
-    share = np.minimum(level / parts[interval], 1.0 - 1e-9)
+    share = np.minimum(number / parts[interval], 1.0 - 1e-9)
     mu = intervals.start[interval] + share * widths[interval]
-    return _Levels(interval, level, mu)
+    return _FrictionGrid(interval, number, mu)
 
 
 class Losses(NamedTuple):
@@ -129,19 +129,19 @@ class Losses(NamedTuple):
         The friction; NaN if nothing is lost, or if it is unknown.
     kinds : list of n str
         What happens there: flutter, divergence, a fold or the end of the branch.
-    hertz : array (n,)
-        Frequency of the mode that loses stability, 0 if none vibrates, NaN if there is none.
+    frequency_hz : array (n,)
+        Of the mode that loses stability, 0 if none vibrates, NaN if there is none.
     unknown : array (n,) of bool
         Where it could not be decided.
-    nowhere : array (n,) of bool
+    no_start : array (n,) of bool
         Pads without an equilibrium in contact at mu = 0; their mu is 0.
     """
 
     mu: np.ndarray
     kinds: list[str]
-    hertz: np.ndarray
+    frequency_hz: np.ndarray
     unknown: np.ndarray
-    nowhere: np.ndarray
+    no_start: np.ndarray
 
 
 def compiled_statics(statics: Statics, n: int) -> Statics:
@@ -188,8 +188,7 @@ class PadStack:
         compiled: in machine code where heyoka is installed, see `squeal.equilibrium.compiled`.
         Raises InputError for values that a parameter may not take.
         """
-        changes: dict[str, Any] = dict(zip(names, values, strict=True))
-        model = scene.pad_model.replace(**changes)
+        model = scene.pad_model.replace(**dict(zip(names, values, strict=True)))
         if model.linear:
             units = Units(mass=1.0, length=1.0, time=1.0, lever=1.0)
         else:
@@ -215,13 +214,13 @@ class PadStack:
         return np.broadcast_to(np.asarray(self.statics.model.pad.mu, dtype=float), (self.n,))
 
     @cached_property
-    def rest(self) -> Equilibria:
+    def without_friction(self) -> Equilibria:
         """The equilibria of the n pads without friction."""
         return rests(self.statics, self.n)
 
     def branches(self, mu_max: np.ndarray) -> tuple[Branches, np.ndarray]:
         """The branches from mu = 0 to mu_max (n,), and pads (n,) whose branch was lost."""
-        branches = follow(self.statics, self.rest, mu_max)
+        branches = follow(self.statics, self.without_friction, mu_max)
         return branches, branches.end == BranchEnd.LOST
 
     def origin(self, mu: np.ndarray) -> Equilibria:
@@ -242,9 +241,9 @@ class PadStack:
             return at, np.zeros(self.n, dtype=bool)
         branches, unknown = self.branches(self.mu)
         if not branches.owner.size:  # none rests anywhere
-            return at._replace(exists=~at.exists), unknown
+            return at._replace(exists=np.zeros(self.n, dtype=bool)), unknown
         at = branches.at(np.arange(self.n), self.mu)
-        hidden = at.exists & self.statics.hidden(at.z)
+        hidden = at.exists & self.statics.unresolved(at.z)
         touches = at.touching.any(axis=0)
         return at._replace(exists=at.exists & touches & ~hidden), unknown | hidden
 
@@ -260,35 +259,38 @@ class PadStack:
         if damping is None:
             return None
         if damping.matrix is not None:
-            turn = np.array([1.0, 1.0, 1.0 / units.length])
-            C = np.array(damping.matrix) * np.outer(turn, turn) * units.time / units.mass
+            levers = np.array([1.0, 1.0, 1.0 / units.length])
+            C = np.array(damping.matrix) * np.outer(levers, levers) * units.time / units.mass
             of_each = np.broadcast_to(C[:, :, None], (3, 3, self.n))
             return normalised(self.statics.model.pad, of_each)
+        scaled = damping
         if damping.rayleigh is not None:
             alpha, beta = damping.rayleigh
-            damping = Damping(rayleigh=(alpha * units.time, beta / units.time))
-        B, stable = normalised_damping(damping, self._at_rest)
+            scaled = Damping(rayleigh=(alpha * units.time, beta / units.time))
+        B, stable = normalised_damping(scaled, self._stiffness_without_friction)
         if not self.linear:
-            stable |= ~self.rest.exists  # nothing is asked of a pad that rests nowhere
+            stable |= ~self.without_friction.exists  # of a pad that rests nowhere no mode is damped
         if not stable.all():
             values = self.values[:, int(np.argmin(stable))]
-            pairs = zip(self.names, values, strict=True)
-            at = ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
-            raise ComputationError(f"{UNSTABLE} at {at}")
+            texts = []
+            for name, value in zip(self.names, values, strict=True):
+                texts.append(f"{name} = {value:.6g}")
+            raise ComputationError(f"{UNSTABLE} at {', '.join(texts)}")
         return B
 
     @cached_property
-    def _at_rest(self) -> np.ndarray:
+    def _stiffness_without_friction(self) -> np.ndarray:
         """Mass-normalised stiffness (n, 3, 3) without friction."""
         if self.linear:
             at = self.origin(np.zeros(self.n))
         else:
             # pads that rest nowhere as if in full contact
-            at = self.rest._replace(touching=self.rest.touching | ~self.rest.exists)
+            at = self.without_friction
+            at = at._replace(touching=at.touching | ~at.exists)
         stiffness, _ = self._matrices(np.arange(self.n), at)
         return stiffness
 
-    def _matrices(self, pad: np.ndarray, at: Equilibria) -> Stiffness:
+    def _matrices(self, pad: np.ndarray, at: Equilibria) -> StiffnessAndDamping:
         """Mass-normalised stiffness, and the damping that falling friction makes, each (k, 3, 3).
 
         Both are derivatives of the loads: by the coordinates q (3, k), and by the velocity. Without
@@ -304,7 +306,7 @@ class PadStack:
         C = -complex_step(partial(model.loads, q, contact), np.zeros(q.shape))
         return normalised(model.pad, K), normalised(model.pad, C)
 
-    def matrices(self, pad: np.ndarray, at: Equilibria) -> Stiffness:
+    def matrices(self, pad: np.ndarray, at: Equilibria) -> StiffnessAndDamping:
         """Mass-normalised stiffness A and damping B (k, 3, 3) of pads (k,) about k equilibria.
 
         The damping is None where no pad has any.
@@ -349,11 +351,11 @@ class PadStack:
                 mu_end=np.full(self.n, np.nan),
                 ends=[""] * self.n,
                 lost=np.zeros(self.n, dtype=bool),
-                nowhere=np.zeros(self.n, dtype=bool),
+                no_start=np.zeros(self.n, dtype=bool),
             )
         branches, lost = self.branches(np.full(self.n, mu_max))
-        nowhere = branches.end == BranchEnd.NO_EQUILIBRIUM
-        mu_end = np.where(nowhere, 0.0, branches.mu_end)
+        no_start = branches.end == BranchEnd.NO_EQUILIBRIUM
+        mu_end = np.where(no_start, 0.0, branches.mu_end)
         mu_end[branches.end == BranchEnd.REACHED] = np.nan
         nodes = np.arange(len(branches.owner))
         starts = nodes[nodes < branches.last[branches.owner]]
@@ -366,7 +368,7 @@ class PadStack:
             mu_end=mu_end,
             ends=[FOLD if end == BranchEnd.FOLD else BRANCH_END for end in branches.end],
             lost=lost,
-            nowhere=nowhere,
+            no_start=no_start,
         )
 
     def _judge(self, intervals: _Intervals, pad: np.ndarray, mu: np.ndarray) -> _Judged:
@@ -377,92 +379,101 @@ class PadStack:
             part = slice(first, first + AT_ONCE)
             equilibria = intervals.at(pad[part], mu[part])
             A, B = self.matrices(pad[part], equilibria)
-            no_unstable_mode[part] = np.isin(verdicts(A, B), QUIET) & equilibria.exists
+            no_unstable_mode[part] = np.isin(verdicts(A, B), STABLE_OR_MARGINAL) & equilibria.exists
             margin[:, part] = margins(A, B)
         return _Judged(no_unstable_mode, margin)
 
     def first_losses(self, mu_max: float) -> Losses:
         """Where each pad first loses stability or its equilibrium, as friction rises from 0.
 
-        Verdicts are computed at `LEVELS` values of mu or more between all nodes of the branch, in
-        the contact state there, and the first step with a change is halved. Steps within which a
+        Verdicts are computed at `GRID_POINTS` values of mu or more between all nodes of the branch,
+        in the contact state there, and the first step with a change is halved. Steps within which a
         margin of stability comes close to zero are searched too; a narrower interval of
         instability may be missed.
         """
         intervals = self._intervals(mu_max)
-        levels = _levels(intervals, mu_max)
-        mu = levels.mu
-        pad = intervals.pad[levels.interval]
-        judged = self._judge(intervals, pad, mu)
+        grid = _friction_grid(intervals, mu_max)
+        pad = intervals.pad[grid.interval]
+        judged = self._judge(intervals, pad, grid.mu)
         for which in range(len(judged.margins)):
-            self._search_between_levels(intervals, levels, judged, which)
+            self._search_between_points(intervals, grid, judged, which)
         unstable = np.flatnonzero(~judged.no_unstable_mode)
         losing, index = np.unique(pad[unstable], return_index=True)
-        first = unstable[index]  # the first unstable level of each losing pad
-        low = mu[np.maximum(first - 1, 0)]
-        high = mu[first]
-        # where stability is lost at once, or with a change of contact, it is lost at the level
-        begins_there = (high == 0.0) | intervals.begins_at_change[levels.interval[first]]
-        low = np.where((levels.level[first] == 0) & begins_there, high, low)
-        self._halve(intervals, losing, low, high, narrow=4e-16 * mu_max)
-        loss = intervals.mu_end.copy()
-        loss[losing] = high
-        kinds = list(intervals.ends)
-        hertz = np.where(np.array(kinds) == FOLD, 0.0, np.nan)
-        equilibria = intervals.at(losing, high)
-        A, B = self.matrices(losing, equilibria)
-        codes = np.where(equilibria.exists, verdicts(A, B), QUIET[0])
-        frequencies = self.frequency_at_onset(A, B)
-        for i, code, frequency in zip(losing, codes, frequencies, strict=True):
-            if code not in QUIET:
-                kinds[i] = VERDICTS[code]
-                hertz[i] = frequency if kinds[i] == "flutter" else 0.0
-        lost_before = intervals.lost & ~np.isin(np.arange(self.n), losing)
-        unknown = lost_before | self._slow_modes_hidden()
-        return Losses(
-            mu=np.where(unknown, np.nan, loss),
-            kinds=kinds,
-            hertz=hertz,
-            unknown=unknown,
-            nowhere=intervals.nowhere,
-        )
+        first = unstable[index]  # the first unstable point of the grid of each losing pad
+        last_stable = grid.mu[np.maximum(first - 1, 0)]
+        first_unstable = grid.mu[first]
+        # where stability is lost at once, or with a change of contact, it is lost at that point
+        at_change = intervals.begins_at_change[grid.interval[first]]
+        is_lost_there = (grid.number[first] == 0) & ((first_unstable == 0.0) | at_change)
+        last_stable = np.where(is_lost_there, first_unstable, last_stable)
+        loss = self._halve(intervals, losing, last_stable, first_unstable, narrow=4e-16 * mu_max)
+        return self._losses(intervals, losing, loss)
 
     def _halve(
         self,
         intervals: _Intervals,
         pad: np.ndarray,
-        low: np.ndarray,
-        high: np.ndarray,
+        stable: np.ndarray,
+        unstable: np.ndarray,
         narrow: float,
-    ) -> None:
-        """Halve k steps, stable at low (k,) and unstable at high (k,), until they are `narrow`.
+    ) -> np.ndarray:
+        """Where (k,) pads (k,) lose stability between two values of mu each, to `narrow`.
 
-        The arrays `low` and `high` are changed in place.
+        stable, unstable (k,): the values, at which all modes are stable or marginal, or not.
         """
+        low = stable.copy()
+        high = unstable.copy()
         for _ in range(HALVINGS):
             i = np.flatnonzero(high - low > narrow)
             if not i.size:
                 break
             middle = (low[i] + high[i]) / 2
-            stable = self._judge(intervals, pad[i], middle).no_unstable_mode
-            low[i] = np.where(stable, middle, low[i])
-            high[i] = np.where(stable, high[i], middle)
+            is_stable = self._judge(intervals, pad[i], middle).no_unstable_mode
+            low[i] = np.where(is_stable, middle, low[i])
+            high[i] = np.where(is_stable, high[i], middle)
+        return high
 
-    def _search_between_levels(
-        self, intervals: _Intervals, levels: _Levels, judged: _Judged, which: int
+    def _losses(self, intervals: _Intervals, losing: np.ndarray, mu: np.ndarray) -> Losses:
+        """What happens first to each of the n pads: to some of them, numbers `losing` (k,), a loss
+        of stability at mu (k,), to the others the end of their branch, if it has one."""
+        loss = intervals.mu_end.copy()
+        loss[losing] = mu
+        kinds = list(intervals.ends)
+        hertz = np.where(np.array(kinds) == FOLD, 0.0, np.nan)
+        equilibria = intervals.at(losing, mu)
+        A, B = self.matrices(losing, equilibria)
+        codes = verdicts(A, B)
+        frequencies = self.frequency_at_onset(A, B)
+        for i, pad in enumerate(losing):
+            if not equilibria.exists[i] or codes[i] in STABLE_OR_MARGINAL:
+                continue  # halving led to the end of the branch
+            kinds[pad] = VERDICTS[codes[i]]
+            hertz[pad] = frequencies[i] if kinds[pad] == "flutter" else 0.0
+        lost_before = intervals.lost & ~np.isin(np.arange(self.n), losing)
+        unknown = lost_before | self._slow_modes_hidden()
+        return Losses(
+            mu=np.where(unknown, np.nan, loss),
+            kinds=kinds,
+            frequency_hz=hertz,
+            unknown=unknown,
+            no_start=intervals.no_start,
+        )
+
+    def _search_between_points(
+        self, intervals: _Intervals, grid: _FrictionGrid, judged: _Judged, which: int
     ) -> None:
-        """Search for instability between stable levels, where a margin nearly vanishes.
+        """Search for instability between stable points of a grid, where a margin nearly vanishes.
 
-        A margin that is lower at a level than at both neighbours has its least value between these.
-        That is searched by golden section. Where an unstable case is found the level is moved
-        there: `levels.mu` and `judged.no_unstable_mode` are changed in place.
+        A margin that is lower at a point than at both neighbours has its least value between these.
+        That is searched by golden section. Where an unstable case is found the point is moved
+        there: `grid.mu` and `judged.no_unstable_mode` are changed in place.
 
         which: the margin, 0 of pairs and 1 of real roots.
         """
         margin = judged.margins[which]
         stable = judged.no_unstable_mode
-        mu = levels.mu
-        interval = levels.interval
+        mu = grid.mu
+        interval = grid.interval
         pad = intervals.pad[interval]
         i = np.arange(1, pad.size - 1)
         before = margin[i - 1]
@@ -497,12 +508,12 @@ class PadStack:
 
     def _slow_modes_hidden(self) -> np.ndarray:
         """Where (n,) rounding of one stiffness or damping may hide the slow modes."""
-        sizes = np.linalg.svd(self._at_rest, compute_uv=False)
+        sizes = np.linalg.svd(self._stiffness_without_friction, compute_uv=False)
         largest = sizes[:, 0]
         if self.damping is not None:
             rates = np.linalg.norm(self.damping, 2, axis=(1, 2))
             largest = np.maximum(largest, rates**2)
-        return np.asarray(sizes[:, -1] <= 1e-12 * largest)
+        return sizes[:, -1] <= 1e-12 * largest
 
     def frequency_at_onset(self, A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
         """Frequency (k,) in Hz of the pair that flutters next, of z'' + B z' + A z = 0.
@@ -524,7 +535,7 @@ class PadStack:
             roots = np.linalg.eigvals(first_order(A, B, 1.0)[0])
             growth = np.where(roots.imag > 0.0, roots.real, -np.inf)
             omega = roots.imag[rows, np.argmax(growth, axis=1)]
-        return np.asarray(omega / self.statics.units.time / (2 * np.pi))
+        return omega / self.statics.units.time / (2 * np.pi)
 
 
 def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:

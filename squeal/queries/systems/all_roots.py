@@ -41,4 +41,4 @@ def roots_of_all(
         roots = roots[inside]
     elif selection.region is not None:
         roots = roots[selection.region.contains(roots)]
-    return np.asarray(roots[ordered(roots)])
+    return roots[ordered(roots)]

@@ -66,11 +66,18 @@ def system_eigenvalues(
         Whether the referee (`squeal.proof`) judges the roots. Left out, it judges all roots of a
         small system; with True also the modes of a band of a larger one.
     """
-    parameter = analysis.system.parameter
-    if at is not None:
-        analysis.warn_of_unused_parameter()
-        file = replace(analysis.file, system=analysis.system.replace({parameter: at}))
-        analysis = replace(analysis, file=file)
+    if at is None:
+        return _eigenvalues(analysis, look, prove, seat="")
+    analysis.warn_of_unused_parameter()
+    system = analysis.system.replace({analysis.system.parameter: at})
+    file = replace(analysis.file, system=system)
+    return _eigenvalues(replace(analysis, file=file), look, prove, seat=seat_note(file))
+
+
+def _eigenvalues(
+    analysis: SystemAnalysis, look: Sweep | None, prove: bool | None, seat: str
+) -> Eigenvalues:
+    """The same at the system's own value; `seat`: a note on its contact, or nothing."""
     file = analysis.file
     system = analysis.system
     roots = _roots(analysis, look, prove)
@@ -90,20 +97,16 @@ def system_eigenvalues(
         # of joined components the count is that of the reduced system, as its own words say; what
         # was guessed has a line of its own
         proof_line = ""
-    notes = [_description(analysis, roots), *roots.notes]
-    if at is not None and seat_note(file):
-        notes.append(seat_note(file))
-    accuracy = accuracy_by_digits(file, roots.every)
-    if accuracy:
-        notes.append(accuracy)
-    shapes = None
-    if system.n <= SHOWN_ROWS:
-        modes = mode_shapes(Spectrum(roots.eigenvalues))
-        shapes = shape_rows(modes, system.row_names if modes else [], "largest entry 1")
+    notes = [
+        _description(analysis, roots),
+        *roots.notes,
+        seat,
+        accuracy_by_digits(file, roots.every),
+    ]
     return Eigenvalues(
         name=system.name,
-        parameter=parameter,
-        value=system.parameters[parameter],
+        parameter=system.parameter,
+        value=system.parameters[system.parameter],
         eigenvalues=roots.eigenvalues,
         verdict=roots.verdict,
         criterion=criterion,
@@ -111,15 +114,23 @@ def system_eigenvalues(
         certified=roots.certified and not doubts,
         count=roots.count,
         extent=extent,
-        shapes=shapes,
+        shapes=_shapes(system, roots),
         details=_details(analysis, roots, outside, doubts),
-        notes=tuple(notes),
+        notes=tuple(note for note in notes if note),
         beside=_growth_outside(analysis, outside),
         source=SystemSource(file, analysis.selection),
         proof=statement.to_dict(),
         proof_line=proof_line,
         depends=analysis.depends_on_parameter,
     )
+
+
+def _shapes(system: System, roots: SystemRoots) -> dict[str, Any] | None:
+    """The mode shapes of a system of few rows."""
+    if system.n > SHOWN_ROWS:
+        return None
+    modes = mode_shapes(Spectrum(roots.eigenvalues))
+    return shape_rows(modes, system.row_names if modes else [], "largest entry 1")
 
 
 def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> SystemRoots:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -113,19 +113,25 @@ def thresholds_as_known(
         doubts.append(reason)
     if not doubts:
         return answer
+    doubted = with_doubts(answer, doubts)
+    return replace(doubted, verdict=None if reason else answer.verdict)
+
+
+def with_doubts(answer: Thresholds, doubts: Sequence[str]) -> Thresholds:
+    """Thresholds that some doubts keep from being certified or proved."""
     known_doubts = answer.details.get("doubts") or []
-    open_because = "; ".join(doubts)
     proof = None
+    proof_line = ""
     if answer.proof is not None:
-        opened = {"status": "open", "growth_below": None, "reason": open_because}
-        proof = {**answer.proof, **opened}
+        reason = "; ".join(doubts)
+        proof = {**answer.proof, "status": "open", "growth_below": None, "reason": reason}
+        proof_line = f"{OPEN}{reason}"
     return replace(
         answer,
         certified=False,
-        verdict=None if reason else answer.verdict,
         details={**answer.details, "doubts": [*known_doubts, *doubts]},
         proof=proof,
-        proof_line=f"{OPEN}{open_because}" if proof else "",
+        proof_line=proof_line,
     )
 
 

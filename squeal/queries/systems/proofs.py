@@ -20,7 +20,9 @@ from squeal.linear.system import Matrix
 from squeal.results.columns import OPEN
 
 if TYPE_CHECKING:
-    from squeal.proof import Piece, Proof, Quadratic
+    from squeal.proof.balls import Quadratic
+    from squeal.proof.pieces import Piece
+    from squeal.proof.referee import Proof
 
 AS_GIVEN = "as given"
 HALF_ULP = "half an ulp"  # is assumed of the entries of arrays and of files with all digits

@@ -10,6 +10,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
 from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.known import with_doubts
 from squeal.results.thresholds import Thresholds
 from squeal.sparse.assembly import OWN, Assembly
 from squeal.sparse.contact_seat import Contact
@@ -83,9 +84,7 @@ def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
     noted = replace(answer, seat=(note, *doubts))
     if not doubts:
         return noted
-    known_doubts = answer.details.get("doubts") or []
-    details = {**answer.details, "doubts": [*known_doubts, *doubts]}
-    return replace(noted, certified=False, details=details)
+    return replace(with_doubts(noted, doubts), proof_line="")  # the doubts have lines of their own
 
 
 def _has_seat(assembly: Assembly) -> bool:

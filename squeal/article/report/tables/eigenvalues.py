@@ -17,12 +17,23 @@ def table(eigenvalues: Eigenvalues) -> str:
         if isinstance(entry, Missing):
             groups.append([[case, "--", rf"\multicolumn{{5}}{{l}}{{{typeset(entry.reason)}}}"]])
             continue
-        rows: list[list[str]] = []
+        rows = []
         for pole in entry.poles:
-            first = ["", "", ""] if rows else [case, entry.contact, entry.verdict]
             sign = r"\pm" if pole.imag else ""
-            cells = [number(pole.real, 4), f"${sign}{pole.imag:.0f}$", f"{pole.frequency_hz:.1f}"]
-            rows.append([*first[:2], *cells, number(pole.damping_ratio, 3), first[2]])
+            rows.append(
+                [
+                    "",
+                    "",
+                    number(pole.real, 4),
+                    f"${sign}{pole.imag:.0f}$",
+                    f"{pole.frequency_hz:.1f}",
+                    number(pole.damping_ratio, 3),
+                    "",
+                ]
+            )
+        rows[0][0] = case
+        rows[0][1] = entry.contact
+        rows[0][-1] = entry.verdict
         groups.append(rows)
     head = ["case", "contact", "real part, 1/s", "imaginary part, rad/s", "frequency, Hz"]
     return tabular("llrrrrl", [*head, "damping ratio", "verdict"], groups)

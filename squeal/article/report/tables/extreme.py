@@ -44,9 +44,17 @@ def table(extreme: Extreme) -> str:
     for case in extreme.cases:
         first = "" if case.group == group else typeset(case.group)
         group = case.group
-        cells = [first, typeset(case.name), number(case.periods, 3), case.outcome]
-        cells += [_error(case.independent), _error(case.rounding)]
-        cells += [_changes(case), _measure(case)]
-        rows.append(cells)
+        rows.append(
+            [
+                first,
+                typeset(case.name),
+                number(case.periods, 3),
+                case.outcome,
+                _error(case.independent),
+                _error(case.rounding),
+                _changes(case),
+                _measure(case),
+            ]
+        )
     head = ["", "case", "periods", "outcome", "second method", "quad", "changes", "other measure"]
     return long_table(head, rows)

@@ -33,15 +33,24 @@ def table(horizon: Horizon) -> str:
     for model in ("B1", "B2"):
         rows = []
         for run in horizon.with_model(model):
-            begun = run.horizon
             power = f"$10^{{{round(math.log10(run.stiffness))}}}$"
-            cells = [f"{model}, {power}", _count(run.one), _count(run.ten)]
-            cells += [_after(run, 1.0), _after(run, 10.0)]
-            cells += [number(begun[0] if begun else None, 2), number(run.independent[0], 2)]
-            cells += [number(run.start[0], 2), number(run.exponent, 2)]
-            cells += [number(run.predicted, 2) if run.exponent > 0.0 else "--"]
-            cells += [f"${run.per_impact:.2f}$"]
-            rows.append(cells)
+            in_doubles = None if run.horizon is None else run.horizon[0]
+            predicted = run.predicted if run.exponent > 0.0 else None
+            rows.append(
+                [
+                    f"{model}, {power}",
+                    _count(run.one),
+                    _count(run.ten),
+                    _after(run, 1.0),
+                    _after(run, 10.0),
+                    number(in_doubles, 2),
+                    number(run.independent[0], 2),
+                    number(run.start[0], 2),
+                    number(run.exponent, 2),
+                    number(predicted, 2),
+                    f"${run.per_impact:.2f}$",
+                ]
+            )
         groups.append(rows)
     over = [
         "",

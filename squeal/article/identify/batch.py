@@ -1,0 +1,100 @@
+"""Motions of many pads, some at a time side by side, in heyoka's batch mode."""
+
+import numpy as np
+
+from squeal.model.pad import Coefficients
+from squeal.simulation.hybrid import DenseOutput, Limit, Segment
+from squeal.simulation.taylor import (
+    NAMES,
+    HeyokaIntegrator,
+    Machine,
+    Record,
+    limit_of,
+    runtime_parameters,
+)
+
+
+class TaylorBatch(HeyokaIntegrator):
+    """Integrator over many scaled pads whose numbers are arrays (n,), some at a time side by side.
+
+    It resolves no changes of several points in one instant.
+    """
+
+    def run(
+        self, contact: np.ndarray, t: np.ndarray, state: np.ndarray, stop: np.ndarray, dense: bool
+    ) -> Segment:
+        """Integrate n motions (a multiple of `Options.lanes`) in their contact (points, n).
+
+        Each goes from its time `t` (n,) and state (6, n) to `stop` (n,), or to an earlier limit of
+        the options; `dense` keeps the whole path.
+        """
+        lanes = self.options.lanes
+        machine = self.ready(lanes)
+        parameters = runtime_parameters(self.model, np.asarray(contact))
+        n = parameters.shape[1]
+        t0 = np.array(t, dtype=float)
+        t1 = np.array(stop, dtype=float)
+        end = np.array(state, dtype=float)
+        count = np.zeros(n, dtype=int)
+        limit = np.full(n, Limit.NONE)
+        parts = []
+        for offset in range(0, n, lanes):
+            motions = slice(offset, offset + lanes)
+            machine.first_motion = offset
+            machine.start(parameters[:, motions], end[:, motions], t0[motions])
+            record = Record(machine, dense)
+            # slices are views: it writes into them where each motion ended
+            self._carry(
+                machine, record, t1[motions], end[:, motions], count[motions], limit[motions]
+            )
+            parts.append(record.dense_output(offset))
+        return Segment(
+            law=self.model.law,
+            c=Coefficients(*parameters[: len(NAMES)]),
+            t0=t0,
+            t1=t1,
+            first=np.asarray(contact),
+            end=end,
+            count=count,
+            limit=limit,
+            smooth=DenseOutput.joined(parts),
+            **machine.changes()._asdict(),  # of all blocks
+        )
+
+    def _carry(
+        self,
+        machine: Machine,
+        record: Record,
+        t: np.ndarray,
+        state: np.ndarray,
+        count: np.ndarray,
+        limit: np.ndarray,
+    ) -> None:
+        """Carry motions side by side from where the machine stands to their ends.
+
+        t (lanes,): the ends, which become where each motion stops; state (6, lanes), count, limit
+        (lanes,): are filled.
+        """
+        points = self.model.law.points
+        how = record.options()
+        parameters = machine.pars.copy()
+        start = machine.state.copy()
+        until = t.copy()
+        while True:
+            machine.ta.propagate_until(until, max_steps=self.options.most_steps, **how)
+            results = machine.ta.propagate_res
+            count += [result[3] for result in results]
+            stopped_by = np.array([limit_of(result[0], points) for result in results])
+            going = limit == Limit.NONE
+            t[:] = machine.ta.time
+            state[:, going] = machine.state[:, going]
+            stopped = (t < until) & (stopped_by != Limit.NONE)
+            limit[stopped] = stopped_by[stopped]
+            if not stopped.any():
+                break
+            # a motion that ends at a limit waits at its start while the others go on
+            until[stopped] = t[stopped]
+            machine.pars[:, stopped] = parameters[:, stopped]
+            machine.state[:, stopped] = start[:, stopped]
+            machine.ta.reset_cooldowns()
+        limit[t < until] = Limit.FAILED
