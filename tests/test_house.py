@@ -20,7 +20,7 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (304_900, 175_000),
+    "tokens": (305_200, 175_000),
     "tokens a code line": (9.95, 9.5),
     "paired assignments per 1,000 code lines": (0.3, 3),
     "comprehensions per 1,000 code lines": (32.95, 15),
