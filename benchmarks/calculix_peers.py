@@ -80,12 +80,13 @@ def by_calculix(folder: Path, script: ModuleType, brake: object) -> str:
 def on_real_modes(system: TermSystem) -> tuple[float, Roots]:
     """CPU seconds, and the roots above the real axis of friction projected on real modes without
     it; the decks damp nothing."""
+    from scipy.sparse import csc_array
     from scipy.sparse.linalg import eigsh
 
     M, _, K = system.at()
     start = time.process_time()
     still = system.at({"mu": 0.0})[2]
-    _, modes = eigsh(still.tocsc(), 2 * MODES, M.tocsc(), sigma=0.0)
+    _, modes = eigsh(csc_array(still), 2 * MODES, csc_array(M), sigma=0.0)
     squares = -scipy.linalg.eigvals(modes.T @ (K @ modes), modes.T @ (M @ modes))
     roots = np.sqrt(squares.astype(complex))
     roots = np.where(roots.imag < 0.0, -roots, roots)

@@ -480,15 +480,15 @@ def _feeds(report: Report) -> Table:
     hertz: dict[int, float] = {}
     rows: dict[str, dict[int, float]] = {}  # a term that feeds none of these modes has none
     for one in report.energy.contributions:
-        rounding = VISIBLE * math.tau * one.frequency_hz
-        if one.mode not in modes or one.growth is None:
+        if one.mode not in modes:
             continue
         hertz[one.mode] = one.frequency_hz
-        if abs(one.growth) > rounding:
+        rounding = VISIBLE * math.tau * one.frequency_hz
+        if one.growth is not None and abs(one.growth) > rounding:
             term = one.term if one.term == one.role else f"{one.term} ({one.role})"
             rows.setdefault(term, {})[one.mode] = one.growth
     columns = [Column("term", value=itemgetter(0))]
-    for mode in hertz:
+    for mode in modes:
         head = f"mode {mode}, {number(hertz[mode], 4)} Hz"
         columns.append(Column(head, words=head, shown=_growth_of(mode)))
     return Table(columns, list(rows.items()))

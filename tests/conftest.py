@@ -2,6 +2,7 @@
 
 import gc
 import importlib.util
+import math
 import sys
 from pathlib import Path
 from typing import Any, Literal
@@ -35,6 +36,12 @@ RANGES = {  # of the dimensionless parameters of a plausible pad, in the order o
     "x0": (-0.1, 0.1), "y0": (-0.02, 0.0),
 }
 # fmt: on
+
+
+@pytest.fixture(autouse=True)
+def without_progress(monkeypatch):
+    """A busy machine takes 10 s for what a test is to print nothing of."""
+    monkeypatch.setattr("squeal.cli.streams.SILENCE", math.inf)
 
 
 def _refuse_connections(event: str, arguments: tuple[Any, ...]) -> None:

@@ -20,12 +20,12 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (305_200, 175_000),
-    "tokens a code line": (9.95, 9.5),
-    "paired assignments per 1,000 code lines": (0.3, 3),
-    "comprehensions per 1,000 code lines": (32.9, 15),
-    "conditional expressions per 1,000 code lines": (18.5, 12),
-    "Any in signatures": (74, 60),
+    "tokens": (304_600, 175_000),
+    "tokens a code line": (9.87, 9.5),
+    "paired assignments per 1,000 code lines": (0.25, 3),
+    "comprehensions per 1,000 code lines": (32.5, 15),
+    "conditional expressions per 1,000 code lines": (17.8, 12),
+    "Any in signatures": (46, 60),
     "calls of locals()": (0, 0),
     "modules of our own loaded by a string": (2, 0),
 }

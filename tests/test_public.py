@@ -71,7 +71,7 @@ WRONG: list = [
     lambda: api.sensitivity(SYSTEM, matrices={"q": {"K": np.eye(3)}}),
     lambda: api.sensitivity(SYSTEM, matrices={"q": {"K": "x"}}),
     lambda: api.thresholds(SYSTEM, -1.0),
-    lambda: api.advise(SCENE, mu_max=-1),
+    lambda: api.advise(SCENE, high=-1),
     lambda: api.System(EYE),
     lambda: api.System(EYE, K=np.eye(3)),
     lambda: api.System(EYE, K={"nu": EYE}),
@@ -80,6 +80,13 @@ WRONG: list = [
     lambda: api.scatter("pad.yaml", {"k1": {"relative": 0.1}}),
     lambda: SCENE.replace(pad=3),
 ]
+
+
+def test_an_argument_has_the_name_of_its_option():
+    """Python said mu_max and backend where thresholds say high and the commands --integrator."""
+    for verb in (squeal.thresholds, squeal.advise, squeal.scatter):
+        assert "high" in inspect.signature(verb).parameters
+    assert "integrator" in inspect.signature(squeal.simulate).parameters
 
 
 def test_names_for_type_checkers_are_those_that_are_loaded():

@@ -37,10 +37,11 @@ def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system, compute the map, write the requested files."""
     subject = given.source.subject()
     is_scene = isinstance(subject, Scene)
+    curves = given.curves is not None or (is_scene and given.figure is not None)
     answer = squeal.map(
         subject,
         (_axis(given, "first", is_scene), _axis(given, "second", is_scene)),
-        curves=given.curves is not None,
+        curves=curves,
         quantity=given.quantity,
         band=given.band,
         memory=given.memory,

@@ -39,7 +39,7 @@ def run(given: argparse.Namespace) -> Reply:
         answer = squeal.scatter(
             subject,
             **sampling,
-            mu_max=given.high,
+            high=given.high,
             of=given.of,
             band=given.band,
             journal=given.journal,

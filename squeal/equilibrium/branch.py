@@ -20,7 +20,7 @@ from numpy.polynomial.polynomial import polyder, polyval
 
 from squeal.equilibrium.statics import Equilibria, Statics, Step, newton, null_vectors, of_some
 from squeal.model.equations import natural_units
-from squeal.schema import Place
+from squeal.schema import Place, require_positive
 
 
 class NodeKind(IntEnum):
@@ -66,9 +66,7 @@ class BranchOptions:
     halvings: int = 15  # of the interval between two of these, to tell which event comes first
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not value > 0:
-                raise (Place("BranchOptions") / name).must_be(value, "a number above 0")
+        require_positive(self)
         if not self.cosine < 1.0:
             raise (Place("BranchOptions") / "cosine").must_be(self.cosine, "a number below 1")
 

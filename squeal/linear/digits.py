@@ -65,16 +65,14 @@ def data_errors(
     return errors[0], errors[1], errors[2]
 
 
-def rounding_of_sums(
-    system: TermSystem, changes: Mapping[str, float] | None = None
-) -> tuple[Array, Array, Array]:
-    """How far the entries (n, n) of M, C and K at some parameters may be from the sums of factors
-    times matrices, beside half a unit in their last place; zero where nothing was rounded.
+def rounding_of_sums(system: TermSystem) -> tuple[Array, Array, Array]:
+    """How far the entries (n, n) of M, C and K may be from the sums of factors times matrices,
+    beside half a unit in their last place; zero where nothing was rounded.
 
     Terms that cancel leave the rounding of what they were: products and sums of doubles and their
     errors are computed without error (Dekker, Numer. Math. 18, 1971).
     """
-    at = system.values(changes)
+    at = system.parameters
     errors = []
     for terms in system.parts:
         active = [t for t in terms if t.factor.value(at) or _error_of_factor(t, at)]

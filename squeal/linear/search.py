@@ -20,22 +20,19 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
+from squeal.linear.bends import bends_within, factors_of
 from squeal.linear.continuation import (
     DAMPED,
     UNDAMPED,
-    ComplexArray,
     Continuation,
     ContinuationOptions,
     SpectrumAtParameter,
 )
 from squeal.linear.event_guesses import guesses_of, window_guesses
 from squeal.linear.events import Event, bracket_by_sign, located
-from squeal.linear.matrices import Change, dense
-from squeal.linear.moduli import Modulus, Tabulated
 from squeal.linear.steps import Guess, Step, may_exchange_partner, near_coalescences
 from squeal.linear.system import SystemFunction, TermSystem
 from squeal.linear.verdicts import UnstableCount
-from squeal.numerics.differentiation import Formula
 
 Interval = tuple[float, float]
 
@@ -149,7 +146,7 @@ class _AdaptiveRefinement:
         self.events: list[Event] = []
         self.located: list[Event] = []  # also what may be one of the events again, or its twin
         self.unresolved = False
-        self.factors = _factors(continuation.system)
+        self.factors = factors_of(continuation.system)
 
     def refine(self, low: float, high: float, depth: int) -> None:
         """Match all roots from low to high, in steps as short as that takes, and collect guesses.
@@ -163,7 +160,7 @@ class _AdaptiveRefinement:
         step = Step(before, after, options)
         guesses, division = guesses_of(step, (low == continuation.low, high == continuation.high))
         meetings = list(near_coalescences(before, after))
-        is_bent = any(_is_bent(continuation, step, factor) for factor in self.factors)
+        is_bent = any(bends_within(continuation, step, factor) for factor in self.factors)
         # third roots decide, or two windows are near
         has_several = (
             len(meetings) > 2
@@ -294,8 +291,14 @@ class _AdaptiveRefinement:
         if is_exhausted or (is_consistent and division is None):
             return inside
         if division is None:
-            known = [self._located_or_counted(change, a, b, limits) for change in changes]
-            return [event for event in known if event is not None]
+            known = []
+            for change in changes:
+                event = self._located_event(change, a, b)
+                if event is None:
+                    event = self._event_from_count(change, a, b, limits)
+                if event is not None:
+                    known.append(event)
+            return known
         if coincident and not is_consistent:
             around = self._rescan_beside(a, b, inside, limits)
             if around is not None:
@@ -388,15 +391,6 @@ class _AdaptiveRefinement:
             return None
         return replace(min(alike, key=lambda event: event.width), interval=hull(alike))
 
-    def _located_or_counted(
-        self, change: RequiredCrossing, a: float, b: float, limits: Interval
-    ) -> Event | None:
-        """The located event of a change, else what `_event_from_count` gives."""
-        located = self._located_event(change, a, b)
-        if located is not None:
-            return located
-        return self._event_from_count(change, a, b, limits)
-
     def _event_from_count(
         self, change: RequiredCrossing, a: float, b: float, limits: Interval
     ) -> Event | None:
@@ -424,107 +418,6 @@ class _AdaptiveRefinement:
 def _resolution(a: float, b: float) -> float:
     """A distance that values from a to b can have at least."""
     return 4 * float(np.spacing(max(abs(a), abs(b))))
-
-
-@dataclass(frozen=True, eq=False)
-class _Factor:
-    """A factor of terms as a function of the free parameter.
-
-    name: of the parameter; values: of all parameters; change: what it multiplies in M, C and K.
-    """
-
-    formula: Formula | Modulus | Tabulated
-    name: str
-    values: dict[str, float]
-    change: Change
-
-    def largest_curvature(self, low: float, high: float) -> float:
-        """A bound of |its second derivative| from low to high."""
-        return float(self.formula.curvature(self.values, self.name, low, high))
-
-    def slope_size(self, p: float) -> float:
-        """|its first derivative| at a value."""
-        return float(abs(self.formula.slope(self.values | {self.name: p}, self.name)))
-
-
-def _factors(system: SystemFunction) -> list[_Factor]:
-    """The factors that depend on the free parameter, each once; none of a plain function.
-
-    Each multiplies the sum of the matrices of its terms, for M, C and K.
-    """
-    if not isinstance(system, TermSystem):
-        return []
-    formulas = {term.factor.text: term.factor for term in system.terms}
-    factors = []
-    for text, formula in formulas.items():
-        if system.parameter not in formula.names:
-            continue
-        sums = [np.zeros((system.n, system.n)) for _ in system.parts]
-        for i, terms in enumerate(system.parts):
-            for term in terms:
-                if term.factor.text == text:
-                    sums[i] = sums[i] + dense(term.matrix)
-        change = (sums[0], sums[1], sums[2])
-        factors.append(_Factor(formula, system.parameter, system.values(), change))
-    return factors
-
-
-def _is_bent(continuation: Continuation, step: Step, factor: _Factor) -> bool:
-    """True if a factor bends so much within a step that roots may do what its ends do not tell.
-
-    One that is monotone and nearly straight moves the roots as a straight one does. Else it may
-    deviate from a straight line by bend length^2 / 8, which is compared with what is left of the
-    gaps between roots. Systems of more than 40 rows, whose range is proved on request only, need
-    this guard.
-    """
-    before = step.before
-    after = step.after
-    length = after.value - before.value
-    bend = factor.largest_curvature(before.value, after.value)
-    if not bend < np.inf:
-        return True
-    if 4 * bend * length <= min(factor.slope_size(before.value), factor.slope_size(after.value)):
-        return False
-    deviation = bend * length**2 / 8
-    for state in (before, after):
-        if _may_change(state, continuation.couplings(state, factor.change), deviation):
-            return True
-    return False
-
-
-def _may_change(state: SpectrumAtParameter, W: ComplexArray, deviation: float) -> bool:
-    """True if two roots may meet on the line, or one cross it, while a factor deviates.
-
-    Two roots at a distance g that are pulled towards each other by h and coupled as strongly may
-    move by h, or by sqrt(g h) where that is more. What happens at the state itself is seen there.
-
-    Parameters
-    ----------
-    state : SpectrumAtParameter
-        One end of a step.
-    W : array (m, m)
-        What the factor multiplies, in the eigenvectors of the state: its slopes of the roots on the
-        diagonal, their couplings beside it.
-    deviation : float
-        By how much the factor may deviate.
-    """
-    z = state.roots
-    slopes = W.diagonal()
-    distances = np.abs(z[:, None] - z)
-    relative = np.abs(slopes[:, None] - slopes) + 2 * np.sqrt(np.abs(W * W.T))
-    pull = deviation * relative
-    if state.problem is DAMPED:
-        swept = np.sqrt(np.where(4 * pull > distances, distances * pull, 0.0)).max(axis=1)
-        reach = 2 * (deviation * np.abs(slopes.real) + swept)
-        return bool(np.any(reach > np.abs(z.real), where=~state.on_line))
-    conjugate = np.abs(z[:, None] - z.conj()) <= np.add.outer(state.rounding, state.rounding)
-    pairs = (state.on_line[:, None] & state.on_line) | conjugate
-    if np.any(pairs & ~state.close & (4 * pull > distances)):
-        return True
-    if state.problem is not UNDAMPED:
-        return False
-    may_pass_zero = state.real & (np.abs(z) > state.rounding)
-    return bool(np.any(2 * deviation * np.abs(slopes) > np.abs(z), where=may_pass_zero))
 
 
 def _has_frequency(event: Event, omega: float, direction: int, near: float) -> bool:

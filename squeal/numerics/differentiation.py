@@ -106,9 +106,11 @@ def dual(x: Number) -> Dual:
 def _function(
     f: Callable[[Number], Number], slope: Callable[[Number], Number]
 ) -> Callable[[Number], Dual]:
+    """A function of dual numbers, by the chain rule."""
+
     def of(x: Number) -> Dual:
-        x = dual(x)
-        return Dual(f(x.value), slope(x.value) * x.slope)
+        at = dual(x)
+        return Dual(f(at.value), slope(at.value) * at.slope)
 
     return of
 
@@ -135,7 +137,9 @@ class Formula:
 
     def __post_init__(self) -> None:
         try:
-            tree = ast.parse(self.text.strip() if len(self.text) <= 500 else "", mode="eval").body
+            if len(self.text) > 500:
+                raise ValueError
+            tree = ast.parse(self.text.strip(), mode="eval").body
             names = _names(tree)
         except (SyntaxError, ValueError, MemoryError, RecursionError):
             allowed = f"{ALLOWED}, of at most 500 characters"
@@ -165,6 +169,7 @@ class Formula:
     ) -> float:
         """A bound of |second derivative| by one parameter over low to high, by interval arithmetic;
         inf if none is known."""
+        # a dual number of dual numbers, whose slope has the second derivative for slope
         x = Dual(Dual(_Interval(low, high), 1.0), Dual(1.0, 0.0))
         try:
             second = dual(dual(_walked(self._tree, {**parameters, name: x})).slope).slope
@@ -174,6 +179,10 @@ class Formula:
         return most if math.isfinite(most) else math.inf
 
     def _finite(self, parameters: Mapping[str, float], by: str, what: str) -> float:
+        """The value, or its derivative by the parameter `by` if that is not empty.
+
+        Raises InputError for unknown parameters, and as no `what` for a result that is not finite.
+        """
         about = f"{self.place}: {self.text}" if self.place else self.text
         for name in sorted(self.names - parameters.keys()):
             raise InputError(f"{about}: {name} is no parameter; {meant(name, sorted(parameters))}")

@@ -44,15 +44,16 @@ def _fitted(samples: np.ndarray, step: float) -> complex | None:
         too_short = abs(value.imag) * duration < 4 * np.pi
     if too_short:
         return None
-    is_undamped = abs(value.real) <= FAINT * abs(value)
-    return complex(0.0 if is_undamped else value.real, abs(value.imag))
+    if abs(value.real) <= FAINT * abs(value):
+        return complex(0.0, abs(value.imag))
+    return complex(value.real, abs(value.imag))
 
 
 def _dynamic_modes(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Dynamic mode decomposition: the map from one difference of samples (n, d) to the next, by
     least squares, has the eigenvalues exp(lambda step); these (r,), and the strengths (r,) of the
     components in the last difference. None where no map fits to a thousandth."""
-    differences = np.diff(samples, axis=0).T
+    differences = np.diff(samples, axis=0).T  # (d, n - 1)
     before = differences[:, :-1]
     after = differences[:, 1:]
     U, sizes, V = np.linalg.svd(before, full_matrices=False)
@@ -61,7 +62,7 @@ def _dynamic_modes(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     if rank == 0:
         return None
     basis = U[:, :rank]
-    reduced_map = basis.T @ after @ (V[:rank].T / sizes[:rank])
+    reduced_map = basis.T @ after @ (V[:rank].T / sizes[:rank])  # in coordinates of the basis
     missed = np.linalg.norm(after - basis @ (reduced_map @ (basis.T @ before)))
     if missed > 1e-3 * np.linalg.norm(after - before):
         return None
@@ -107,14 +108,16 @@ def _refined_peak(signals: np.ndarray, step: float, start: float, width: float) 
     windowed = _windowed(signals)
     times = step * np.arange(len(signals))
     middle = start
+    reach = width
     for _ in range(3):
-        near = middle + width * np.linspace(-1.0, 1.0, 9)
+        near = middle + reach * np.linspace(-1.0, 1.0, 9)
         transform = np.exp(-2j * np.pi * near[:, None] * times) @ windowed
         power = (np.abs(transform) ** 2).sum(axis=1)
         i = min(max(int(np.argmax(power)), 1), 7)
+        # the top of the parabola through the logarithms of three samples, a quarter apart
         a, b, c = np.log(power[i - 1 : i + 2])
-        width /= 4.0
-        middle = float(near[i] + width * 0.5 * (a - c) / (a - 2.0 * b + c))
+        reach /= 4.0
+        middle = float(near[i] + reach * 0.5 * (a - c) / (a - 2.0 * b + c))
     return middle
 
 

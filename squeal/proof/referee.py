@@ -17,6 +17,7 @@ from squeal.proof.pieces import Failure, Means, Piece, growing_counts, strong_pa
 
 Status = Literal["proved", "open", "refuted"]
 LAST_DIGITS = "the answer hangs on the last digits of the entries"
+NOT_TOLD_APART = "listed values cannot be told apart"
 FREE = "free motions neither grow nor decay as far as the entries say"
 
 
@@ -456,7 +457,7 @@ def _compare(pieces: Sequence[Piece], answer: RootList) -> _ListComparison:
     unequal = np.flatnonzero(np.bincount(nearest, minlength=len(sizes)) != sizes)
     if unequal.size:
         root = complex(centres[group_of == unequal[0]][0])
-        return _ListComparison("open", "listed values cannot be told apart", root, unproved)
+        return _ListComparison("open", NOT_TOLD_APART, root, unproved)
     in_nearest = nearest[:, None] == group_of  # values by discs
     errors = upper(np.where(in_nearest, distances + radii, 0.0).max(axis=1, initial=0.0), 8)
     too_large = np.flatnonzero(errors > answer.errors)

@@ -168,7 +168,7 @@ class Advice(Answer):
 def advise(
     subject: object,
     tolerances: Mapping[str, float | str] | None = None,
-    mu_max: Positive = 2.0,
+    high: Positive = 2.0,
     band: tuple[float, float] | None = None,
     memory: Positive | None = None,
     progress: Progress | None = None,
@@ -187,7 +187,7 @@ def advise(
     tolerances : mapping of str to float or str, optional
         In the parameter's unit, or a share of its value such as "5%". Left out, a parameter
         changes by 2 per cent, an angle by 0.02 rad, and what is 0 stays.
-    mu_max : float
+    high : float
         Upper end of the range that is searched for the critical friction.
 
     Returns
@@ -212,7 +212,7 @@ def advise(
     >>> lever.parameter, word, round(change, 9)
     ('a', 'raising', 0.03)
     """
-    space = ParameterSpace.of(subject, "advise", mu_max)
+    space = ParameterSpace.of(subject, "advise", high)
     own = space.subject
     notes: list[str] = []
     if isinstance(own, TermSystem):
@@ -235,19 +235,19 @@ def advise(
         changes.append({name: space.values[name] + step})
     warnings: tuple[str, ...] = ()
     if isinstance(own, TermSystem):
-        answer = thresholds(own, mu_max, band=band, memory=memory, progress=progress)
-        nominal = first_loss(answer, mu_max)
-        outcomes = _first_order_outcomes(own, answer, nominal, changes, mu_max)
+        answer = thresholds(own, high, band=band, memory=memory, progress=progress)
+        nominal = first_loss(answer, high)
+        outcomes = _first_order_outcomes(own, answer, nominal, changes, high)
     elif band is not None:
         raise Place("advise").refuse("band: is not allowed with a scene; a system takes it")
     else:
-        nominal = first_loss(thresholds(own, mu_max), mu_max)
-        outcomes = space.outcomes(changes, mu_max)
+        nominal = first_loss(thresholds(own, high), high)
+        outcomes = space.outcomes(changes, high)
         warnings = _warnings_of_equilibrium(own)
     changed = []
     for outcome, change in zip(outcomes, changes, strict=True):
         (value,) = change.values()
-        moved = _change_of_critical(nominal, outcome, mu_max)
+        moved = _change_of_critical(nominal, outcome, high)
         changed.append(replace(outcome, value=value, change=moved))
     levers = []
     for (name, step), lowered, raised in zip(
@@ -266,7 +266,7 @@ def advise(
     return Advice(
         name=space.free,
         mu=space.at,
-        mu_max=mu_max,
+        mu_max=high,
         nominal=nominal,
         levers=tuple(levers),
         first_order=isinstance(own, TermSystem),
@@ -357,15 +357,15 @@ def _tolerance(space: ParameterSpace, name: str, size: float | str) -> float:
     return space.step(name, value, is_share=False, at=at)
 
 
-def _change_of_critical(nominal: Outcome, outcome: Outcome, mu_max: float) -> float | None:
+def _change_of_critical(nominal: Outcome, outcome: Outcome, high: float) -> float | None:
     """By how much the critical friction moved; None if it is unknown.
 
-    Without a threshold it counts as mu_max; what rounding may move is no change.
+    Without a threshold it counts as high; what rounding may move is no change.
     """
     if outcome.reason is not None:
         return None
-    before = mu_max if nominal.critical is None else nominal.critical
-    after = mu_max if outcome.critical is None else outcome.critical
+    before = high if nominal.critical is None else nominal.critical
+    after = high if outcome.critical is None else outcome.critical
     if abs(after - before) <= ROUNDING * before:
         return 0.0
     return after - before

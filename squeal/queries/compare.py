@@ -86,12 +86,12 @@ class Pair(NamedTuple):
     """A mode of the reference and the computed one, None where it has none; the difference in
     frequency (% of the reference) and the MAC, if shapes are known."""
 
-    reference: str | int | None
-    reference_hz: float | None
-    reference_damping: float | None
-    mode: str | int | None
-    frequency_hz: float | None
-    damping_ratio: float | None
+    reference: str | int | None = None
+    reference_hz: float | None = None
+    reference_damping: float | None = None
+    mode: str | int | None = None
+    frequency_hz: float | None = None
+    damping_ratio: float | None = None
     difference: float | None = None
     mac: float | None = None
 
@@ -252,7 +252,7 @@ def assigned_pairs(
 
 def _pair(reference: Mode | None, mode: Mode | None) -> Pair:
     """A row of a mode of the reference and a computed one, either of which may be missing."""
-    pair = Pair(None, None, None, None, None, None)
+    pair = Pair()
     if reference is not None:
         pair = pair._replace(
             reference=reference.name,

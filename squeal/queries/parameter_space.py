@@ -136,7 +136,7 @@ class ParameterSpace:
         subject = getattr(argument, "system", argument)  # of a system file
         place = Place(verb)
         if isinstance(subject, Scene):
-            MU_MAX.read(high, place / "mu_max")
+            MU_MAX.read(high, place / "high")
             free = "mu"
             at = subject.pad.mu
             values = picked(subject.pad, " ".join(parameters(subject.pad_model)))

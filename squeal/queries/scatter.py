@@ -202,7 +202,7 @@ def scatter(
     spreads: Mapping[str, Spread],
     samples: int = 400,
     rng: RandomNumbers = 1,
-    mu_max: Positive = 2.0,
+    high: Positive = 2.0,
     of: Literal["threshold", "growth"] = "threshold",
     band: tuple[float, float] | None = None,
     design: str = "random",
@@ -226,7 +226,7 @@ def scatter(
     rng : int or numpy.random.Generator
         Of the random numbers: the same seed draws the same samples. A generator draws the seed,
         which the answer names.
-    mu_max : float
+    high : float
         Upper end of the range that is searched for the critical friction.
     of : {"threshold", "growth"}
         The first loss of stability, searched for and not proved as by `thresholds`, or the largest
@@ -239,7 +239,7 @@ def scatter(
     indices : bool
         Whether Sobol indices are computed, by the estimators of Saltelli et al., Computer Physics
         Communications 181 (2010) 259-270, which draws twice as many samples, and ``samples`` times
-        the number of parameters more. A threshold that lies beyond ``mu_max`` counts as ``mu_max``.
+        the number of parameters more. A threshold that lies beyond ``high`` counts as ``high``.
     workers : int
         Processes, which start by import: a script must guard its main part.
     journal : path, optional
@@ -283,14 +283,14 @@ def scatter(
     )
     plan = _Plan(**keys)
     require_spreads(plan.spreads)
-    space = ParameterSpace.of(subject, "scatter", mu_max, of)
+    space = ParameterSpace.of(subject, "scatter", high, of)
     changes = parameters_at(space, plan.spreads, plan.points())
-    computer = _computer(space, of, mu_max, EigenvalueSelection(band, None, None), changes)
-    question = (of, mu_max, band, plan.spreads, plan.design, plan.seed, plan.indices, plan.samples)
+    computer = _computer(space, of, high, EigenvalueSelection(band, None, None), changes)
+    question = (of, high, band, plan.spreads, plan.design, plan.seed, plan.indices, plan.samples)
     rows = _computed(space.subject, changes, computer, workers, journal, question, progress)
     sobol: tuple[Index, ...] = ()
     if plan.indices:
-        sobol = _indices_of(rows, plan, mu_max)
+        sobol = _indices_of(rows, plan, high)
         rows = rows[: 2 * plan.samples]  # A and B are the samples, the others repeat their columns
     computed = [row for row in rows if row.reason is None]
     if not computed:
@@ -303,7 +303,7 @@ def scatter(
         name=space.free,
         of=of,
         mu=space.at,
-        mu_max=mu_max,
+        mu_max=high,
         band=band,
         spreads=plan.spreads,
         design=plan.design,
@@ -334,17 +334,17 @@ def _is_stable(row: Sample, of: Literal["threshold", "growth"], mu: float) -> bo
     return math.isnan(row.value) or row.value > mu
 
 
-def _indices_of(rows: Sequence[Sample], plan: _Plan, mu_max: float) -> tuple[Index, ...]:
+def _indices_of(rows: Sequence[Sample], plan: _Plan, high: float) -> tuple[Index, ...]:
     """Sobol indices from the samples at A, B and each AB_i, `plan.samples` of each in turn.
 
-    A threshold beyond `mu_max` counts as `mu_max`; what could not be computed is left out.
+    A threshold beyond `high` counts as `high`; what could not be computed is left out.
     """
     values = []
     for row in rows:
         if row.reason is not None:
             values.append(math.inf)
         elif math.isnan(row.value):
-            values.append(mu_max)
+            values.append(high)
         else:
             values.append(row.value)
     names = list(plan.spreads)

@@ -18,7 +18,7 @@ from squeal.model.contact import ContactLaw, State, Touching
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Coefficients, pose
 from squeal.numerics.differentiation import complex_step
-from squeal.schema import Place
+from squeal.schema import Place, require_positive
 
 # Where the model ends: what has happened when a limit is reached.
 LIMITS = (
@@ -86,9 +86,7 @@ class Options:
     scipy_time: float = 2000.0
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not value > 0:
-                raise (Place("Options") / name).must_be(value, "a number above 0")
+        require_positive(self)
         if not 3 <= self.samples <= 20:
             raise (Place("Options") / "samples").must_be(self.samples, "a number from 3 to 20")
 
@@ -240,6 +238,10 @@ class Segment:
         )
 
 
+Observe = Callable[[Segment], object]
+"""What is called with each segment of a motion as it comes."""
+
+
 class Integrator(Protocol):
     """Carries the motion on, at a tolerance."""
 
@@ -365,7 +367,7 @@ def integrate(
     units: Units,
     state: np.ndarray,
     stop: float,
-    observers: Sequence[Callable[[Segment], object]] = (),
+    observers: Sequence[Observe] = (),
     dense: bool = False,
     options: Options = DEFAULT,
     since: float = 0.0,

@@ -18,7 +18,14 @@ from squeal.io.writing import Answer, Column, Mark, Panel, Table, number, picked
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
 from squeal.schema import public
-from squeal.simulation.hybrid import DEFAULT, Integrator, Options, Segment, integrate
+from squeal.simulation.hybrid import (
+    DEFAULT,
+    Integrator,
+    Observe,
+    Options,
+    Segment,
+    integrate,
+)
 from squeal.simulation.observers import (
     UNITS,
     Event,
@@ -273,7 +280,7 @@ def _observers(
 @public
 def simulate(
     scene: Scene,
-    backend: Backend = "auto",
+    integrator: Backend = "auto",
     progress: Callable[[float], object] | None = None,
     options: Options = DEFAULT,
 ) -> Simulation:
@@ -283,8 +290,8 @@ def simulate(
     ----------
     scene : Scene
         A scene of a nonlinear model, with a time.
-    backend : "auto", "heyoka" or "scipy"
-        The integrator; "auto" takes heyoka if installed, else :class:`~scipy.integrate.DOP853`.
+    integrator : "auto", "heyoka" or "scipy"
+        "auto" takes heyoka if installed, else :class:`~scipy.integrate.DOP853`.
     progress : callable, optional
         Called with the share of the time that is done, now and then on long runs.
     options : Options
@@ -300,7 +307,7 @@ def simulate(
     ComputationError
         With the time where the model ends: rotation past 90 degrees, a spring collapsed.
     InputError
-        For a scene that cannot be simulated or an unknown backend.
+        For a scene that cannot be simulated or an unknown integrator.
 
     Examples
     --------
@@ -315,8 +322,7 @@ def simulate(
     check_simulation(scene)
     units, model, start, stop = in_natural_units(scene)
     observers = _observers(scene, model, units, stop, options)
-    observe: list[Callable[[Segment], object]] = []
-    observe += [observer.observe for observer in observers.values()]
+    observe: list[Observe] = [observer.observe for observer in observers.values()]
     sliding = None
     if scene.pad.V is not None:
         sliding = Sliding(scene.pad.V / units.velocity, options)
@@ -324,8 +330,8 @@ def simulate(
     if progress is not None:
         observe.append(lambda segment: progress(float(segment.t1[0]) / stop))
     dense = sliding is not None or bool(observers.keys() - {"events", "shares"})
-    integrator = make_integrator(model, scene.tolerance, backend, options)
-    end = integrate(model, integrator, units, start, stop, observe, dense, options)
+    solver = make_integrator(model, scene.tolerance, integrator, options)
+    end = integrate(model, solver, units, start, stop, observe, dense, options)
     results: dict[str, Any] = {name: each.result() for name, each in observers.items()}
     if sliding is not None:
         results["sliding_holds"] = sliding.lost is None
@@ -334,8 +340,8 @@ def simulate(
     return Simulation(
         model=scene.model,
         final=(end.t * units.time, *units.to_si(end.state).tolist()),
-        method=integrator.method,
-        tolerance=integrator.tolerance,
+        method=solver.method,
+        tolerance=solver.tolerance,
         steps=end.steps,
         contact_changes=end.changes,
         **results,

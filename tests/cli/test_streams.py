@@ -79,6 +79,7 @@ def test_standard_output_holds_what_was_asked_for_and_nothing_else(wild):
 
 def test_long_work_says_a_line_now_and_then_where_nobody_sees_a_terminal(capsys, monkeypatch):
     """A clock that adds a second at each look: 40 steps are 80 s of silence without these lines."""
+    monkeypatch.setattr(streams, "SILENCE", 10.0)
     clock = itertools.count()
     monkeypatch.setattr("time.monotonic", lambda: float(next(clock)))
     tell = streams.steps()

@@ -147,11 +147,11 @@ def test_loads_are_the_sum_of_one_for_each_coefficient_that_they_are_proportiona
         return np.array(net_loads(np, model.c, model.law, q, (1.0,) * model.law.points))
 
     given = pad.given()
-    coefficients = {name: given[name] for name in OF_LOADS if name in given}
-    doubled = {name: 2 * value for name, value in coefficients.items()}
+    coefficients = {key: given[key] for key in OF_LOADS if key in given}
+    doubled = {key: 2 * value for key, value in coefficients.items()}
     assert loads(**doubled) == pytest.approx(2 * loads(), rel=1e-12)
-    for name, value in coefficients.items():
-        one = loads(**{name: 2 * value}) - loads()
-        two = loads(**{name: 3 * value}) - loads()
+    for key, value in coefficients.items():
+        one = loads(**{key: 2 * value}) - loads()
+        two = loads(**{key: 3 * value}) - loads()
         assert np.abs(one).max() > 1e-6
         assert two == pytest.approx(2 * one, rel=1e-9, abs=1e-12)

@@ -316,7 +316,7 @@ def test_thresholds_name_their_seat_and_are_certified_in_it_alone(brake):
     assert note in str(low)
     at = squeal.eigenvalues(seated, 0.1, band=BAND)
     assert note in "\n".join(at.notes)
-    advice = squeal.advise(seated, mu_max=1.0, band=BAND)
+    advice = squeal.advise(seated, high=1.0, band=BAND)
     assert note in str(advice)
     joint = squeal.assemble(bodies, [replace(contact, bonded=True)], {"mu": 0.1})
     assert "seated" not in str(squeal.sweep(joint, [0.1, 0.2], band=BAND))

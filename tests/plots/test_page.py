@@ -179,3 +179,19 @@ def test_limits_are_rounded_to_the_side_where_they_hold(damping):
     assert "at least 0.25 % more damping" in report.advice
     limit = float(re.search(r"eep mu below ([\d.]+);", report.advice)[1])
     assert 0.999 * system.parameters["c"] < limit <= system.parameters["c"]
+
+
+def test_the_table_of_terms_has_the_fastest_mode_first():
+    report = squeal.report(two_pairs(1.1, "1.2"))
+    heads = [column.head for column in reports._feeds(report).columns[1:]]
+    modes = [report.eigenvalues.mode_of(mode) for mode in report.eigenvalues.unstable]
+    assert [int(head.split(",")[0].removeprefix("mode ")) for head in heads] == modes
+    assert modes == sorted(modes, reverse=True)  # which is not the order of their numbers
+
+
+def test_a_map_of_a_pad_is_drawn_with_its_exact_curve(capsys, tmp_path):
+    typed = ["map", SCENES / "b1-a.yaml", "--n", "8", "--first", "mu:0.1:0.8"]
+    typed += ["--second", "alpha2:2.8:3.4", "--figure", tmp_path / "map.svg"]
+    code, _, _ = run(capsys, *typed)
+    assert code == 0
+    assert 'id="threshold"' in (tmp_path / "map.svg").read_text(encoding="utf-8")

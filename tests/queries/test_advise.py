@@ -82,7 +82,7 @@ def test_levers_of_the_other_models_are_thresholds_of_changed_pads(model):
 
 def test_advice_on_a_system_is_that_of_its_closed_form():
     values = {"a": 3.0, "b": 2.0, "k": 0.5, "mu": 0.7}
-    advice = advise(coupled(values), {"b": 0.3}, mu_max=1.5)
+    advice = advise(coupled(values), {"b": 0.3}, high=1.5)
     assert advice.nominal.critical == pytest.approx(1.0, rel=1e-10)
     assert advice.nominal.kind == "flutter"
     assert "to first order" in str(advice)  # derivatives moved it, no other computation
@@ -92,7 +92,7 @@ def test_advice_on_a_system_is_that_of_its_closed_form():
         assert one.changes == pytest.approx((-change, change), abs=1e-9)
     assert (advice.levers[0].parameter, advice.levers[0].step) == ("b", 0.3)
     # 1.345 is beyond this range, 1 is not
-    beyond = lever(advise(coupled(values), {"b": 0.3}, mu_max=1.01), "b")
+    beyond = lever(advise(coupled(values), {"b": 0.3}, high=1.01), "b")
     assert (beyond.lowered.critical, beyond.changes[0]) == (None, pytest.approx(0.01))
 
 
@@ -100,7 +100,7 @@ def test_what_grows_at_once_and_what_never_grows_has_no_threshold_to_move():
     # friction that falls with speed drives an undamped pad from the least friction on
     values = {name: value for name, value in VALUES.items() if name != "mu"}
     falling = Scene("B1", Pad(**values, mu_s=0.5, mu_k=0.3, v_ref=1.0, V=2.0))
-    advice = advise(falling, mu_max=0.1)
+    advice = advise(falling, high=0.1)
     assert (advice.nominal.critical, advice.nominal.kind) == (0.0, "flutter")
     assert all(one.changes == (0.0, 0.0) for one in advice.levers)
     assert [mode.onset for mode in squeal.eigenvalues(falling).unstable] == [None]

@@ -13,7 +13,7 @@ from squeal.examples.brake import solid_brake, write_brake
 from squeal.io.coordinates import Coordinates
 from squeal.io.system import SystemFile
 from squeal.linear.system import Term, TermSystem
-from tests.conftest import ROOT, SCENES
+from tests.conftest import ROOT
 
 
 @pytest.fixture(scope="module")
@@ -71,8 +71,7 @@ def test_what_looks_like_an_error_of_units_is_hinted_at(brake, units, words):
 
 
 def test_what_cannot_be_checked_is_refused(brake):
-    scene = squeal.read_scene(SCENES / "b1-c.yaml")
-    wrong: list = [(scene, 1), (brake.system, 0), ("s.yaml", 1)]
+    wrong: list = [(brake.system, 0), ("s.yaml", 1)]
     for subject, modes in wrong:
         with pytest.raises(InputError, match="not allowed"):
             squeal.check(subject, modes)

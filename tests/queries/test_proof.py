@@ -4,10 +4,13 @@ import importlib
 
 import numpy as np
 import pytest
+from scipy.optimize import linear_sum_assignment
 
 import squeal
+from benchmarks.refute import rows_of
 from squeal.errors import InputError, InputWarning
 from squeal.linear.eigen import Spectrum
+from tests.proof.families import sample
 
 roots_module = importlib.import_module("squeal.queries.systems.roots")
 
@@ -154,3 +157,17 @@ def test_a_system_without_any_motion_is_stable_and_says_so():
     found = squeal.eigenvalues(squeal.System([[0.0, 1.0], [0.0, 0.0]], K=np.eye(2)))
     assert (found.verdict, found.certified, found.count) == ("stable", True, 0)
     assert "no motion satisfies the equations" in str(found)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("number", [5, 7, 9])
+def test_soft_modes_beside_stiff_ones_are_listed_as_the_referee_knows_them(number):
+    """Rounding moves roots of 1e-3 rad/s beside 1e6 rad/s further than they lie apart."""
+    rng = np.random.default_rng([2911, 8, number])
+    known = sample("modal", rows_of(rng, 24), bool(rng.integers(2)), rng)
+    answer = squeal.eigenvalues(squeal.System(known.M, known.C, known.K))
+    assert (answer.proof["status"], answer.verdict) == ("proved", known.verdict)
+    listed = np.array([root.value for root in answer.eigenvalues])
+    distances = np.abs(listed[:, None] - known.roots)
+    pairs = linear_sum_assignment(distances)
+    assert np.all(distances[pairs] <= 1e-12 * np.abs(known.roots[pairs[1]]))

@@ -18,7 +18,7 @@ from tests.queries.test_advise import SCENE, first
 
 COUNT = 24
 MU_MAX = 0.6  # twice the threshold
-DRAWN: dict = {"spreads": {"h": {"relative": 0.03}}, "samples": COUNT, "rng": 3, "mu_max": MU_MAX}
+DRAWN: dict = {"spreads": {"h": {"relative": 0.03}}, "samples": COUNT, "rng": 3, "high": MU_MAX}
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +70,7 @@ def test_half_of_the_pads_are_stable_at_the_median(scattered):
 
 
 def test_samples_that_are_no_pads_are_counted_and_left_out():
-    answer = scatter(SCENE, {"h": {"relative": 1.0}}, 20, mu_max=MU_MAX)
+    answer = scatter(SCENE, {"h": {"relative": 1.0}}, 20, high=MU_MAX)
     assert 0 < answer.no_pad < 20
     assert len(answer.values) == 20 - answer.no_pad - answer.failed
 
@@ -129,7 +129,7 @@ def test_each_threshold_is_that_of_the_closed_form(rows, c):
     if c > 0.0:
         system = replace(system, C=(Term(csc_array(c * np.eye(rows)), Formula("1")),))
     spreads = {"a": {"within": 0.5}}
-    answer = scatter(system, spreads, 8, mu_max=1.0, band=(1.0, 4.0))
+    answer = scatter(system, spreads, 8, high=1.0, band=(1.0, 4.0))
     assert (answer.basis is None) == (rows == 2)
     for row in answer.rows:
         a = row.parameters["a"]

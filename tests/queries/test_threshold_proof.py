@@ -183,10 +183,11 @@ def test_thresholds_of_components_that_were_not_reduced_are_proved():
     high = 1.0
     for _ in range(60):
         mu = (low + high) / 2.0
-        is_unstable = np.linalg.eigvals(
-            K + 3.0 * np.outer(normal + mu * tangent, normal)
-        ).imag.any()
-        low, high = (low, mu) if is_unstable else (mu, high)
+        pushed = 3.0 * np.outer(normal + mu * tangent, normal)
+        if np.linalg.eigvals(K + pushed).imag.any():
+            high = mu
+        else:
+            low = mu
     answer = squeal.thresholds(assembly, 3.0, prove=True)
     assert answer.proof["status"] == "proved"
     (crossing,) = answer.crossings

@@ -119,7 +119,7 @@ def test_a_level_pad_on_the_surface_that_begins_to_turn(rate, law):
         start = (0.0, 0.0, tilt, 0.0, 0.0, rate)
         pad = dataclasses.replace(random_pad(11, "B2"), theta0=0.0, y0=0.0)
         scene = Scene("B2", pad, Formulation(line_force=law), initial=start, stop=1e-4, samples=2)
-        return np.array(simulate(scene, backend=backend).final)
+        return np.array(simulate(scene, integrator=backend).final)
 
     # the contact length is 0/0 there and half the face at once; the motion depends on the start
     # continuously, so that it lies between those from a little tilt to either side

@@ -479,8 +479,9 @@ class PadStack:
         before = margin[i - 1]
         here = margin[i]
         after = margin[i + 1]
-        with np.errstate(all="ignore"):  # of the parabola through the three
+        with np.errstate(all="ignore"):  # the least value of the parabola through the three
             least = here - (after - before) ** 2 / (8 * (before - 2 * here + after))
+        # one that stays above half of the lowest point is far from vanishing
         is_low = (here < before) & (here < after) & (least < here / 2)
         same_interval = (interval[i - 1] == interval[i]) & (interval[i] == interval[i + 1])
         all_stable = stable[i - 1] & stable[i] & stable[i + 1]

@@ -161,7 +161,8 @@ def refereed(
 ) -> RefereedRoots:
     """The roots of a small system as far as the referee confirms them.
 
-    If it refutes them, the roots that it knows itself take their place, if they pass.
+    If it refutes them, or they lie between those that it knows, these take their place, if they
+    pass.
 
     Parameters
     ----------
@@ -179,6 +180,8 @@ def refereed(
     ValueError
         Where an entry is no double.
     """
+    from squeal.proof.referee import NOT_TOLD_APART
+
     M = dense(matrices[0])
     C = None if matrices[1] is None else dense(matrices[1])
     K = dense(matrices[2])
@@ -188,13 +191,14 @@ def refereed(
     if proof.status == "open" and data.is_rounded:
         # exact numbers prove nothing of sums that were rounded, but tell a wrong list
         refuting = _proof_of(Data().around(M, C, K), roots, verdict[0])
-    if refuting.status != "refuted":
+    if refuting.status == "refuted":
+        warnings.warn(
+            f"the referee refutes the roots that were computed ({refuting.reason})",
+            InputWarning,
+            stacklevel=2,
+        )
+    elif refuting.reason != NOT_TOLD_APART:
         return _as_proved(roots, verdict, proof, data)
-    warnings.warn(
-        f"the referee refutes the roots that were computed ({refuting.reason})",
-        InputWarning,
-        stacklevel=2,
-    )
     refuted = (None, f"{OPEN}{refuting.reason}")
     only_verdict = _only_verdict(refuting)
     own_roots = _roots_of_pieces((M, C, K), refuting.pieces)
@@ -308,7 +312,10 @@ def with_proved_errors(roots: Known, errors: NDArray[np.float64]) -> Known:
         error = root.error
         if distance > PRINTED * abs(root.value):
             error = max(root.error or 0.0, distance)
-        changed.append(replace(root, rounding=max(root.rounding, distance), error=error))
+        rounding = distance
+        if root.rounding < math.inf:
+            rounding = max(root.rounding, distance)
+        changed.append(replace(root, rounding=rounding, error=error))
     return tuple(changed)
 
 
