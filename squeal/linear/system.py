@@ -204,9 +204,9 @@ class System:
                     )
                 for name in sorted(term.factor.names - self.parameters.keys()):
                     raise InputError(
-                        f"{letter}: factor {term.factor.text}: {name} is no parameter; "
-                        f"{meant(name, sorted(self.parameters))}; `parameters` of the same system "
-                        "names others"
+                        f"{letter}: factor {term.factor.text}: {name} is none of the "
+                        "`parameters` of the same system; "
+                        f"{meant(name, sorted(self.parameters))}"
                     )
 
     @staticmethod

@@ -140,7 +140,7 @@ NO_POWERS = [
 NO_TERMS = [
     ("m.mtx", "none.mtx", "M.file", "none.mtx"),
     ("k1.mtx", "small.mtx", "K.2", "small.mtx", "2 rows"),
-    ("mu*Omega**2", "mu*Omego", "Omego", "Omega, mu"),
+    ("mu*Omega**2", "mu*Omego", "Omego", "did you mean Omega?"),
     ("mu*Omega**2", "exp(mu)", "K.2.factor", "exp"),
     ("mu*Omega**2", "1/0", "K.2.factor", "1/0"),
     ("{file: k0.mtx}", "{file: k0.mtx, key: K}", "K.1", "key K"),
