@@ -270,6 +270,9 @@ class _Walk:
         self, terms: Terms, growth_below: float, most: int, ends: tuple[float, float]
     ) -> None:
         self.components = terms.components()
+        self.moving = self.components
+        """Those whose number of growing roots is looked at, step by step."""
+        self.settled = 0  # roots that grow of the others, at all values between two
         self.data = terms.data
         self.growth_below = growth_below
         self.left = most
@@ -278,8 +281,26 @@ class _Walk:
     def gap(self, low: float, high: float, unstable: int) -> Proof:
         """The proof between two values, from both ends to the middle."""
         middle = (low + high) / 2.0
-        proof = self._steps(low, middle, unstable)
-        return self._steps(high, middle, unstable) if proof.status == "proved" else proof
+        for start in (low, high):
+            self._settle(min(start, middle), max(start, middle))
+            proof = self._steps(start, middle, unstable)
+            if proof.status != "proved":
+                break
+        self.moving = self.components
+        self.settled = 0
+        return proof
+
+    def _settle(self, low: float, high: float) -> None:
+        """Leave out components of which as many roots grow at all values between two."""
+        self.moving = []
+        self.settled = 0
+        self.left -= 1
+        for component in self.components:
+            bounds = bounds_between(component, low, high, self.growth_below)
+            if bounds.least == bounds.most and bounds.prove(bounds.least):
+                self.settled += bounds.least
+            else:
+                self.moving.append(component)
 
     def _steps(self, start: float, end: float, unstable: int) -> Proof:
         """The proof from one value to another, above or below it."""
@@ -332,8 +353,11 @@ class _Walk:
 
     def bounds(self, low: float, high: float) -> Bounds:
         """The numbers over an interval."""
-        each = [bounds_between(one, low, high, self.growth_below) for one in self.components]
-        vague = next((one for one in each if one.least < one.most), each[0])
+        settled = Bounds(self.settled, self.settled, 0, self.settled)
+        each = [settled]
+        for component in self.moving:
+            each.append(bounds_between(component, low, high, self.growth_below))
+        vague = next((one for one in each if one.least < one.most), settled)
         return Bounds(
             sum(one.least for one in each),
             sum(one.most for one in each),

@@ -6,7 +6,7 @@ import pytest
 from squeal import System
 from squeal.errors import InputError
 from squeal.proof.balls import HALF_ULP
-from squeal.proof.ranges import INSIDE, Term, Terms, prove_thresholds
+from squeal.proof.ranges import INSIDE, Term, Terms, bounds_between, prove_thresholds
 from tests.known import known_system
 
 pytest.importorskip("flint")
@@ -215,3 +215,26 @@ def test_roots_above_the_real_axis_count_in_complex_systems(damped):
     missed = prove_thresholds(terms, 0.0, 1.0, [], 1e-9)
     assert missed.status == "refuted"
     assert abs(missed.where - 0.4375) < 2.0**-10
+
+
+def test_components_that_do_not_change_are_left_out(monkeypatch):
+    """Of eight rows each loses its stability at a place of its own. All of them were enclosed anew
+    at each step: as many times eight components as there were steps."""
+    places = np.linspace(0.11, 0.93, 8)
+    stiffness = np.linspace(1.0, 8.0, 8) ** 2
+    falling = Term(np.diag(-stiffness / places), lambda mu: mu)
+    terms = Terms([Term(np.eye(8))], [], [Term(np.diag(stiffness)), falling], HALF_ULP)
+    looked_at = []
+
+    def counted(component, low, high, rate):
+        looked_at.append((low, high))
+        return bounds_between(component, low, high, rate)
+
+    monkeypatch.setattr("squeal.proof.ranges.bounds_between", counted)
+    intervals = [around(place) for place in places]
+    proof = prove_thresholds(terms, 0.0, 1.0, intervals, 1e-8, rises=[1] * 8)
+    assert proof.status == "proved"
+    values_and_halves = 9 * (1 + 2)  # of the gaps between and beside the places
+    assert len(looked_at) == 8 * values_and_halves
+    missed = prove_thresholds(terms, 0.0, 1.0, intervals[1:], 1e-8, rises=[1] * 7)
+    assert missed.status == "refuted"
