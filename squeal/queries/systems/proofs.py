@@ -161,8 +161,8 @@ def refereed(
 ) -> RefereedRoots:
     """The roots of a small system as far as the referee confirms them.
 
-    If it refutes them, or they lie between those that it knows, these take their place, if they
-    pass.
+    If it refutes them, the roots that it knows itself take their place, if they pass. Roots that lie
+    between those that it knows are moved to these, if that proves the list.
 
     Parameters
     ----------
@@ -197,7 +197,14 @@ def refereed(
             InputWarning,
             stacklevel=2,
         )
-    elif refuting.reason != NOT_TOLD_APART:
+    elif refuting.reason == NOT_TOLD_APART:
+        centred = _at_centres(roots, refuting.pieces)
+        only_verdict = _only_verdict(refuting)
+        centred_proof = _proof_of(system, centred, only_verdict)
+        if centred_proof.status != "proved" or only_verdict is None:
+            return _as_proved(roots, verdict, proof, data)
+        return _as_proved(centred, (only_verdict, "roots of the referee"), centred_proof, data)
+    else:
         return _as_proved(roots, verdict, proof, data)
     refuted = (None, f"{OPEN}{refuting.reason}")
     only_verdict = _only_verdict(refuting)
@@ -348,16 +355,36 @@ def with_proved_growth(roots: Known, pieces: Sequence[Piece]) -> Known:
 
 
 def _roots_of_pieces(matrices: Arrays, pieces: Sequence[Piece]) -> Known:
-    """The roots at the centres of pieces, ordered as a spectrum: exactly real, or on the imaginary
-    axis, where that is proved."""
+    """The roots at the centres of pieces, ordered as a spectrum."""
+    values = _centres(pieces)
+    return tuple(_solved(matrices, complex(values[k])) for k in ordered(values))
+
+
+def _at_centres(roots: Known, pieces: Sequence[Piece]) -> Known:
+    """Listed roots moved to the nearest centres of pieces, each to one of its own, if there are as
+    many; they keep their vectors."""
+    from scipy.optimize import linear_sum_assignment  # which pads start without
+
+    centres = _centres(pieces)
+    if len(centres) != len(roots):
+        return roots
+    listed = np.array([root.value for root in roots])
+    _, own = linear_sum_assignment(np.abs(np.subtract.outer(listed, centres)))
+    moved = []
+    for root, value in zip(roots, centres[own].tolist(), strict=True):
+        moved.append(replace(root, value=value))
+    return tuple(moved[k] for k in ordered(centres[own]))
+
+
+def _centres(pieces: Sequence[Piece]) -> NDArray[np.complex128]:
+    """The centres of pieces: exactly real, or on the imaginary axis, where that is proved."""
     values: list[complex] = []
     for piece in pieces:
         for z in piece.centres.tolist():
             real = 0.0 if piece.side == "axis" else z.real
             imag = 0.0 if piece.real else z.imag
             values.append(complex(real, imag))
-    order = ordered(np.array(values, dtype=complex))
-    return tuple(_solved(matrices, values[k]) for k in order)
+    return np.array(values, dtype=complex)
 
 
 def _solved(matrices: Arrays, z: complex) -> Eigenvalue:
