@@ -138,7 +138,10 @@ class Report(Answer):
         first_loss = self.thresholds.first
         if first_loss is not None and first_loss.mu < found.value:
             limit = f"{found.parameter} below {_rounded(first_loss.mu, 4, math.floor)}"
-            ways.append(f"Keep {limit}; it is {number(found.value, 4)}.")
+            keep = f"Keep {limit}; it is {number(found.value, 4)}."
+            if found.beside:
+                keep = f"For modes of {found.extent} alone, k{keep[1:]}"
+            ways.append(keep)
         if not ways:
             return "No way out is known to this page."
         advice = ways[0]

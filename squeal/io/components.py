@@ -1,5 +1,6 @@
 """Files of an assembly: components, each a system file, and the contact between them."""
 
+import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -28,6 +29,8 @@ from squeal.sparse.contact_faces import ContactPoints, contact_between_faces
 from squeal.sparse.contact_seat import Contact
 from squeal.sparse.quadratic import Changes
 
+OTHER_SIZE = 300.0  # times as large: metres beside millimetres, not a disc beside a pin
+OTHER_DENSITY = 1e5  # times as dense: kilograms beside tonnes, and what lengths may add
 BETWEEN = Several(TEXT, "a list of two names of components", 2)
 SURFACES = Several(TEXT, f"a list of two names of surfaces or {ALL}", 2)
 POSITIVE = Number(low=0.0)
@@ -136,6 +139,7 @@ def assembly_file(
             inputs.append(folder / component["reduced"]["lacks"])
         if "file" in component.get("load", {}):
             inputs.append(folder / component["load"]["file"])
+    _warn_of_other_units(at, read)
     for contact in keys["contact"]:
         if "pairs" in contact:
             inputs.append(folder / contact["pairs"]["file"])
@@ -184,6 +188,33 @@ class _Side(NamedTuple):
 
     body: Component
     coordinates: Coordinates
+
+
+def _warn_of_other_units(at: Place, sides: Sequence[_Side]) -> None:
+    """Warn of full components whose sizes or densities are too different to have the same units."""
+    first: tuple[str, float, float] | None = None
+    for body, coordinates in sides:
+        mass, _ = coordinates.mass_and_centre(body.system.frozen().at()[0])
+        size = float(np.ptp(coordinates.places, axis=0).max(initial=0.0))
+        if body.rows is not None or mass <= 0.0 or size <= 0.0:  # of reduced rows there is no mass
+            continue
+        name = body.system.name
+        density = mass / size**3
+        if first is None:
+            first = (name, size, density)
+            continue
+        first_name, first_size, first_density = first
+        here = at / "components" / name
+        if abs(math.log(size / first_size)) > math.log(OTHER_SIZE):
+            words = f"nodes {size:.4g} apart, those of {first_name} {first_size:.4g}"
+            here.warn(f"{words}; all components need the same units")
+        elif abs(math.log(density / first_density)) > math.log(OTHER_DENSITY):
+            words = f"a mass of {mass:.4g} in a box of {size:.4g}"
+            ratio = density / first_density
+            here.warn(
+                f"{words}, {ratio:.2g} times the density of {first_name}; all components need the "
+                "same units"
+            )
 
 
 def _formula_value(keys: Document, key: str, at: Place, values: Mapping[str, float]) -> float:

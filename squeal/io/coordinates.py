@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from squeal.io.cells import CELL_NAME, CELLS, Corners
 from squeal.io.tables import Line, number_in, read_table
+from squeal.linear.system import Matrix
 from squeal.schema import Place, Word
 
 NO_DIRECTION = -1  # of rotations, and of what has no place in space
@@ -66,6 +67,22 @@ class Coordinates:
         moved = np.zeros((len(self.places), 3), dtype=amplitudes.dtype)
         moved[self.nodes[moves], self.directions[moves]] = amplitudes[moves]
         return moved
+
+    def mass_and_centre(self, M: Matrix) -> tuple[float, tuple[float, ...]]:
+        """The mass that translations move, in the unit of M (n, n), and its centre (3,).
+
+        Both are means over the three directions; without a mass the centre is NaN.
+        """
+        masses = []
+        moments = []
+        for direction in range(3):
+            translation = (self.directions == direction).astype(float)
+            mass_of_rows = translation * (M @ translation)
+            masses.append(float(mass_of_rows.sum()))
+            moments.append(mass_of_rows @ self.places[self.nodes])
+        total = sum(masses)
+        centre = np.sum(moments, axis=0) / total if total else np.full(3, np.nan)
+        return total / 3, tuple(centre.tolist())
 
     def _unreduced(self, shape: NDArray) -> NDArray:
         """The mode shape on all rows, from that of a reduced system."""

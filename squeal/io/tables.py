@@ -64,6 +64,11 @@ def read_table(path: Path, names: Sequence[str], more: str = "") -> tuple[Place,
     first_cells = rows[0].cells if rows else []
     heads = [cell.strip().lower() for cell in first_cells]
     missing = [name for name in names if name not in heads]
+    if missing and path.suffix.lower() == ".inp":
+        raise at.refuse(
+            f"names nodes, not the {missing[0]} of each row; the matrices need labels, such as "
+            "those of the file .dof that CalculiX writes beside them, or a .csv file"
+        )
     if missing:
         needed = ", ".join(names)
         if more:
@@ -133,6 +138,9 @@ def _with_included(
         yield from _with_included(included, included_text, here, (*including, included.resolve()))
 
 
+UNFINISHED = "ends an element whose last line of nodes ends with a comma; is the file cut?"
+
+
 class DeckLine(NamedTuple):
     """A line of data of an input file: its place, its number, the line of the keyword above it in
     capitals and split at its commas, its own cells, and how many steps have begun before it."""
@@ -166,8 +174,9 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
             continue
         here = at / f"line {number}"
         if line.startswith("*"):
+            if begun:
+                raise here.refuse(UNFINISHED)
             keyword = _cells(line.upper())
-            begun = ""
             if keyword[0] == "*STEP":
                 step += 1
             _check_keyword(keyword, at, here)
@@ -180,6 +189,8 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
         begun = full_line if goes_on else ""
         if not goes_on:
             yield DeckLine(here, number, keyword, cells, step)
+    if begun:
+        raise at.refuse(UNFINISHED)
 
 
 def _check_keyword(keyword: Sequence[str], at: Place, here: Place) -> None:

@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
 ROUNDING = 4 * EPS  # relative error of an entry of M^-1 K, M diagonal
 SKEW = 1e-12  # of a matrix: an unsymmetric part up to this is rounding
+COUPLED = 1.001  # M_ij^2 over M_ii M_jj: digits of files excuse no more
 ILL = 1e-7  # reciprocal condition of M, its diagonal scaled to 1, below which it is not inverted
 BEYOND = "M, C, K: the eigenvalues are beyond double precision"
 
@@ -550,3 +551,20 @@ def _split_discriminant(a: Bounded, b: Bounded, c: Bounded) -> tuple[Bounded, Va
         error = 2 * np.abs(t) * error_t + error_t * error_t + 4 * error_d + 4 * EPS * terms
         bound = error * distances + 8 * relative_error * np.abs(value)
         return Bounded(value, bound), bound <= 1e-9 * terms * distances
+
+
+def rows_coupled_beyond_their_masses(M: Matrix) -> tuple[int, int] | None:
+    """Two rows i, j of a matrix (n, n) with M_ij^2 > M_ii M_jj, if there are any.
+
+    Then M is not positive semidefinite; without such rows it need not be so either.
+    """
+    from scipy.sparse import coo_array
+
+    entries = coo_array(M)
+    diagonal = np.real(M.diagonal())
+    allowed = diagonal[entries.row] * diagonal[entries.col]
+    is_beside = entries.row != entries.col
+    beyond = np.flatnonzero(is_beside & (np.abs(entries.data) ** 2 > COUPLED * allowed))
+    if not beyond.size:
+        return None
+    return int(entries.row[beyond[0]]), int(entries.col[beyond[0]])

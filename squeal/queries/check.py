@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
 from squeal.errors import ComputationError
-from squeal.io.coordinates import POINTS, Coordinates
+from squeal.io.coordinates import POINTS
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked
 from squeal.linear.damping import frictionless
 from squeal.linear.digits import data_errors
-from squeal.linear.matrices import EPS, dense
+from squeal.linear.matrices import EPS, dense, rows_coupled_beyond_their_masses
 from squeal.linear.system import Matrix, System, TermSystem
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.systems.matrices import ALL_ROWS, matrix_list, system_checks
@@ -170,7 +170,7 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     mass = centre = size = None
     elements = len(file.coordinates.cells) if file.coordinates else 0
     if file.coordinates is not None and analysis.joined is None:
-        mass, centre = _mass(system.at()[0], file.coordinates)
+        mass, centre = file.coordinates.mass_and_centre(system.at()[0])
         size = tuple(np.ptp(file.coordinates.places, axis=0).tolist())
     if pad is not None:
         mass = pad.m
@@ -224,6 +224,12 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     scaled = ScaledSystem(system).at(changes)
     K = (scaled.K + scaled.K.T).real / 2
     M = scaled.M
+    coupled = rows_coupled_beyond_their_masses(M)
+    if coupled is not None:
+        raise ComputationError(
+            f"M is no mass: rows {coupled[0] + 1} and {coupled[1] + 1} are coupled by more than "
+            "their masses allow, so that a motion has a negative one; is a file cut?"
+        )
     square_of_scale = scaled.frequency_scale**2
     shift = BELOW * (square_of_scale or 1.0)  # below all squares, so that free motions pass
     noise = FREE * EPS * square_of_scale
@@ -236,10 +242,13 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
             inverse = LinearOperator(K.shape, matvec=factor.solve, dtype=float)
             squares = np.empty(0)
             computed = count
+            start = np.random.default_rng(0).standard_normal(system.n)
             while np.sum(squares > noise) < count and computed < count + FEWER_FREE:
                 computed += 6
                 # where all modes are one, as of a stiffness for M, it never ends
-                squares, vectors = eigsh(K, computed, M, shift, OPinv=inverse, maxiter=100)
+                squares, vectors = eigsh(
+                    K, computed, M, shift, OPinv=inverse, maxiter=100, v0=start
+                )
     except (ArpackError, ArithmeticError, RuntimeError, ValueError) as error:
         raise ComputationError(f"the real modes were not found (is M the mass?): {error}") from None
     order = np.argsort(squares)
@@ -321,23 +330,6 @@ def _half_ulps(X: Matrix) -> csc_array:
     """Half a unit in the last place of each entry (n, n)."""
     size = abs(csc_array(X))
     return csc_array((np.spacing(size.data) / 2, size.indices, size.indptr), shape=size.shape)
-
-
-def _mass(M: Any, at: Coordinates) -> tuple[float, tuple[float, ...]]:
-    """The mass that translations move, and its centre (3,).
-
-    Both are means over the three directions; without a mass the centre is NaN.
-    """
-    masses = []
-    moments = []
-    for direction in range(3):
-        translation = (at.directions == direction).astype(float)
-        mass_of_rows = translation * (M @ translation)
-        masses.append(float(mass_of_rows.sum()))
-        moments.append(mass_of_rows @ at.places[at.nodes])
-    total = sum(masses)
-    centre = np.sum(moments, axis=0) / total if total else np.full(3, np.nan)
-    return total / 3, tuple(centre.tolist())
 
 
 def _units(mass: float | None, size: float | None, hertz: float | None) -> list[str]:

@@ -53,7 +53,7 @@ eigenvalues b1.yaml --sweep k1=0:1:3 | of a pad values of mu
 eigenvalues pair.yaml --sweep gap:0:1:3 | --set parameter=gap beside it makes gap the free parameter
 eigenvalues pair.yaml --set gapp=1 | did you mean gap?
 eigenvalues pair.yaml --set x=1 | allowed are parameters, mu, gap, omega, frequency, name
-eigenvalues misspelt.yaml | M: factor mdisc: mdisc is none of the `parameters` of the same system; did you mean mdsic?
+eigenvalues misspelt.yaml | none of the `parameters` of the same system; did you mean mdsic?
 eigenvalues joined.yaml --set presure=2 | did you mean pressure?
 eigenvalues joined.yaml --set kdisc=2 | one of a component's file by a parameter of its name here
 map pair.yaml --first gapp:0:1 --second mu:0:1 | gapp: is no parameter; did you mean gap?

@@ -3,6 +3,7 @@
 import functools
 import json
 import shutil
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.sparse import load_npz, save_npz, triu
 
 import squeal
 from squeal.cli.main import main
-from squeal.errors import InputError
+from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.results.sources import SystemSource
 
 BAND = (500.0, 4000.0)  # Hz
@@ -376,3 +377,34 @@ def test_faces_without_a_distance_miss_the_distance(brake):
     more.write_text(yaml.safe_dump(document))
     with pytest.raises(InputError, match=r"contact\.1\.distance: missing; faces needs it"):
         squeal.read_system(more)
+
+
+@pytest.mark.parametrize(
+    ("mass", "length", "words"),
+    [
+        (1e-12, 1.0, "pad: a mass of .* times the density of disc"),  # t/mm^3 beside m
+        (1.0, 1e3, "pad: nodes .* apart, those of disc"),
+    ],
+)
+def test_components_in_other_units_are_named(brake, tmp_path, mass, length, words):
+    path, _, _ = brake
+    folder = tmp_path / "brake"
+    shutil.copytree(path.parent, folder)
+    document = yaml.safe_load(path.read_text())
+    pad = folder / document["components"]["pad"]["file"]
+    keys = yaml.safe_load(pad.read_text())
+    for term in keys["M"]:
+        term["factor"] = mass
+    pad.write_text(yaml.safe_dump(keys))
+    table = pad.parent / keys["coordinates"]["file"]
+    heads, *lines = table.read_text().splitlines()
+    first = heads.split(",").index("x")
+    moved = [heads]
+    for line in lines:
+        cells = line.split(",")
+        for axis in range(first, first + 3):
+            cells[axis] = repr(length * float(cells[axis]))
+        moved.append(",".join(cells))
+    table.write_text("\n".join(moved))
+    with pytest.warns(InputWarning, match=words), suppress(InputError, ComputationError):
+        squeal.read_system(folder / "assembly.yaml")

@@ -85,3 +85,19 @@ def test_a_keyword_that_says_what_is_not_read_is_refused(tmp_path, card, words):
     (tmp_path / "deck.inp").write_text(f"*NODE\n1,0.,0.,0.\n{card}\n1,2\n")
     with pytest.raises(InputError, match=rf"line 3: .*{words}"):
         list(deck_lines(tmp_path / "deck.inp"))
+
+
+@pytest.mark.parametrize("after", ["", "*NSET,NSET=A\n1\n"])
+def test_a_deck_that_ends_within_an_element_is_refused(tmp_path, after):
+    """The element was left out without a word."""
+    (tmp_path / "cut.inp").write_text(f"*ELEMENT,TYPE=C3D8\n1,1,2,3,4,5,6,7,8\n2,9, 10,\n{after}")
+    with pytest.raises(InputError, match=r"cut\.inp: .*ends an element.* is the file cut"):
+        list(deck_lines(tmp_path / "cut.inp"))
+
+
+def test_nodes_of_a_deck_name_no_rows_without_labels(tmp_path):
+    """The message spoke of a .csv file, which nobody had."""
+    (tmp_path / "bar.inp").write_text("*NODE\n1,0.,0.,0.\n")
+    (tmp_path / "bar.yaml").write_text("{M: [[1]], K: [[1]], coordinates: {file: bar.inp}}")
+    with pytest.raises(InputError, match=r"bar\.inp: names nodes, not the dof of each row.*\.dof"):
+        read_system(tmp_path / "bar.yaml")

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy.sparse import block_diag
 
 import squeal
 from squeal import reports
@@ -37,6 +38,18 @@ def test_the_loss_of_stability_is_one_of_the_band_where_one_is_given():
         loss = squeal.report(pair(1.0), band=band).loss
         assert "within the band" in loss
         assert value in loss
+
+
+def test_a_limit_of_a_band_is_said_of_its_modes_alone_where_others_grow():
+    """Two pairs that flutter from 3/4 on, the second at three times the frequency: of the band of
+    the first alone friction below 3/4 is no way out while something grows outside."""
+    K = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    F = np.array([[0.0, 4 / 3], [0.0, 0.0]])
+    early = 2.0 * 9.0 * F  # from 3/8 on
+    both = {"1": np.kron(np.diag([1.0, 9.0]), K), "mu": block_diag([F, early]).toarray()}
+    system = squeal.System(np.eye(4), K=both, parameters={"mu": 1.0})
+    alone = squeal.report(system, band=(0.1, 0.3))
+    assert "Or for modes of 0.1 to 0.3 Hz alone, keep mu below 0.75;" in alone.advice
 
 
 def test_the_page_needs_no_other_file_and_holds_no_markup_of_a_name(tmp_path):

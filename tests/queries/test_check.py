@@ -178,3 +178,23 @@ def test_modes_of_a_pad_are_those_of_its_springs():
     upper = np.sort(roots.imag[roots.imag > 0.0])
     assert found.frequencies_hz == pytest.approx(upper / (2 * np.pi), rel=1e-9)
     assert (found.mass, found.size[:2], found.rows) == (0.2, (0.08, 0.028), 3)
+
+
+@pytest.mark.parametrize("copies", [1, 40])  # dense and sparse
+def test_a_mass_matrix_that_is_cut_is_none(copies):
+    """Rows behind a cut have couplings and no diagonal. The modes of a large one changed from one
+    run to the next."""
+    mass = block_diag([np.array([[2.0, 1.0], [1.0, 2.0]])] * (10 * copies)).tolil()
+    mass[-1, -1] = 0.0
+    system = squeal.System(csc_array(mass), K=csc_array(np.eye(20 * copies)))
+    rows = f"rows {20 * copies - 1} and {20 * copies}"
+    with pytest.raises(ComputationError, match=rf"M is no mass: ({rows}|.*) are coupled by more"):
+        squeal.check(system)
+
+
+def test_rows_of_k_without_an_entry_are_named():
+    K = csc_array(np.diag([1.0, 2.0, 0.0]))
+    K.eliminate_zeros()
+    found = squeal.check(squeal.System(csc_array(np.eye(3)), K=K))
+    assert "1 rows without an entry, the first is row 3" in found.checks["K"]
+    assert found.free == 1

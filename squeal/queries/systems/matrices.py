@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from squeal.io.matrices import fingerprint, write_matrix
 from squeal.io.system import SystemFile
@@ -50,6 +51,9 @@ def system_checks(system: TermSystem) -> dict[str, str]:
     """What is to be said of M, C and K at the system's parameters."""
     M, C, K = system.frozen().at()
     checks = {"M": _words(M), "K": _words(K)}
+    empty = np.flatnonzero(np.diff(csr_array(K).indptr) == 0)
+    if empty.size:
+        checks["K"] += f", {empty.size} rows without an entry, the first is row {empty[0] + 1}"
     if C is not None and norm_of(C):
         checks["C"] = "symmetric" if is_symmetric(C) else "not symmetric"
     return checks

@@ -161,8 +161,8 @@ def refereed(
 ) -> RefereedRoots:
     """The roots of a small system as far as the referee confirms them.
 
-    If it refutes them, the roots that it knows itself take their place, if they pass. Roots that lie
-    between those that it knows are moved to these, if that proves the list.
+    If it refutes them, the roots that it knows itself take their place, if they pass. Roots that
+    lie between those that it knows are moved to these, if that proves the list.
 
     Parameters
     ----------
