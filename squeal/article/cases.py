@@ -14,7 +14,7 @@ ANGLE_TEXTS = {
     case: tuple("pi" if a == 1.0 else f"{a:g}*pi" for a in angles)
     for case, angles in _OVER_PI.items()
 }
-"""The same as scene files write them."""
+"""Angles (alpha1, alpha2) of each case, as scene files write them."""
 HISTORY_FIGURES = {
     f"{model}-{case}": first + i
     for model, first in (("b1", 4), ("b2", 9))

@@ -109,7 +109,7 @@ FIGURES: dict[str, Figure] = {
 }
 """All figures of the report."""
 REPRODUCIBLE = {name: figure for name, figure in FIGURES.items() if not figure.measured}
-"""Those that are drawn from results and compared with other builds."""
+"""The figures that are drawn from results and compared with other builds."""
 RESULTS = tuple(map(result_file, (*HISTORY_FIGURES, *STUDIES)))
 """All result files that the report rests on."""
 TABLES = (

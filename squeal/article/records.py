@@ -129,7 +129,7 @@ def _record(kind: Any, value: dict[str, Any], at: Place) -> Any:
 
 @dataclass_transform(frozen_default=True)
 class Record:
-    """Its subclasses are frozen dataclasses that go to a JSON file and come back unchanged."""
+    """A base of frozen dataclasses that go to a JSON file and come back unchanged."""
 
     def __init_subclass__(cls, kw_only: bool = False) -> None:
         dataclasses.dataclass(frozen=True, kw_only=kw_only)(cls)

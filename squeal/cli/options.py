@@ -30,7 +30,7 @@ class Range(NamedTuple):
 
 
 class AxisRange(NamedTuple):
-    """The same for an axis, and whether it is logarithmic."""
+    """A parameter of an axis, its range, and whether the axis is logarithmic."""
 
     name: str
     low: float
@@ -78,7 +78,7 @@ def named_range(text: str) -> Range:
 
 
 def axis(text: str) -> AxisRange:
-    """The same, and whether :log follows. Raises InputError."""
+    """The axis that NAME:LOW:HIGH names, logarithmic if :log follows. Raises InputError."""
     name, low, high = named_range(text.removesuffix(":log"))
     return AxisRange(name, low, high, text.endswith(":log"))
 

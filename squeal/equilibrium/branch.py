@@ -161,7 +161,8 @@ class Branches:
     def _followed(
         self, node: np.ndarray, pad: np.ndarray, mu: np.ndarray, touching: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The same by following the branches of k pads again from nodes to mu (k,)."""
+        """Equilibria (4, k) of pads at mu (k,), by following their branches again from nodes;
+        true (k,) where the branch reaches mu in the contact state `touching`."""
         start = Equilibria(self.z[:, node], touching, np.ones(node.size, dtype=bool))
         branch = follow(self.statics.pick(pad), start, mu)
         same_contact = (branch.touching[:, branch.last] == touching).all(axis=0)

@@ -137,7 +137,7 @@ class CompiledStatics(Statics):
 
     @staticmethod
     def of_pads(statics: Statics, n: int) -> CompiledStatics:
-        """Those of n pads."""
+        """The compiled statics of n pads."""
         numbers = (*statics.model.c, statics.initial_gap, statics.model.pad.theta0)
         parameters = np.empty((len(numbers), n))
         for row, value in zip(parameters, numbers, strict=True):

@@ -143,8 +143,8 @@ class Path:
         return float(error)
 
     def _error_at(self, z: np.ndarray, before: np.ndarray, changed: np.ndarray) -> float:
-        """The same at a node z (4, 1) with the contact (points,) before it, where the points
-        `changed` (j,) change, or none at a fold."""
+        """How far rounding may move the mu of a node z (4, 1), at which the contact points
+        `changed` (j,) of the contact (points,) before it change, or none at a fold."""
         statics = self.statics
         law = statics.model.law
         touching = 1.0 * before[:, None]

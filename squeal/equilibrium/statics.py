@@ -41,7 +41,7 @@ class Equilibria(NamedTuple):
     exists: np.ndarray
 
     def some(self, which: np.ndarray) -> Equilibria:
-        """Those of some pads, by numbers or bools."""
+        """The equilibria of some pads, by numbers or bools."""
         return Equilibria(*(of_some(array, which) for array in self))
 
 
@@ -158,7 +158,7 @@ class Statics:
         return dataclasses.replace(self, model=model)
 
     def for_steps(self, index: np.ndarray) -> Statics:
-        """The same, of which nothing but a `surface_step` is wanted."""
+        """The statics of the pads that `index` names, for calls of `surface_step` alone."""
         return self.pick(index)
 
     def place(self, z: np.ndarray) -> np.ndarray:
@@ -265,7 +265,7 @@ class Statics:
         return np.concatenate([outwards * self.gaps(z), (past_upright, z[3] - mu_max)])
 
     def events_behind(self, z: np.ndarray, on: np.ndarray, mu_max: np.ndarray) -> np.ndarray:
-        """Which of these events lie behind places z (4, ..., k), beyond rounding."""
+        """Which events of `event_functions` lie behind places z (4, ..., k), beyond rounding."""
         values = self.event_functions(z, on, mu_max)
         behind = np.asarray(values > 0.0)
         if behind.any():
@@ -277,7 +277,7 @@ class Statics:
     def events_behind_on(
         self, curve: np.ndarray, on: np.ndarray, mu_max: np.ndarray
     ) -> Callable[[np.ndarray], np.ndarray]:
-        """The same at shares of cubic curves (4, 4, k), a function of the share.
+        """A function of the share that applies `events_behind` to cubic curves (4, 4, k).
 
         Shares are (k,), or (j, 1) the same on all curves; answers (events, k) or (events, j, k).
         """
@@ -416,7 +416,7 @@ class Excursion(NamedTuple):
     reaction: Number
 
     def beyond(self) -> np.ndarray:
-        """Which of the three exceeds its limit, shape (3, ...)."""
+        """Which of tilt, travel and reaction exceeds its limit, shape (3, ...)."""
         within = [np.asarray(value) <= limit for value, limit in zip(self, LIMITS, strict=True)]
         return ~np.array(within)  # also what is not a number
 

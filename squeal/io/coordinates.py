@@ -45,7 +45,7 @@ class Coordinates:
     bases: tuple[NDArray[np.float64], ...] = field(default=(), repr=False)
 
     def without(self, rows: NDArray[np.intp]) -> "Coordinates":
-        """The same nodes without some rows of the system."""
+        """The coordinates without some rows of the system."""
         return replace(
             self,
             nodes=np.delete(self.nodes, rows),
@@ -53,7 +53,7 @@ class Coordinates:
         )
 
     def with_rows_behind(self, count: int) -> "Coordinates":
-        """The same with so many rows more that move nothing."""
+        """The coordinates with `count` more rows that move nothing."""
         return replace(
             self,
             nodes=np.append(self.nodes, np.zeros(count, self.nodes.dtype)),
@@ -157,8 +157,10 @@ def _rows_by_labels(
 
 
 def read_elements(path: Path, coordinates: Coordinates) -> Coordinates:
-    """The same with the elements of a table: element, type, and its nodes, corners first. Raises
-    InputError."""
+    """Coordinates with the elements of a table: element, type, and its nodes, corners first.
+
+    Raises InputError.
+    """
     _, lines = read_table(path, ("element", "type"))
     index_of_name = {name: i for i, name in enumerate(coordinates.names)}
     cells: dict[str, tuple[str, Corners]] = {}

@@ -123,7 +123,7 @@ class Damping:
             object.__setattr__(self, name, value)
 
     def to_dict(self) -> dict[str, Any]:
-        """As it stands in a scene file.
+        """The scene as it stands in a scene file.
 
         Examples
         --------

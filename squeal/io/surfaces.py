@@ -117,7 +117,7 @@ def named_face(kind: str, nodes: Corners, side: str, at: Place) -> Corners:
 
 
 def _turned_over(face: Corners) -> Corners:
-    """The same face of a shell seen from its other side."""
+    """A face of a shell seen from its other side."""
     corners = corners_of(face)
     middles = face[len(corners) :]
     return (*reversed(corners), *reversed(middles[:-1]), *middles[-1:])

@@ -78,7 +78,7 @@ class SystemFile:
     assumptions: tuple[str, ...] = ()
 
     def replaced(self, changes: Mapping[str, float]) -> SystemFile:
-        """The same with other values of some parameters, at which components are seated anew.
+        """The file with other values of some parameters, at which components are seated anew.
 
         Examples
         --------

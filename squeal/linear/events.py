@@ -89,11 +89,11 @@ class Event:
 
     @property
     def width(self) -> float:
-        """Of the interval."""
+        """Width of the interval."""
         return self.interval[1] - self.interval[0]
 
     def crossing(self, mode: int, changes: bool) -> Crossing:
-        """The same for callers, with the number of the mode and whether the verdict changes."""
+        """The event as callers have it, with its mode's number and whether the verdict changes."""
         low, high = self.interval
         return Crossing(
             mu=float(self.value),

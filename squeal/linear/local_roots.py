@@ -97,7 +97,7 @@ class LocalRoots(NamedTuple):
         return centre, float(np.abs(zeros - centre).max())
 
     def at(self, continuation: Continuation, p: float) -> LocalRoots:
-        """The same roots at p."""
+        """The roots at p that continue these."""
         root = self.mean + (p - self.value) * self.mean_slope
         return roots_near(continuation, p, root, self.right, self.left)
 

@@ -420,7 +420,7 @@ class _Cycles(NamedTuple):
 
     @staticmethod
     def of(e: Sequence[Values]) -> _Cycles:
-        """Those of the nine entries of A, row by row."""
+        """The cycles of the nine entries of A, row by row."""
         p12 = e[1] * e[3]
         p13 = e[2] * e[6]
         p23 = e[5] * e[7]

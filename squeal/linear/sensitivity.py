@@ -145,7 +145,7 @@ class Singular(NamedTuple):
 
     @staticmethod
     def of(matrices: Change, root: complex) -> Singular:
-        """That of dense matrices whose rows are of one size.
+        """The singular P of dense matrices whose rows are of one size.
 
         Raises ComputationError where P is regular.
         """

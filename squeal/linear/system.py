@@ -322,7 +322,7 @@ class System:
         return values
 
     def replace(self, changes: Mapping[str, float]) -> System:
-        """The same system with other values of some parameters.
+        """The system with other values of some parameters.
 
         Examples
         --------
@@ -400,7 +400,7 @@ class System:
         return self._sum(self.M, value), self._sum(self.C, value), self._sum(self.K, value)
 
     def arrays(self, changes: Mapping[str, float] | None = None) -> SystemMatrices:
-        """The same as NumPy arrays.
+        """M, C and K at some parameters as NumPy arrays.
 
         Examples
         --------

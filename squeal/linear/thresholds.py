@@ -486,7 +486,7 @@ class _FastestEvents(NamedTuple):
 
 
 def _fastest_events(part: SearchResult, change: VerdictChange) -> _FastestEvents:
-    """These of a change of verdict; none of one without a cluster."""
+    """The fastest events of a change of verdict; none of a change without a cluster."""
     if change.cluster is None:
         return _FastestEvents(None, None)
     cluster = part.clusters[change.cluster]

@@ -370,7 +370,7 @@ class Formulation:
         FORMULATION.read(vars(self), Place("Formulation"))
 
     def to_dict(self) -> dict[str, Any]:
-        """As it stands in a scene file, defaults left out.
+        """The formulation as it stands in a scene file, defaults left out.
 
         Examples
         --------

@@ -83,7 +83,7 @@ class PadModel:
         return contact_model(self.name).linear
 
     def replace(self, **changes: Number) -> PadModel:
-        """The same model of a pad with some parameters changed."""
+        """The model with some parameters of its pad changed."""
         return dataclasses.replace(self, pad=self.pad.replace(**changes))
 
     @cached_property

@@ -196,7 +196,7 @@ class Pad:
         return {name: vars(self)[name] for name in PARAMETERS if vars(self)[name] is not None}
 
     def to_dict(self) -> dict[str, Any]:
-        """As it stands in a scene file, without what is left out or placed at zero.
+        """The pad as it stands in a scene file, without what is left out or placed at zero.
 
         Examples
         --------
@@ -242,7 +242,7 @@ class Pad:
         return Pad(**(own | changes))
 
     def scaled(self, mass: float, length: float, time: float) -> Pad:
-        """The same pad measured in other units (each given in the present ones).
+        """This pad measured in other units (each given in the present ones).
 
         Examples
         --------

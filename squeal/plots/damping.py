@@ -43,7 +43,7 @@ class _Paths:
         self.roots = {mode: np.array(path) for mode, path in roots.items()}
 
     def growth(self, mode: int) -> float:
-        """Its fastest growth rate, 1/s."""
+        """The fastest growth rate of a mode, 1/s."""
         return float(self.roots[mode].real.max())
 
     def growing(self, sweep: Sweep) -> list[int]:

@@ -45,7 +45,7 @@ def symbol_of(parameter: str) -> str:
 
 
 def friction_symbol(parameter: str) -> str:
-    """The same, with the word friction before mu."""
+    """A parameter's symbol as it stands in a text, with the word friction before mu."""
     return f"friction {symbol(parameter)}" if parameter == "mu" else literal(parameter)
 
 

@@ -275,7 +275,7 @@ def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
 
 
 def _with_position(run: Run, model: PadModel) -> Run:
-    """The same run with the position of the normal reaction over w in its history."""
+    """A run with the position of the normal reaction over w added to its history."""
     history = run.history
     state_of_name = {model.state_name(state): state for state in model.states}
     contact = np.array([state_of_name[name] for name in history["state"]], dtype=float).T

@@ -185,7 +185,7 @@ def half_widths(X: NDArray, data: str) -> Floats:
 
 
 def doubles(X: NDArray[Any]) -> NDArray[Any]:
-    """The same real or complex numbers as doubles.
+    """Real or complex numbers as doubles of the same value.
 
     Raises ValueError where one is none: an integer beyond 2^53, or a longer float.
     """

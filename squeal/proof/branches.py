@@ -61,7 +61,7 @@ SHARP = 1e-14
 CONTACT = 10.0
 """Where the contact changes: so many times `SHARP`, in a cell of the state before it."""
 CONTACT_BEYOND = 200.0
-"""The same in a cell of the state beyond it, whose boxes are wider."""
+"""Where the contact changes, in a cell of the state beyond, whose boxes are wider."""
 MOST_CELLS = 400
 """After so many cells the branch counts as lost."""
 SHRINKING = 8.0
@@ -445,7 +445,7 @@ class PadBranch:
     def _contracted(
         self, guess: Floats, pivot: int, middle: float, half: float, state: State, reach: Floats
     ) -> Cell | None:
-        """The same by Krawczyk's operator: the box is widened until its image lies within.
+        """A cell by Krawczyk's operator: the box is widened until its image lies within.
 
         A box e of deviations has the image |Y F(P)| + |1 - Y J(P + box)| e.
         """
@@ -582,7 +582,7 @@ class PadBranch:
         return net_loads(Functions, c, self.model.law, tuple(unknowns[:FRICTION]), touches)
 
     def _jets(self, unknowns: Sequence[Any], state: State) -> list[Jet]:
-        """The same loads with their slopes by the unknowns."""
+        """Loads (3) in one contact state with their slopes by the unknowns."""
         jets = [Jet(u, unit) for u, unit in zip(unknowns, UNIT_SLOPES, strict=True)]
         return [Jet.of(load) for load in self._loads(jets, state)]
 

@@ -126,7 +126,7 @@ class Functions:
 
 
 class Doubles:
-    """The same of jets of doubles: approximate, for Newton's method alone."""
+    """Functions of jets of doubles: approximate, for Newton's method alone."""
 
     @staticmethod
     def sin(x: Jet) -> Jet:

@@ -141,7 +141,7 @@ def _checked(
 
 
 def _proved(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -> BandProof:
-    """The same of checked matrices, in the steps that the top of the module names."""
+    """The proof for checked matrices, in the steps that the top of the module names."""
     metric = csc_array((M + M.T) * 0.5)  # any symmetric positive definite matrix would do
     diagonal = metric.diagonal()
     if not np.all(diagonal > 0.0):

@@ -46,7 +46,7 @@ NARROWINGS = 9
 SLOW = 0.25
 """A narrowing that leaves open more than this share of the cell counts as slow."""
 COST_OF_SLOW = 3
-"""So many of the `NARROWINGS` are used up by a slow one."""
+"""A slow narrowing uses up so many of the `NARROWINGS`."""
 WIDE = 0.1
 """An open interval of t wider than this is halved before its cell is narrowed."""
 COEFFICIENTS_OPEN = "what grows cannot be counted"
@@ -309,18 +309,24 @@ class _BranchComparison:
         refined: list[Part] = []
         for part in self._parts_by_signs(cell, low, high):
             is_slow = part.high - part.low > SLOW * (high - low)
-            left = narrowings - (COST_OF_SLOW if is_slow else 1)
-            if part.growing is None and left >= 0 and not self.branch.is_sharp(part.friction):
-                refined += self._refined(part, left)
+            narrowings_left = narrowings - (COST_OF_SLOW if is_slow else 1)
+            if (
+                part.growing is None
+                and narrowings_left >= 0
+                and not self.branch.is_sharp(part.friction)
+            ):
+                refined += self._refined(part, narrowings_left)
             else:
                 refined.append(part)
         return refined
 
     def _parts_by_signs(self, cell: Cell, low: float, high: float) -> list[Part]:
-        """The same with the signs as this cell gives them.
+        """The parts of a cell between low and high, places along it within -1 to 1, cut where the
+        sign of det K or of the condition of pairs changes or is open.
 
-        A root reaches the axis only where det K vanishes, at zero, or where the second condition
-        does, as a pair; see the top of the module. Between their zeros one count holds for all t.
+        Each has its count of growing roots, None where a sign is open. A root reaches the axis only
+        where det K vanishes, at zero, or where the second condition does, as a pair; see the top of
+        the module. Between their zeros one count holds.
         """
         K, C = self._matrices(cell)
         coefficients = _characteristic(self.mass, K, C)
@@ -334,16 +340,16 @@ class _BranchComparison:
         for left, right in itertools.pairwise(sorted(edges)):
             sign_of_det_K = _sign_within(signs_of_det_K, left, right)
             sign_of_pairs = _sign_within(signs_of_pairs, left, right)
-            folds = sign_of_det_K == 0
+            det_K_is_open = sign_of_det_K == 0
             if sign_of_det_K and sign_of_pairs:
                 middle = flint.arb((left + right) / 2.0)
                 values = [coefficient(middle) for coefficient in coefficients]
                 count = _growing(values, sign_of_pairs, self.is_damped)
                 parts.append(Part(cell, left, right, count))
             elif parts and parts[-1].growing is None:
-                parts[-1] = parts[-1]._replace(high=right, folds=parts[-1].folds or folds)
+                parts[-1] = parts[-1]._replace(high=right, folds=parts[-1].folds or det_K_is_open)
             else:
-                parts.append(Part(cell, left, right, None, folds))
+                parts.append(Part(cell, left, right, None, det_K_is_open))
         return parts
 
     def _refined(self, part: Part, narrowings: int) -> list[Part]:

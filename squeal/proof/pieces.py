@@ -175,7 +175,7 @@ def growing_counts(pieces: Sequence[Piece], rate: float = 0.0) -> tuple[int, int
 
 
 def growing_of(tallies: Sequence[Tally], rate: float = 0.0) -> tuple[int, int]:
-    """The same of tallies."""
+    """The least and the largest number of roots of tallies that may grow faster than a rate."""
     least = 0
     most = 0
     for number, low, high, side in tallies:

@@ -124,7 +124,7 @@ class Terms:
         return not any(X.mid.any() for X in self._balls["C"])
 
     def components(self) -> list[Terms]:
-        """Those of each strong component of the pattern of all terms."""
+        """The terms of each strong component of the pattern of all terms."""
         pattern = sum(np.abs(X.mid) for name in "MCK" for X in self._balls[name]) > 0.0
         each = []
         for rows in strong_parts(pattern):

@@ -164,7 +164,7 @@ def enclosed(system: Quadratic, answer: RootList | None = None) -> Finding:
 
 
 def _with_free_motions(system: Quadratic, finding: Finding) -> Finding:
-    """The same with motions marked that are free within the data."""
+    """The finding with motions marked that are free within the data."""
     if not system.is_real:
         return finding
     parts = list(finding.parts)
@@ -179,7 +179,7 @@ def _with_free_motions(system: Quadratic, finding: Finding) -> Finding:
 
 
 def _made_exact(system: Quadratic, finding: Finding) -> Finding:
-    """The same with exact roots of the components of which it leaves something open.
+    """The finding with exact roots of the components whose roots it leaves open.
 
     Unless the data are known to the last digit the given doubles mean nothing by themselves, and
     the finding stays as it is.

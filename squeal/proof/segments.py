@@ -110,7 +110,7 @@ class Moving(NamedTuple):
 
     @property
     def centres(self) -> NDArray:
-        """Those of the discs (n,) at the middle."""
+        """Centres of the discs (n,) at the middle."""
         return self.S0.diagonal()
 
     @property

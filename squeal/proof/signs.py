@@ -98,7 +98,7 @@ def _signs_of_part(D: Polynomial, uncertainty: Ball, low: float, high: float) ->
 
 
 def _signs_where_monotonic(D: Polynomial, uncertainty: Ball, low: float, high: float) -> list[Sign]:
-    """The same in an interval in which D is monotonic: each sign by bisection from its end."""
+    """Signs of D in an interval in which D is monotonic, each by bisection from its end."""
 
     def sign_at(t: float) -> int:
         value = D(flint.arb(t))

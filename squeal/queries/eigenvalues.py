@@ -104,7 +104,7 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
     roots = tuple(analysis.spectrum.eigenvalues)
     verdict: str | None = analysis.judgement.verdict
     criterion = str(analysis.judgement)
-    proven = all(root.residual <= ACCEPTED for root in roots)
+    certified = all(root.residual <= ACCEPTED for root in roots)
     proof = None
     proof_line = ""
     if prove:
@@ -113,7 +113,7 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
         roots, (verdict, criterion), statement = refereed(
             analysis.matrices, roots, (verdict, criterion), Data(MATRIX_DIGITS)
         )
-        proven = statement.status == "proved"
+        certified = statement.status == "proved"
         proof = statement.to_dict()
         proof_line = statement.words
     shapes = mode_shapes(analysis.spectrum, (1.0, 1.0, scene.pad.w))
@@ -125,7 +125,7 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
         verdict=verdict,
         criterion=criterion,
         unstable=_unstable_modes(scene, analysis),
-        certified=proven,
+        certified=certified,
         count=len(roots),  # M is regular: all roots of the characteristic polynomial
         shapes=shape_rows(shapes, list(COORDINATES), "largest of x, y, w theta 1 m"),
         details=_details(analysis),

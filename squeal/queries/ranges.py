@@ -91,7 +91,7 @@ class RangeStatement(Statement):
         return words
 
     def to_dict(self) -> dict[str, Any]:
-        """As JSON holds it: `extent` is the range that is spoken of."""
+        """The proof as JSON holds it: `extent` is the range that is spoken of."""
         return {
             "status": self.status,
             "by": self.by,

@@ -212,8 +212,8 @@ class Eigenvalues(Answer):
         write_shapes(Path(path), coordinates, sorted(first_of_mode.items()))
 
     def with_onsets(self, others: KnowsOnsets) -> Eigenvalues:
-        """The same with the onset of each mode that grows, where it is not known, as a sweep or the
-        thresholds tell it.
+        """The eigenvalues with the onset of each mode that grows, where the onset is not known, as
+        a sweep or the thresholds tell it.
 
         Examples
         --------
@@ -284,7 +284,7 @@ class Eigenvalues(Answer):
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """Those of its roots, with the error of a reduction if it is known."""
+        """The columns of its roots, with the error of a reduction if it is known."""
         if any(root.error is not None for root in self.eigenvalues):
             return (*ROOT, ERROR)
         return ROOT

@@ -203,7 +203,7 @@ class Sensitivity(Answer):
         return [self.table(), "\n".join([*lines, self.note])]
 
     def without(self, names: Collection[str], note: str) -> Sensitivity:
-        """The same without some parameters, of which a note says why they are left out.
+        """The sensitivity without some parameters; a note says why they are left out.
 
         Examples
         --------

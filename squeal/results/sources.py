@@ -91,7 +91,7 @@ class EigenvalueSelection:
         )
 
     def words(self, count: int | None = None) -> str:
-        """The same in words, for people; of the lowest modes the `count` that were found."""
+        """The selection in words, for people; of the lowest modes the `count` that were found."""
         if self.band is not None:
             return f"{self.band[0]:g} to {self.band[1]:g} Hz"
         if self.region is not None:

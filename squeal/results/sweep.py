@@ -297,7 +297,7 @@ class Sweep(Answer):
         return f"sweep: {count}, the first of them {values[0]:.6g}, {words}"
 
     def named(self, names: Mapping[int, str]) -> Sweep:
-        """The same with names of modes by their numbers.
+        """The sweep with names of modes by their numbers.
 
         Examples
         --------

@@ -94,6 +94,7 @@ class Thresholds(Answer):
         return onsets
 
     def table(self) -> Table:
+        """Crossings and changes of the verdict by rising parameter; one that is both is one row."""
         changes = {point.mu: point.kind for point in self.points}
         crossed = {c.mu for c in self.crossings if c.changes_verdict}
         rows: list[CriticalPoint | Crossing] = list(self.crossings)
@@ -105,9 +106,9 @@ class Thresholds(Answer):
                 return None
             return changes.get(row.mu)
 
-        def error(row: CriticalPoint | Crossing) -> str:
+        def error(row: CriticalPoint | Crossing) -> float:
             low, high = row.interval
-            return number(max(high - row.mu, row.mu - low), 2)
+            return max(high - row.mu, row.mu - low)
 
         table = (
             Column("mu", shown=lambda row: located(row.mu, *row.interval), words=self.parameter),
@@ -117,7 +118,7 @@ class Thresholds(Answer):
             Column("verdict", value=change),
             Column("low", value=lambda row: row.interval[0], hidden=True),
             Column("high", value=lambda row: row.interval[1], hidden=True),
-            Column("error", value=error),
+            Column("error", value=error, shown=lambda row: number(error(row), 2)),
         )
         return Table(table, rows, nothing="no change of stability")
 

@@ -136,7 +136,7 @@ class Cycle:
 
     @property
     def of_any_amplitude(self) -> bool:
-        """Whether it is one of a family of linear vibrations at one value of the parameter."""
+        """Whether the cycle is one of a family of linear vibrations at one parameter value."""
         return not self.contacts and self.stable is None
 
 

@@ -186,7 +186,7 @@ class Segment:
 
     @cached_property
     def steps(self) -> Steps:
-        """Its steps, where there is dense output."""
+        """Steps of the trajectories, where there is dense output."""
         assert self.smooth is not None
         lane, t, h, series = self.smooth
         # complex numbers are sorted by their real parts, then by their imaginary ones

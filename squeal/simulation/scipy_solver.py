@@ -71,7 +71,7 @@ class SciPyIntegrator(Integrator):
         return rhs
 
     def _events(self, contact: list[int]) -> list[_Event]:
-        """Those of the contact points, then of `_LIMITS_BY_EVENTS` as far as the model has them."""
+        """Events of the contact points, then those of `_LIMITS_BY_EVENTS` that the model has."""
         c = self._model.c
         law = self._model.law
         V = self._model.pad.V

@@ -188,8 +188,8 @@ class Machine:
         self._on = list(self.pars[len(NAMES) : len(NAMES) + law.points])
 
     def _events(self, heights: list[Number], limits: list[Number]) -> list[hy.t_event]:
-        """heyoka's events: a change at each contact point, beyond which the motion goes on, then
-        the limits, which end it."""
+        """heyoka's events: a change at each contact point, whose callback says whether the motion
+        goes on, then the limits, which end it."""
         code = self.code
         event = hy.t_event
         change: Callable[[int], Callable[..., bool]] = self._change_alone

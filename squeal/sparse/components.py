@@ -141,7 +141,7 @@ class Component:
     def rotating(
         self, axis: ArrayLike, speed: str, values: Changes, preloaded: bool = False
     ) -> Component:
-        """The same component seen from a frame that turns with it at constant speed.
+        """The component seen from a frame that turns with it at constant speed.
 
         Coriolis forces 2 speed G enter C and centrifugal forces -speed^2 Z enter K, of each term of
         M: G = (M J + J M) / 2 and Z = -(M J^2 + J^2 M) / 2, in which J x = axis x x at each node.

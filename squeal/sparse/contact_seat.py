@@ -140,7 +140,7 @@ class Contact:
             )
 
     def located(self, bodies: Mapping[str, Component]) -> Contact:
-        """The same contact with its pairs as ContactPoints. Raises InputError.
+        """The contact with its pairs as ContactPoints. Raises InputError.
 
         Examples
         --------
@@ -428,7 +428,7 @@ class _JoinedPairs(NamedTuple):
 
     @staticmethod
     def of(joints: Sequence[PairDirections], parameters: Changes) -> _JoinedPairs:
-        """Those of some contacts at some parameters."""
+        """The joined pairs of some contacts at some parameters."""
         from scipy.sparse import vstack
 
         of_contacts = [_pair_laws(joint, parameters) for joint in joints]

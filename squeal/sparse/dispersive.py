@@ -111,7 +111,7 @@ class DispersiveReduction(Reduction):
     """A reduction whose roots have frequencies of their own where `changes` name none."""
 
     def frozen(self, omega: float, region: Rectangle) -> DispersiveReduction:
-        """The same at one frequency (rad/s), in a region around it."""
+        """The reduction frozen at one frequency (rad/s), in a region around that frequency."""
         other = copy(self)
         other.system = self.system.frozen(omega)
         other.region = region

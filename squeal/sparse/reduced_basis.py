@@ -130,7 +130,7 @@ class ResidualSketch:
     series: float
 
     def of_modes(self, left: ComplexArray, right: ComplexArray) -> ResidualSketch:
-        """The same of vectors in the coordinates of columns (d, k)."""
+        """The sketch for vectors in the coordinates of columns (d, k)."""
         probes = [Probes(one.left @ left.conj(), one.right @ right) for one in self.probes]
         return replace(self, residual=self.residual @ right, probes=probes)
 

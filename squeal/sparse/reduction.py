@@ -216,7 +216,7 @@ class Reduction:
         return self.worst <= TOLERANCE
 
     def replaced(self, changes: Changes) -> Reduction:
-        """The same with other values of some parameters as its own."""
+        """The reduction with other values of some parameters as its own."""
         other = copy(self)
         other.scaled = copy(self.scaled)
         other.scaled.system = self.scaled.system.replace(changes)

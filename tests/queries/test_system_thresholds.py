@@ -244,3 +244,12 @@ def test_an_answer_of_too_few_values_says_why_it_is_in_doubt(monkeypatch):
     C, K = system(full.first.mu)[1:]
     grows = np.block([[np.zeros((6, 6)), np.eye(6)], [-K, -C]])
     assert np.linalg.eigvals(grows).real.max() == pytest.approx(0.0, abs=1e-9)
+
+
+def test_errors_in_tables_are_numbers():
+    """They were texts beside numbers."""
+    K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+    found = squeal.thresholds(squeal.System(np.eye(2), K=K, parameters={"mu": 0.1}), high=1.0)
+    (row,) = found.to_records()
+    assert row["low"] <= 0.75 <= row["high"]
+    assert 0.0 <= row["error"] <= row["high"] - row["low"]

@@ -39,7 +39,7 @@ def scene_files(given: Path | None, stems: Iterable[str]) -> list[Path]:
 
 
 def sets(files: Sequence[Path]) -> dict[str, list[Path]]:
-    """The same scenes of the other parameter sets, in the folders beside the files, by folder."""
+    """Scene files of the other parameter sets, by the folders beside `files` that hold them."""
     first = files[0]
     of_sets = {}
     for beside in sorted(first.parent.glob(f"*/{first.name}")):

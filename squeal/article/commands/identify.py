@@ -56,7 +56,7 @@ def data(result: SearchResult, claims: list[JudgedClaim]) -> dict[str, Any]:
 
 
 def text(result: SearchResult, claims: list[JudgedClaim]) -> str:
-    """The same for people."""
+    """The best set for people."""
     rows = [(f"  {name}", f"{value:.6g}") for name, value in result.numbers.items()]
     failing = [(f"  {j.id}", f"{j.margin:+.3g}", j.measured) for j in claims if not j.holds]
     held = len(claims) - len(failing)

@@ -100,7 +100,7 @@ def _moment_entry(answer: dict[str, Any]) -> str:
 
 
 def text(answer: dict[str, Any]) -> str:
-    """The same for people."""
+    """The answer for people."""
     K = [[number(v) for v in row] for row in answer["K"]]
     rank_word = "singular" if answer["rank"] < 3 else "regular"
 

@@ -46,7 +46,7 @@ class MeasuredFinding(Record):
 
     @property
     def worth(self) -> str:
-        """Its kind, and what it affects, in words."""
+        """The kind of the finding, and what the finding affects, in words."""
         return f"{self.kind}: {self.affects}" if self.affects else self.kind
 
 

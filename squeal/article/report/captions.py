@@ -38,7 +38,7 @@ def captions() -> dict[str, str]:
 
 
 def captions_shown(results: Path) -> dict[str, str]:
-    """The same without LaTeX's marks, their numbers from the folder of a build."""
+    """All captions without LaTeX's marks, their numbers from the folder of a build."""
     known = read(sorted(results.glob("*.json")))
     return {name: plain(filled(text, known)) for name, text in captions().items()}
 

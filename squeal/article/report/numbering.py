@@ -28,7 +28,7 @@ def placed(text: str) -> dict[str, list[str]]:
 
 
 def own(names: Iterable[str]) -> list[str]:
-    """Those of some names that are not the article's."""
+    """The names that are not the article's."""
     return [name for name in names if not _ARTICLE.fullmatch(name)]
 
 

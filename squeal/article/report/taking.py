@@ -67,7 +67,7 @@ class Origin:
         return records
 
     def to_dict(self) -> dict[str, Any]:
-        """As origin.json holds it."""
+        """The entry as origin.json holds it."""
         return {
             "name": self.name,
             "squeal": __version__,

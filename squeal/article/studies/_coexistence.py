@@ -419,7 +419,7 @@ def _rounded(value: float) -> float:
 
 
 def boundary_point(cycle: Cycle) -> BoundaryPoint:
-    """As it is stored."""
+    """A point of the boundary as it is stored."""
     return BoundaryPoint(
         a=_rounded(cycle.pad.a),
         zeta=_rounded(cycle.pad.zeta),

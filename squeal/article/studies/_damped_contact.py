@@ -215,7 +215,7 @@ class DampedContact:
         return cls(scene, a, zeta, float(scene.pad.mu))
 
     def replace(self, **changes: float) -> DampedContact:
-        """The same pad with other values of `PARAMETERS`."""
+        """The pad with other values of `PARAMETERS`."""
         values = {"a": self.a, "zeta": self.zeta, "mu": self.mu} | changes
         other = DampedContact(self.scene, **values)
         for name in ("length", "time", "_decay"):  # of the scene alone: not computed again

@@ -1,4 +1,4 @@
-"""The same motion computed more exactly: what a run in double precision is measured against."""
+"""A motion computed more exactly: what a run in double precision is measured against."""
 
 import dataclasses
 from dataclasses import dataclass

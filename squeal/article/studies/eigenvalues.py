@@ -127,7 +127,7 @@ class Eigenvalues(Result):
 
     @property
     def wrong(self) -> str:
-        """That python-control and the own solver differ."""
+        """A sentence if python-control and the own solver differ, else empty."""
         if self.apart < AGREES:
             return ""
         return f"poles by python-control are {self.apart:.1e} from the own eigenvalues"
@@ -313,7 +313,7 @@ def modulus_margin(loop: FrictionLoop, mu: float) -> float:
 
 
 def tracked(values: np.ndarray) -> np.ndarray:
-    """The same poles (gains, 6), each column near itself from one gain to the next.
+    """Poles (gains, 6) in such an order that each column is near itself from gain to gain.
 
     By the assignment of least total distance; at first they are in order of the imaginary part.
     """

@@ -154,7 +154,7 @@ def drift(scene: Scene, motion: Simulation) -> Errors:
 
 
 def in_units(scene: Scene, mass: float, length: float, time: float) -> Scene:
-    """The same motion in other units."""
+    """A motion in other units."""
     place = np.array([length, length, 1.0])
     initial = np.array(scene.initial) / np.concatenate([place, place / time])
     pad = scene.pad.scaled(mass, length, time)

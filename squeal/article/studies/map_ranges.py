@@ -30,7 +30,8 @@ SPREAD = {
     "k_c/k1": (0.05, 0.4, 3.0),
     "preload": (0.0, 4.0, 8.0),
 }
-"""The same, soft to stiff contact, and springs that press with -y0 k1 over F_n."""
+"""Flat to square pads, springs of unlike size, soft to stiff contact, and springs that press with
+-y0 k1 over F_n."""
 SHAPES = {"h/w": (0.1, 0.3, 1.0), "k2/k1": (0.25, 1.0, 4.0), "mu": (0.1, 0.4, 0.9)}
 CELLS = 60  # a side of the maps of all combinations
 FINE = 80  # a side of the maps whose area is outlined

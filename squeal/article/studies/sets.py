@@ -89,12 +89,12 @@ class Sets(Result):
 
     @property
     def valid(self) -> dict[str, ParameterSet]:
-        """Those in whose motions the surface is always faster than the lower face."""
+        """The sets in whose motions the surface is always faster than the lower face."""
         return {name: one for name, one in self.sets.items() if not one.outruns}
 
     @property
     def flat(self) -> list[ParameterSet]:
-        """Those whose height allows a positive delta in case (d)."""
+        """The sets whose height allows a positive delta in case (d)."""
         return [one for one in self.sets.values() if one.numbers["h"] < FLATTEST]
 
 

@@ -41,7 +41,7 @@ def send_full() -> None:
     os.dup2(2, 1)  # where the package prints to
     answer: dict[str, MatrixFile] | Exception
     try:
-        answer = _read(Path(sys.argv[1]))
+        answer = _read_in_child(Path(sys.argv[1]))
     except ImportError as error:
         answer = error
     except Exception as error:  # the package's own need not be known where it is read
@@ -50,9 +50,9 @@ def send_full() -> None:
         pickle.dump(answer, stream)
 
 
-def _read(path: Path) -> dict[str, MatrixFile]:
-    """K and M without the rows that are constrained, by their names; what the file lacks is left
-    out."""
+def _read_in_child(path: Path) -> dict[str, MatrixFile]:
+    """One triangle each of K and M without the constrained rows, by their names; what the file
+    lacks is left out. Runs in the child process alone, whose memory it limits."""
     from ansys.mapdl.reader import read_binary
 
     with suppress(ImportError):  # Windows has no such limits

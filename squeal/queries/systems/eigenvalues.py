@@ -77,7 +77,7 @@ def system_eigenvalues(
 def _eigenvalues(
     analysis: SystemAnalysis, look: Sweep | None, prove: bool | None, seat: str
 ) -> Eigenvalues:
-    """The same at the system's own value; `seat`: a note on its contact, or nothing."""
+    """The eigenvalues at the system's own value; `seat`: a note on its contact, or nothing."""
     file = analysis.file
     system = analysis.system
     roots = _roots(analysis, look, prove)

@@ -127,7 +127,7 @@ class Statement:
         return words
 
     def to_dict(self) -> dict[str, Any]:
-        """As JSON holds it."""
+        """The statement as JSON holds it."""
         z = self.where
         where = None if z is None else {"real": z.real, "imag": z.imag}
         return vars(self) | {"reason": self.reason or None, "where": where}

@@ -92,14 +92,19 @@ def reduced_for(
 def first_look_for_thresholds(
     system: TermSystem, selection: EigenvalueSelection, values: Sequence[Changes]
 ) -> FirstLook | None:
-    """A first look whose few modes serve a search for thresholds: of a region above the real axis,
-    in a damped system; None where there is none."""
+    """A modal reduction, with real modes of the structure without friction, that is small and good
+    enough for a search for thresholds.
+
+    None for a region that reaches the real axis, without damping or mass, for complex matrices and
+    for those that follow the frequency, and where the reduction fails or does not converge.
+    """
     region = selection.rectangle
     has_mass = any(norm_of(term.matrix) for term in system.M)
-    may_serve = system.real and system.C and has_mass and not system.follows
-    if region is None or region.low_imag <= 0.0 or not may_serve:
+    is_suited = system.real and bool(system.C) and has_mass and not system.follows
+    if region is None or region.low_imag <= 0.0 or not is_suited:
         return None
-    # no structure without friction, a singular one, or a motion of the basis without mass
+    # InputError: no structure without friction; ZeroDivisionError: a singular one; LinAlgError: a
+    # motion of the basis without mass
     with one_thread(), suppress(InputError, ZeroDivisionError, np.linalg.LinAlgError):
         first_look = FirstLook(ScaledSystem(system), region, values).build()
         matrices = [first_look.system.arrays(changes) for changes in values]

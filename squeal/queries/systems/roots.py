@@ -126,7 +126,7 @@ class SystemRoots:
         return NOT_COUNTED if self.count is None else counted(self.certified)
 
     def lowest(self, modes: int | None) -> SystemRoots:
-        """The same with so many of the first roots selected, all if None.
+        """The roots with the first `modes` of them selected, all if None.
 
         The others are kept, so that the count still shows that none is missing among the first.
         """
@@ -242,14 +242,16 @@ def _roots_of_region(
 def _at_own_frequencies(
     system: TermSystem, selection: EigenvalueSelection, changes: Changes
 ) -> SystemRoots:
-    """The roots of a band of matrices that depend on the frequency of each; nothing counts them."""
+    """The roots of a band where matrices follow the frequency of each root; nothing counts them."""
     reduction = reduced_for(system, selection, [changes])
     assert isinstance(reduction, DispersiveReduction)
-    roots, unsure = modes_at_own_frequencies(reduction, changes)
-    frozen = len(frequencies(system, reduction.region))
-    note = f"each root at its own frequency, found from matrices frozen at {frozen} frequencies"
-    if unsure:
-        note += f"; {unsure} of {len(roots)} roots were met from one side only"
+    roots, reached_once = modes_at_own_frequencies(reduction, changes)
+    frozen_count = len(frequencies(system, reduction.region))
+    note = (
+        f"each root at its own frequency, found from matrices frozen at {frozen_count} frequencies"
+    )
+    if reached_once:
+        note += f"; {reached_once} of {len(roots)} roots were reached from one of these alone"
     verdict, criterion = judge_roots(roots, complete=False)
     return SystemRoots(
         eigenvalues=roots,
@@ -326,7 +328,7 @@ def _roots_of_matrices(
 
 
 def _meaningful(roots: Known, real: bool) -> Known:
-    """Those of all roots that describe a motion: of complex matrices those with Im >= 0."""
+    """The roots that describe a motion: of complex matrices those with Im >= 0."""
     if real:
         return roots
     upper, _ = _upper(roots, None, real)

@@ -347,7 +347,7 @@ def _disagreeing_counts(
 
 
 def _without_vague_certificate(located: _Located, parameter: str, extent: float) -> _Located:
-    """The same, not certified if the interval of a crossing is so wide that it may hold more."""
+    """What was located, not certified if the interval of a crossing may hold more than one."""
     vague = vague_interval((crossing.interval for crossing in located.crossings), extent)
     if not located.certified or vague is None:
         return located
