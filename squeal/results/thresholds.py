@@ -94,7 +94,7 @@ class Thresholds(Answer):
         return onsets
 
     def table(self) -> Table:
-        """Crossings and changes of the verdict by rising parameter; one that is both is one row."""
+        # crossings and changes of the verdict; what is both is one row
         changes = {point.mu: point.kind for point in self.points}
         crossed = {c.mu for c in self.crossings if c.changes_verdict}
         rows: list[CriticalPoint | Crossing] = list(self.crossings)
