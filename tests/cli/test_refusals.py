@@ -20,6 +20,8 @@ K: [{matrix: [[2, 0], [0, 2]]}, {matrix: [[1, 0], [0, -1]], factor: gap},
 FILES = {
     "pair.yaml": PAIR,
     "t.csv": "",
+    "blank.mtx": "",
+    "blank.yaml": "M: {file: blank.mtx}\nK: [[1]]\n",
     "plain.yaml": "M: [[1]]\nK0: [[1]]\nK1: [[1]]\n",
     "nested.json": 100_000 * "[",
     "comma.yaml": "M: [[1]]\nparameters: {mu: 0,4}\nK: [[1]]\n",
@@ -59,6 +61,8 @@ eigenvalues joined.yaml --set kdisc=2 | one of a component's file by a parameter
 map pair.yaml --first gapp:0:1 --second mu:0:1 | gapp: is no parameter; did you mean gap?
 conditions pair.yaml --axis gapp=0,1 | gapp is no parameter here; did you mean gap?
 optimise pair.yaml --bounds gapp:0:1 | gapp: no matrix depends on it; did you mean gap?
+eigenvalues b1.yaml --set my=0.3 | unknown key; did you mean mu?
+check blank.yaml | M.file: blank.mtx: no readable Matrix Market matrix: its first line is empty
 eigenvalues b1.yaml --at 0 | --at 0
 eigenvalues b1.yaml --band 1:2 | --band 1:2
 eigenvalues b1.yaml --band 0:inf | --band 0:inf
