@@ -15,12 +15,13 @@ from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import COORDINATES, Scene, check_simulation
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, number
+from squeal.model.contact import ContactLaw
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.pad import PARAMETERS, at_speed
+from squeal.model.pad import PARAMETERS, Coefficients, at_speed
 from squeal.queries.pads.equilibrium import analyse
 from squeal.schema import Place, public
 from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Shooting
-from squeal.simulation.observers import Extrema, Grid, Read, face_speed
+from squeal.simulation.observers import Extrema, Grid, Read, face_speed, plotted
 from squeal.simulation.run import in_natural_units
 
 WINDOWS = 40  # times the length of the scene in which its motion may settle
@@ -47,6 +48,8 @@ class Orbit:
     extrema : dict
         Least and greatest value of each plotted signal, forces over F_n and delta over w; None
         without contact.
+    peak : float
+        Greatest sum of the contact forces over F_n, of both edges in B1; 0 without contact.
     contacts : tuple of str
         Contact states in the order in which they are passed.
     multipliers : tuple of 5 complex
@@ -68,6 +71,7 @@ class Orbit:
     amplitude: tuple[float, ...]
     velocity: float
     extrema: dict[str, tuple[float, float] | None]
+    peak: float
     contacts: tuple[str, ...]
     multipliers: tuple[complex, ...]
     stable: bool | None
@@ -86,12 +90,6 @@ class Orbit:
     def frequency_hz(self) -> float:
         """1 / period."""
         return 1.0 / self.period
-
-    @property
-    def peak(self) -> float:
-        """Greatest value of the first plotted force over F_n, 0 without contact."""
-        span = next(iter(self.extrema.values()))
-        return span[1] if span else 0.0
 
     @property
     def multiplier(self) -> float:
@@ -303,6 +301,7 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
         amplitude=tuple(units.to_si(half_ranges)[:3].tolist()),
         velocity=float(np.sqrt(square / cycle.period) * units.velocity),
         extrema=extrema.result(),
+        peak=_greatest_contact_force(model.law, grid),
         contacts=tuple(model.state_name(state) for state in cycle.contacts),
         multipliers=tuple(cycle.multipliers.tolist()),
         stable=cycle.stable,
@@ -312,6 +311,17 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
         start=tuple(units.to_si(cycle.state).tolist()),
         turn=cycle.turn,
     )
+
+
+def _greatest_contact_force(law: ContactLaw, grid: Grid) -> float:
+    """Greatest sum of all contact forces over F_n in a motion, 0 without contact."""
+    is_force = np.array([signal.is_force for signal in law.plotted])
+    signals = plotted(law)
+
+    def whole_force(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
+        return np.asarray(signals(c, states, on)[is_force].sum(axis=0))
+
+    return max(float(grid.ranges(whole_force)[0, 1]), 0.0)
 
 
 def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
@@ -427,7 +437,13 @@ def cycles(
             return None
 
     shooting = Shooting(model_at, units)
-    first, reason = shooting.settle(start, stop, value / scale, windows)
+    try:
+        first, reason = shooting.settle(start, stop, value / scale, windows)
+    except ComputationError as error:
+        if scene.damping is not None:
+            raise
+        hint = 'nothing damps the pad; try --set "damping.ratios=[0.02, 0.02, 0.02]"'
+        raise ComputationError(f"{error}; {hint}") from None
     if first is None:
         verdict = verdict_at(value)
         if reason == RESTS and verdict in ("flutter", "divergence"):
