@@ -106,8 +106,8 @@ map b3.yaml --first k1:0:1e10:log | --first k1:0:1e10:log
 map b3.yaml --first k1:1:1e10:lin | --first k1:1:1e10:lin
 map b3.yaml --pdf x.jpg | --pdf x.jpg
 map b3.yaml --csv loop.csv | --csv loop.csv
-map pair.yaml --first mu:0:1 | alpha2
-map pair.yaml --quantity growth | quantity
+map pair.yaml --first mu:0:1 | --second: missing
+map pair.yaml --quantity growth --first mu:0:1 --second gap:0:1 | quantity
 export pair.yaml --output out --method reduced | band
 export pair.yaml --output out --band 1:2 | --band 1:2
 export pair.yaml --output pair.yaml/below | below: cannot be written
