@@ -188,7 +188,9 @@ def _system_condition(
         # of the roots of a band only growth is a verdict
         return _solved(changes, roots, verdict if verdict in GROWING else None)
     file = analysis.file.replaced(changes)
-    found = system_roots(file.system, analysis.selection, bounded=error_bounds(file, file.system))
+    found = system_roots(
+        file.system, analysis.selection, add_errors=error_bounds(file, file.system)
+    )
     accepted = [root for root in found.every if root.residual <= ACCEPTED]
     return _solved(changes, accepted, found.verdict)
 

@@ -396,8 +396,8 @@ def _judged_start(analysis: SystemAnalysis, low: float) -> str | None:
     system = file.system
     changes = {system.parameter: low}
     data = data_of(file, system)
-    bounded = error_bounds(file, system)
-    return system_roots(system, analysis.selection, changes, bounded, data).verdict
+    add_errors = error_bounds(file, system)
+    return system_roots(system, analysis.selection, changes, add_errors, data).verdict
 
 
 def _counted_not_proved(answer: Thresholds) -> Thresholds:

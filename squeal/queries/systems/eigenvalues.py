@@ -153,8 +153,8 @@ def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> 
             changes = {system.parameter: system.parameters[system.parameter]}
             return roots_of_first_look(reduction, analysis.selection, changes)
     data = None if prove is False else data_of(file, system)
-    bounded = error_bounds(file, system)
-    roots = system_roots(system, analysis.selection, bounded=bounded, data=data)
+    add_errors = error_bounds(file, system)
+    roots = system_roots(system, analysis.selection, add_errors=add_errors, data=data)
     if prove and not is_small(system):
         return with_band_proof(file, analysis.selection, roots)
     return roots
@@ -277,7 +277,7 @@ def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, .
         return unstable
     try:
         on_paths = unstable_modes(system, value, linear_thresholds(system, value))
-    except InputError:  # no paths: a factor divides by the parameter, or M has no Cholesky factor
+    except InputError:  # no paths: a factor divides by the parameter, or M is not positive definite
         return unstable
     with_onsets = []
     for mode in unstable:

@@ -116,10 +116,10 @@ def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> 
     Empty if they do not, and for large systems.
     """
     system = file.system.replace({file.system.parameter: value})
-    bounded = error_bounds(file, system)
-    if bounded is None or not has_digits(system) or not is_small(system):
+    add_errors = error_bounds(file, system)
+    if add_errors is None or not has_digits(system) or not is_small(system):
         return ""
-    roots = system_roots(system, selection, bounded=bounded)
+    roots = system_roots(system, selection, add_errors=add_errors)
     reason = open_by_digits(file, roots.every) if roots.verdict is None else ""
     return reason.removeprefix(OPEN)
 

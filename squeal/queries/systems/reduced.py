@@ -1,4 +1,6 @@
-"""Reduced systems that serve a band or region over the parameters."""
+"""Reduced systems: projections of a large one that have its roots in a band or region, over a range
+of the parameters. `FirstLook` is the modal one, on real modes; `Reduction` the one on full
+solutions; `DispersiveReduction` that for matrices that follow the frequency."""
 
 from __future__ import annotations
 
@@ -30,7 +32,10 @@ from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
 
 
 def _region_of(scaled: ScaledSystem, selection: EigenvalueSelection, changes: Changes) -> Rectangle:
-    """The region that is selected, or that of the lowest modes at one value of the parameters."""
+    """The selected region, else a rectangle that holds the lowest modes at some parameters.
+
+    Raises InputError where neither a region nor a number of modes is selected.
+    """
     if selection.rectangle is not None:
         return selection.rectangle
     if scaled.system.follows or selection.modes is None:
@@ -41,8 +46,8 @@ def _region_of(scaled: ScaledSystem, selection: EigenvalueSelection, changes: Ch
         radius = float(sizes[: selection.modes][-1])
     else:
         radius = lowest_modes(scaled.at(changes), selection.modes, certify=False).region.radius
-    far = 1.2 * radius or 1.0
-    return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
+    radius = 1.2 * radius or 1.0  # with a margin for other parameters
+    return Rectangle(-radius / 4, radius / 4, -1e-6 * radius, radius)
 
 
 def reduced_for(
@@ -51,10 +56,22 @@ def reduced_for(
     values: Sequence[Changes],
     method: str = "reduced",
 ) -> Reduction:
-    """The reduced system that serves some values of the parameters.
+    """Reduce a system to the selected roots, to be good at some values of its parameters.
 
-    Warns if the full problem is not met to the tolerance, or if real modes may lose roots, so that
-    the full problem is solved at each value.
+    Warns if the roots do not solve the full problem to the tolerance, or if real modes may lose
+    roots, so that the full problem is solved at each value.
+
+    Parameters
+    ----------
+    system : TermSystem
+        The full system.
+    selection : EigenvalueSelection
+        The band, region or number of modes that the reduced system has to have.
+    values : sequence of mapping
+        The parameters at which it has to be good, each by name; others have the system's values.
+    method : {"reduced", "modal"}
+        Projection onto full solutions, or onto real modes and their corrections. Where matrices
+        follow the frequency it is the first.
     """
     scaled = ScaledSystem(system)
     region = _region_of(scaled, selection, values[len(values) // 2])
@@ -70,7 +87,7 @@ def reduced_for(
                 stacklevel=3,
             )
         return first_look
-    if system.follows:  # a first look corrects the roots of constant matrices
+    if system.follows:  # the reduced system has to be good at each frequency of the band, too
         at_frequencies: list[Changes] = []
         hertz = frequencies(system, region).tolist()
         for changes in values:
@@ -92,19 +109,20 @@ def reduced_for(
 def first_look_for_thresholds(
     system: TermSystem, selection: EigenvalueSelection, values: Sequence[Changes]
 ) -> FirstLook | None:
-    """A modal reduction, with real modes of the structure without friction, that is small and good
-    enough for a search for thresholds.
+    """A projection onto real modes that is small and good enough for a search for thresholds.
+
+    It is much cheaper than `reduced_for`. values: the parameters at which it has to be good.
 
     None for a region that reaches the real axis, without damping or mass, for complex matrices and
-    for those that follow the frequency, and where the reduction fails or does not converge.
+    for those that follow the frequency, and where the projection fails or does not converge.
     """
     region = selection.rectangle
     has_mass = any(norm_of(term.matrix) for term in system.M)
     is_suited = system.real and bool(system.C) and has_mass and not system.follows
     if region is None or region.low_imag <= 0.0 or not is_suited:
         return None
-    # InputError: no structure without friction; ZeroDivisionError: a singular one; LinAlgError: a
-    # motion of the basis without mass
+    # it fails for a system that has no value without friction (InputError), one that is singular
+    # there (ZeroDivisionError), and a basis with a motion without mass (LinAlgError)
     with one_thread(), suppress(InputError, ZeroDivisionError, np.linalg.LinAlgError):
         first_look = FirstLook(ScaledSystem(system), region, values).build()
         matrices = [first_look.system.arrays(changes) for changes in values]
@@ -115,16 +133,19 @@ def first_look_for_thresholds(
 
 
 def estimated_roots(reduction: Reduction, changes: Changes) -> tuple[Eigenvalue, ...]:
-    """The roots of a reduced system at some parameters, by rising frequency, with right vectors in
-    its coordinates."""
+    """The roots of a reduced system at some parameters, by rising frequency.
+
+    Their right vectors are in its coordinates, left ones are empty; `residual` is the backward
+    error in the full problem, `rounding` includes the error of a first look (1/s).
+    """
     if isinstance(reduction, FirstLook):
-        look = reduction.estimate(changes)
-        values = look.values
-        residuals = look.residuals
-        rounding = np.maximum(look.errors, rounding_of(reduction.scaled.system, values))
-        # corrected values have no vectors of their own
-        nearest = np.argmin(np.abs(look.projected.values[:, None] - values), axis=0)
-        right = look.projected.right[:, nearest]
+        estimate = reduction.estimate(changes)
+        values = estimate.values
+        residuals = estimate.residuals
+        rounding = np.maximum(estimate.errors, rounding_of(reduction.scaled.system, values))
+        # roots that were corrected in the full problem have the vector of the nearest projected one
+        nearest = np.argmin(np.abs(estimate.projected.values[:, None] - values), axis=0)
+        right = estimate.projected.right[:, nearest]
     else:
         modes, residuals, _ = reduction.modes(changes)
         values = modes.values
@@ -146,7 +167,7 @@ def estimated_roots(reduction: Reduction, changes: Changes) -> tuple[Eigenvalue,
 
 
 def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dict[str, Any] | None:
-    """A reduced system as JSON holds it."""
+    """A reduced system as JSON holds it; None where the system itself was solved."""
     if reduction is None:
         return None
     entry = picked(reduction, "method size converged spurious")

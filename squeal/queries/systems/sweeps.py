@@ -190,7 +190,7 @@ def _roots_of_full(
     system = file.system.replace({file.system.parameter: value})
     PROGRESS.get()(f"{system.parameter} = {value:g}")
     data = data_of(file, system) if is_judged and is_small(system) else None
-    answer = system_roots(system, selection, bounded=error_bounds(file, system), data=data)
+    answer = system_roots(system, selection, add_errors=error_bounds(file, system), data=data)
     followed = [root for root in answer.every if not system.real or root.value.imag >= 0.0]
     rows = (-1, system.n)
     with_vectors = Roots(

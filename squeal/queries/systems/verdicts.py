@@ -17,22 +17,30 @@ NO_ROOT = "no root"  # the verdict on a band or region without one
 
 
 def verdict_of(roots: NDArray[np.complex128], rounding: NDArray[np.float64]) -> str:
-    """Verdict on roots that rounding may move so far."""
+    """Verdict on roots (m,) that rounding (m,) may move so far, 1/s; `NO_ROOT` on none."""
     return decide(roots, rounding).verdict if rounding.size else NO_ROOT
 
 
 def rounding_of(system: TermSystem, roots: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """How far rounding may move roots of a system that were computed without vectors."""
+    """How far (m,) rounding may move roots (m,) of a system, 1/s, as is assumed without vectors."""
     return assumed_rounding(roots, undamped=system.real and not system.C)
 
 
 def judge_roots(
     roots: Sequence[Eigenvalue], complete: bool = True, conservative: bool = False
 ) -> tuple[str | None, str]:
-    """Verdict on roots and what decided it; unless they are `complete` only growth is proven.
+    """Decide the verdict on roots; returns it, None where it is open, and what decided it in words.
 
-    It is open where rounding leaves a root on either side of the axis. A conservative system has
-    roots on it, and others in fours, so that what rounding leaves there is marginal.
+    Parameters
+    ----------
+    roots : sequence of Eigenvalue
+        The roots with their rounding. A root with a backward error above 1e-6 decides nothing.
+    complete : bool
+        Whether these are all roots. Of some roots only growth is a verdict.
+    conservative : bool
+        Whether the system is undamped or gyroscopic. Its roots lie on the imaginary axis, or in
+        fours about it, so that one that rounding leaves near the axis lies on it. Of other systems
+        a root on either side of the axis within rounding leaves the verdict open.
     """
     solved = [root for root in roots if root.residual <= ACCEPTED and root.rounding < np.inf]
     if not solved:
@@ -43,7 +51,7 @@ def judge_roots(
     if not complete or len(solved) < len(roots):
         rate = f"largest Re lambda = {judgement.value:.6g}"
         return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
-    # sweeps and comparisons of designs need this: of their roots the referee is not asked
+    # the referee would decide these too, but it does not judge sweeps and comparisons of designs
     undecided = [root for root in solved if 0.0 < abs(root.value.real) <= root.rounding]
     if not undecided or conservative:
         return judgement.verdict, str(judgement)
