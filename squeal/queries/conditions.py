@@ -89,8 +89,7 @@ def conditions(
     grid = _combinations(ParameterSpace.of(subject, "conditions", 1.0, "growth"), axes)
     if isinstance(subject, Scene):
         refuse_options("a scene", band=band, memory=memory)
-        solved = (_pad_condition(subject, changes) for changes in grid)
-        return _answer(subject.model, axes, solved)
+        return _answer(subject.model, axes, (_pad_condition(subject, changes) for changes in grid))
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.reduced import basis_of, reduced_for
     from squeal.queries.systems.system_analysis import SystemAnalysis
@@ -195,14 +194,13 @@ def _system_condition(
     from squeal.queries.systems.known import error_bounds
     from squeal.queries.systems.reduced import estimated_roots
     from squeal.queries.systems.roots import system_roots
-    from squeal.queries.systems.verdicts import verdict_of
+    from squeal.queries.systems.verdicts import verdict_of_some
 
     if reduction is not None:
         roots = estimated_roots(reduction, changes)
         values = np.array([root.value for root in roots])
-        verdict = verdict_of(values, np.array([root.rounding for root in roots]))
-        # of the roots of a band only growth is a verdict
-        return _solved(changes, roots, verdict if verdict in GROWING else None)
+        rounding = np.array([root.rounding for root in roots])
+        return _solved(changes, roots, verdict_of_some(values, rounding))
     file = analysis.file.replaced(changes)
     add_errors = error_bounds(file, file.system)
     solution = system_roots(file.system, analysis.selection, add_errors=add_errors)

@@ -14,11 +14,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from squeal.errors import InputError
 from squeal.io.writing import Answer, Column, Panel, Table, columns
+from squeal.linear.continuation import Bools
+from squeal.linear.matrices import Array
+from squeal.linear.roots import ComplexArray
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.system_analysis import SystemAnalysis
@@ -84,9 +86,9 @@ class CriticalSpeeds(Answer):
     high: float
     orders: tuple[float, ...]
     critical: tuple[CriticalSpeed, ...]
-    speeds: NDArray[np.float64] = field(repr=False)
-    frequencies_hz: NDArray[np.float64] = field(repr=False)
-    growing: NDArray[np.bool_] = field(repr=False)
+    speeds: Array = field(repr=False)
+    frequencies_hz: Array = field(repr=False)
+    growing: Bools = field(repr=False)
 
     def table(self) -> Table:
         table = (
@@ -121,7 +123,7 @@ class _CampbellDiagram:
         self.system = system
 
     @functools.cache  # noqa: B019  lives as long as one question
-    def ranked_roots(self, speed: float) -> NDArray[np.complex128]:
+    def ranked_roots(self, speed: float) -> ComplexArray:
         """n of the 2n roots at a speed, rad/s, by rising frequency.
 
         They are the upper root of each conjugate pair, and half of the real roots.
@@ -134,7 +136,7 @@ class _CampbellDiagram:
         """The frequency of a rank less `order` times the speed, rad/s."""
         return float(self.ranked_roots(speed)[rank].imag - order * speed)
 
-    def crossings(self, speeds: NDArray[np.float64], order: float) -> list[tuple[float, int]]:
+    def crossings(self, speeds: Array, order: float) -> list[tuple[float, int]]:
         """Locate where frequencies are `order` times the speed, as pairs of speed and rank.
 
         speeds (m,): rising, between which changes of sign are searched.

@@ -18,11 +18,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import InputError
@@ -31,7 +30,8 @@ from squeal.io.system import Origin, SystemFile
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number
 from squeal.linear.damping import frictionless
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import SKEW
+from squeal.linear.matrices import SKEW, Array
+from squeal.linear.roots import ComplexArray
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import Term, TermSystem
 from squeal.model.equations import linearise
@@ -299,7 +299,7 @@ class _GroupOfRoots(NamedTuple):
 
     roots: Sequence[NumberedRoot]
     terms: Sequence[NamedTerm]
-    slopes: list[NDArray[np.complex128]]
+    slopes: list[ComplexArray]
 
 
 def _groups_of_roots(found: Eigenvalues, roots: Sequence[NumberedRoot]) -> Iterator[_GroupOfRoots]:
@@ -356,11 +356,9 @@ def component_rows(file: SystemFile) -> dict[str, range]:
 
 def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
     """The terms of a system at its parameters, with names by factor and file, and their roles."""
+    at = system.parameters
     without_friction = frictionless(system)  # the parameters, those of friction set to zero
-    friction = set()
-    for name, value in without_friction.items():
-        if value != system.parameters[name]:
-            friction.add(name)
+    friction = {name for name in without_friction if without_friction[name] != at[name]}
     # terms of joined components are sums over their files
     origins = file.origins if file.assembly is None else ()
     named = []
@@ -368,7 +366,7 @@ def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
         origins_of_part = [origin for origin in origins if origin.part[0] == part]
         for k, term in enumerate(terms):
             origin = origins_of_part[k] if k < len(origins_of_part) else None
-            factor = term.factor.value(system.parameters)
+            factor = term.factor.value(at)
             name = _name_of(term, origin, bool(origins))
             role = _role_of(part, term, bool(term.factor.names & friction))
             named.append(NamedTerm(part, name, role, term.matrix, factor))
@@ -435,7 +433,7 @@ def slopes_of(
     roots: Sequence[Eigenvalue],
     frozen: TermSystem | None = None,
     system: TermSystem | None = None,
-) -> list[NDArray[np.complex128]]:
+) -> list[ComplexArray]:
     """Compute the derivatives of roots by the relative size of each term, from both vectors.
 
     Parameters
@@ -469,9 +467,7 @@ def slopes_of(
     return [slopes[f"term {k}"] for k in range(len(terms))]
 
 
-def stored_and_work(
-    term: NamedTerm, root: complex, right: NDArray[np.complex128]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def stored_and_work(term: NamedTerm, root: complex, right: ComplexArray) -> tuple[Array, Array]:
     """What a term adds to D and to the work of a cycle (see the module), each row by row (n,).
 
     With A the term's matrix and x the mode shape (`right`) they are parts of x^H A x: that of the
@@ -502,8 +498,8 @@ class _EnergyOfMode(NamedTuple):
         oscillate.
     """
 
-    stored: NDArray[np.float64]
-    growths: list[NDArray[np.float64]]
+    stored: Array
+    growths: list[Array]
 
     def growth_of_term(self, k: int) -> float | None:
         """What term number k adds to the growth rate, 1/s."""
@@ -546,7 +542,14 @@ def _contribution(
     growth: what the term adds to the growth rate, 1/s; slope: the derivative of the root by the
     term's relative size, rad/s, not finite where modes coalesce.
     """
-    row = Contribution(
+    frequency = None
+    d_real = None
+    d_hz = None
+    if np.isfinite(slope):
+        frequency = float(FREQUENCY_WEIGHT[term.part] * slope.imag) / math.tau
+        d_real = float(0.01 * slope.real)
+        d_hz = float(0.01 * slope.imag) / math.tau
+    return Contribution(
         mode=mode,
         frequency_hz=root.frequency_hz,
         growth_rate=root.growth_rate,
@@ -554,15 +557,7 @@ def _contribution(
         term=term.name,
         role=term.role,
         growth=growth,
-        frequency=None,
-        d_real=None,
-        d_hz=None,
-    )
-    if not np.isfinite(slope):
-        return row
-    return replace(
-        row,
-        frequency=float(FREQUENCY_WEIGHT[term.part] * slope.imag) / math.tau,
-        d_real=float(0.01 * slope.real),
-        d_hz=float(0.01 * slope.imag) / math.tau,
+        frequency=frequency,
+        d_real=d_real,
+        d_hz=d_hz,
     )

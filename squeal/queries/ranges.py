@@ -22,10 +22,17 @@ from squeal.linear.system import Term as SystemTerm
 from squeal.linear.system import TermSystem
 from squeal.model.equations import PadModel
 from squeal.numerics.differentiation import Formula
-from squeal.queries.systems.proofs import HALF_ULP, Statement
+from squeal.queries.systems.proofs import (
+    AS_GIVEN,
+    HALF_ULP,
+    Statement,
+    as_complex,
+    dense_matrices,
+)
 from squeal.results.columns import OPEN
 
 if TYPE_CHECKING:  # scenes start without the referee
+    from squeal.proof.pads import PadProof
     from squeal.proof.ranges import Factor, Term, Terms
     from squeal.proof.referee import Count, Proof
 
@@ -35,7 +42,6 @@ WIDTH = 1e-10  # of a threshold: by how much the interval is widened in which it
 VAGUE = 1e-3  # of the range: a wider interval may hold more than its threshold
 IS_VAGUE = "a threshold is known to an interval only that may hold more"
 BEYOND_FOLD = 1.05  # of the friction at a fold: how far a branch would be followed
-AS_GIVEN = "as given"  # the entries of pads
 DISAGREES = "the referee disagrees: "
 PROVED_ROWS = 40  # up to which thresholds of systems are proved without being asked for
 INTERVALS = 1000  # into which a proof may divide the range, in a system of few rows
@@ -80,13 +86,7 @@ class RangeStatement(Statement):
     def words(self) -> str:
         """The statement in a line below a list."""
         if self.status == "proved":
-            words = "proved: no other mode grows"
-            if self.growth_below:
-                words += f" by more than {self.growth_below:.3g} 1/s"
-            words += f" up to {self.parameter} = {self.until:.9g}"
-            if self.data != HALF_ULP:
-                words += " (entries as given)"
-            return words
+            return self.words_of_proof(f" up to {self.parameter} = {self.until:.9g}")
         if self.status == "counted":
             return f"counted, not proved: {self.reason}"
         words = f"{OPEN}{self.reason}"
@@ -113,21 +113,19 @@ def _statement_of(proof: Proof, parameter: str, low: float, high: float) -> Rang
     A refuted list has an open statement, whose reason says that the referee disagrees.
     """
     statement = RangeStatement(
-        status="open",
-        by=proof.by,
-        data=proof.data,
-        reason=proof.reason,
-        where=None if proof.where is None else complex(proof.where),
-        parameter=parameter,
-        low=low,
-        until=high,
-        high=high,
+        "open", proof.by, data=proof.data, parameter=parameter, low=low, until=high, high=high
     )
     if proof.status == "proved":
         return replace(statement, status="proved", growth_below=proof.growth_below)
+    return _with_reason(statement, proof)
+
+
+def _with_reason(statement: RangeStatement, proof: Proof | PadProof) -> RangeStatement:
+    """An open statement, with the reason why the proof is open or refuted, and where."""
+    reason = proof.reason
     if proof.status == "refuted":
-        return replace(statement, reason=f"{DISAGREES}{proof.reason}")
-    return statement
+        reason = f"{DISAGREES}{reason}"
+    return replace(statement, reason=reason, where=as_complex(proof.where))
 
 
 def _intervals_of(
@@ -203,20 +201,16 @@ def pad_statement(
     except ImportError:
         return RangeStatement("open", None, reason=NO_BALLS, until=high, high=high), []
     proof = prove_pad(branch, claims, fold, first, RATE * fastest)
+    statement = RangeStatement("open", "enclosure", data=AS_GIVEN, until=high, high=high)
     if proof.status != "proved":
-        reason = proof.reason
-        if proof.status == "refuted":
-            reason = f"{DISAGREES}{reason}"
-        where = None if proof.where is None else complex(proof.where)
-        statement = RangeStatement(
-            "open", "enclosure", data=AS_GIVEN, reason=reason, where=where, until=high, high=high
-        )
-        return statement, []
-    until = min(proof.until, high)
-    statement = RangeStatement(
-        "proved", "enclosure", proof.growth_below, AS_GIVEN, until=until, high=high
+        return _with_reason(statement, proof), []
+    proved = replace(
+        statement,
+        status="proved",
+        growth_below=proof.growth_below,
+        until=min(proof.until, high),
     )
-    return statement, list(proof.places)
+    return proved, list(proof.places)
 
 
 def _rise(crossing: Crossing) -> int:
@@ -410,13 +404,14 @@ def doubt_of_counts(
             # at an end of the range, beyond which nothing is counted
             ends_are_clear = False
             continue
-        for share in BESIDE:  # from the nearer distance to the one where rounding hides less
+        for share in BESIDE:  # first nearby, then where rounding hides less
             margin = _margin((start, stop), low, high, share)
             below = _count(system, start - min(margin, half_gap_below))
             above = _count(system, stop + min(margin, half_gap_above))
-            if below.is_certain and above.is_certain:
+            is_certain = below.is_certain and above.is_certain
+            if is_certain:
                 break
-        else:
+        if not is_certain:
             middle = (start + stop) / 2.0
             doubt = f"the referee cannot count what grows on both sides of {middle:.9g}"
         if not _may_rise(below, above, _rise_within(crossings, (start, stop))):
@@ -441,6 +436,5 @@ def _count(system: TermSystem, value: float) -> Count:
     from squeal.proof.balls import Quadratic
     from squeal.proof.referee import unstable_count
 
-    M, C, K = system.arrays({system.parameter: value})
-    damping = None if C is None else dense(C)
-    return unstable_count(Quadratic.of(dense(M), damping, dense(K), HALF_ULP))
+    arrays = dense_matrices(*system.arrays({system.parameter: value}))
+    return unstable_count(Quadratic.of(*arrays, HALF_ULP))

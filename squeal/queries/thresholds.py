@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.equilibrium import Path
 from squeal.equilibrium.damping import damped_model
@@ -19,7 +18,7 @@ from squeal.linear import GROWING, CriticalPoint, Crossing, SystemFunction
 from squeal.linear import thresholds as located_thresholds
 from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.matrices import checked, reduce
-from squeal.linear.roots import STIFF, hides_slow_roots
+from squeal.linear.roots import STIFF, ComplexArray, hides_slow_roots
 from squeal.linear.system import TermSystem
 from squeal.queries.options import (
     Band,
@@ -162,49 +161,51 @@ def _without_proof(
         Values of friction at which steps of the search end.
     """
     _, at_zero = roots_and_verdict(*checked(*system(0.0)))
-    if path is None:
-        located = located_thresholds(system, high, [*looked_at])
-        return Thresholds(
-            name=scene.model,
-            parameter="mu",
-            low=0.0,
-            high=high,
-            verdict=at_zero.verdict,
-            points=tuple(located.points),
-            crossings=tuple(located.crossings),
-            end=f"mu = {high:g} is reached",
-            certified=located.certified,
-            details={"admissible_to": high},
-            source=PadSource(scene),
-        )
-    end = path.mu_end  # of the search
-    if path.fold is not None:
+    end_of_search = high if path is None else path.mu_end
+    if path is not None and path.fold is not None:
         # closer to it rounding makes spurious thresholds, and at it the contact may have changed
-        end = max(path.fold * (1 - NEAR_FOLD) - path.error(path.fold), path.fold / 2)
-    located = located_thresholds(system, end, [*path.breakpoints, *looked_at])
-    points = located.points
+        end_of_search = max(path.fold * (1 - NEAR_FOLD) - path.error(path.fold), path.fold / 2)
+    breakpoints = () if path is None else path.breakpoints
+    located = located_thresholds(system, end_of_search, [*breakpoints, *looked_at])
+    answer = Thresholds(
+        name=scene.model,
+        parameter="mu",
+        low=0.0,
+        high=high,
+        verdict=at_zero.verdict,
+        points=tuple(located.points),
+        crossings=tuple(located.crossings),
+        end=f"mu = {high:g} is reached",
+        certified=located.certified,
+        details={"admissible_to": high},
+        source=PadSource(scene, branch=path),
+    )
+    return answer if path is None else _on_branch(answer, scene, path)
+
+
+def _on_branch(answer: Thresholds, scene: Scene, path: Path) -> Thresholds:
+    """Take into located thresholds where the branch of equilibria ends, and its limits.
+
+    A fold is the last threshold. Thresholds at changes of contact get their intervals.
+    """
+    points = list(answer.points)
     admissible_to, warnings = _admissible(path)
     if path.fold is not None:
         interval = (path.fold, path.fold)
         points.append(CriticalPoint(path.fold, "fold", 0.0, interval, True))
-        if path.fold < scene.pad.mu <= high:
+        if path.fold < scene.pad.mu <= answer.high:
             warnings.append(
                 f"the scene's mu = {scene.pad.mu:g} lies beyond a fold: the branch from mu = 0 "
                 f"turns back at mu = {path.fold:.9g}"
             )
-    return Thresholds(
-        name=scene.model,
-        parameter="mu",
-        low=0.0,
+    return replace(
+        answer,
         high=path.mu_end,
-        verdict=at_zero.verdict,
         points=tuple(_widened_by_rounding(point, path) for point in points),
-        crossings=tuple(_widened_by_rounding(crossing, path) for crossing in located.crossings),
+        crossings=tuple(_widened_by_rounding(crossing, path) for crossing in answer.crossings),
         end=path.end,
-        certified=located.certified,
         warnings=tuple(warnings),
         details={"admissible_to": min(admissible_to, path.mu_end)},
-        source=PadSource(scene, branch=path),
     )
 
 
@@ -479,7 +480,7 @@ def _proved_system(
     return with_statement(answer, statement, intervals), statement.refuted_at
 
 
-def _number_growing(system: TermSystem, roots: NDArray[np.complex128]) -> int:
+def _number_growing(system: TermSystem, roots: ComplexArray) -> int:
     """How many modes grow by more than rounding may move them."""
     from squeal.queries.systems.verdicts import rounding_of
 

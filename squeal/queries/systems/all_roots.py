@@ -6,9 +6,8 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-from squeal.linear.roots import ordered
+from squeal.linear.roots import ComplexArray, ordered
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import assumed_rounding
 from squeal.queries.systems.matrices import ALL_ROWS
@@ -29,7 +28,7 @@ def is_small(system: TermSystem) -> bool:
 
 def roots_of_all(
     system: TermSystem, selection: EigenvalueSelection, changes: Changes
-) -> NDArray[np.complex128]:
+) -> ComplexArray:
     """Compute all roots of a small system and select those of a band or region, without vectors.
 
     Parameters

@@ -9,7 +9,7 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.io.system import SystemFile
-from squeal.queries.systems.proofs import Statement, with_proved_errors
+from squeal.queries.systems.proofs import Statement, as_complex, with_proved_errors
 from squeal.queries.systems.roots import SystemRoots
 from squeal.results.sources import EigenvalueSelection
 
@@ -42,7 +42,7 @@ def with_band_proof(
         return replace(roots, notes=(*roots.notes, f"not proved: {proof.reason}"))
     if proof.status == "refuted":
         reason = f"the referee disagrees: {proof.reason}"
-        where = None if proof.where is None else complex(proof.where)
+        where = as_complex(proof.where)
         statement = Statement("open", proof.by, None, proof.data, reason, where)
         return replace(roots, judged_by=statement)
     eigenvalues = with_proved_errors(roots.eigenvalues, proof.errors)

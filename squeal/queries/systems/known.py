@@ -74,11 +74,8 @@ def _has_structure(system: TermSystem) -> bool:
 
 def digits_of_files(file: SystemFile) -> str:
     """The digits of the files of a system in words, such as "the 6 digits of K.mtx"."""
-    digits_by_file = {}
-    for origin in file.origins:
-        if origin.digits is not None:
-            digits_by_file[origin.file] = origin.digits
-    words = [f"the {digits} digits of {name}" for name, digits in digits_by_file.items()]
+    digits_of = {one.file: one.digits for one in file.origins if one.digits is not None}
+    words = [f"the {digits} digits of {name}" for name, digits in digits_of.items()]
     return " and ".join(words) or "the digits of the matrices"
 
 

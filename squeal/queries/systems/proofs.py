@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from squeal.errors import InputWarning, MatrixError
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import SingularTogetherError, dense
-from squeal.linear.roots import ordered
+from squeal.linear.matrices import Array, SingularTogetherError, dense
+from squeal.linear.roots import ComplexArray, ordered
 from squeal.linear.system import Matrix
 from squeal.results.columns import OPEN
 
@@ -45,6 +45,16 @@ VerdictAndCriterion = tuple[str | None, str]
 """The verdict, None where it is open, and what decided it or why it is open, in words."""
 
 
+def dense_matrices(M: Matrix, C: Matrix | None, K: Matrix) -> Arrays:
+    """M, C and K as arrays (n, n); C may be None."""
+    return dense(M), None if C is None else dense(C), dense(K)
+
+
+def as_complex(where: complex | float | None) -> complex | None:
+    """The root, or the value of the parameter, at which a proof is open; None where it is not."""
+    return None if where is None else complex(where)
+
+
 @dataclass(frozen=True, eq=False)
 class Data:
     """How precisely the entries of M, C and K are known.
@@ -61,7 +71,7 @@ class Data:
     """
 
     words: str = HALF_ULP
-    radii: tuple[NDArray[np.float64], ...] | None = None
+    radii: tuple[Array, ...] | None = None
     keeps_structure: bool = True
 
     @property
@@ -131,9 +141,14 @@ class Statement:
         if self.status == "open":
             where = "" if self.where is None else f" (near {self.where:.6g} rad/s)"
             return f"{OPEN}{self.reason}{where}"
+        return self.words_of_proof()
+
+    def words_of_proof(self, extent: str = "") -> str:
+        """What is proved, on a range that `extent` states, and of which entries."""
         words = "proved: no other mode grows"
         if self.growth_below:
             words += f" by more than {self.growth_below:.3g} 1/s"
+        words += extent
         if self.data == AS_GIVEN:
             words += " (entries as given)"
         elif self.data != HALF_ULP:
@@ -197,22 +212,20 @@ def refereed(
     """
     from squeal.proof.referee import NOT_TOLD_APART
 
-    M = dense(matrices[0])
-    C = None if matrices[1] is None else dense(matrices[1])
-    K = dense(matrices[2])
-    system = data.around(M, C, K)
+    arrays = dense_matrices(*matrices)
+    system = data.around(*arrays)
     proof = _proof_of(system, roots, verdict[0])
     # entries that are rounded sums may leave a wrong list open: taken for exact they may refute it
     sharpest_proof = proof
     if proof.status == "open" and data.is_rounded:
-        sharpest_proof = _proof_of(Data().around(M, C, K), roots, verdict[0])
+        sharpest_proof = _proof_of(Data().around(*arrays), roots, verdict[0])
     if sharpest_proof.status == "refuted":
         warnings.warn(
             f"the referee refutes the roots that were computed ({sharpest_proof.reason})",
             InputWarning,
             stacklevel=2,
         )
-        return _with_roots_of_referee((M, C, K), system, roots, sharpest_proof, data)
+        return _with_roots_of_referee(arrays, system, roots, sharpest_proof, data)
     if sharpest_proof.reason == NOT_TOLD_APART:
         only_verdict = _only_verdict(sharpest_proof)
         centred = _at_centres(roots, sharpest_proof.pieces)
@@ -308,8 +321,7 @@ def _as_proved(
     if verdict[0] in GROWING:
         known = with_proved_growth(known, proof.pieces)
     growth = proof.growth_below if proof.growth_below < math.inf else None
-    where = None if proof.where is None else complex(proof.where)
-    statement = Statement(status, proof.by, growth, proof.data, reason, where)
+    statement = Statement(status, proof.by, growth, proof.data, reason, as_complex(proof.where))
     return RefereedRoots(known, verdict, statement)
 
 
@@ -345,8 +357,7 @@ def exact_spectrum(M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularToget
     from squeal.proof.exact import SINGULAR, exact_roots
     from squeal.proof.pieces import Failure
 
-    damping = None if C is None else dense(C)
-    arrays = (dense(M), damping, dense(K))
+    arrays = dense_matrices(M, C, K)
     system = Quadratic.of(*arrays, AS_GIVEN)
     if not system.is_real:
         raise unsure
@@ -362,7 +373,7 @@ def exact_spectrum(M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularToget
     return _roots_of_pieces(arrays, pieces)
 
 
-def with_proved_errors(roots: Known, errors: NDArray[np.float64]) -> Known:
+def with_proved_errors(roots: Known, errors: Array) -> Known:
     """Raise the errors of roots to their proved distances from the exact roots.
 
     Parameters
@@ -448,7 +459,7 @@ def _at_centres(roots: Known, pieces: Sequence[Piece]) -> Known:
     return tuple(moved[k] for k in ordered(moved_values))
 
 
-def _centres(pieces: Sequence[Piece]) -> NDArray[np.complex128]:
+def _centres(pieces: Sequence[Piece]) -> ComplexArray:
     """The centres (m,) of pieces: exactly real, or on the imaginary axis, where that is proved."""
     values: list[complex] = []
     for piece in pieces:

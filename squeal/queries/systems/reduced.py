@@ -8,7 +8,7 @@ import math
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,13 +21,13 @@ from squeal.linear.matrices import norm_of
 from squeal.linear.roots import ordered
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
-from squeal.queries.systems.verdicts import rounding_of
+from squeal.queries.systems.verdicts import rounding_of, verdict_of_some
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dispersive import DispersiveReduction, frequencies
 from squeal.sparse.eigensolver import lowest_modes
 from squeal.sparse.first_look import FirstLook
-from squeal.sparse.quadratic import ScaledSystem
+from squeal.sparse.quadratic import Array, Bools, ComplexArray, Roots, ScaledSystem
 from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
 
 
@@ -132,25 +132,77 @@ def first_look_for_thresholds(
     return None
 
 
-def estimated_roots(reduction: Reduction, changes: Changes) -> tuple[Eigenvalue, ...]:
-    """The roots of a reduced system at some parameters, by rising frequency.
+class ComputedRoots(NamedTuple):
+    """Roots (m,) at some parameters, in no order.
 
-    Their right vectors are in its coordinates, left ones are empty; `residual` is the backward
-    error in the full problem, `rounding` includes the error of a first look (1/s).
+    Attributes
+    ----------
+    values, residuals, rounding : array (m,)
+        The roots in rad/s, their backward errors in the full problem, and how far rounding, or what
+        a first look leaves out, may move them, 1/s.
+    with_vectors : Roots
+        The roots with their vectors, of a reduced system in its coordinates; of a first look as
+        they were before some were corrected.
+    verdict, spurious, corrected, certified
+        As `Step` has them.
     """
+
+    values: ComplexArray
+    residuals: Array
+    rounding: Array
+    with_vectors: Roots
+    verdict: str | None
+    spurious: int = 0
+    corrected: Bools | None = None
+    certified: bool | None = None
+
+
+def roots_of_reduction(reduction: Reduction, changes: Changes, left: bool = False) -> ComputedRoots:
+    """Compute the roots of a reduced system at some parameters, with left vectors on request.
+
+    Those of a first look have left vectors in any case.
+    """
+    corrected = None
     if isinstance(reduction, FirstLook):
         estimate = reduction.estimate(changes)
         values = estimate.values
         residuals = estimate.residuals
         rounding = np.maximum(estimate.errors, rounding_of(reduction.scaled.system, values))
-        # roots that were corrected in the full problem have the vector of the nearest projected one
-        nearest = np.argmin(np.abs(estimate.projected.values[:, None] - values), axis=0)
-        right = estimate.projected.right[:, nearest]
+        with_vectors = estimate.projected
+        spurious = estimate.spurious
+        corrected = estimate.corrected
     else:
-        modes, residuals, _ = reduction.modes(changes)
-        values = modes.values
-        right = modes.right
+        with_vectors, residuals, spurious = reduction.modes(changes, left)
+        values = with_vectors.values
         rounding = rounding_of(reduction.system, values)
+    verdict = verdict_of_some(values, rounding)
+    return ComputedRoots(values, residuals, rounding, with_vectors, verdict, spurious, corrected)
+
+
+def estimated_roots(reduction: Reduction, changes: Changes) -> tuple[Eigenvalue, ...]:
+    """The roots of a reduced system at some parameters, by rising frequency.
+
+    Their right vectors are in its coordinates.
+    """
+    roots = roots_of_reduction(reduction, changes)
+    right = roots.with_vectors.right
+    if roots.corrected is not None:
+        # roots that were corrected in the full problem have the vector of the nearest projected one
+        distances = np.abs(roots.with_vectors.values[:, None] - roots.values)
+        right = right[:, np.argmin(distances, axis=0)]
+    return without_left_vectors(roots.values, roots.residuals, roots.rounding, right)
+
+
+def without_left_vectors(
+    values: ComplexArray,
+    residuals: Array,
+    rounding: Array,
+    right: ComplexArray,
+) -> tuple[Eigenvalue, ...]:
+    """Roots (m,) with right vectors (k, m), by rising frequency; k is 0 without vectors.
+
+    values in rad/s; residuals: backward errors; rounding: how far they may be off, 1/s.
+    """
     no_vector = np.empty(0, dtype=complex)
     roots = []
     for k in ordered(values):
@@ -166,6 +218,14 @@ def estimated_roots(reduction: Reduction, changes: Changes) -> tuple[Eigenvalue,
     return tuple(roots)
 
 
+def growth_limit(selection: EigenvalueSelection, region: Rectangle) -> float | None:
+    """The growth rate, 1/s, up to which the roots of a band were searched in its region.
+
+    None where no band was selected: the bounds of a region are stated by the user.
+    """
+    return None if selection.band is None else region.high_real
+
+
 def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dict[str, Any] | None:
     """A reduced system as JSON holds it; None where the system itself was solved."""
     if reduction is None:
@@ -177,7 +237,7 @@ def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dic
         "residual": reduction.worst,
         "contraction": None,
         "real_modes_hz": None,
-        "growth_limit": None if selection.band is None else reduction.region.high_real,
+        "growth_limit": growth_limit(selection, reduction.region),
     }
     if isinstance(reduction, FirstLook):
         entry["contraction"] = reduction.contraction

@@ -16,7 +16,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import DAMPED, problem_class_of
 from squeal.linear.eigen import Eigenvalue, growing, spectrum_of
 from squeal.linear.matrices import SingularTogetherError, checked, rank_of, reduce, unit_diagonal
-from squeal.linear.roots import STIFF, hides_slow_roots, ordered, roots_of
+from squeal.linear.roots import STIFF, hides_slow_roots, roots_of
 from squeal.linear.system import Matrix, TermSystem
 from squeal.linear.verdicts import ACCEPTED
 from squeal.queries.systems.all_roots import Changes, is_small
@@ -30,7 +30,7 @@ from squeal.queries.systems.proofs import (
     exact_spectrum,
     refereed,
 )
-from squeal.queries.systems.reduced import reduced_for
+from squeal.queries.systems.reduced import growth_limit, reduced_for, without_left_vectors
 from squeal.queries.systems.region_ends import (
     ROUGH,
     doubts_at_ends,
@@ -183,6 +183,7 @@ def system_roots(
     try:
         if region is not None:
             roots = _roots_of_region(problem, region, add_errors)
+            roots = replace(roots, growth_limit=growth_limit(selection, region))
         else:
             if modes is None:
                 modes = LOWEST
@@ -193,15 +194,14 @@ def system_roots(
         # the search failed, but the dense solver still serves so many rows
         with_modes = replace(selection, modes=modes)
         return _roots_of_matrices(system.arrays(changes), with_modes, add_errors).lowest(modes)
-    if selection.band is not None and region is not None:
-        roots = replace(roots, growth_limit=region.high_real)
     return roots.lowest(modes)
 
 
 def _lowest_roots(problem: Quadratic, modes: int, add_errors: AddErrors | None) -> SystemRoots:
     """Compute the `modes` lowest roots with Im >= 0 of a large system, and count them."""
     solution = lowest_modes(problem, modes)
-    roots, count = _upper_half(solution.eigenvalues, solution.count, problem.real)
+    roots = _upper_half(solution.eigenvalues, problem.real)
+    count = _count_of_upper(solution.count, solution.eigenvalues, roots)
     if add_errors is not None:
         roots = add_errors(roots)
     verdict, criterion = judge_roots(roots, complete=False)
@@ -268,7 +268,7 @@ def _at_own_frequencies(
         count=None,
         verdict=verdict,
         criterion=criterion,
-        growth_limit=None if selection.band is None else reduction.region.high_real,
+        growth_limit=growth_limit(selection, reduction.region),
         notes=(note,),
     ).lowest(selection.modes)
 
@@ -281,27 +281,18 @@ def roots_of_first_look(
     Nothing counts them. Their `rounding` is the error of the estimate, 1/s.
     """
     estimate = first_look.estimate_by_basis(changes)
-    errors = np.maximum(estimate.errors, rounding_of(first_look.scaled.system, estimate.values))
-    no_vector = np.empty(0, dtype=complex)
-    roots = []
-    for k in ordered(estimate.values):
-        root = Eigenvalue(
-            complex(estimate.values[k]),
-            right=no_vector,
-            left=no_vector,
-            residual=float(estimate.residuals[k]),
-            condition=math.nan,
-            rounding=float(errors[k]),
-        )
-        roots.append(root)
+    values = estimate.values
+    errors = np.maximum(estimate.errors, rounding_of(first_look.scaled.system, values))
+    no_vectors = np.empty((0, len(values)), dtype=complex)
+    roots = without_left_vectors(values, estimate.residuals, errors, no_vectors)
     verdict, criterion = judge_roots(roots, complete=False)
     return SystemRoots(
-        eigenvalues=tuple(roots),
+        eigenvalues=roots,
         region=first_look.region,
         count=None,
         verdict=verdict,
         criterion=criterion,
-        growth_limit=None if selection.band is None else first_look.region.high_real,
+        growth_limit=growth_limit(selection, first_look.region),
         outside=growing_outside(estimate.rough_values.tolist(), first_look.region),
     ).lowest(selection.modes)
 
@@ -328,7 +319,7 @@ def _roots_of_matrices(
         finite = tuple(root for root in roots if root.rounding < math.inf)
         judged = judge_roots(finite, complete=not any(root.open for root in finite))
     if judged is None:
-        judged = judge_roots(_meaningful(roots, real))
+        judged = judge_roots(roots if real else _upper_half(roots, real))
     statement: Statement | None = None
     if data is not None:
         roots, judged, statement = refereed(matrices, roots, judged, data)
@@ -340,18 +331,11 @@ def _roots_of_matrices(
         count = _number_of_roots(quadratic(M, C, K), roots)
     selected = roots
     if selection.modes is not None or not real:
-        selected, count = _upper_half(roots, count, real)
+        selected = _upper_half(roots, real)
+        count = _count_of_upper(count, roots, selected)
     verdict, criterion = judged
     notes = () if roots else (NO_MOTION,)
     return SystemRoots(selected, None, count, verdict, criterion, notes=notes, judged_by=statement)
-
-
-def _meaningful(roots: Known, real: bool) -> Known:
-    """The roots that describe a motion: of complex matrices those with Im >= 0."""
-    if real:
-        return roots
-    upper, _ = _upper_half(roots, None, real)
-    return upper
 
 
 def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> Known:
@@ -442,9 +426,10 @@ def _part_of_all(
         largest = float(np.max(np.abs(values.real[in_band]), initial=0.0))
         half_width = max(WIDER * largest, region.high_real)
         region = replace(region, low_real=-half_width, high_real=half_width)
+    meaningful = roots if problem.real else _upper_half(roots, real=False)
     inside = []
     others = []
-    for root in _meaningful(roots, problem.real):
+    for root in meaningful:
         if may_lie_in(root, region):
             inside.append(root)
         else:
@@ -474,27 +459,25 @@ def _part_of_all(
     )
 
 
-def _upper_half(roots: Known, count: int | None, real: bool) -> tuple[Known, int | None]:
-    """The roots with Im >= 0, and how many there are by the count of all roots.
+def _upper_half(roots: Known, real: bool) -> Known:
+    """The roots with Im >= 0, which describe all motions of real and of complex matrices.
 
     Of complex matrices a real root may lie below the axis by its rounding.
-
-    Parameters
-    ----------
-    roots : tuple of Eigenvalue
-        All computed roots.
-    count : int or None
-        How many roots there are; None if nothing was counted, and returned then. As many are taken
-        to lie below the real axis as were computed there.
-    real : bool
-        Whether the matrices are real.
     """
     upper = []
     for root in roots:
         lowest = 0.0 if real else -root.rounding
         if root.value.imag >= lowest:
             upper.append(root)
+    return tuple(upper)
+
+
+def _count_of_upper(count: int | None, roots: Known, upper: Known) -> int | None:
+    """How many roots with Im >= 0 there are, by the count of all roots; None without a count.
+
+    As many are taken to lie below the real axis as were computed there.
+    """
     if count is None:
-        return tuple(upper), None
+        return None
     below = len(roots) - len(upper)
-    return tuple(upper), count - below
+    return count - below

@@ -131,7 +131,7 @@ def _doubt_of_seat(assembly: Assembly, parameter: str, value: float) -> str:
             compared.append((held.forces, anew.forces))
         for before, after in compared:
             if np.max(np.abs(after - before)) > SAME * np.max(np.abs(before)):
-                anew_in_short, _, _ = str(anew).partition(";")
-                held_in_short, _, _ = str(held).partition(";")
+                anew_in_short = str(anew).split(";")[0]
+                held_in_short = str(held).split(";")[0]
                 return f"seated anew at {at} it is another {anew_in_short}; held is {held_in_short}"
     return ""

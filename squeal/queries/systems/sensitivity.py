@@ -18,7 +18,7 @@ from squeal.io.formats.matrix_file import MatrixFile
 from squeal.io.matrices import OTHER_ROWS, on_rows, read_matrix
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING, CriticalPoint, Crossing
-from squeal.linear.matrices import Change, given_matrix
+from squeal.linear.matrices import Array, Change, given_matrix
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.linear.system import Term, TermSystem, labels_of, refuse_other_labels
 from squeal.numerics.differentiation import Formula
@@ -210,7 +210,7 @@ def threshold_sensitivity(system: TermSystem, answer: Thresholds) -> Sensitivity
 
 def threshold_slopes(
     system: TermSystem, crossings: Sequence[tuple[float, float]]
-) -> list[dict[str, NDArray[np.float64]]]:
+) -> list[dict[str, Array]]:
     """Compute how crossings of the imaginary axis move with each parameter but the free one.
 
     Parameters

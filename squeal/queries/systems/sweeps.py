@@ -5,28 +5,24 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
-from squeal.linear import GROWING
 from squeal.linear.continuation import ContinuationOptions, SpectrumAtParameter
 from squeal.linear.paths import Loss, continued
 from squeal.linear.roots import ordered
-from squeal.linear.system import TermSystem
 from squeal.queries.mode_numbers import assign_mode_numbers
 from squeal.queries.systems.all_roots import NO_BAND, is_small
 from squeal.queries.systems.known import data_of, error_bounds
+from squeal.queries.systems.reduced import ComputedRoots, roots_of_reduction
 from squeal.queries.systems.roots import system_roots
-from squeal.queries.systems.verdicts import rounding_of, verdict_of
 from squeal.results.sources import EigenvalueSelection
 from squeal.results.sweep import Step
 from squeal.sparse.crossings import spectrum_with_slopes
-from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS, Roots
 from squeal.sparse.reduction import Reduction
 
@@ -40,29 +36,6 @@ class _Common(NamedTuple):
     file: SystemFile
     selection: EigenvalueSelection
     reduction: Reduction | None
-
-
-class _RootsAt(NamedTuple):
-    """Roots at one value of the parameter.
-
-    Attributes
-    ----------
-    values, residuals, rounding : array (m,)
-        The roots in rad/s, their backward errors, and how far rounding may move them, 1/s.
-    with_vectors : Roots
-        Roots with Im >= 0 with right and left vectors, by which modes are tracked over the values.
-    verdict, spurious, corrected, certified
-        As `Step` has them.
-    """
-
-    values: NDArray[np.complex128]
-    residuals: NDArray[np.float64]
-    rounding: NDArray[np.float64]
-    with_vectors: Roots
-    verdict: str | None
-    spurious: int = 0
-    corrected: NDArray[np.bool_] | None = None
-    certified: bool | None = None
 
 
 def track_modes(
@@ -132,7 +105,7 @@ def track_modes(
             roots = _roots_of_full(file, selection, value, is_judged=False).with_vectors
         return spectrum_with_slopes(tracked.frozen(), parameter, value, roots, lifted=True)
 
-    at = cast(Callable[[float], SpectrumAtParameter], spectrum_at)
+    at: Callable[[float], SpectrumAtParameter] = spectrum_at
     all_roots = reduction is None and selection.rectangle is None
     if all_roots and small and system.real and system.n <= ContinuationOptions.small:
         # few rows: the continuation of all roots, which knows where they cross and coalesce
@@ -154,7 +127,7 @@ def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
     if reduction is None:
         roots = _roots_of_full(file, selection, value)
     else:
-        roots = _roots_of_reduced(file.system, reduction, value)
+        roots = roots_of_reduction(reduction, {file.system.parameter: value}, left=True)
     order = ordered(roots.values)
     if selection.modes is not None:
         upper = order[roots.values[order].imag >= 0.0]
@@ -172,45 +145,20 @@ def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
     return step, roots.with_vectors
 
 
-def _roots_of_reduced(system: TermSystem, reduction: Reduction, value: float) -> _RootsAt:
-    """The roots of the reduced system at a value; those of a first look with estimated errors."""
-    changes = {system.parameter: value}
-    corrected = None
-    if isinstance(reduction, FirstLook):
-        estimate = reduction.estimate(changes)
-        values = estimate.values
-        residuals = estimate.residuals
-        rounding = np.maximum(estimate.errors, rounding_of(system, values))
-        with_vectors = estimate.projected
-        spurious = estimate.spurious
-        corrected = estimate.corrected
-    else:
-        with_vectors, residuals, spurious = reduction.modes(changes, left=True)
-        values = with_vectors.values
-        rounding = rounding_of(system, values)
-    verdict = verdict_of(values, rounding)
-    return _RootsAt(
-        values=values,
-        residuals=residuals,
-        rounding=rounding,
-        with_vectors=with_vectors,
-        verdict=verdict if verdict in GROWING else None,  # only some roots are known
-        spurious=spurious,
-        corrected=corrected,
-    )
-
-
 def _roots_of_full(
     file: SystemFile, selection: EigenvalueSelection, value: float, is_judged: bool = True
-) -> _RootsAt:
-    """The roots of the system itself at a value; with is_judged the referee judges a small one."""
+) -> ComputedRoots:
+    """The roots of the system itself at a value; with is_judged the referee judges a small one.
+
+    Those with vectors are the ones with Im >= 0 of a real system: conjugates need no tracking.
+    """
     system = file.system.replace({file.system.parameter: value})
     PROGRESS.get()(f"{system.parameter} = {value:g}")
     data = data_of(file, system) if is_judged and is_small(system) else None
     solved = system_roots(system, selection, add_errors=error_bounds(file, system), data=data)
     tracked = []
     for root in solved.every:
-        if not system.real or root.value.imag >= 0.0:  # of a conjugate pair the upper root
+        if not system.real or root.value.imag >= 0.0:
             tracked.append(root)
     rows = (-1, system.n)  # also where there is no root
     with_vectors = Roots(
@@ -218,7 +166,7 @@ def _roots_of_full(
         right=np.reshape(np.array([root.right for root in tracked]), rows).T,
         left=np.reshape(np.array([root.left for root in tracked]), rows).T,
     )
-    return _RootsAt(
+    return ComputedRoots(
         values=np.array([root.value for root in solved.every], dtype=complex),
         residuals=np.array([root.residual for root in solved.every]),
         rounding=np.array([root.rounding for root in solved.every]),

@@ -70,15 +70,16 @@ class SystemAnalysis:
             For a system that does not fit into the memory.
         """
         file = file_of(subject)
-        if band is None and region is None and _joined(file):
-            band = (0.0, file.assembly.cutoff)
+        assembly = file.assembly
+        if band is None and region is None and assembly is not None and assembly.reduction:
+            band = (0.0, assembly.cutoff)
         rectangle = None if region is None else Rectangle(*region)
         selection = EigenvalueSelection(band, rectangle, modes)
         if not is_small(file.system):
             _check_memory(file.system, memory)
         selected = selection.rectangle
-        if selected is not None and file.assembly is not None:
-            cutoff = file.assembly.cutoff
+        if selected is not None and assembly is not None:
+            cutoff = assembly.cutoff
             if selected.high_imag > ABOVE_CUTOFF * math.tau * cutoff:
                 Place("band" if band else "region").warn(
                     f"ends above the cutoff of the components, {cutoff:g} Hz; roots above it "
@@ -91,7 +92,9 @@ class SystemAnalysis:
     def joined(self) -> dict[str, Any] | None:
         """How components were reduced before they were joined, as JSON holds it; None if no
         component was."""
-        return _joined(self.file)
+        if self.file.assembly is None:
+            return None
+        return self.file.assembly.reduction
 
     @property
     def system(self) -> System:
@@ -195,7 +198,3 @@ def file_of(subject: object) -> SystemFile:
         return SystemFile(subject.system, assembly=subject)
     allowed = "it must be a System, an Assembly or what read_system gives"
     raise InputError(f"{type(subject).__name__} is not allowed; {allowed}")
-
-
-def _joined(file: SystemFile) -> dict[str, Any] | None:
-    return None if file.assembly is None else file.assembly.reduction

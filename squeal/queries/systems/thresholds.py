@@ -241,27 +241,27 @@ def _located_among_all(
     for part in of_all_roots.searched:
         doubts += part.doubts or ()
     region = selection.rectangle
+    located = _Located(
+        points=of_all_roots.points,
+        crossings=of_all_roots.crossings,
+        certified=of_all_roots.certified,
+        doubts=doubts,
+        every=of_all_roots.crossings,
+    )
     if region is None:
-        return _Located(
-            points=of_all_roots.points,
-            crossings=of_all_roots.crossings,
-            certified=of_all_roots.certified,
-            doubts=doubts,
-            every=of_all_roots.crossings,
-        )
+        return located
     events = _events_inside(of_all_roots.searched, region)
     values = [low, *sorted(looked_at), high]
     continuation = BandContinuation(system, low, high, roots)
     comparison = _compare(continuation, events, values, selection.words())
     points, crossings = points_and_crossings(comparison.result)
-    return _Located(
+    return replace(
+        located,
         points=points,
         crossings=crossings,
         certified=bool(of_all_roots.certified) and not comparison.unexplained,
-        doubts=doubts,
         unconfirmed=comparison.unexplained,
         left_out=comparison.left_out,
-        every=of_all_roots.crossings,
     )
 
 

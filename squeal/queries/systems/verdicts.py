@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue
+from squeal.linear.matrices import Array
+from squeal.linear.roots import ComplexArray
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import ACCEPTED, assumed_rounding, decide
 from squeal.results.columns import OPEN
@@ -16,12 +17,18 @@ from squeal.results.columns import OPEN
 NO_ROOT = "no root"  # the verdict on a band or region without one
 
 
-def verdict_of(roots: NDArray[np.complex128], rounding: NDArray[np.float64]) -> str:
+def verdict_of(roots: ComplexArray, rounding: Array) -> str:
     """Verdict on roots (m,) that rounding (m,) may move so far, 1/s; `NO_ROOT` on none."""
     return decide(roots, rounding).verdict if rounding.size else NO_ROOT
 
 
-def rounding_of(system: TermSystem, roots: NDArray[np.complex128]) -> NDArray[np.float64]:
+def verdict_of_some(roots: ComplexArray, rounding: Array) -> str | None:
+    """Verdict on some roots (m,) of a system, of which only growth is one; None if none grows."""
+    verdict = verdict_of(roots, rounding)
+    return verdict if verdict in GROWING else None
+
+
+def rounding_of(system: TermSystem, roots: ComplexArray) -> Array:
     """How far (m,) rounding may move roots (m,) of a system, 1/s, as is assumed without vectors."""
     return assumed_rounding(roots, undamped=system.real and not system.C)
 
