@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,17 +16,36 @@ MANY = 10**6
 """At so many values between those of a sweep roots may be computed if none is expensive."""
 
 
+class NumberedModes(NamedTuple):
+    """The steps of a sweep, in which each mode has one number at all values.
+
+    Attributes
+    ----------
+    steps : tuple of Step
+        The steps with the numbers (m,) of their modes, 0 where one is not known.
+    losses : tuple of Loss
+        Where it is not known which mode is which.
+    reference : Step
+        The step at which modes are numbered by rising frequency: that at the subject's own value of
+        the parameter if the sweep has it, else that at the lowest value.
+    """
+
+    steps: tuple[Step, ...]
+    losses: tuple[Loss, ...]
+    reference: Step
+
+
 def assign_mode_numbers(
     steps: Sequence[Step],
     at: Callable[[float], SpectrumAtParameter] | None,
     own_value: float,
     values_between: int = MANY,
-) -> tuple[list[Step], tuple[Loss, ...], Step]:
+) -> NumberedModes:
     """Number the modes of a sweep, so that each mode has one number at all values.
 
     Modes are tracked along eigenvalue paths, by the vectors and derivatives of the roots. They are
-    numbered by rising frequency at the reference value: the subject's own value if the sweep has
-    it, else the first one. Modes that do not occur there have the next numbers as they appear.
+    numbered by rising frequency at the reference value; modes that do not occur there have the next
+    numbers as they appear.
 
     Parameters
     ----------
@@ -38,15 +58,6 @@ def assign_mode_numbers(
         The subject's own value of the parameter.
     values_between : int
         At how many values between the steps `at` may be evaluated.
-
-    Returns
-    -------
-    numbered : list of Step
-        The steps with the numbers (m,) of their modes, 0 where one is not known.
-    losses : tuple of Loss
-        Where it is not known which mode is which.
-    reference : Step
-        The step at the reference value.
     """
     # of each step the number of the eigenvalue path of each of its roots (m,)
     paths: list[Indices] = []
@@ -75,7 +86,7 @@ def assign_mode_numbers(
         fewest = 2 if loss.kind == "meet" else 1
         if len(modes) >= fewest:
             losses_by_number.append(loss._replace(modes=tuple(modes)))
-    return numbered, tuple(losses_by_number), numbered[reference]
+    return NumberedModes(tuple(numbered), tuple(losses_by_number), numbered[reference])
 
 
 def _number_of_paths(paths: Sequence[Indices], reference: int, step: Step) -> dict[int, int]:

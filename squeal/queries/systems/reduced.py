@@ -87,13 +87,14 @@ def reduced_for(
                 stacklevel=3,
             )
         return first_look
+    kind = Reduction
     if system.follows:  # the reduced system has to be good at each frequency of the band, too
+        kind = DispersiveReduction
         at_frequencies: list[Changes] = []
-        hertz = frequencies(system, region).tolist()
         for changes in values:
-            at_frequencies += [{**changes, **system.frequency(omega)} for omega in hertz]
+            for omega in frequencies(system, region).tolist():
+                at_frequencies.append({**changes, **system.frequency(omega)})
         values = at_frequencies
-    kind = DispersiveReduction if system.follows else Reduction
     reduction = reduce_system(scaled, region, values, kind)
     if not reduction.converged:
         warnings.warn(

@@ -122,14 +122,14 @@ def derivatives(system: TermSystem) -> dict[str, Change]:
 def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
     """Compute the derivatives of the eigenvalues of an answer by each parameter of its system."""
     at_value = system.replace({system.parameter: answer.value})
-    groups = [answer.eigenvalues]  # roots that share their matrices
+    groups = [answer.eigenvalues]  # roots that share their matrices, perhaps none
     if answer.eigenvalues and system.follows:  # each root has matrices of its own frequency
         groups = [(root,) for root in answer.eigenvalues]
     slopes_of_groups = []
     conditions = []
     for group in groups:
         omega = max((root.value.imag for root in group), default=None)
-        frozen = at_value.frozen(omega)  # without matrices that follow it: at any frequency
+        frozen = at_value.frozen(omega)  # the same at every omega where no matrix follows it
         at_held_frequency, condition = sensitivities(frozen.at(), derivatives(frozen), group)
         slopes_of_groups.append(at_own_frequency(at_value, at_held_frequency, np.imag))
         conditions.append(condition)

@@ -554,22 +554,19 @@ def _compare(
     for value in values:
         if all(abs(value - event.value) > margin for event in events):
             computed.append(value)
-    # the value that stands for each interval: one where as many roots grow as follows from the
-    # events, else its midpoint
-    representatives = []
+    # of each interval the value at which as many roots grow as follows from the events, if any
+    typical = list(midpoints)
     expected = continuation.at(midpoints[0]).unstable_count.roots
     for k, (start, stop) in enumerate(intervals):
-        if k > 0:
+        if k > 0:  # the events at the start of the interval
             for event in clusters[k - 1]:
                 roots_crossing = 2 if event.omega else 1
                 expected += event.direction * roots_crossing
-        candidates = [midpoints[k], *computed, start + margin, stop - margin]
-        representatives.append(midpoints[k])
-        for value in candidates:
+        for value in (midpoints[k], *computed, start + margin, stop - margin):
             if start < value < stop and continuation.at(value).unstable_count.roots == expected:
-                representatives[k] = value
+                typical[k] = value
                 break
-    counts = [continuation.at(value).unstable_count for value in representatives]
+    counts = [continuation.at(value).unstable_count for value in typical]
     unexplained = []
     left_out: dict[int, str] = {}  # by the number of the interval
     for value in sorted({*computed, *midpoints}):
@@ -583,7 +580,7 @@ def _compare(
                 f"{count.verdict} at {here} follows from no threshold that was located"
             )
         elif count.roots < counts[k].roots and k not in left_out:
-            grows_at = f"{continuation.name} = {representatives[k]:.6g}"
+            grows_at = f"{continuation.name} = {typical[k]:.6g}"
             left_out[k] = (
                 f"what grows at {grows_at} leaves {band} or ceases to grow by {here}; where is not "
                 "listed"
