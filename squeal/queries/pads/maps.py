@@ -332,14 +332,14 @@ def threshold_curves(
     field = np.ma.masked_array(1.0 * stable, ~decided)
     traced: Any = contour_generator(z=field, corner_mask=False).lines(0.5)
     shares_stable, shares_other = _ends_across(traced, stable)
-    for _ in range(HALVINGS):
+    for _ in range(HALVINGS):  # bisection of all lines between neighbours at once
         middle = (shares_stable + shares_other) / 2
         codes_in_middle = codes_at(scene, names, _values_at(axes, middle)).codes
         is_stable = np.isin(codes_in_middle, STABLE_OR_MARGINAL)
         shares_stable[:, is_stable] = middle[:, is_stable]
         shares_other[:, ~is_stable] = middle[:, ~is_stable]
     points = _values_at(axes, shares_stable)
-    before = codes_at(scene, names, points)
+    before = codes_at(scene, names, points)  # on the stable side of the curve
     behind = codes_at(scene, names, _values_at(axes, shares_other))
     kinds = np.where(behind.codes == VERDICTS.index("divergence"), "divergence", "flutter")
     kinds[before.contact != behind.contact] = "contact"
