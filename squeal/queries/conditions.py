@@ -204,7 +204,7 @@ def _system_condition(
     file = analysis.file.replaced(changes)
     add_errors = error_bounds(file, file.system)
     solution = system_roots(file.system, analysis.selection, add_errors=add_errors)
-    accepted = [root for root in solution.every if root.residual <= ACCEPTED]
+    accepted = [root for root in solution.computed if root.residual <= ACCEPTED]
     return _solved(changes, accepted, solution.verdict)
 
 

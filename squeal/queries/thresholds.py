@@ -143,7 +143,7 @@ def _without_proof(
     high: float,
     system: SystemFunction,
     path: Path | None,
-    looked_at: Sequence[float] = (),
+    step_ends: Sequence[float] = (),
 ) -> Thresholds:
     """Locate the thresholds of a pad; the referee is not asked.
 
@@ -157,7 +157,7 @@ def _without_proof(
         mu -> (M, C, K) about the equilibrium.
     path : Path or None
         The branch of equilibria; None of a model that is linearised about the origin.
-    looked_at : sequence of float
+    step_ends : sequence of float
         Values of friction at which steps of the search end.
     """
     _, at_zero = roots_and_verdict(*checked(*system(0.0)))
@@ -166,7 +166,7 @@ def _without_proof(
         # closer to it rounding makes spurious thresholds, and at it the contact may have changed
         end_of_search = max(path.fold * (1 - NEAR_FOLD) - path.error(path.fold), path.fold / 2)
     breakpoints = () if path is None else path.breakpoints
-    located = located_thresholds(system, end_of_search, [*breakpoints, *looked_at])
+    located = located_thresholds(system, end_of_search, [*breakpoints, *step_ends])
     answer = Thresholds(
         name=scene.model,
         parameter="mu",
@@ -370,19 +370,22 @@ def system_thresholds_with_proof(
         )
     proof_is_requested = prove is True or (prove is None and system.n <= PROVED_ROWS)
     analysis.warn_of_unused_parameter()
-    looked_at: list[float] = []
+    step_ends: list[float] = []
     for _ in range(SEARCHES):
-        answer, every = system_thresholds(
-            system, high, low, selection, workers, looked_at=looked_at
+        answer, all_crossings = system_thresholds(
+            system, high, low, selection, workers, step_ends=step_ends
         )
+        # a proof where one is possible, else the referee's counts beside each threshold
         refuted_at = None
-        if can_be_proved and every is not None and proof_is_requested:
-            answer, refuted_at = _proved_system(system, selection, answer, every, prove is True)
+        if can_be_proved and all_crossings is not None and proof_is_requested:
+            answer, refuted_at = _proved_system(
+                system, selection, answer, all_crossings, prove is True
+            )
         elif is_small(system) and system.real and prove is not False:
             answer, refuted_at = _counted_system(system, answer, lists_all)
         if refuted_at is None:
             break
-        looked_at.append(refuted_at)
+        step_ends.append(refuted_at)
     if answer.certified and answer.proof is None and is_small(system):
         answer = _counted_not_proved(answer)
     if analysis.joined:
@@ -429,7 +432,7 @@ def _proved_system(
     system: TermSystem,
     selection: EigenvalueSelection,
     answer: Thresholds,
-    every: Sequence[Crossing],
+    all_crossings: Sequence[Crossing],
     at_any_cost: bool,
 ) -> tuple[Thresholds, float | None]:
     """Let the referee prove the thresholds of a small system on their whole range.
@@ -444,7 +447,7 @@ def _proved_system(
         The band or region that the answer is about.
     answer : Thresholds
         The located thresholds.
-    every : sequence of Crossing
+    all_crossings : sequence of Crossing
         All crossings of the system, of which the answer may list those of a band or region.
     at_any_cost : bool
         Whether the proof was requested, however long it takes.
@@ -467,12 +470,12 @@ def _proved_system(
     fastest = float(np.max(sizes, initial=0.0))
     slowest = float(np.min(sizes[oscillates], initial=fastest))
     statement, intervals = system_statement(
-        system, every, answer.low, answer.high, (slowest, fastest), at_any_cost
+        system, all_crossings, answer.low, answer.high, (slowest, fastest), at_any_cost
     )
     doubts = list(answer.details["unconfirmed"])
     selected = roots_of_all(system, selection, changes)
     grows_outside = _number_growing(system, roots) > _number_growing(system, selected)
-    if grows_outside or len(every) > len(answer.crossings):
+    if grows_outside or len(all_crossings) > len(answer.crossings):
         doubts.append(GROWS_OUTSIDE)
     if statement.status == "proved" and doubts:
         words = "; ".join(doubts)

@@ -116,7 +116,7 @@ def test_so_many_lowest_modes_are_listed_as_are_requested(modes):
     turn = np.sqrt(decay**2 / 4 - 1 + 0j)
     upper = np.sort(np.abs(np.r_[omega * (turn - decay / 2), (-omega * (turn + decay / 2))[:3]]))
     assert (len(lowest.eigenvalues), lowest.certified) == (modes, True)
-    listed = np.sort([abs(e.value) for e in lowest.every])
+    listed = np.sort([abs(e.value) for e in lowest.computed])
     assert listed == pytest.approx(upper[: len(listed)], rel=1e-9)
 
 

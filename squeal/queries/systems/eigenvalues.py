@@ -89,7 +89,7 @@ def _eigenvalues(
     criterion = roots.criterion
     if roots.verdict is None:
         # files that print too few digits for a verdict are named in place of the criterion
-        criterion = open_by_digits(file, roots.every) or criterion
+        criterion = open_by_digits(file, roots.computed) or criterion
     outside = _outside(analysis, roots)
     extent = ""
     if roots.region is not None:
@@ -106,7 +106,7 @@ def _eigenvalues(
         _description(analysis, roots),
         *roots.notes,
         contact_note,
-        accuracy_by_digits(file, roots.every),
+        accuracy_by_digits(file, roots.computed),
     ]
     return Eigenvalues(
         name=system.name,
@@ -272,7 +272,7 @@ def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, .
     path from zero. It is None where no paths are computed, or where none ends at the mode.
     """
     value = system.parameters[system.parameter]
-    unstable = growing(roots.every)
+    unstable = growing(roots.computed)
     if not (unstable and system.real and value > 0.0 and system.n <= ONSET_ROWS):
         return unstable
     try:

@@ -15,15 +15,17 @@ from squeal.linear.digits import data_errors, has_digits, known_to_digits, round
 from squeal.linear.matrices import dense
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
-from squeal.queries.systems.proofs import Data
-from squeal.queries.systems.roots import Known, system_roots
+from squeal.queries.systems.proofs import Data, EigenvalueTuple
+from squeal.queries.systems.roots import system_roots
 from squeal.results.columns import OPEN
 from squeal.results.sources import EigenvalueSelection
 from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 
 
-def error_bounds(file: SystemFile, system: TermSystem) -> Callable[[Known], Known] | None:
+def error_bounds(
+    file: SystemFile, system: TermSystem
+) -> Callable[[EigenvalueTuple], EigenvalueTuple] | None:
     """The function that adds to roots (m,) how far their true values may be off, 1/s.
 
     The error is that of the reduction of components, else that by the digits of the files. None
@@ -79,7 +81,7 @@ def digits_of_files(file: SystemFile) -> str:
     return " and ".join(words) or "the digits of the matrices"
 
 
-def open_by_digits(file: SystemFile, roots: Known) -> str:
+def open_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:
     """Say why the verdict is open if the digits of files leave the sign of a growth rate open.
 
     Empty if they do not.
@@ -95,7 +97,7 @@ def open_by_digits(file: SystemFile, roots: Known) -> str:
     )
 
 
-def accuracy_by_digits(file: SystemFile, roots: Known) -> str:
+def accuracy_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:
     """Say to what share of |lambda| the digits of files determine the roots of decided sign.
 
     Empty where the files hold all digits, or where no root has both an error and a decided sign.
@@ -117,7 +119,7 @@ def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> 
     if add_errors is None or not has_digits(system) or not is_small(system):
         return ""
     roots = system_roots(system, selection, add_errors=add_errors)
-    reason = open_by_digits(file, roots.every) if roots.verdict is None else ""
+    reason = open_by_digits(file, roots.computed) if roots.verdict is None else ""
     return reason.removeprefix(OPEN)
 
 

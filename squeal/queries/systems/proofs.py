@@ -34,8 +34,7 @@ HALF_ULP = "half an ulp"  # is assumed of the entries of arrays and of files wit
 NO_MOTION = "no motion satisfies the equations, so that none grows"
 PRINTED = 1e-6
 """An error beyond this share of |lambda| shows in the digits of a table."""
-Known = tuple[Eigenvalue, ...]
-"""Computed roots with their errors."""
+EigenvalueTuple = tuple[Eigenvalue, ...]
 FORBIDDEN = 1e300
 """The cost of matching two roots that must not be matched."""
 BY_REFEREE = "roots of the referee"  # the criterion of a verdict on roots that it encloses
@@ -177,14 +176,14 @@ def counted(agrees: bool) -> Statement:
 class RefereedRoots(NamedTuple):
     """Roots with their proved errors, the verdict on them, and what is proved of the list."""
 
-    roots: Known
+    roots: EigenvalueTuple
     verdict: VerdictAndCriterion
     statement: Statement
 
 
 def refereed(
     matrices: tuple[Matrix, Matrix | None, Matrix],
-    roots: Known,
+    roots: EigenvalueTuple,
     verdict: VerdictAndCriterion,
     data: Data,
 ) -> RefereedRoots:
@@ -236,7 +235,7 @@ def refereed(
 
 
 def _with_roots_of_referee(
-    matrices: Arrays, system: Quadratic, refuted: Known, refutation: Proof, data: Data
+    matrices: Arrays, system: Quadratic, refuted: EigenvalueTuple, refutation: Proof, data: Data
 ) -> RefereedRoots:
     """Replace a refuted list by the centres of what the referee encloses, unless that fails too.
 
@@ -266,7 +265,7 @@ def _with_roots_of_referee(
     return _as_proved(enclosed, (only_verdict, BY_REFEREE), proof, data)
 
 
-def _proof_of(system: Quadratic, roots: Known, verdict: str | None) -> Proof:
+def _proof_of(system: Quadratic, roots: EigenvalueTuple, verdict: str | None) -> Proof:
     """Ask the referee whether these are all roots of a system, and whether the verdict holds."""
     from squeal.proof.referee import RootList, prove_roots  # here, since scenes start without it
 
@@ -278,7 +277,7 @@ def _proof_of(system: Quadratic, roots: Known, verdict: str | None) -> Proof:
 
 
 def _as_proved(
-    roots: Known, verdict: VerdictAndCriterion, proof: Proof, data: Data
+    roots: EigenvalueTuple, verdict: VerdictAndCriterion, proof: Proof, data: Data
 ) -> RefereedRoots:
     """Take into an answer what a proof says of roots that it does not refute.
 
@@ -332,7 +331,9 @@ def _only_verdict(proof: Proof) -> str | None:
     return next(iter(proof.verdicts))
 
 
-def exact_spectrum(M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularTogetherError) -> Known:
+def exact_spectrum(
+    M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularTogetherError
+) -> EigenvalueTuple:
     """Compute all finite roots in exact arithmetic, where M, C and K may be singular together.
 
     If they are, det(z^2 M + z C + K) = 0 for every z. In doubles that cannot be told from a
@@ -373,7 +374,7 @@ def exact_spectrum(M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularToget
     return _roots_of_pieces(arrays, pieces)
 
 
-def with_proved_errors(roots: Known, errors: Array) -> Known:
+def with_proved_errors(roots: EigenvalueTuple, errors: Array) -> EigenvalueTuple:
     """Raise the errors of roots to their proved distances from the exact roots.
 
     Parameters
@@ -405,7 +406,7 @@ def with_proved_errors(roots: Known, errors: Array) -> Known:
     return tuple(changed)
 
 
-def with_proved_growth(roots: Known, pieces: Sequence[Piece]) -> Known:
+def with_proved_growth(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> EigenvalueTuple:
     """Mark the roots that are proved to grow although their errors hide it.
 
     Each piece whose roots grow is matched with as many listed roots, the nearest to its centres.
@@ -434,13 +435,13 @@ def with_proved_growth(roots: Known, pieces: Sequence[Piece]) -> Known:
     return tuple(changed)
 
 
-def _roots_of_pieces(matrices: Arrays, pieces: Sequence[Piece]) -> Known:
+def _roots_of_pieces(matrices: Arrays, pieces: Sequence[Piece]) -> EigenvalueTuple:
     """The roots at the centres of pieces with their vectors, by rising frequency."""
     values = _centres(pieces)
     return tuple(_root_with_vectors(matrices, complex(values[k])) for k in ordered(values))
 
 
-def _at_centres(roots: Known, pieces: Sequence[Piece]) -> Known:
+def _at_centres(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> EigenvalueTuple:
     """Move listed roots to the centres of pieces, each to a different one, the nearest in sum.
 
     They keep their vectors. Without as many centres as roots the list is returned as it is.

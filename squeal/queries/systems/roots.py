@@ -14,7 +14,7 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import DAMPED, problem_class_of
-from squeal.linear.eigen import Eigenvalue, growing, spectrum_of
+from squeal.linear.eigen import growing, spectrum_of
 from squeal.linear.matrices import SingularTogetherError, checked, rank_of, reduce, unit_diagonal
 from squeal.linear.roots import STIFF, hides_slow_roots, roots_of
 from squeal.linear.system import Matrix, TermSystem
@@ -24,6 +24,7 @@ from squeal.queries.systems.proofs import (
     NO_MOTION,
     NOT_COUNTED,
     Data,
+    EigenvalueTuple,
     Statement,
     VerdictAndCriterion,
     counted,
@@ -56,8 +57,7 @@ REGULAR = 1e8
 WIDER = 1.1
 """The region of a band is so many times as wide as the largest growth or decay rate in it."""
 
-Known = tuple[Eigenvalue, ...]
-AddErrors = Callable[[Known], Known]
+AddErrors = Callable[[EigenvalueTuple], EigenvalueTuple]
 """Adds to roots how far their true values may be off, see `squeal.queries.systems.known`."""
 
 
@@ -84,8 +84,8 @@ class SystemRoots:
     growth_limit : float or None
         Of a band: roots that grow faster, 1/s, were not searched.
     outside : tuple of complex or None
-        Growing roots outside of the region that happen to be known, the fastest first; None if
-        none is.
+        Growing roots outside of the region, the fastest first: all of a small system, of a large
+        one those that the search met. None if it met none, which does not say that none exists.
     notes : tuple of str
         Lines for people.
     judged_by : Statement or None
@@ -94,12 +94,12 @@ class SystemRoots:
         Why a root of the region may be missing, or one may not belong to it.
     """
 
-    eigenvalues: Known = field(repr=False)
+    eigenvalues: EigenvalueTuple = field(repr=False)
     region: Rectangle | Disc | None
     count: int | None
     verdict: str | None
     criterion: str
-    others: Known = field(default=(), repr=False)
+    others: EigenvalueTuple = field(default=(), repr=False)
     growth_limit: float | None = None
     outside: tuple[complex, ...] | None = None
     notes: tuple[str, ...] = ()
@@ -107,7 +107,7 @@ class SystemRoots:
     doubts: tuple[str, ...] = ()
 
     @property
-    def every(self) -> Known:
+    def computed(self) -> EigenvalueTuple:
         """All computed roots of the region, the selected ones and the others."""
         return self.eigenvalues + self.others
 
@@ -121,8 +121,8 @@ class SystemRoots:
             return False
         if self.judged_by is not None:
             return self.judged_by.status == "proved"
-        all_solve = all(root.residual <= ACCEPTED for root in self.every)
-        return self.count == len(self.every) and all_solve
+        all_solve = all(root.residual <= ACCEPTED for root in self.computed)
+        return self.count == len(self.computed) and all_solve
 
     @property
     def statement(self) -> Statement:
@@ -338,7 +338,7 @@ def _roots_of_matrices(
     return SystemRoots(selected, None, count, verdict, criterion, notes=notes, judged_by=statement)
 
 
-def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> Known:
+def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> EigenvalueTuple:
     """Compute all finite roots by the quadratic eigensolver, which allows a singular or complex M.
 
     Raises ComputationError where rounding hides which of them are zero.
@@ -357,7 +357,7 @@ def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> Known:
 
 def _mass_normalised_roots(
     real: bool, matrices: tuple[Matrix, Matrix | None, Matrix]
-) -> tuple[Known, VerdictAndCriterion | None]:
+) -> tuple[EigenvalueTuple, VerdictAndCriterion | None]:
     """Compute all roots from the mass-normalised system L^-1 K L^-T, M = L L^T, if that serves.
 
     Returns the roots, and the verdict with what decided it. No roots and None where another solver
@@ -380,7 +380,7 @@ def _mass_normalised_roots(
         return unsolved
 
 
-def _number_of_roots(problem: Quadratic, roots: Known) -> int | None:
+def _number_of_roots(problem: Quadratic, roots: EigenvalueTuple) -> int | None:
     """How many finite roots a small system has: the degree of det(z^2 M + z C + K).
 
     It is 2n if M is regular. Else the argument principle counts the roots in a disc twice as wide
@@ -396,7 +396,7 @@ def _number_of_roots(problem: Quadratic, roots: Known) -> int | None:
 
 def _part_of_all(
     problem: Quadratic,
-    roots: Known,
+    roots: EigenvalueTuple,
     selection: EigenvalueSelection,
     judged: VerdictAndCriterion,
     statement: Statement | None,
@@ -459,7 +459,7 @@ def _part_of_all(
     )
 
 
-def _upper_half(roots: Known, real: bool) -> Known:
+def _upper_half(roots: EigenvalueTuple, real: bool) -> EigenvalueTuple:
     """The roots with Im >= 0, which describe all motions of real and of complex matrices.
 
     Of complex matrices a real root may lie below the axis by its rounding.
@@ -472,7 +472,9 @@ def _upper_half(roots: Known, real: bool) -> Known:
     return tuple(upper)
 
 
-def _count_of_upper(count: int | None, roots: Known, upper: Known) -> int | None:
+def _count_of_upper(
+    count: int | None, roots: EigenvalueTuple, upper: EigenvalueTuple
+) -> int | None:
     """How many roots with Im >= 0 there are, by the count of all roots; None without a count.
 
     As many are taken to lie below the real axis as were computed there.

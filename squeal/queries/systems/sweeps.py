@@ -152,7 +152,7 @@ def _roots_of_full(
     data = data_of(file, system) if is_judged and is_small(system) else None
     solved = system_roots(system, selection, add_errors=error_bounds(file, system), data=data)
     tracked = []
-    for root in solved.every:
+    for root in solved.computed:
         if not system.real or root.value.imag >= 0.0:
             tracked.append(root)
     rows = (-1, system.n)  # also where there is no root
@@ -162,9 +162,9 @@ def _roots_of_full(
         left=np.reshape(np.array([root.left for root in tracked]), rows).T,
     )
     return ComputedRoots(
-        values=np.array([root.value for root in solved.every], dtype=complex),
-        residuals=np.array([root.residual for root in solved.every]),
-        rounding=np.array([root.rounding for root in solved.every]),
+        values=np.array([root.value for root in solved.computed], dtype=complex),
+        residuals=np.array([root.residual for root in solved.computed]),
+        rounding=np.array([root.rounding for root in solved.computed]),
         with_vectors=with_vectors,
         verdict=solved.verdict,
         certified=solved.certified,

@@ -73,7 +73,7 @@ class _Located:
         Events of the reduced system, and growth, that the full system did not confirm.
     left_out : sequence of str
         Roots that leave the band while they grow, in sentences.
-    every : sequence of Crossing or None
+    all_crossings : sequence of Crossing or None
         All crossings, also those outside of the band; None if they were not searched.
     reduction : Reduction or None
         The reduced system that served.
@@ -85,7 +85,7 @@ class _Located:
     doubts: Sequence[str] = ()
     unconfirmed: Sequence[str] = ()
     left_out: Sequence[str] = ()
-    every: Sequence[Crossing] | None = None
+    all_crossings: Sequence[Crossing] | None = None
     reduction: Reduction | None = None
 
 
@@ -94,7 +94,7 @@ class SystemThresholds(NamedTuple):
     None if they were not searched."""
 
     answer: Thresholds
-    every: Sequence[Crossing] | None
+    all_crossings: Sequence[Crossing] | None
 
 
 def system_thresholds(
@@ -104,7 +104,7 @@ def system_thresholds(
     selection: EigenvalueSelection | None = None,
     workers: int = 1,
     served: Reduction | None = None,
-    looked_at: Sequence[float] = (),
+    step_ends: Sequence[float] = (),
 ) -> SystemThresholds:
     """Locate every threshold of a system over its free parameter p.
 
@@ -127,7 +127,7 @@ def system_thresholds(
     served : Reduction, optional
         A reduced system that was made for several systems, of which this is one; nothing is counted
         then.
-    looked_at : sequence of float
+    step_ends : sequence of float
         Values of p at which steps of the search end.
 
     Returns
@@ -150,9 +150,9 @@ def system_thresholds(
         raise InputError(f"high: {high:g} is not allowed; it must exceed {low:g}")
     roots: Roots = partial(roots_of_all, system, selection)
     if _all_roots_are_followed(system, selection, low):
-        located = _located_among_all(system, selection, low, high, looked_at, roots)
+        located = _located_among_all(system, selection, low, high, step_ends, roots)
     else:
-        values = _values_of_reduction(low, high, looked_at)
+        values = _values_of_reduction(low, high, step_ends)
         located = _located_in_band(system, selection, values, workers, served)
         assert located.reduction is not None
         roots = located.reduction.values
@@ -184,7 +184,7 @@ def system_thresholds(
         },
         source=SystemSource(SystemFile(system), selection, located.reduction),
     )
-    return SystemThresholds(answer, located.every)
+    return SystemThresholds(answer, located.all_crossings)
 
 
 def _start_of_range(system: TermSystem, high: float) -> float:
@@ -211,12 +211,12 @@ def _all_roots_are_followed(system: TermSystem, selection: EigenvalueSelection, 
     return bool(is_regular)  # the continuation inverts M
 
 
-def _values_of_reduction(low: float, high: float, looked_at: Sequence[float]) -> list[float]:
+def _values_of_reduction(low: float, high: float, step_ends: Sequence[float]) -> list[float]:
     """Rising values of p at which a reduced system has to be good, both ends among them.
 
     They are spaced unevenly: thresholds often lie at round numbers, where a verdict is not decided.
     """
-    values = [low, *looked_at, high]
+    values = [low, *step_ends, high]
     for k in range(1, STEPS - 1):
         share = (k + 0.0371 * (1 + k % 3)) / (STEPS - 1)
         values.append(low + share * (high - low))
@@ -228,15 +228,15 @@ def _located_among_all(
     selection: EigenvalueSelection,
     low: float,
     high: float,
-    looked_at: Sequence[float],
+    step_ends: Sequence[float],
     roots: Roots,
 ) -> _Located:
     """Locate the thresholds of a small system by following all its roots.
 
-    Of a band or region they are the crossings whose frequency lies in it. looked_at: values of the
+    Of a band or region they are the crossings whose frequency lies in it. step_ends: values of the
     parameter at which steps of the search end; roots: the selected roots at a value.
     """
-    of_all_roots = thresholds(system, high, looked_at, low)
+    of_all_roots = thresholds(system, high, step_ends, low)
     doubts: list[str] = []
     for part in of_all_roots.searched:
         doubts += part.doubts or ()
@@ -246,12 +246,12 @@ def _located_among_all(
         crossings=of_all_roots.crossings,
         certified=of_all_roots.certified,
         doubts=doubts,
-        every=of_all_roots.crossings,
+        all_crossings=of_all_roots.crossings,
     )
     if region is None:
         return located
     events = _events_inside(of_all_roots.searched, region)
-    values = [low, *sorted(looked_at), high]
+    values = [low, *sorted(step_ends), high]
     continuation = BandContinuation(system, low, high, roots)
     comparison = _compare(continuation, events, values, selection.words())
     points, crossings = points_and_crossings(comparison.result)
@@ -411,9 +411,9 @@ def _without_vague_certificate(located: _Located, parameter: str, extent: float)
 
 def _number_outside(located: _Located) -> int | None:
     """How many crossings lie outside of the band; None if they were not searched."""
-    if located.every is None:
+    if located.all_crossings is None:
         return None
-    return len(located.every) - len(located.crossings)
+    return len(located.all_crossings) - len(located.crossings)
 
 
 def _notes(system: TermSystem, selection: EigenvalueSelection, located: _Located) -> list[str]:
