@@ -347,8 +347,10 @@ def _rows_of_parts(
 def component_rows(file: SystemFile) -> dict[str, range]:
     """The rows of each component of an assembly, by name; none of other systems."""
     rows: dict[str, range] = {}
+    if file.assembly is None:
+        return rows
     start = 0
-    for body in file.assembly.components if file.assembly else ():
+    for body in file.assembly.components:
         rows[body.name] = range(start, start + body.system.n)
         start += body.system.n
     return rows
@@ -389,7 +391,7 @@ def _name_of(term: Term, origin: Origin | None, from_files: bool) -> str:
     return f"{origin.file}, {factor}"
 
 
-def _role_of(part: str, term: Term, friction: bool) -> str:
+def _role_of(part: str, term: Term, has_friction: bool) -> str:
     """What a term does, by its part, its symmetry and whether friction multiplies it."""
     size = abs(term.matrix).max()
     is_skew = size > 0.0 and abs(term.matrix + term.matrix.T).max() <= SKEW * size
@@ -397,10 +399,10 @@ def _role_of(part: str, term: Term, friction: bool) -> str:
     if part == "C":
         if is_skew:
             return "gyroscopic"
-        return "friction damping" if friction else "damping"
+        return "friction damping" if has_friction else "damping"
     # a skew term of K whose factor is a speed is no friction: it is damping that turns with a
     # shaft, or the swirl in a bearing
-    if part == "K" and friction and ("mu" in term.factor.names or not is_skew):
+    if part == "K" and has_friction and ("mu" in term.factor.names or not is_skew):
         return "friction"
     if not is_symmetric:
         return "circulatory" if part == "K" else "unsymmetric mass"

@@ -226,7 +226,7 @@ def _rise_within(crossings: Sequence[Crossing], interval: Interval) -> int:
 
 
 def _terms(term: SystemTerm, system: TermSystem) -> Iterator[Term]:
-    """The terms of the referee for one of a system: a matrix times a function of the parameter.
+    """Convert a term of a system to terms of the referee: matrix times function of the parameter.
 
     A modulus with a loss factor gives two, the elastic one and the imaginary one of the loss.
     """

@@ -397,7 +397,7 @@ def system_thresholds_with_proof(
 
 
 def _verdict_at_start(analysis: SystemAnalysis, low: float) -> str | None:
-    """The verdict at the lower end of the range, by the referee as that of `eigenvalues`."""
+    """The verdict at the lower end of the range, which the referee judges as for `eigenvalues`."""
     from squeal.queries.systems.known import data_of, error_bounds
     from squeal.queries.systems.roots import system_roots
 

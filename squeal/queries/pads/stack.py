@@ -434,10 +434,10 @@ class PadStack:
         is_at_start = grid.number[first] == 0
         is_lost_there = is_at_start & ((first_unstable == 0.0) | begins_at_change)
         last_stable = np.where(is_lost_there, first_unstable, last_stable)
-        loss = self._halve(intervals, losing, last_stable, first_unstable, narrow=4e-16 * mu_max)
+        loss = self._bisect(intervals, losing, last_stable, first_unstable, narrow=4e-16 * mu_max)
         return self._losses(intervals, losing, loss)
 
-    def _halve(
+    def _bisect(
         self,
         intervals: _Intervals,
         pad: np.ndarray,

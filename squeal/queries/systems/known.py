@@ -119,8 +119,9 @@ def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> 
     if add_errors is None or not has_digits(system) or not is_small(system):
         return ""
     roots = system_roots(system, selection, add_errors=add_errors)
-    reason = open_by_digits(file, roots.computed) if roots.verdict is None else ""
-    return reason.removeprefix(OPEN)
+    if roots.verdict is not None:
+        return ""
+    return open_by_digits(file, roots.computed).removeprefix(OPEN)
 
 
 def thresholds_as_known(

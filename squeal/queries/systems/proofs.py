@@ -476,8 +476,7 @@ def _centres(pieces: Sequence[Piece]) -> ComplexArray:
 
 
 def _root_with_vectors(matrices: Arrays, z: complex) -> Eigenvalue:
-    """A root z (rad/s) of M, C and K with its right and left vectors, from a singular-value
-    decomposition.
+    """A root z (rad/s) of M, C and K with its vectors, by a singular-value decomposition.
 
     The vectors are the singular vectors of P = z^2 M + z C + K with the least singular value, so
     that P x = 0 and y^H P = 0; both are scaled by x^H M x unless that vanishes. The least singular

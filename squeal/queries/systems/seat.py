@@ -37,11 +37,11 @@ def seat_note(file: SystemFile) -> str:
 
 
 def seat_parameters(file: SystemFile) -> list[str]:
-    """Parameters but the free one that act through the seat, by name: while it is held, their
-    derivatives are not those of the system.
+    """Names of the parameters, but the free one, that act through the seat.
 
-    They are the parameters of loads and of keys of contact, on which no matrix depends, and those
-    of the factor of a contact whose pairs open, stiffen or damp.
+    While it is held their derivatives miss that effect. They are the parameters of loads and of
+    keys of contact, on which no matrix depends, and those of the factor of a contact whose pairs
+    open, stiffen or damp.
     """
     assembly = file.assembly
     if assembly is None:

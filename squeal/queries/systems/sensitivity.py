@@ -246,10 +246,10 @@ def threshold_slopes(
 
 
 def widened_by_reduction(system: TermSystem, assembly: Assembly, answer: Thresholds) -> Thresholds:
-    """Widen the intervals of thresholds by the distance that the reduction of an assembly may move.
+    """Widen the intervals of thresholds by how far the reduction of an assembly may move them.
 
-    An interval becomes the whole range where that distance is not known. The thresholds are no
-    longer certified: what was counted are roots of the reduced assembly.
+    An interval becomes the whole range where that is not known. The thresholds are no longer
+    certified: what was counted are roots of the reduced assembly.
     """
     scaled = ScaledSystem(system)
 
