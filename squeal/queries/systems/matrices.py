@@ -205,7 +205,7 @@ def write_components(
         positions = np.zeros((len(nodes), 3)) if body.places is None else body.places
         table = zip(nodes, dofs, *positions.T.tolist(), strict=True)
         write_csv(home / "nodes.csv", ["node", "dof", "x", "y", "z"], table)
-        if body.lacks is not None:  # what the reduction truncated, by which roots are bounded
+        if body.lacks is not None:
             write_matrix(home / f"lacks.{suffix}", body.lacks, "lacks")
         if body.load is not None:
             # by rows, not nodes: a load of a reduced component acts on generalised coordinates too

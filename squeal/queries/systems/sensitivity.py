@@ -308,10 +308,9 @@ def _shift_by_reduction(
     at = singular_at(scaled, value, root)
     x = at.right[:, None]
     y = at.left[:, None]
-    # the first truncated term, and a bound of the others
-    truncated = assembly.lack([root], x, y, frozen.parameters)
-    residual = abs(truncated.known.item()) + abs(truncated.uncertainty.item())
-    if not math.isfinite(residual):  # above the cutoff
+    residuals = assembly.lack([root], x, y, frozen.parameters)
+    residual = sum(abs(part.item()) for part in residuals)
+    if not math.isfinite(residual):  # beyond the cutoff
         return math.inf
     dK = residual * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
     changes = {"real": (None, None, dK), "imaginary": (None, None, 1j * dK)}

@@ -13,9 +13,9 @@ from squeal.errors import InputError
 from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
 from squeal.linear.continuation import ContinuationOptions, SpectrumAtParameter
-from squeal.linear.paths import continued
+from squeal.linear.paths import Loss, continued
 from squeal.linear.roots import ordered
-from squeal.queries.mode_numbers import NumberedModes, assign_mode_numbers
+from squeal.queries.mode_numbers import assign_mode_numbers
 from squeal.queries.systems.all_roots import NO_BAND, is_small
 from squeal.queries.systems.known import data_of, error_bounds
 from squeal.queries.systems.reduced import ComputedRoots, roots_of_reduction
@@ -38,13 +38,32 @@ class _Common(NamedTuple):
     reduction: Reduction | None
 
 
+class TrackedModes(NamedTuple):
+    """A sweep in which each mode has one number at all values.
+
+    Attributes
+    ----------
+    steps : tuple of Step
+        The roots at each value with the numbers of their modes, in the order of the values.
+    losses : tuple of Loss
+        Where it is not known which mode is which.
+    reference : Step
+        The step at which modes are numbered by rising frequency: that at the system's own value of
+        the parameter where the sweep holds it, else that at the lowest value.
+    """
+
+    steps: tuple[Step, ...]
+    losses: tuple[Loss, ...]
+    reference: Step
+
+
 def track_modes(
     file: SystemFile,
     selection: EigenvalueSelection,
     values: Sequence[float],
     reduction: Reduction | None,
     workers: int = 1,
-) -> NumberedModes:
+) -> TrackedModes:
     """Compute the roots at values of the parameter, and number the modes alike at all of them.
 
     Parameters
@@ -59,11 +78,6 @@ def track_modes(
         A reduced system that is good at the values; without one the system itself is solved.
     workers : int
         Processes.
-
-    Returns
-    -------
-    NumberedModes
-        Its steps are in the order of the values.
 
     Raises
     ------
@@ -108,9 +122,9 @@ def track_modes(
             at = continued(system, rising).at
     steps = [computed_roots[value][0] for value in rising]
     values_between = 0 if expensive else len(rising)
-    numbered = assign_mode_numbers(steps, at, own_value, values_between)
-    step_at = dict(zip(rising, numbered.steps, strict=True))
-    return numbered._replace(steps=tuple(step_at[value] for value in values))
+    numbered, losses, reference = assign_mode_numbers(steps, at, own_value, values_between)
+    step_at = dict(zip(rising, numbered, strict=True))
+    return TrackedModes(tuple(step_at[value] for value in values), losses, reference)
 
 
 def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
