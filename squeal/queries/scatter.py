@@ -83,7 +83,7 @@ class ReducedThresholdSamples:
         try:
             reduction = self.reduction.replaced(values)
             system = reduction.scaled.system
-            found = system_thresholds(system, self.high, wanted=self.selection, served=reduction)
+            found = system_thresholds(system, self.high, selection=self.selection, served=reduction)
         except (InputError, ComputationError) as error:
             return _refused(values, error)
         loss = first_loss(found.answer, self.high)

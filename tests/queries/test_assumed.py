@@ -83,18 +83,18 @@ def test_a_root_within_its_error_of_the_end_is_listed_and_not_certified(rows, si
     M = diags_array(np.ones(rows)).tocsc()
     system = TermSystem((Term(M),), (), (Term(K),))
 
-    def bounded(roots):
+    def add_errors(roots):
         return tuple(replace(root, error=2e-3, rounding=2e-3) for root in roots)
 
     end = 5.0 + side * 1e-3
     wanted = EigenvalueSelection((0.5 / (2 * np.pi), end / (2 * np.pi)))
-    found = system_roots(system, wanted, bounded=bounded)
+    found = system_roots(system, wanted, add_errors=add_errors)
     assert [e.value.imag for e in found.eigenvalues] == pytest.approx([1, 2, 3, 4, 5])
     assert not found.certified
     assert "0.795775 Hz" in found.doubts[0]  # 5 rad/s
     assert found.count == (5 if side > 0 else 4)
     far = system_roots(
-        system, replace(wanted, band=(0.5 / 2 / np.pi, 5.4 / 2 / np.pi)), None, bounded
+        system, replace(wanted, band=(0.5 / 2 / np.pi, 5.4 / 2 / np.pi)), None, add_errors
     )
     assert far.certified
     assert far.count == len(far.eigenvalues) == 5
