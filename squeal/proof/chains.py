@@ -18,7 +18,7 @@ from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 
 from squeal.proof.balls import Floats
-from squeal.proof.pieces import strong_parts
+from squeal.proof.pieces import strong_components
 
 PARALLEL = 0.05
 """1 - cosine of the angle up to which two vectors count as parallel."""
@@ -106,7 +106,7 @@ def _parallel_groups(X: NDArray) -> list[NDArray[np.intp]]:
     """Indices of the columns of X that are nearly parallel, directly or by way of others."""
     unit = X / np.linalg.norm(X, axis=0)
     is_parallel = np.abs(unit.conj().T @ unit) > 1.0 - PARALLEL
-    return [group for group in strong_parts(is_parallel) if len(group) > 1]
+    return [group for group in strong_components(is_parallel) if len(group) > 1]
 
 
 def _centre_and_spread(values: NDArray, group: NDArray[np.intp]) -> tuple[complex, float]:

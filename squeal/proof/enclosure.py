@@ -20,9 +20,17 @@ from squeal.proof.pieces import (
     Piece,
     clusters,
     pieces_of,
-    strong_parts,
+    strong_components,
 )
-from squeal.proof.segments import BEYOND, Basis, Expansion, bases, heights, moving, neighbours
+from squeal.proof.segments import (
+    BEYOND,
+    Basis,
+    Expansion,
+    bases,
+    imaginary_bounds,
+    moving_discs,
+    near_diagonal,
+)
 
 POOR = 1e-6
 """Discs of this share of the rate of a system come from a poor guess, or from few digits."""
@@ -47,7 +55,7 @@ def components(system: Quadratic) -> list[NDArray[np.intp]]:
     pattern = np.zeros((system.n, system.n), dtype=bool)
     for X in system.parts:
         pattern |= (X.mid != 0.0) | (X.rad != 0.0)
-    return strong_parts(pattern)
+    return strong_components(pattern)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,15 +192,16 @@ def _are_apart(discs: Discs) -> bool:
 
 def _gershgorin(A: Balls, B: Balls, basis: Basis) -> Discs | Failure:
     """Discs with all eigenvalues of A - s B, from approximate vectors."""
-    expansion = moving(Expansion.constant(A), Expansion.constant(B), 0.0, basis)
-    if isinstance(expansion, Failure):
-        return expansion
-    discs = neighbours(expansion, 0.0)
+    S = near_diagonal(Expansion.constant(A), Expansion.constant(B), 0.0, basis)
+    if isinstance(S, Failure):
+        return S
+    discs = moving_discs(S, 0.0)
     real = np.zeros(len(A.mid), dtype=bool)
     if basis.mirror is not None:
-        for part, (_, height) in zip(discs.parts, heights(expansion, discs, 0.0), strict=True):
-            real[part] = height == 0.0
-    return Discs(expansion.centres, discs.radii, real)
+        imaginary_parts = imaginary_bounds(S, discs, 0.0)
+        for part, imaginary in zip(discs.parts, imaginary_parts, strict=True):
+            real[part] = imaginary.largest == 0.0
+    return Discs(S.centres, discs.radii, real)
 
 
 def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:

@@ -82,7 +82,7 @@ def touching(a: NDArray, radii_a: Floats, b: NDArray, radii_b: Floats) -> NDArra
     return ~(distances(a, b) > sums)
 
 
-def strong_parts(joined: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+def strong_components(joined: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
     """Indices of each strong component of a relation (n, n)."""
     n = len(joined)
     others = joined & ~np.eye(n, dtype=bool)
@@ -103,7 +103,7 @@ def strong_parts(joined: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
 
 def clusters(centres: NDArray, radii: Floats) -> list[NDArray[np.intp]]:
     """Indices of the discs of each connected part of their union."""
-    return strong_parts(touching(centres, radii, centres, radii))
+    return strong_components(touching(centres, radii, centres, radii))
 
 
 def pieces_of(

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from squeal.proof.balls import AS_GIVEN, HALF_ULP, Floats, Quadratic, half_widths, upper
 from squeal.proof.enclosure import Guess, components, enclose, scaled
 from squeal.proof.free import with_free_motions
-from squeal.proof.pieces import Failure, Means, Piece, growing_counts, strong_parts, touching
+from squeal.proof.pieces import Failure, Means, Piece, growing_counts, strong_components, touching
 
 Status = Literal["proved", "open", "refuted"]
 LAST_DIGITS = "the answer hangs on the last digits of the entries"
@@ -411,7 +411,7 @@ def _groups(
     piece_of = np.repeat(np.arange(len(pieces)), [piece.count for piece in pieces])
     is_joined = touching(centres, radii, centres, radii) | (piece_of[:, None] == piece_of)
     group_of = np.empty(len(centres), dtype=int)
-    for number, group in enumerate(strong_parts(is_joined)):
+    for number, group in enumerate(strong_components(is_joined)):
         group_of[group] = number
     return group_of
 
