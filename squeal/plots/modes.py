@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from squeal.io.cells import corners_of, outer_faces
 from squeal.io.coordinates import Coordinates
-from squeal.io.shapes import displacements
+from squeal.io.shapes import unit_displacements
 from squeal.linear import GROWING, Eigenvalue
 from squeal.model.pad import Pad
 from squeal.plots.style import (
@@ -196,7 +196,7 @@ def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> 
     faces = [corners_of(face) for face in outer_faces(where.cells)]
     edges = outline(where, faces)
     step = 1 if faces else 1 + len(where.places) // MOST_POINTS
-    u = displacements(where, shape)[::step]
+    u = unit_displacements(where, shape)[::step]
     rest = where.places[::step]
     amplitude = np.linalg.norm(u, axis=1)
     box = _box(where.places)
