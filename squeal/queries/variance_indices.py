@@ -68,7 +68,7 @@ def sobol_indices(
         Place("indices").warn(words)
         return ()
     random = np.random.default_rng([seed, RESAMPLED])
-    resampled = []
+    resampled = []  # bootstrap: of each repetition the shares (2, d)
     for _ in range(RESAMPLED):
         drawn = random.integers(n, size=n)
         resampled.append(_shares_of_variance(known[:, drawn]))
