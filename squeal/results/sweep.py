@@ -104,21 +104,19 @@ class Step:
         return tuple(eigenvalues)
 
     @property
-    def fastest(self) -> tuple[float, float] | None:
-        """The largest growth rate and what rounding leaves of it, 1/s; None without a root."""
-        rates = [(root.growth_rate, root.rounding) for root in self.eigenvalues]
-        return max(rates, default=None)
+    def fastest(self) -> Eigenvalue | None:
+        """The root that grows fastest, of equal ones the least certain; None without a root."""
+        return max(self.eigenvalues, key=attrgetter("growth_rate", "rounding"), default=None)
 
     def largest_growth(self) -> float | None:
         """The largest growth rate, 1/s; None without a root."""
-        return None if self.fastest is None else self.fastest[0]
+        return None if self.fastest is None else self.fastest.growth_rate
 
     def error_text(self) -> str:
         """What rounding leaves of the largest growth rate, for people."""
         if self.fastest is None:
             return "0"
-        _, error = self.fastest
-        return number(error, 2)
+        return number(self.fastest.rounding, 2)
 
     def verdict_text(self) -> str:
         """The verdict for people, or why there is none."""
