@@ -245,11 +245,11 @@ class _Search:
         if isinstance(model, Reduction):
             system = model.system.replace(parameters)
             matrices = system.arrays()
-            modes = model.roots(parameters, True, leading)
+            modes = model.roots(parameters, left=True, values=leading)
         else:
             system = model.replace(parameters)
             matrices = system.arrays()
-            modes = roots_at(*matrices, leading, True)
+            modes = roots_at(*matrices, leading, left=True)
         eigenvalues = []
         for value, right, left in zip(modes.values, modes.right.T, modes.left.T, strict=True):
             eigenvalues.append(Eigenvalue(value, right, left, math.nan, math.nan))

@@ -184,7 +184,7 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
     if m == n:  # M is regular: the rows themselves are the motions a
         left = np.eye(n)
         right = np.eye(n)
-    unit = masses[0] or 1.0
+    unit = masses[0] or 1.0  # all matrices are divided by it, so that E is about one
     mass, damping, stiffness = (left.T @ (matrix / unit) @ right.T for matrix in (M, C, K))
     displacements = ports.displacements @ right.T
     velocities = ports.velocities @ right.T
