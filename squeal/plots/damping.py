@@ -112,10 +112,10 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str
 
     colours: by the number of the mode, of modes that grow and of the partner of the fastest.
     """
-    every = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
-    depth = -min(0.0, float(_ratio(every).min(initial=0.0))) or 1.0  # of the lowest ratio, %
-    fastest = max(float(every.real.max(initial=0.0)), 1e-300)
-    limits = frequency_limits(every)
+    all_roots = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
+    depth = -float(_ratio(all_roots).min(initial=0.0)) or 1.0  # of the lowest ratio below 0, %
+    fastest = max(float(all_roots.real.max(initial=0.0)), 1e-300)  # 1/s, a divisor
+    limits = frequency_limits(all_roots)
     # coloured modes are drawn over grey ones
     for mode, roots in sorted(paths.roots.items(), key=lambda item: item[0] in colours):
         hertz = roots.imag / math.tau
@@ -144,7 +144,7 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str
 def _name_mode(
     axes: Axes, mode: int, hertz: float, ratio: float, limits: tuple[float, float], colour: str
 ) -> None:
-    """The name of a mode below its largest bubble, within the limits of the axis."""
+    """Write the name of a mode below its lowest point, aligned so that it stays in the axis."""
     share_of_axis = (hertz - limits[0]) / (limits[1] - limits[0])
     alignment = ("left", "center", "right")[int(3 * share_of_axis)]
     axes.annotate(

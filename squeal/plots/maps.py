@@ -102,10 +102,10 @@ def label_axis(axes: Axes, which: str, axis: Axis, unit: str = "", is_pad: bool 
 
 
 def map_drawing(name: str, answer: Map, own: Own = None, level: float | None = None) -> Drawing:
-    """Verdicts over two parameters, a cell for each point, or contours of the map's quantity.
+    """Draw verdicts over two parameters, a cell for each point, or contours of a pad's quantity.
 
-    own: the numbers of a pad, which is marked; level: a value of the quantity whose curve
-    is drawn thick.
+    own: the pad's own values of both parameters, which are marked, None of a system; level: a value
+    of the quantity whose contour is drawn thick.
     """
     with_contours = own is not None and answer.quantity is not None
     with style():

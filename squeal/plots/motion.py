@@ -209,6 +209,7 @@ def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency
     """Draw the spectrum of forces in the run's last part; `frequency` (Hz, or 0) is marked."""
     t = run.history["t"]
     last_samples = slice(-int(LAST * len(t)), None)
+    # a column for each force
     values = np.array([run.history[signal.name][last_samples] for signal in forces]).T
     frequencies, amplitudes = spectrum(values, float(t[1] - t[0]), finer=8)
     kilohertz = frequencies[1:] / 1e3  # without the mean, at 0
@@ -238,7 +239,7 @@ def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency
 
 
 def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
-    """Panels of forces and of the position of the reaction, a strip of states, and the spectrum.
+    """Draw forces and the position of the reaction over time, the states, and the spectrum.
 
     `frequency` (Hz) is marked in the spectrum if it is not 0.
     """
@@ -259,15 +260,15 @@ def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
         axes = [first]
         for k in range(1, len(panels)):
             axes.append(figure.add_subplot(grid[k], sharex=first))
-        below = figure.add_subplot(grid[-2], sharex=first)
+        axes_of_states = figure.add_subplot(grid[-2], sharex=first)
         for panel, signal, letter in zip(axes, panels, "abc", strict=False):
             trace(panel, shown, signal, letter, looks)
             panel.tick_params(labelbottom=False)
-        strip(below, looks)
-        last = figure.add_subplot(grid[-1])
-        _spectrum(last, shown, forces, "abcd"[len(panels)], frequency)
-        figure.align_ylabels([*axes, below, last])
-        handles = first.get_lines()[: len(looks.states)]
+        strip(axes_of_states, looks)
+        axes_of_spectrum = figure.add_subplot(grid[-1])
+        _spectrum(axes_of_spectrum, shown, forces, "abcd"[len(panels)], frequency)
+        figure.align_ylabels([*axes, axes_of_states, axes_of_spectrum])
+        handles = first.get_lines()[: len(looks.states)]  # `trace` draws a line for each state
         names = [f"{look.label}: {look.meaning}" for look in looks.states.values()]
         figure.legend(handles, names, loc="outside upper center", ncols=4)
     line = "no line stands out"

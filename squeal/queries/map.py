@@ -152,7 +152,7 @@ def _verdict_and_growth(
     from squeal.sparse.first_look import FirstLook
 
     system, selection, reduction = common
-    errors = np.zeros(1)
+    errors = np.zeros(1)  # of a first look: NaN for roots that clearly decay, which fmax ignores
     if isinstance(reduction, FirstLook):
         estimate = reduction.estimate(at, deciding=True)
         roots = estimate.values

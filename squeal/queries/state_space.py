@@ -93,7 +93,8 @@ def state_space(subject: Subject, mu: float | None = None, loop: str | None = No
         return _of_system(system, changes, ports)
     if loop in changes:
         raise InputError(f"mu: is not allowed with loop={loop!r}; its value is the loop's gain")
-    return _of_system(system, changes | {loop: 0.0}, _ports_of_loop(system, loop, changes))
+    ports = _ports_of_loop(system, loop, changes)
+    return _of_system(system, changes | {loop: 0.0}, ports)  # at 0 the terms of the loop vanish
 
 
 def _of_pad(scene: Scene, mu: float | None) -> StateSpace:
