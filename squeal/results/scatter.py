@@ -218,15 +218,15 @@ class Scatter(Answer):
         """
         results = ["kind", "frequency_hz"]
         if self.of == "growth":
-            value = ("growth_rate", "1/s")
+            head_of_value = ("growth_rate", "1/s")
             results += ["unstable", "propensity", "residual"]
         else:
-            value = (self.name, "")
+            head_of_value = (self.name, "")
             if self.basis is not None:
                 results.append("residual")
-        others = [value[0], "share", *results]
+        others = [head_of_value[0], "share", *results]
         parameters = [parameter_heading(name, others) for name in self.spreads]
-        heads = [value, ("share", "")]
+        heads = [head_of_value, ("share", "")]
         heads += [(name, "") for name in results + parameters]
         rows = []
         for rank, sample in enumerate(self.rows, 1):
