@@ -23,7 +23,7 @@ from squeal.io.tables import Line, number_in, read_table
 from squeal.io.writing import write_csv
 from squeal.numerics.differentiation import Formula
 from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, Whole, row
-from squeal.sparse.assembly import OWN, Assembly, assemble
+from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly, assemble
 from squeal.sparse.components import Component
 from squeal.sparse.contact_faces import ContactPoints, contact_between_faces
 from squeal.sparse.contact_seat import Contact
@@ -47,7 +47,9 @@ LOAD = Group({
 REDUCED = Group({
     "rows": Key("how many it had", Whole(1, 10**9), required=True),
     "cutoff": Key("frequency up to which it has modes", POSITIVE, "Hz", required=True),
-    "lacks": Key("matrix file that tells the errors of roots", TEXT, required=True),
+    "residual_flexibility": Key(
+        "matrix file, as `export` wrote it, from which the errors of roots follow",
+        TEXT, required=True),
 }, owner="reduced")
 ROTATION = Group({
     "axis": Key("of the rotation, in its sense", row(3), required=True),
@@ -121,7 +123,7 @@ def assembly_file(
     (Hz) sets the cutoff of a file without one. Raises InputError and ComputationError.
     """
     keys = ASSEMBLY.read(document, at)
-    values = OWN | keys.get("parameters", {})
+    values = ASSEMBLY_DEFAULTS | keys.get("parameters", {})
     read: list[_Side] = []
     origins: list[Origin] = []
     inputs: list[Path] = []
@@ -136,7 +138,7 @@ def assembly_file(
         assumptions += [f"{name}: {words}" for words in file.assumptions]
         inputs += [path, *file.inputs]
         if "reduced" in component:
-            inputs.append(folder / component["reduced"]["lacks"])
+            inputs.append(folder / component["reduced"]["residual_flexibility"])
         if "file" in component.get("load", {}):
             inputs.append(folder / component["load"]["file"])
     _warn_of_other_units(at, read)
@@ -145,7 +147,7 @@ def assembly_file(
             inputs.append(folder / contact["pairs"]["file"])
     sides = {side.body.name: side for side in read}
     bodies = [side.body for side in read]
-    if "cutoff" in keys and all(body.lacks is not None for body in bodies):
+    if "cutoff" in keys and all(body.residual_flexibility is not None for body in bodies):
         words = "is not allowed; all components are reduced already, up to"
         raise (at / "cutoff").refuse(f"{words} {min(body.cutoff for body in bodies):g} Hz")
 
@@ -252,13 +254,18 @@ def _component(
             )
     if "reduced" in keys:
         reduced = keys["reduced"]
-        with (at / "reduced" / "lacks").named():
-            lacks = read_matrix(folder / reduced["lacks"]).matrix
+        with (at / "reduced" / "residual_flexibility").named():
+            flexibility = read_matrix(folder / reduced["residual_flexibility"]).matrix
             size = len(body.system.terms) * body.system.n
-            if lacks.shape[0] not in (size, 2 * size):
+            if flexibility.shape[0] not in (size, 2 * size):
                 words = f"it must have {size} or {2 * size}, as `export` wrote it"
-                raise InputError(f"{lacks.shape[0]} rows are not allowed; {words}")
-        body = replace(body, rows=reduced["rows"], cutoff=reduced["cutoff"], lacks=lacks.toarray())
+                raise InputError(f"{flexibility.shape[0]} rows are not allowed; {words}")
+        body = replace(
+            body,
+            rows=reduced["rows"],
+            cutoff=reduced["cutoff"],
+            residual_flexibility=flexibility.toarray(),
+        )
     if "load" in keys:
         load = keys["load"]
         factor = _formula_value(load, "factor", at / "load", values)

@@ -363,7 +363,7 @@ class FirstLook(Reduction):
         bounds = root_error_bounds(
             z,
             slope,
-            lack=S.conj().T @ solved_R,
+            truncation=S.conj().T @ solved_R,
             uncertainty=self._series * energies,
         )
         is_undamped = self.system.real and not self.system.C

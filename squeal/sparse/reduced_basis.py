@@ -53,20 +53,29 @@ class ErrorBounds(NamedTuple):
 
 
 def root_error_bounds(
-    values: ComplexArray, slope: ComplexArray, lack: ComplexArray, uncertainty: Array
+    values: ComplexArray, slope: ComplexArray, truncation: ComplexArray, uncertainty: Array
 ) -> ErrorBounds:
-    """How far roots (m,) of a projected problem may be from those of the full one.
+    """How far roots of a projected problem may be from those of the full one, by first order.
 
-    slope (m, m) is y_i^H ((l_i + l_j) M + C) x_j of left and right modes, the divided difference of
-    P, on the diagonal P'; lack (m, m) is S^H F^-1 R of what the modes lack, known up to
-    `uncertainty` (m, m).
+    Parameters
+    ----------
+    values : ndarray (m,)
+        The roots l_i of the projected problem, rad/s.
+    slope : ndarray (m, m)
+        y_i^H ((l_i + l_j) M + C) x_j of left and right modes: divided differences of P, and P' on
+        the diagonal.
+    truncation : ndarray (m, m)
+        What the directions outside of the projection add to y_i^H P x_j: S^H F^-1 R of the
+        residuals R = P x and S = P^H y.
+    uncertainty : ndarray (m, m)
+        How far an entry of `truncation` may be off.
     """
     try:
         inverse = np.linalg.inv(slope)
     except np.linalg.LinAlgError:  # a multiple root without as many modes
         inverse = np.full_like(slope, np.inf)
     with np.errstate(invalid="ignore", over="ignore"):
-        D = np.abs(inverse @ lack) + np.abs(inverse) @ uncertainty
+        D = np.abs(inverse @ truncation) + np.abs(inverse) @ uncertainty
         gaps = np.abs(np.subtract.outer(values, values))
         products = D * D.T
         np.fill_diagonal(products, 0.0)
@@ -283,7 +292,7 @@ class ReducedBasis:
         bounds = root_error_bounds(
             values,
             slope=np.add.outer(values, values) * mass + damping,
-            lack=S.T @ R,
+            truncation=S.T @ R,
             uncertainty=share * np.outer(np.linalg.norm(S, axis=0), np.linalg.norm(R, axis=0)),
         )
         residuals = np.linalg.norm(_images(sketch.residual, roots.right, weights), axis=0)

@@ -12,7 +12,7 @@ from squeal.io.writing import number
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.known import with_doubts
 from squeal.results.thresholds import Thresholds
-from squeal.sparse.assembly import OWN, Assembly
+from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly
 from squeal.sparse.contact_seat import Contact
 
 SAME = 1e-6  # of the largest one: differences of stiffnesses and forces that count as none
@@ -38,7 +38,7 @@ def seat_parameters(file: SystemFile) -> list[str]:
     if assembly is None:
         return []
     seated = assembly.system
-    names = seated.parameters.keys() - seated.names - OWN.keys()
+    names = seated.parameters.keys() - seated.names - ASSEMBLY_DEFAULTS.keys()
     for contact in _contacts_that_may_change(assembly):
         names |= Formula(contact.factor).names
     return sorted(names - {seated.parameter})
