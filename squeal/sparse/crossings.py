@@ -289,7 +289,8 @@ class CrossingSearch:
                 crossing = axis_crossing(self.scaled, self.name, guess)
                 # Newton's method may have gone to a crossing far outside of the step
                 if abs(crossing.value - (before.value + after.value) / 2) <= 3 * span / 4:
-                    guesses.append(_guess_of(crossing))
+                    vectors = crossing.vector, crossing.left
+                    guesses.append(CrossingGuess(crossing.value, crossing.omega, *vectors))
         if not guesses and _changes_sign(start, end):
             return None
         return guesses
@@ -305,11 +306,6 @@ class CrossingSearch:
             right=spectrum.right[:, k] / self.scaled.scale,
             left=spectrum.left[:, k] / self.scaled.scale,
         )
-
-
-def _guess_of(crossing: AxisCrossing) -> CrossingGuess:
-    """A crossing of the reduced system as guess for the full one."""
-    return CrossingGuess(crossing.value, crossing.omega, crossing.vector, crossing.left)
 
 
 def _changes_sign(before: NDArray, after: NDArray) -> Bools:

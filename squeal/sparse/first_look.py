@@ -130,21 +130,15 @@ class Structure:
         reach = highest**2 - self.shift
         start = np.random.default_rng(0).standard_normal((self.F.shape[0], BLOCK))
         krylov = BlockArnoldi(lambda x: self.factor.solve(self.M @ x), start, COLUMNS)
-        next_check = 2 * BLOCK
-        while True:
-            krylov.grow()
-            is_invariant = krylov.applied == krylov.size
-            # each check solves an eigenproblem: not after every block
-            if krylov.applied < next_check and not is_invariant:
-                continue
-            next_check = krylov.applied + max(2 * BLOCK, krylov.applied // 8)
-            theta, coordinates, residuals = krylov.eigenpairs()
-            closeness = reach * np.abs(theta)  # at least 1 up to the highest frequency
+        for ritz in krylov.growing():
+            theta = np.abs(ritz.values)
+            closeness = reach * theta  # at least 1 up to the highest frequency
             is_wanted = closeness >= min(1.0, closeness.max())  # the nearest one at least
-            are_good = np.all((residuals <= MODE_RESIDUAL * np.abs(theta))[is_wanted])
+            are_good = np.all((ritz.residuals <= MODE_RESIDUAL * theta)[is_wanted])
             # a mode beyond the highest frequency shows that all below it are there
-            if is_invariant or (not is_wanted.all() and are_good):
-                return krylov.basis[:, : krylov.applied] @ coordinates[:, is_wanted]
+            if not is_wanted.all() and are_good:
+                break
+        return krylov.basis[:, : krylov.applied] @ ritz.coordinates[:, is_wanted]
 
 
 def _symmetric_part(A: csc_array) -> csc_array:

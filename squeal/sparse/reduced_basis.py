@@ -175,8 +175,7 @@ class _SmallProblem(NamedTuple):
         """All finite roots (rad/s), by the inverse of P at a shift in the middle of a region: those
         in and around the region to rounding."""
         M, C, K = self
-        # off the centre: with a root exactly there P(shift) would be singular
-        shift = region.centre + (0.03 + 0.04j) * region.radius
+        shift = region.off_centre
         radius = region.radius
         # theta = radius / (lambda - shift) are the eigenvalues of the companion form
         images = np.hstack([radius * (2 * shift * M + C), radius**2 * M])

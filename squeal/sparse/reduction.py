@@ -309,10 +309,15 @@ def reduce_system(
     wide = region.widened(MARGIN)
     # the samples by the index of their value: whether the roots of the full problem were counted
     is_counted: dict[int, bool] = {}
+
+    def sample(k: int, where: Rectangle, certify: bool = False) -> None:
+        texts = [f"{name} = {value:.6g}" for name, value in values[k].items()]
+        report(f"sample {len(is_counted) + 1} at {', '.join(texts) or 'the parameters'}")
+        reduction.sample(values[k], where, certify)
+        is_counted[k] = certify
+
     for k in dict.fromkeys([len(values) // 2, 0, len(values) - 1]):
-        _report_sample(len(is_counted) + 1, values[k])
-        reduction.sample(values[k], wide)
-        is_counted[k] = False
+        sample(k, wide)
         if reduction.size == 0:
             _sample_around(reduction, values[k], wide)
     while True:
@@ -322,10 +327,7 @@ def reduce_system(
         # ... unless the sample missed it, which a count shows
         doubtful = [k for k in is_counted if spurious[k] and not is_counted[k]]
         if doubtful:
-            k = doubtful[0]
-            _report_sample(len(is_counted) + 1, values[k])
-            reduction.sample(values[k], region, certify=True)
-            is_counted[k] = True
+            sample(doubtful[0], region, certify=True)
             continue
         for k in is_counted:
             residuals[k] = residuals[k][residuals[k] <= SPURIOUS]
@@ -335,18 +337,11 @@ def reduce_system(
         k = int(np.argmax(unsolved))
         if unsolved[k] <= TOLERANCE or len(is_counted) == SAMPLES:
             break
-        _report_sample(len(is_counted) + 1, values[k])
-        reduction.sample(values[k], wide)
-        is_counted[k] = False
+        sample(k, wide)
     reduction.samples = tuple(values[k] for k in is_counted)
     reduction.worst = float(worst.max())
     reduction.spurious = sum(spurious.values())
     return reduction
-
-
-def _report_sample(number: int, changes: Changes) -> None:
-    texts = [f"{name} = {value:.6g}" for name, value in changes.items()]
-    report(f"sample {number} at {', '.join(texts) or 'the parameters'}")
 
 
 def _sample_around(reduction: Reduction, changes: Changes, region: Rectangle) -> None:
