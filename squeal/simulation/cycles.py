@@ -45,9 +45,10 @@ VALUE = 7  # place of the parameter in the unknowns (z, T, value)
 
 
 def deviations(model: PadModel, segment: Segment) -> np.ndarray:
-    """The matrix of small deviations (6, 6) along a motion, in natural units.
+    """The matrix (6, 6) that takes small deviations at the begin of a motion to those at its end.
 
-    All steps of the motion are integrated at once, then multiplied.
+    The variational equations are integrated by the Runge-Kutta method over all steps of the motion
+    at once; the matrices of the steps are then multiplied.
     """
     steps = segment.steps
     identity = np.eye(6)

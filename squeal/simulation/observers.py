@@ -432,7 +432,7 @@ class ResponseObserver:
             hertz = growth.imag / (2 * np.pi * time)
             response = Response(growth_rate=growth.real / time, growth_frequency_hz=hertz)
         frequency, share = line(last[:, 3:] * np.sqrt(self._mass), self._step)
-        if frequency * self._step * len(last) < PERIODS:
+        if frequency * self._step * len(last) < PERIODS:  # too few show neither of what follows
             return response
         if share >= LINE:
             response = replace(response, frequency_hz=frequency / time)
@@ -446,7 +446,7 @@ class ResponseObserver:
         return response
 
     def _energy_of_parts(self) -> np.ndarray:
-        """Mean kinetic energy, doubled, in each of `PARTS` equal parts of the run."""
+        """Twice the mean kinetic energy (PARTS,) in each of equal parts of the run."""
         energy = (self._mass * self._spread.states[:, 3:] ** 2).sum(axis=1)
         return np.asarray(energy.reshape(PARTS, -1).mean(axis=1))
 

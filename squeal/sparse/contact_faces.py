@@ -291,6 +291,7 @@ def forces_of_pressure(surface: Surface) -> dict[str, Array]:
     forces: dict[str, Array] = {}
     for faces in _faces_by_kind(surface):
         points = _integration_points(faces)
+        # the force of a point goes to the nodes of its face by their shape functions
         shares = points.areas[:, None] * points.weights
         parts = -shares[:, :, None] * points.normals[:, None, :]
         labels, index = np.unique(points.labels, return_inverse=True)

@@ -131,8 +131,8 @@ class Reduction:
         self._sketch: Array = np.zeros((len(self._matrices), SKETCH, 0))
 
     def extend(self, columns: ComplexArray, dropped: float = TOLERANCE / 10) -> None:
-        """Add what the real and imaginary parts of columns (n, m) bring, of unit vectors what
-        exceeds `dropped`."""
+        """Enlarge the basis by the real and imaginary parts of columns (n, m), and project the
+        system onto it; directions in which unit columns add less than `dropped` are left out."""
         old = self.vectors
         self.vectors = enlarged(old, columns, dropped)
         new = np.ascontiguousarray(self.vectors[:, old.shape[1] :])
