@@ -182,10 +182,10 @@ def _keys_of(document: dict[str, Any]) -> Group:
     names += [document.get("parameter", "mu"), *FREQUENCY]
     if "components" in document:
         from squeal.io.components import ASSEMBLY  # which no other system needs
-        from squeal.sparse.assembly import OWN
+        from squeal.sparse.assembly import ASSEMBLY_DEFAULTS
 
         group = ASSEMBLY
-        names += OWN  # which every assembly has, whatever its file names
+        names += ASSEMBLY_DEFAULTS  # which every assembly has, whatever its file names
     numbers = {str(name): Key("a parameter", ANY) for name in names}
     keys = {"parameters": Key("named numbers", Group(numbers))}  # listed first
     for name, key in group.keys.items():

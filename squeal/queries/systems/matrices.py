@@ -205,8 +205,9 @@ def write_components(
         positions = np.zeros((len(nodes), 3)) if body.places is None else body.places
         table = zip(nodes, dofs, *positions.T.tolist(), strict=True)
         write_csv(home / "nodes.csv", ["node", "dof", "x", "y", "z"], table)
-        if body.lacks is not None:
-            write_matrix(home / f"lacks.{suffix}", body.lacks, "lacks")
+        flexibility = body.residual_flexibility
+        if flexibility is not None:
+            write_matrix(home / f"flexibility.{suffix}", flexibility, "residual_flexibility")
         if body.load is not None:
             # by rows, not nodes: a load of a reduced component acts on generalised coordinates too
             loads = []
@@ -249,8 +250,11 @@ def write_assembly(
         keys["file"] = f"{name}/system.yaml"
         keys.pop("rotation", None)  # its terms are among the matrices
         if body.rows:
-            lacks = f"{name}/lacks.{suffix}"
-            keys["reduced"] = {"rows": body.rows, "cutoff": body.cutoff, "lacks": lacks}
+            keys["reduced"] = {
+                "rows": body.rows,
+                "cutoff": body.cutoff,
+                "residual_flexibility": f"{name}/flexibility.{suffix}",
+            }
         load = keys.get("load")
         if load:  # its forces were written multiplied by the factor at these parameters
             factor = Formula(load.get("factor", "1"))

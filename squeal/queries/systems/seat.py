@@ -13,7 +13,7 @@ from squeal.io.writing import number
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.known import with_doubts
 from squeal.results.thresholds import Thresholds
-from squeal.sparse.assembly import OWN, Assembly
+from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly
 from squeal.sparse.contact_seat import Contact
 
 SAME = 1e-6  # of the largest: up to it stiffnesses and forces of two seats are the same
@@ -47,7 +47,7 @@ def seat_parameters(file: SystemFile) -> list[str]:
     if assembly is None:
         return []
     seated = assembly.system
-    names = seated.parameters.keys() - seated.names - OWN.keys()
+    names = seated.parameters.keys() - seated.names - ASSEMBLY_DEFAULTS.keys()
     for contact in _contacts_that_may_change(assembly):
         names |= Formula(contact.factor).names
     return sorted(names - {seated.parameter})
