@@ -28,7 +28,7 @@ from squeal.linear.continuation import (
     hermite_cubic,
     zeros_between,
 )
-from squeal.linear.events import Event, located
+from squeal.linear.events import Event, locate_event
 from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.search import search
 from squeal.linear.steps import Guess, near_coalescences
@@ -529,7 +529,7 @@ def _at_own_frequency(
             coalesces=True,
             width=high - low,
         )
-        one = located(continuation, guess)
+        one = locate_event(continuation, guess)
         if one is None or not one.omega:
             return None
         event = one

@@ -121,7 +121,7 @@ def track_modes(
 
     at = cast(Callable[[float], SpectrumAtParameter], spectrum_at)
     all_roots = reduction is None and selection.rectangle is None
-    if all_roots and small and system.real and system.n <= ContinuationOptions.small:
+    if all_roots and small and system.real and system.n <= ContinuationOptions.small_rows:
         with suppress(InputError):  # where M is singular
             at = continued(system, rising).at
     steps = [known[value][0] for value in rising]

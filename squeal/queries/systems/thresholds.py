@@ -209,7 +209,7 @@ def _all_roots_are_followed(system: TermSystem, selection: EigenvalueSelection, 
     if selection.rectangle is None:
         return True
     # to follow all roots costs more than those of a band, and M has to be inverted
-    if system.n > ContinuationOptions.small:
+    if system.n > ContinuationOptions.small_rows:
         return False
     M, _, _ = system(low)
     return bool(ILL * np.linalg.cond(unit_diagonal(dense(M))) < 1.0)
