@@ -28,7 +28,7 @@ from squeal.linear.continuation import (
     hermite_cubic,
     zeros_between,
 )
-from squeal.linear.events import Event, located
+from squeal.linear.events import Event, locate_event
 from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.search import search
 from squeal.linear.steps import Guess, near_coalescences
@@ -586,7 +586,7 @@ def _at_own_frequency(
             coalesces=True,
             width=high - low,
         )
-        meeting = located(continuation, guess)
+        meeting = locate_event(continuation, guess)
         if meeting is None or not meeting.omega:
             return None
         event = meeting

@@ -204,7 +204,7 @@ def _all_roots_are_followed(system: TermSystem, selection: EigenvalueSelection, 
         return False
     if selection.rectangle is None:
         return True
-    if system.n > ContinuationOptions.small:
+    if system.n > ContinuationOptions.small_rows:
         return False  # to follow all roots would cost more than to follow those of the band
     M, _, _ = system(low)
     is_regular = ILL * np.linalg.cond(unit_diagonal(dense(M))) < 1.0
