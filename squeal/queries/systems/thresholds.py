@@ -148,6 +148,12 @@ def system_thresholds(
         low = _start_of_range(system, high)
     if not low < high:
         raise InputError(f"high: {high:g} is not allowed; it must exceed {low:g}")
+    region = selection.region
+    if region is not None and not region.low_real < 0.0 < region.high_real:
+        raise InputError(
+            f"region: {region} holds no part of the imaginary axis, which thresholds cross; it "
+            "must be RE0:RE1:IM0:IM1 with RE0 < 0 < RE1"
+        )
     roots: Roots = partial(roots_of_all, system, selection)
     if _all_roots_are_followed(system, selection, low):
         located = _located_among_all(system, selection, low, high, step_ends, roots)
