@@ -351,7 +351,8 @@ def _mapping(node: yaml.MappingNode, budget: Iterator[int]) -> dict[str, Value]:
     for key_node, entry in node.value:
         key = _value(key_node, budget)
         if not isinstance(key, str):
-            hint = "; decimals follow a point, as in 0.4" if isinstance(key, int) else ""
+            is_number = isinstance(key, (int, float))
+            hint = "; decimals follow a point, as in 0.4" if is_number else ""
             raise _refused(f"the key {shown(key)} is not a word{hint}", key_node.start_mark)
         if key in mapping:
             raise _refused(f"the key {key} stands there twice", key_node.start_mark)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from squeal.io.cells import corners_of, outer_faces
 from squeal.io.coordinates import Coordinates
-from squeal.io.shapes import displacements
+from squeal.io.shapes import unit_displacements
 from squeal.linear import GROWING, Eigenvalue
 from squeal.model.pad import Pad
 from squeal.plots.style import (
@@ -203,7 +203,7 @@ def shape_drawing(name: str, words: str, coordinates: Coordinates, shape: NDArra
     step = 1  # between the nodes that are drawn
     if not faces:
         step += len(coordinates.places) // MOST_POINTS
-    u = displacements(coordinates, shape)[::step]
+    u = unit_displacements(coordinates, shape)[::step]
     rest = coordinates.places[::step]
     amplitude = np.linalg.norm(u, axis=1)
     box = _box(coordinates.places)

@@ -126,7 +126,7 @@ class Optimum(Answer):
         before, after = self.growth
         least = after - ACTIVE * abs(before - after)
         active = []
-        for root in self.after.every:
+        for root in self.after.computed:
             if root.value.imag >= 0.0 and root.growth_rate >= least:
                 active.append(root)
         return tuple(active)
@@ -164,7 +164,7 @@ class Optimum(Answer):
 
 def _largest_growth(roots: SystemRoots) -> float:
     """The largest growth rate in 1/s, NaN without a root."""
-    return max((root.growth_rate for root in roots.every), default=math.nan)
+    return max((root.growth_rate for root in roots.computed), default=math.nan)
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,7 +87,9 @@ class ReducedThresholdSamples:
         try:
             reduction = self.reduction.replaced(values)
             system = reduction.scaled.system
-            search = system_thresholds(system, self.high, wanted=self.selection, served=reduction)
+            search = system_thresholds(
+                system, self.high, selection=self.selection, served=reduction
+            )
         except (InputError, ComputationError) as error:
             return _refused(values, error)
         outcome = first_loss(search.answer, self.high)
