@@ -212,7 +212,8 @@ class _Search:
 
         Raises ComputationError if no root lies in the band.
         """
-        for evaluation in self.evaluations[:-4:-1]:  # SLSQP asks for values and slopes apart
+        # SLSQP asks for values and for slopes at the same q: the newest ones are looked at
+        for evaluation in self.evaluations[:-4:-1]:
             if np.array_equal(evaluation.q, q):
                 return evaluation
         parameters = self.parameters(q)
