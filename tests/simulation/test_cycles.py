@@ -63,6 +63,17 @@ def test_the_branch_of_cycles_starts_where_the_equilibrium_begins_to_flutter(ans
     assert [one.turn for one in answer.orbits if one.turn] == ["grazing", "fold"]
 
 
+def test_the_peak_is_that_of_both_edges_together(answer):
+    """Against the densely sampled motion of one period."""
+    orbit = answer.orbits[answer.own]
+    scene = dataclasses.replace(HAMMERS, initial=orbit.start, stop=orbit.period, samples=200_001)
+    scene = dataclasses.replace(scene, outputs=("history",))
+    history = squeal.simulate(scene).history
+    together = history["F3"] + history["F4"]
+    assert orbit.peak == pytest.approx(together.max(), rel=1e-5)
+    assert orbit.peak > 1.01 * max(history["F3"].max(), history["F4"].max())
+
+
 def test_sliding_changes_where_thresholds_say(answer):
     points = squeal.thresholds(HAMMERS).points
     within = [(point.mu, point.kind) for point in points if 0.5 < point.mu < 0.8]
