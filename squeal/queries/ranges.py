@@ -204,13 +204,9 @@ def pad_statement(
     statement = RangeStatement("open", "enclosure", data=AS_GIVEN, until=high, high=high)
     if proof.status != "proved":
         return _with_reason(statement, proof), []
-    proved = replace(
-        statement,
-        status="proved",
-        growth_below=proof.growth_below,
-        until=min(proof.until, high),
-    )
-    return proved, list(proof.places)
+    until = min(proof.until, high)
+    statement = replace(statement, status="proved", growth_below=proof.growth_below, until=until)
+    return statement, list(proof.places)
 
 
 def _rise(crossing: Crossing) -> int:

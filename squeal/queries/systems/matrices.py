@@ -210,9 +210,7 @@ def write_components(
             write_matrix(home / f"flexibility.{suffix}", flexibility, "residual_flexibility")
         if body.load is not None:
             # by rows, not nodes: a load of a reduced component acts on generalised coordinates too
-            loads = []
-            for i in np.flatnonzero(body.load):
-                loads.append((i + 1, float(body.load[i])))
+            loads = ((i + 1, float(body.load[i])) for i in np.flatnonzero(body.load))
             write_csv(home / "load.csv", ["row", "force"], loads)
     return rows
 
