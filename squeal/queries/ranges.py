@@ -250,7 +250,9 @@ def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
         return x if isinstance(x, flint.arb_series) else flint.arb(x)
 
     def product(ball: Any) -> Any:
-        factors = [each.over(values | {system.parameter: ball}, as_ball) for each in formulas]
+        factors = [
+            each.in_arithmetic(values | {system.parameter: ball}, as_ball) for each in formulas
+        ]
         return math.prod(factors[1:], start=factors[0])
 
     return product
