@@ -38,12 +38,23 @@ def meant(name: str, known: Iterable[str]) -> str:
 
     >>> meant("facter", ["file", "factor"]), meant("x", ["file", "factor"]), meant("x", [])
     ('did you mean factor?', 'allowed are file, factor', 'none is allowed')
+    >>> meant("my", ["m", "mu", "k1"]), meant("k5", ["k1", "k2"])
+    ('did you mean mu?', 'allowed are k1, k2')
     """
     names = list(known)
     close = difflib.get_close_matches(name, names, 1, 0.7)
-    if close:
+    if not close:  # of names as short as mu a single letter is half
+        close = [other for other in names if _differ_in_one_letter(name, other)]
+    if len(close) == 1:
         return f"did you mean {close[0]}?"
     return f"allowed are {', '.join(names)}" if names else "none is allowed"
+
+
+def _differ_in_one_letter(name: str, other: str) -> bool:
+    """Whether two names of the same length begin alike and differ in one letter behind."""
+    if len(name) != len(other) or name[:1] != other[:1]:
+        return False
+    return sum(a != b for a, b in zip(name, other, strict=True)) == 1
 
 
 class _OneLine(Exception):
@@ -93,7 +104,11 @@ class ComputationError(_OneLine, RuntimeError):
 
 @contextmanager
 def within_doubles() -> Iterator[None]:
-    """Raise ComputationError where numbers of wild size fail meanwhile."""
+    """Turn overflows and failures of linear algebra into a ComputationError.
+
+    Numbers of valid type but extreme size cause them. A LinAlgError of NumPy or SciPy is a
+    ValueError; it is told by its name, since this module imports neither.
+    """
     try:
         yield
     except (ArithmeticError, ValueError) as error:

@@ -54,9 +54,12 @@ CONFIDENCE = {
 
 @dataclass(frozen=True, eq=False)
 class Remedy:
-    """A change of one parameter that stops the fastest mode to first order; `computed` are the
-    eigenvalues with it, `harmed` the modes that grow with it alone; `helps`: the largest growth
-    rate falls, which another mode may prevent."""
+    """A change of one parameter that stops the fastest mode to first order.
+
+    words: its size; computed: the eigenvalues with the change; harmed: the modes that grow with it
+    and did not before; helps: whether the largest growth rate falls, which another mode may
+    prevent.
+    """
 
     parameter: str
     before: float
@@ -69,9 +72,9 @@ class Remedy:
     @property
     def sentence(self) -> str:
         """What to change, by how much, and what that does."""
-        way = "Raise" if self.after > self.before else "Lower"
+        verb = "Raise" if self.after > self.before else "Lower"
         values = f"from {number(self.before, 4)} to {number(self.after, 4)}"
-        change = f"{way} {self.parameter} by {self.words}, {values}"
+        change = f"{verb} {self.parameter} by {self.words}, {values}"
         sentence = f"{change}. With it: {self.computed.conclusion}."
         if self.harmed:
             hertz = ", ".join(number(mode.frequency_hz, 4) for mode in self.harmed)
@@ -83,10 +86,13 @@ class Remedy:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Report(Answer):
-    """Eigenvalues at the brake's own parameter, thresholds up to `thresholds.high`, and what moves
-    both, `onset` the first loss (None where several modes are lost at once); `check` says what
-    matrices are, `energy` what feeds each mode, `remedy` what to change (None where nothing grows,
-    or no parameter but the swept one is named). `save` writes the page.
+    """What one page says of a brake; `save` writes the page.
+
+    eigenvalues: at the brake's own parameter; thresholds: up to `thresholds.high`; sensitivity: of
+    the eigenvalues; onset: sensitivity of the first loss of stability, None where several modes are
+    lost at once; check: what the matrices are, None of a scene; energy: what feeds each mode;
+    remedy: what to change, None where nothing grows, or no parameter but the swept one is named;
+    subject: the scene or system.
 
     Examples
     --------
@@ -123,46 +129,47 @@ class Report(Answer):
     @property
     def advice(self) -> str:
         """What to change, in a sentence or two."""
-        found = self.eigenvalues
-        if not found.unstable:
-            is_sure = found.certified and found.verdict is not None
+        spectrum = self.eigenvalues
+        if not spectrum.unstable:
+            is_sure = spectrum.certified and spectrum.verdict is not None
             return "Nothing has to change." if is_sure else "Nothing that grows was found."
-        ways = []
+        sentences = []
         if self.remedy is not None and self.remedy.helps:
-            ways.append(self.remedy.sentence)
-        fastest = found.unstable[0]
+            sentences.append(self.remedy.sentence)
+        fastest = spectrum.unstable[0]
         if fastest.frequency_hz:
             percent = _rounded(-100.0 * fastest.damping_ratio, 2, math.ceil)
             hertz = number(fastest.frequency_hz, 4)
-            ways.append(f"Give each mode at {hertz} Hz at least {percent} % more damping.")
+            sentences.append(f"Give each mode at {hertz} Hz at least {percent} % more damping.")
         first_loss = self.thresholds.first
-        if first_loss is not None and first_loss.mu < found.value:
-            limit = f"{found.parameter} below {_rounded(first_loss.mu, 4, math.floor)}"
-            keep = f"Keep {limit}; it is {number(found.value, 4)}."
-            if found.beside:
-                keep = f"For modes of {found.extent} alone, k{keep[1:]}"
-            ways.append(keep)
-        if not ways:
+        if first_loss is not None and first_loss.mu < spectrum.value:
+            limit = f"{spectrum.parameter} below {_rounded(first_loss.mu, 4, math.floor)}"
+            bound = f"{limit}; it is {number(spectrum.value, 4)}."
+            if spectrum.beside:
+                sentences.append(f"For modes of {spectrum.extent} alone, keep {bound}")
+            else:
+                sentences.append(f"Keep {bound}")
+        if not sentences:
             return "No way out is known to this page."
-        advice = ways[0]
-        for way in ways[1:]:
-            advice += f" Or {way[0].lower()}{way[1:]}"
+        advice = sentences[0]
+        for sentence in sentences[1:]:
+            advice += f" Or {sentence[0].lower()}{sentence[1:]}"
         return advice
 
     @property
     def reasons(self) -> list[str]:
         """What feeds the mode that grows fastest, and which parameters do not help."""
-        found = self.eigenvalues
-        if not found.unstable:
+        spectrum = self.eigenvalues
+        if not spectrum.unstable:
             return []
         lines = []
-        mode = found.mode_of(found.unstable[0])
+        mode = spectrum.mode_of(spectrum.unstable[0])
         if mode in self.energy.modes:
             lines.append(f"Why: {self.energy.sentence(mode)}.")
             if self.energy.part_shares:
                 lines.append(f"Where its energy is: {self.energy.place(mode)}.")
         if self.remedy is None:
-            others = sorted(self.sensitivity.values.keys() - {found.parameter})
+            others = sorted(self.sensitivity.values.keys() - {spectrum.parameter})
             if others:
                 names = " or ".join(others)
                 lines.append(f"Changing {names} by up to {MOST_STEPS} % does not stop it.")
@@ -170,21 +177,21 @@ class Report(Answer):
                 lines.append("No other parameter is named whose change could stop it.")
         elif not self.remedy.helps:
             lines.append(f"What stops it drives another mode. {self.remedy.sentence}")
-        if found.beside:
-            lines.append(f"This is of {found.extent} alone, and growth outside of it was seen.")
+        if spectrum.beside:
+            lines.append(f"This is of {spectrum.extent} alone, and growth outside of it was seen.")
         return lines
 
     @property
     def loss(self) -> str:
         """The first loss of stability in a line."""
-        found = self.thresholds
-        first = found.first
-        parameter = found.parameter
+        first = self.thresholds.first
+        parameter = self.thresholds.parameter
         where = " within the band" if self.eigenvalues.extent else ""
-        if found.verdict in ("flutter", "divergence"):
-            return f"Unstable from {parameter} = {number(found.low, 4)} on"
+        if self.thresholds.verdict in ("flutter", "divergence"):
+            return f"Unstable from {parameter} = {number(self.thresholds.low, 4)} on"
         if first is None:
-            return f"No loss of stability{where} up to {parameter} = {number(found.high, 4)}"
+            high = number(self.thresholds.high, 4)
+            return f"No loss of stability{where} up to {parameter} = {high}"
         line = f"Stability is first lost{where} at {parameter} = {number(first.mu, 4)}: "
         line += first.kind
         if first.frequency_hz:
@@ -195,13 +202,13 @@ class Report(Answer):
     def margin(self) -> str:
         """How far the brake is from its first loss, in words; empty where none is known."""
         first = self.thresholds.first
-        found = self.eigenvalues
         if first is None or first.mu <= 0.0:
             return ""
-        percent = 100.0 * (found.value / first.mu - 1.0)
-        side = "above" if percent > 0.0 else "below"
-        here = f"{found.parameter} = {number(found.value, 4)}"
-        return f"{here} lies {number(abs(percent), 3)} % {side} that."
+        value = self.eigenvalues.value
+        percent = 100.0 * (value / first.mu - 1.0)
+        above_or_below = "above" if percent > 0.0 else "below"
+        own_value = f"{self.eigenvalues.parameter} = {number(value, 4)}"
+        return f"{own_value} lies {number(abs(percent), 3)} % {above_or_below} that."
 
     def table(self) -> Table:
         """The modes that grow.
@@ -272,7 +279,7 @@ def report(
     progress: Callable[[str], None] | None = None,
     parts: Mapping[str, Sequence[int]] | None = None,
 ) -> Report:
-    """Ask a brake all that one page shows.
+    """Compute all that one page shows of a brake.
 
     Parameters
     ----------
@@ -308,80 +315,96 @@ def report(
     'Stability is first lost at mu = 0.75: flutter at 0.2251 Hz'
     """
     options: Any = {"band": band, "memory": memory, "progress": progress}
-    crossed = thresholds(subject, high, **options)  # it refuses what the others take
-    found = eigenvalues(subject, **options)
-    of_modes = sensitivity(subject, known=found)
+    losses = thresholds(subject, high, **options)  # first: it refuses some that the others take
+    spectrum = eigenvalues(subject, **options)
+    of_modes = sensitivity(subject, known=spectrum)
     of_onset = None
     with suppress(ComputationError):  # several modes are lost at once
-        of_onset = sensitivity(subject, of="threshold", known=crossed)
+        of_onset = sensitivity(subject, of="threshold", known=losses)
     return Report(
-        name=found.name,
-        eigenvalues=found.with_onsets(crossed),
-        thresholds=crossed,
+        name=spectrum.name,
+        eigenvalues=spectrum.with_onsets(losses),
+        thresholds=losses,
         sensitivity=of_modes,
         onset=of_onset,
         check=None if isinstance(subject, Scene) else check(subject),
-        energy=energy(found, parts),
-        remedy=_remedy(found, of_modes, lambda changed: eigenvalues(changed, **options)),
+        energy=energy(spectrum, parts),
+        remedy=_remedy(spectrum, of_modes, lambda changed: eigenvalues(changed, **options)),
         subject=subject,
     )
 
 
 def _remedy(
-    found: Eigenvalues,
-    moved: Sensitivity,
+    spectrum: Eigenvalues,
+    derivatives: Sensitivity,
     solve: Callable[[Scene | SystemFile], Eigenvalues],
 ) -> Remedy | None:
-    """The change of one parameter that stops the fastest mode in the fewest steps of 1 % or a
-    degree, by the derivatives of its eigenvalue; `solve` gives the eigenvalues with it.
+    """The change of one parameter that stops the fastest mode in the fewest steps.
 
-    The swept parameter is left out. None where nothing grows, and where none stops it within
-    `MOST_STEPS`.
+    A step is 1 % of the parameter, or a degree. How many stop the mode follows from the derivatives
+    of its eigenvalue, and is taken with the `MARGIN`; the effect is then computed anew.
+
+    Parameters
+    ----------
+    spectrum : Eigenvalues
+        Of the brake as it is.
+    derivatives : Sensitivity
+        Of these eigenvalues. The parameter that is swept is left out.
+    solve : callable
+        Gives the eigenvalues of the changed brake.
+
+    Returns
+    -------
+    Remedy or None
+        None where nothing grows, and where no parameter stops the mode within `MOST_STEPS`.
     """
-    if not found.unstable:
+    if not spectrum.unstable:
         return None
-    fastest = found.unstable[0]
-    index = int(abs(found.values - fastest.root).argmin())
-    steps: dict[str, float] = {}  # of each parameter, which stop the mode
-    for name, slopes in moved.slopes.items():
-        step, _ = moved.step(name)
+    fastest = spectrum.unstable[0]
+    index = int(abs(spectrum.values - fastest.root).argmin())
+    steps_needed: dict[str, float] = {}  # signed, by parameter
+    for name, slopes in derivatives.slopes.items():
+        step, _ = derivatives.step(name)
         effect = step * slopes[index].real  # of a step on the growth rate
-        if name != found.parameter and math.isfinite(effect) and effect != 0.0:
-            steps[name] = -fastest.growth_rate / effect
-    if not steps:
+        if name != spectrum.parameter and math.isfinite(effect) and effect != 0.0:
+            steps_needed[name] = -fastest.growth_rate / effect
+    if not steps_needed:
         return None
-    best = min(steps, key=lambda name: abs(steps[name]))
-    fewest = steps[best]
-    count = math.ceil(MARGIN * abs(fewest))
+    best = min(steps_needed, key=lambda name: abs(steps_needed[name]))
+    count = math.ceil(MARGIN * abs(steps_needed[best]))
     if count > MOST_STEPS:
         return None
-    step, words = moved.step(best)
-    after = moved.values[best] + math.copysign(count, fewest) * step
+    step, words = derivatives.step(best)
+    after = derivatives.values[best] + math.copysign(count, steps_needed[best]) * step
     unit = words.removeprefix("1 ")
     if unit == "degree" and count > 1:
         unit = "degrees"
-    computed = solve(_replaced(found.source, best, after))
+    computed = solve(_replaced(spectrum.source, best, after))
     return Remedy(
         parameter=best,
-        before=moved.values[best],
+        before=derivatives.values[best],
         after=after,
         words=f"{count} {unit}",
         computed=computed,
-        harmed=tuple(_harmed(found, computed)),
+        harmed=tuple(_harmed(spectrum, computed)),
         helps=computed.values.real.max(initial=0.0) < fastest.growth_rate,
     )
 
 
-def _harmed(found: Eigenvalues, changed: Eigenvalues) -> Iterator[UnstableMode]:
-    """The growing modes of a changed brake of which the nearest one did not grow before."""
-    grew = [found.mode_of(mode) for mode in found.unstable]
+def _harmed(before: Eigenvalues, changed: Eigenvalues) -> Iterator[UnstableMode]:
+    """The growing modes of a changed brake that did not grow before.
+
+    Each is taken for the mode whose eigenvalue before was the nearest one.
+    """
+    grew = [before.mode_of(mode) for mode in before.unstable]
     for mode in changed.unstable:
-        if found.modes[np.abs(found.values - mode.root).argmin()] not in grew:
+        nearest = np.abs(before.values - mode.root).argmin()
+        if before.modes[nearest] not in grew:
             yield mode
 
 
 def _rounded(value: float, digits: int, towards: Callable[[float], int]) -> str:
-    """A positive limit in so many digits, rounded to the side where it still holds."""
+    """A positive limit in so many digits, rounded by `towards` (math.floor or math.ceil)."""
     unit = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
     return number(towards(value / unit) * unit, digits)
 
@@ -389,7 +412,7 @@ def _rounded(value: float, digits: int, towards: Callable[[float], int]) -> str:
 def _replaced(
     source: PadSource | SystemSource | None, parameter: str, value: float
 ) -> Scene | SystemFile:
-    """The scene or the file of a system with another value of a parameter."""
+    """The scene, or the file of a system, with another value of a parameter."""
     if isinstance(source, PadSource):
         return source.scene.replace(**{parameter: value})
     assert source is not None
@@ -397,40 +420,40 @@ def _replaced(
 
 
 def page(report: Report, inputs: Sequence[Any] = ()) -> str:
-    """The page as text; `inputs` are the files behind it."""
+    """The page as HTML text; `inputs` are the files behind it."""
     from jinja2 import Environment, PackageLoader, StrictUndefined  # a page alone needs it
 
-    found = report.eigenvalues
-    state = "open"  # the class of the headline, which has its colour
-    if found.unstable:
+    spectrum = report.eigenvalues
+    state = "open"  # the CSS class of the headline, which colours it
+    if spectrum.unstable:
         state = "grows"
-    elif found.certified:
+    elif spectrum.certified:
         state = "stable"
     loader = PackageLoader("squeal")
     template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     text = template.get_template("report.html").render(
         report=report,
         state=state,
-        numbering=_numbering(found),
+        numbering=_numbering(spectrum),
         chart=_figure(_chart(report), report.name, damping=True),
         feeds=_feeds(report),
-        moves=_moved(report),
+        moves=_effects_on_growing(report),
         onset=None if report.onset is None else number(report.onset.at or math.nan, 4),
         shapes=list(_shapes(report)),
         confidence=list(_confidence(report)),
-        open=list(_open(report)),
-        read=list(_read(report)),
-        sure=list(_sure(report)),
+        open=list(_not_answered(report)),
+        read=list(_what_was_read(report)),
+        sure=list(_evidence(report)),
         footer=_footer(inputs),
     )
-    # a name may hold anything
+    # a name may hold control characters, which HTML does not allow
     return "".join(c for c in text if c.isprintable() or c == "\n") + "\n"
 
 
-def _numbering(found: Eigenvalues) -> str:
+def _numbering(spectrum: Eigenvalues) -> str:
     """What the number of a mode counts."""
-    if found.extent:
-        return f"Modes are numbered by rising frequency within {found.extent}."
+    if spectrum.extent:
+        return f"Modes are numbered by rising frequency within {spectrum.extent}."
     return "Modes are numbered by rising frequency."
 
 
@@ -447,7 +470,7 @@ def _footer(inputs: Sequence[Any]) -> str:
 
 @dataclass(frozen=True)
 class _Figure:
-    """A picture as the page holds it, and its alternative text."""
+    """A picture as the page holds it, a PNG in base64, and its alternative text."""
 
     code: str
     alternative: str
@@ -463,33 +486,39 @@ def _figure(answer: Answer, name: str, **more: Any) -> _Figure:
 
 def _chart(report: Report) -> Sweep:
     """The eigenvalue paths up to a little more than the parameter's own value."""
-    crossed = report.thresholds
-    high = min(CHART * report.eigenvalues.value, crossed.high)
-    if high <= crossed.low:
-        high = crossed.high
-    return eigenvalue_paths(crossed, crossed.low, high)
+    searched = report.thresholds
+    high = min(CHART * report.eigenvalues.value, searched.high)
+    if high <= searched.low:
+        high = searched.high
+    return eigenvalue_paths(searched, searched.low, high)
 
 
 def _growing(report: Report) -> list[int]:
     """Numbers of the modes that grow, the fastest first, as many as the tables show."""
-    found = report.eigenvalues
-    numbers = [found.mode_of(mode) for mode in found.unstable]
+    spectrum = report.eigenvalues
+    numbers = [spectrum.mode_of(mode) for mode in spectrum.unstable]
     return [mode for mode in numbers if mode is not None][:COLUMNS]
 
 
 def _feeds(report: Report) -> Table:
-    """A row for each term, a column for each mode that grows, and their sums."""
+    """What each term adds to the growth rate of growing modes: a row a term, a column a mode.
+
+    A term that adds no more than rounding to all of these modes has no row.
+    """
     modes = _growing(report)
-    hertz: dict[int, float] = {}
-    rows: dict[str, dict[int, float]] = {}  # a term that feeds none of these modes has none
-    for one in report.energy.contributions:
-        if one.mode not in modes:
+    hertz: dict[int, float] = {}  # by mode
+    rows: dict[str, dict[int, float]] = {}  # by term, then by mode: growth rates, 1/s
+    for contribution in report.energy.contributions:
+        mode = contribution.mode
+        if mode not in modes:
             continue
-        hertz[one.mode] = one.frequency_hz
-        rounding = VISIBLE * math.tau * one.frequency_hz
-        if one.growth is not None and abs(one.growth) > rounding:
-            term = one.term if one.term == one.role else f"{one.term} ({one.role})"
-            rows.setdefault(term, {})[one.mode] = one.growth
+        hertz[mode] = contribution.frequency_hz
+        rounding = VISIBLE * math.tau * contribution.frequency_hz
+        if contribution.growth is not None and abs(contribution.growth) > rounding:
+            term = contribution.term
+            if term != contribution.role:
+                term = f"{term} ({contribution.role})"
+            rows.setdefault(term, {})[mode] = contribution.growth
     columns = [Column("term", value=itemgetter(0))]
     for mode in modes:
         head = f"mode {mode}, {number(hertz[mode], 4)} Hz"
@@ -503,33 +532,33 @@ def _growth_of(mode: int) -> Callable[[Any], str]:
     return lambda row: f"{row[1][mode]:+.4g}" if mode in row[1] else ""
 
 
-def _moved(report: Report) -> Table:
+def _effects_on_growing(report: Report) -> Table:
     """What a small change of each parameter does to the modes that grow."""
     table = report.sensitivity.table()
     modes = _growing(report)
-    return replace(table, rows=[row for row in table.rows if row[0] in modes])
+    return replace(table, rows=[row for row in table.rows if row.mode in modes])
 
 
 def _confidence(report: Report) -> Iterator[str]:
-    """How sure the page is, in words that need no mathematics."""
-    found = report.eigenvalues
-    crossed = report.thresholds
-    status = "counted" if found.certified else "open"
-    if found.proof:
-        status = found.proof.get("status") or status
+    """How sure the page is, in sentences that need no mathematics."""
+    spectrum = report.eigenvalues
+    status = "counted" if spectrum.certified else "open"
+    if spectrum.proof:
+        status = spectrum.proof.get("status") or status
     yield CONFIDENCE[status]
-    if crossed.certified or (crossed.proof or {}).get("status") == "proved":
+    proof_of_thresholds = report.thresholds.proof or {}
+    if report.thresholds.certified or proof_of_thresholds.get("status") == "proved":
         yield "No onset is missing from the list, as far as the count goes."
     else:
         yield "Another onset than the listed ones may exist."
     if report.remedy is not None:
         yield "The change above was computed anew, not extrapolated."
-    if found.open:
-        yield f"The {found.open}."
+    if spectrum.open:
+        yield f"The {spectrum.open}."
 
 
-def _read(report: Report) -> Iterator[str | Table]:
-    """What matrices or a scene are."""
+def _what_was_read(report: Report) -> Iterator[str | Table]:
+    """Paragraphs and a table on the matrices that were read, or a line on the scene."""
     if report.check is None:
         yield from report.eigenvalues.notes[:1]
         return
@@ -540,46 +569,46 @@ def _read(report: Report) -> Iterator[str | Table]:
 
 
 def _shapes(report: Report) -> Iterator[_Figure]:
-    """The shape of the mode that grows fastest, where the places of the rows are known; a pad's
-    are all in one figure."""
-    found = report.eigenvalues
+    """One figure: all shapes of a pad, or that of a system's fastest mode; none without nodes."""
+    spectrum = report.eigenvalues
     if isinstance(report.subject, Scene):
-        yield _figure(found, report.name)
+        yield _figure(spectrum, report.name)
     elif getattr(report.subject, "coordinates", None) is not None:
         for mode in _growing(report)[:1]:
-            yield _figure(found, report.name, shape=mode)
+            yield _figure(spectrum, report.name, shape=mode)
 
 
-def _sure(report: Report) -> Iterator[str]:
-    """What proves the answers."""
-    found = report.eigenvalues
-    where = f" on {found.extent}" if found.extent else ""
-    if found.details.get("basis"):
-        yield f"{basis_text(found.details['basis'], True)}."
-    yield f"{len(found.eigenvalues)} roots{where}: {found.completeness}."
-    if found.open:
-        yield f"The {found.open}."
-    worst = max((root.residual for root in found.eigenvalues), default=math.nan)
+def _evidence(report: Report) -> Iterator[str]:
+    """Sentences on what proves the answers."""
+    spectrum = report.eigenvalues
+    where = f" on {spectrum.extent}" if spectrum.extent else ""
+    if spectrum.details.get("basis"):
+        yield f"{basis_text(spectrum.details['basis'], errors=True)}."
+    yield f"{len(spectrum.eigenvalues)} roots{where}: {spectrum.completeness}."
+    if spectrum.open:
+        yield f"The {spectrum.open}."
+    worst = max((root.residual for root in spectrum.eigenvalues), default=math.nan)
     if math.isfinite(worst):
         yield f"The largest backward error of a listed root is {worst:.2g}."
-    yield from str(report.thresholds.parts()[-1]).splitlines()
+    notes_of_thresholds = report.thresholds.parts()[-1]
+    yield from str(notes_of_thresholds).splitlines()
 
 
-def _open(report: Report) -> Iterator[str]:
-    """What the answers do not speak of."""
-    found = report.eigenvalues
-    crossed = report.thresholds
-    if found.extent:
-        seen = ", but for the growth that was seen there" if found.beside else ""
-        yield f"Roots outside of {found.extent}{seen}."
-    limit = found.details.get("growth_limit")
+def _not_answered(report: Report) -> Iterator[str]:
+    """Sentences on what the answers do not speak of."""
+    spectrum = report.eigenvalues
+    if spectrum.extent:
+        exception = ", but for the growth that was seen there" if spectrum.beside else ""
+        yield f"Roots outside of {spectrum.extent}{exception}."
+    limit = spectrum.details.get("growth_limit")
     if limit is not None:
         yield f"Roots that grow by more than {number(limit, 4)} 1/s."
-    yield from found.notes[1:]
+    yield from spectrum.notes[1:]
     if report.sensitivity.note:
         yield f"{report.sensitivity.note}."
-    searched = f"{number(crossed.low)} to {number(crossed.high)}"
-    yield f"Values of {crossed.parameter} outside of {searched}."
+    low = number(report.thresholds.low)
+    high = number(report.thresholds.high)
+    yield f"Values of {report.thresholds.parameter} outside of {low} to {high}."
     yield "Other values of the other parameters: `squeal scatter` draws them from ranges."
     yield (
         "Motion of finite size: this is linear stability of steady sliding. Lost contact, limit "

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -235,6 +236,10 @@ class System:
                 f"{plant.name}: is discrete in time; a continuous state space is required"
             )
         n = len(plant.A)
+        if n == 0:
+            raise InputError(
+                f"{plant.name}: has no states, so no roots; a plant with states is required"
+            )
         mass = Term(np.zeros((n, n)))
         damping = Term(np.eye(n))
         stiffness = Term(-np.asarray(plant.A))
@@ -542,14 +547,21 @@ def labels_of(matrix: object) -> tuple[list[Label], list[Label]] | None:
 
 def refuse_other_labels(labels: Mapping[str, list[Label]]) -> None:
     """Refuse data frames whose rows or columns have other labels, or another order, than those of
-    the first. Raises InputError."""
+    the first, and a label that stands there twice. Raises InputError."""
     first = next(iter(labels), "")
+    count_of = Counter(labels.get(first, []))
+    if len(count_of) < len(labels.get(first, [])):
+        (repeated, count), *_ = count_of.most_common(1)
+        raise InputError(
+            f"{first}: the label {row_name(repeated)} stands there {count} times; each row needs "
+            "a label of its own"
+        )
     for name, others in labels.items():
         if others != labels[first]:
             raise InputError(
-                f"the {name} is not the {first}; labelled matrices must have the same "
-                "labels in the same order as rows and as columns (frame.loc[labels, labels] sorts "
-                "them)"
+                f"{name}: other labels, or in another order, than {first}; labelled matrices must "
+                "have the same labels in the same order as rows and as columns "
+                "(frame.loc[labels, labels] sorts them)"
             )
 
 

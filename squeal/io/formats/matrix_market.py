@@ -26,6 +26,8 @@ def read_matrix_market(path: Path) -> MatrixFile:
     with path.open(encoding="utf-8") as stream:
         banner = [*stream.readline().lower().split(), "", "", "", "", ""]  # may be cut off
         kind, layout, entry_type, symmetry = banner[1:5]
+        if not kind:
+            raise ValueError("its first line is empty; %%MatrixMarket matrix ... is needed there")
         if kind != "matrix" or layout not in ("coordinate", "array") or symmetry not in SYMMETRIES:
             allowed = f"matrix, coordinate or array, {', '.join(SYMMETRIES)} are read"
             raise ValueError(f"{kind} {layout} {symmetry}: {allowed}")
