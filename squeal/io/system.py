@@ -300,7 +300,7 @@ def _with_damping(
         rayleigh=damping.get("rayleigh", (0.0, 0.0)),
         ratios=ratios,
         structural=damping.get("structural", 0.0),
-        own=term_damping.indices,
+        left_out=term_damping.indices,
     )
 
 

@@ -298,15 +298,11 @@ class SpectrumAtParameter:
         conjugate = np.abs(z[:, None] - z.conj()) <= unresolved
         if self.problem is DAMPED:
             may_meet = z.imag >= -self.rounding
-        elif self.problem is UNDAMPED:
-            positive = z.real > 0
-            may_meet = self.real & positive
-            conjugate &= positive
         else:
-            positive = z.real > -self.rounding
+            positive = z.real > (0.0 if self.problem is UNDAMPED else -self.rounding)
             may_meet = self.real & positive
             conjugate &= positive
-            # two that are opposite meet at zero
+        if self.problem is GYROSCOPIC:  # two that are opposite meet at zero
             conjugate |= (np.abs(z[:, None] + z) <= unresolved) & self.real
         k, l = np.nonzero(np.triu((may_meet[:, None] & may_meet) | conjugate, 1))
         both_ways = np.stack([k, l]), np.stack([l, k])
@@ -341,8 +337,8 @@ def exponents(
 class StandardProblem(NamedTuple):
     """The standard eigenproblem A z = z v at one value of the parameter.
 
-    A: the matrix (N, N); derivative: dA/dp; sizes: what the rounding of each entry of A is
-    relative to, so that it is the machine precision times this.
+    A: the matrix (N, N); derivative: dA/dp (N, N); sizes (N, N): the rounding of each entry of A
+    is the machine precision times this.
     """
 
     A: NDArray
@@ -395,14 +391,14 @@ class Continuation:
         self._components: list[NDArray[np.intp]] = []  # strong ones of A at all values so far
         for M, C, K in samples:  # sets frequency scale and components
             zero = np.zeros_like(M)
-            self._standard((M, C, K), (zero, zero, zero))
+            self._standard_problem((M, C, K), (zero, zero, zero))
 
     @property
     def states(self) -> list[SpectrumAtParameter]:
         """All states so far, by rising value."""
         return [self._states[p] for p in sorted(self._states)]
 
-    def _standard(self, matrices: Matrices, slopes: Change) -> StandardProblem:
+    def _standard_problem(self, matrices: Matrices, slopes: Change) -> StandardProblem:
         """The standard eigenproblem of M, C and K, and its derivative for slopes dM, dC and dK.
 
         With L M R = 1 it is that of A = L K R and B = L C R. As d(M^-1) = -M^-1 dM M^-1 their
@@ -427,6 +423,7 @@ class Continuation:
             n = len(A)
             A, self.frequency_scale = first_order(A, B, self.frequency_scale)
             dA = first_order(dA, dB, self.frequency_scale)[0]
+            # `first_order` changes the signs of its blocks
             sizes = first_order(-sizes, -damping_sizes, self.frequency_scale)[0]
             dA[:n] = 0.0  # the upper rows are exact and constant
             sizes[:n] = 0.0
@@ -451,16 +448,16 @@ class Continuation:
         P, Q = self._projections
         return P.conj().T @ X @ Q
 
-    def _standards(self, ps: Sequence[float]) -> list[StandardProblem]:
+    def _standard_problems(self, ps: Sequence[float]) -> list[StandardProblem]:
         """The standard eigenproblem at each value."""
         difference_step = self.options.difference_step
         at_values = with_slopes(self.system, ps, self.low, self.high, difference_step)
-        return [self._standard(matrices, slopes) for matrices, slopes in at_values]
+        return [self._standard_problem(matrices, slopes) for matrices, slopes in at_values]
 
-    def matrix_and_derivative(self, p: float) -> StandardProblem:
+    def standard_problem(self, p: float) -> StandardProblem:
         """The standard eigenproblem at p; the last one is kept."""
         if self._last is None or self._last[0] != p:
-            self._last = p, self._standards([p])[0]
+            self._last = p, self._standard_problems([p])[0]
         return self._last[1]
 
     def couplings(self, state: SpectrumAtParameter, change: Change) -> ComplexArray:
@@ -470,7 +467,7 @@ class Continuation:
         in the eigenvectors, with the slopes of the roots on the diagonal.
         """
         (matrices,) = matrices_of(self.system, [state.value])
-        derivative = self._standard(matrices, change).derivative
+        derivative = self._standard_problem(matrices, change).derivative
         return _in_vectors(derivative, state.left, state.right)
 
     def perturbed_by_rounding(self, p: float) -> list[StandardProblem]:
@@ -482,31 +479,32 @@ class Continuation:
         perturbed = getattr(self.system, "perturbed_by_rounding", None)
         if perturbed is None:
             return []
-        return [self._standard(matrices, slopes) for matrices, slopes in perturbed(p)]
+        return [self._standard_problem(matrices, slopes) for matrices, slopes in perturbed(p)]
 
     def at(self, p: float) -> SpectrumAtParameter:
         """The state at p, computed once."""
         if p not in self._states:
-            standard = self.matrix_and_derivative(p)
-            self._add(p, standard, *_eigenvectors(standard.A, self._components))
+            problem = self.standard_problem(p)
+            roots, right = _eigenvectors(problem.A, self._components)
+            self._add(p, problem, roots, right)
         return self._states[p]
 
     def prepare(self, ps: Iterable[float]) -> None:
         """Compute the states at several values together, if that saves time."""
         new = [p for p in dict.fromkeys(ps) if p not in self._states]
         if new and self.size <= self.options.small_rows:
-            standards = self._standards(new)
-            matrices = np.array([standard.A for standard in standards])
+            problems = self._standard_problems(new)
+            matrices = np.array([problem.A for problem in problems])
             roots, right = _eigenvectors(matrices, self._components)
             for i, p in enumerate(new):
-                self._add(p, standards[i], roots[i], right[i])
+                self._add(p, problems[i], roots[i], right[i])
 
-    def _add(self, p: float, standard: StandardProblem, roots: NDArray, right: NDArray) -> None:
+    def _add(self, p: float, problem: StandardProblem, roots: NDArray, right: NDArray) -> None:
         """Keep the state at p, from its roots (N,) and right vectors (N, N).
 
         Left vectors and the rounding of the roots are computed here, component by component.
         """
-        A = standard.A
+        A = problem.A
         left = np.zeros_like(right)
         rounding = np.zeros(len(A))
         for rows in self._components:
@@ -523,7 +521,7 @@ class Continuation:
             roots=roots,
             right=right,
             left=left,
-            coupling=_in_vectors(standard.derivative, left, right),
+            coupling=_in_vectors(problem.derivative, left, right),
             rounding=rounding,
             problem=self.problem,
             frequency_scale=1.0 if self.frequency_scale is None else self.frequency_scale,

@@ -60,7 +60,7 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
     for k in np.flatnonzero(single).tolist():
         guesses += _crossings_of_one(step, k, known=True)
     doubtful = set(np.flatnonzero(~crosses_nothing & ~single).tolist())
-    for pair in list(step.pairs(sorted(doubtful))):
+    for pair in step.pairs(sorted(doubtful)):
         guesses += _events_of_pair(step, pair)
         doubtful.difference_update(pair.indices)
     for k in doubtful:  # the best there is if no step can be divided any more
@@ -70,7 +70,7 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
     may_turn = known
     if problem is not DAMPED:
         may_turn = known & _stays_real(step)
-    return guesses, _doubtful_turn(step, may_turn, step.highest - step.lowest)
+    return guesses, _doubtful_turn(step, may_turn)
 
 
 def _stays_real(step: Step) -> Bools:
@@ -87,8 +87,10 @@ def _path_uncertainty(step: Step) -> Array:
 
 
 def _may_pass_zero(step: Step) -> Bools:
-    """Which roots (m,) may pass zero: real roots s = -lambda^2 of a system without damping, where a
-    mode begins or ceases to diverge."""
+    """Which roots (m,) may pass zero, where a mode begins or ceases to diverge.
+
+    These are real roots s = -lambda^2 of a system without damping; none of any other.
+    """
     z = step.ends.z
     if step.before.problem is not UNDAMPED:
         return np.zeros(len(z), dtype=bool)
@@ -112,7 +114,7 @@ def _is_clear_of_line(step: Step, passes_zero: Bools) -> Bools:
     return is_far | (_stays_real(step) & ~passes_zero)
 
 
-def _doubtful_turn(step: Step, roots: Bools, change: Array) -> float | None:
+def _doubtful_turn(step: Step, roots: Bools) -> float | None:
     """Where a root turns back so near the line that its cubic does not tell whether it crosses.
 
     The cubic c0 + c1 t + c2 t^2 + c3 t^3 through values and slopes at both ends is off by
@@ -123,9 +125,7 @@ def _doubtful_turn(step: Step, roots: Bools, change: Array) -> float | None:
     step : Step
         The step.
     roots : array of bool (m,)
-        Which roots are looked at.
-    change : array (m,)
-        By how much the real part of each changes within the step.
+        Which roots are examined.
 
     Returns
     -------
@@ -138,7 +138,7 @@ def _doubtful_turn(step: Step, roots: Bools, change: Array) -> float | None:
         # both zeros of the derivative c1 + 2 c2 t + 3 c3 t^2, without cancellation
         q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
         t = np.stack([q / (3 * c[3]), c[1] / q])
-        deviation = np.maximum(change, np.abs(step.deviation.real))
+        deviation = np.maximum(step.highest - step.lowest, np.abs(step.deviation.real))
         error = 1.6 * (t * (1 - t)) ** 2 * deviation
         is_near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= error
     is_near &= roots & (t > 0) & (t < 1) & (error > step.rounding)
@@ -240,7 +240,7 @@ def _meetings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, c
         yield nearer, complex(mean[nearer])
 
 
-def window_guesses(continuation: Continuation, meeting: Guess, width: float) -> Iterator[Guess]:
+def window_guesses(continuation: Continuation, meeting: Guess, length: float) -> Iterator[Guess]:
     """Where two roots that may meet within a step cross the line, around their closest approach.
 
     A window of growth that opens and closes within a step has two such events.
@@ -251,26 +251,26 @@ def window_guesses(continuation: Continuation, meeting: Guess, width: float) -> 
         The system along its parameter.
     meeting : Guess
         Where the two are predicted to meet.
-    width : float
+    length : float
         Length of the step.
     """
     problem = continuation.problem
     pair = roots_near(continuation, meeting.value, meeting.root, meeting.right, meeting.left)
     for _ in range(3):  # go to the closest approach itself
-        centre, half = pair.closest_approach(problem)
-        if abs(centre) <= 4 * half or half >= width / 8:
+        centre, half_width = pair.closest_approach(problem)
+        if abs(centre) <= 4 * half_width or half_width >= length / 8:
             break
-        if not abs(centre) <= width:
+        if not abs(centre) <= length:
             return
         p = float(np.clip(pair.value + centre, continuation.low, continuation.high))
         pair = pair.at(continuation, p)
-    centre, half = pair.closest_approach(problem)
-    if half == 0.0 or not np.isfinite(centre):
+    centre, half_width = pair.closest_approach(problem)
+    if half_width == 0.0 or not np.isfinite(centre):
         return
     if problem is DAMPED:
-        events = _crossings_around(pair, centre, half, width)
+        events = _crossings_around(pair, centre, half_width, length)
     else:
-        events = _meetings_around(pair, centre, half, width)
+        events = _meetings_around(pair, centre, half_width, length)
     for offset, root in events:
         yield Guess(
             value=pair.value + offset,
@@ -278,38 +278,38 @@ def window_guesses(continuation: Continuation, meeting: Guess, width: float) -> 
             right=pair.right,
             left=pair.left,
             coalesces=problem is not DAMPED,
-            width=min(4 * half, width),
+            width=min(4 * half_width, length),
         )
 
 
 def _crossings_around(
-    pair: LocalRoots, centre: float, half: float, width: float
+    pair: LocalRoots, centre: float, half_width: float, length: float
 ) -> Iterator[tuple[float, complex]]:
     """Where one root of a damped pair crosses the axis: the offset from its value, the mean there.
 
-    The extrapolated pair is sampled densely where the two stay close, `half` around the `centre`,
-    and evenly over the `width` to both sides; all three are offsets, too.
+    The extrapolated pair is sampled densely where the two stay close, `half_width` around the
+    `centre`, and evenly over the `length` to both sides; all three are offsets, too.
     """
-    offsets = centre + np.linspace(-8.0, 8.0, 404) * half
-    offsets = offsets[np.abs(offsets) < width]
-    offsets = np.unique(np.concatenate([offsets, np.linspace(-width, width, 101)]))
+    offsets = centre + np.linspace(-8.0, 8.0, 404) * half_width
+    offsets = offsets[np.abs(offsets) < length]
+    offsets = np.unique(np.concatenate([offsets, np.linspace(-length, length, 101)]))
     for n, root in _crossings(*pair.extrapolate(offsets)):
         yield offsets[n], root
 
 
 def _meetings_around(
-    pair: LocalRoots, centre: float, half: float, width: float
+    pair: LocalRoots, centre: float, half_width: float, length: float
 ) -> Iterator[tuple[float, complex]]:
     """Where an undamped pair meets on the line: the offset from its value, and the mean there.
 
-    It meets at both zeros of the parabola d, `half` around the `centre`, unless rounding hides that
-    d has the other sign between them. width: how far an offset may be from 0.
+    It meets at both zeros of the parabola d, `half_width` around the `centre`, unless rounding
+    hides that d has the other sign between them. length: how far an offset may be from 0.
     """
     bend = pair.d_bend.real
     slope = pair.d_slope.real
     if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.noise:
         return
-    for offset in np.array([centre - half, centre + half]):
-        if abs(offset) <= width:
+    for offset in np.array([centre - half_width, centre + half_width]):
+        if abs(offset) <= length:
             mean, _ = pair.extrapolate(offset)
             yield offset, complex(mean)

@@ -230,7 +230,7 @@ def _root_at_event(
     """The root at the zero of an event function; None if it does not cross the line there."""
     roots = zero.roots
     problem = continuation.problem
-    A, derivative, _ = continuation.matrix_and_derivative(roots.value)
+    A, derivative, _ = continuation.standard_problem(roots.value)
     if guess.coalesces:
         at_event = _coalescing_roots(problem, zero, crosses)
     elif guess.right.shape[1] == 1:
@@ -249,7 +249,7 @@ def _root_at_event(
         omega = abs(exponent.item().imag)
     residual = A @ roots.right - at_event.computed * roots.right
     smallest = float(np.linalg.svd(residual, compute_uv=False)[-1])
-    # with damping growth begins where the real part, or d, rises; without it where d falls
+    # with damping growth begins where the real part, or d, rises; without it where it falls
     begins = (at_event.slope > 0) == (problem is DAMPED)
     return _RootAtEvent(
         omega=omega,
@@ -315,12 +315,23 @@ def _crossing_root_of_two(zero: _Zero) -> _Extrapolated | None:
     )
 
 
+class Bracket(NamedTuple):
+    """The nearest values below and above a zero at which the sign of a function is certain.
+
+    rise: 1 if the function rises between them, -1 if it falls, 0 if neither sign is certain.
+    """
+
+    low: float
+    high: float
+    rise: int
+
+
 def bracket_by_sign(
     sign: Callable[[float], int], at: tuple[float, float], half: float, low: float, high: float
-) -> tuple[float, float, int] | None:
-    """The nearest values around a zero at which the sign of a function is certain.
+) -> Bracket | None:
+    """The bracket of a zero, from outside of the values at which rounding hides the sign.
 
-    Of a flat function they bracket the zero, which lies further away than noise / slope says.
+    Of a flat function it holds the zero, which may lie further away than noise / slope says.
 
     Parameters
     ----------
@@ -335,9 +346,8 @@ def bracket_by_sign(
 
     Returns
     -------
-    (float, float, int) or None
-        The values below and above, and 1 if the function rises between them, -1 if it falls, 0 if
-        neither is certain; None if the sign is the same on both sides.
+    Bracket or None
+        None if the sign is the same on both sides.
     """
     smallest = 2 * float(np.spacing(max(abs(low), abs(high))))
     below, sign_below = _certain_sign(sign, at[0], -1, at[0] - low, half, smallest)
@@ -348,7 +358,7 @@ def bracket_by_sign(
         below = low
     if not sign_above:
         above = high
-    return below, above, sign_above or -sign_below
+    return Bracket(below, above, sign_above or -sign_below)
 
 
 def _certain_sign(

@@ -151,7 +151,7 @@ def roots_near(
     perturbed : StandardProblem, optional
         The problem at p with derivatives by something else than the parameter.
     """
-    A, derivative, sizes = perturbed or continuation.matrix_and_derivative(p)
+    A, derivative, sizes = perturbed or continuation.standard_problem(p)
     size = norm_of(A) or 1.0
     # inverse iteration with a shift next to the roots, where A - shift is regular
     nudge = 1e-7 * max(abs(near), 1e-4 * size)

@@ -25,7 +25,7 @@ from squeal.linear.continuation import (
 from squeal.linear.eigen import UnstableMode, complex_eigenvalues, growing
 from squeal.linear.events import Crossing
 from squeal.linear.roots import ComplexArray, assigned, ordered
-from squeal.linear.steps import Step
+from squeal.linear.steps import Step, closest_pairs, squared_ends
 from squeal.linear.system import SystemFunction, matrices_at
 from squeal.linear.thresholds import Thresholds
 from squeal.linear.verdicts import FLUTTER
@@ -154,12 +154,7 @@ def _keeps_order(step: Step, pair: list[int], order: Indices) -> bool | None:
     slope = np.diff(step.before.slopes[pair]) * length
     later_difference = np.diff(step.after.roots[later])
     later_slope = np.diff(step.after.slopes[later]) * length
-    square = hermite_cubic(
-        difference**2,
-        2 * difference * slope,
-        later_difference**2,
-        2 * later_difference * later_slope,
-    )
+    square = hermite_cubic(*squared_ends([difference, slope, later_difference, later_slope]))
     angles = np.unwrap(np.angle(np.polyval(square[::-1], np.linspace(0, 1, 17))))
     if not np.ptp(angles) < np.pi / 2:
         return None
@@ -184,15 +179,8 @@ def _pairs_with_smooth_mean(step: Step, order: Indices, rows: list[int]) -> Iter
     after = step.after.roots
     near = step.options.root_tolerance
 
-    def distance(two: tuple[int, int]) -> float:
-        k, l = two
-        earlier = abs(before[k] - before[l])
-        later = abs(after[order[k]] - after[order[l]])
-        return float(min(earlier, later))
-
     remaining = {k for k in rows if order[k] >= 0}
-    for two in sorted(itertools.combinations(sorted(remaining), 2), key=distance):
-        pair = list(two)
+    for pair in closest_pairs(sorted(remaining), before, after[order]):
         mean = before[pair].mean()
         later_mean = after[order[pair]].mean()
         if remaining.issuperset(pair) and abs(later_mean - mean) <= near * abs(mean):
@@ -449,11 +437,7 @@ def _nearest_crossing(
     crossings: Sequence[Crossing], low: float, high: float, hertz: float
 ) -> float | None:
     """The mu of the upward crossing between two values whose frequency is nearest; None if none."""
-    candidates = []
-    for crossing in crossings:
-        if crossing.direction == "up" and low < crossing.mu <= high:
-            candidates.append(crossing)
-    if not candidates:
+    upward = [c for c in crossings if c.direction == "up" and low < c.mu <= high]
+    if not upward:
         return None
-    nearest = min(candidates, key=lambda crossing: abs(crossing.frequency_hz - hertz))
-    return nearest.mu
+    return min(upward, key=lambda crossing: abs(crossing.frequency_hz - hertz)).mu

@@ -303,13 +303,8 @@ def roots_of(reduced: Reduced, reach: NDArray[np.bool_] | None = None) -> Roots:
         right[rows] = part.right
         left[rows] = part.left
         parts.append(part._replace(right=right, left=left))
-    return Roots(
-        values=np.concatenate([part.values for part in parts]),
-        right=np.concatenate([part.right for part in parts], axis=1),
-        left=np.concatenate([part.left for part in parts], axis=1),
-        condition=np.concatenate([part.condition for part in parts]),
-        rounding=np.concatenate([part.rounding for part in parts]),
-    )
+    # side by side: the last axis of each array is that of the roots
+    return Roots._make(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
 
 
 def _part_of(reduced: Reduced, rows: NDArray[np.intp]) -> Reduced:

@@ -143,18 +143,33 @@ def _affordable(rows: int, options: ContinuationOptions) -> tuple[int, int]:
 
 
 class _AdaptiveRefinement:
-    """Steps along a continuation with a budget of values, the `events` so far, and whether the
-    budget left a step `unresolved`: with roots unmatched or a factor too bent."""
+    """Steps along a continuation, divided until roots are matched, and the events found so far.
+
+    Attributes
+    ----------
+    continuation : Continuation
+        The system along its parameter.
+    budget : int
+        How many values it may compute.
+    guesses : list of Guess
+        Where events may be, not located yet.
+    events : list of Event
+        Those located so far, each once, by rising value.
+    located : list of Event
+        The same and those that may be one of them again, or its twin.
+    unresolved : bool
+        Whether the budget left a step with roots unmatched or a factor too bent.
+    """
 
     def __init__(self, continuation: Continuation, budget: int) -> None:
         self.continuation = continuation
         self.budget = budget
         self.range = continuation.high - continuation.low
-        # of the parameter: events closer than this coincide
+        # events closer than this coincide
         self.merge_distance = 4 * continuation.options.event_tolerance * self.range
         self.guesses: list[Guess] = []
         self.events: list[Event] = []
-        self.located: list[Event] = []  # also what may be one of the events again, or its twin
+        self.located: list[Event] = []
         self.unresolved = False
         self.factors = factors_of(continuation.system)
 
@@ -171,16 +186,18 @@ class _AdaptiveRefinement:
         guesses, division = guesses_of(step, (low == continuation.low, high == continuation.high))
         meetings = list(near_coalescences(before, after))
         is_bent = any(bends_within(continuation, step, factor) for factor in self.factors)
-        # third roots decide, or two windows are near
-        has_several = (
+        # several windows are near (one pair, seen from both ends, gives two meetings), or third
+        # roots decide
+        is_crowded = (
             len(meetings) > 2
             or any(meeting.doubtful for meeting in meetings)
             or may_exchange_partner(before, after)
         )
-        # half of the budget is left for matches
-        budget = self.budget / 2 if has_several and division is None else self.budget
+        budget = float(self.budget)
+        if is_crowded and division is None:
+            budget /= 2  # half of it is left for steps whose roots are not matched
         is_spent = len(continuation.states) >= budget
-        if is_bent or has_several:
+        if is_bent or is_crowded:
             division = options.division_share
         if division is not None and depth > 0 and not is_spent:
             middle = low + division * (high - low)
@@ -195,7 +212,7 @@ class _AdaptiveRefinement:
             with suppress(np.linalg.LinAlgError):
                 self.guesses += window_guesses(continuation, meeting, high - low)
             if len(self.guesses) == count and continuation.problem is not DAMPED:
-                # near a third root another pair may have been taken
+                # near a third root another pair may have been taken: the count there tells
                 continuation.at(meeting.value)
 
     def locate_events(self) -> None:
@@ -348,7 +365,7 @@ class _AdaptiveRefinement:
     def _rescan_beside(
         self, a: float, b: float, inside: list[Event], limits: Interval
     ) -> list[Event] | None:
-        """All events from a to b, after a finer search on both sides of coincident ones.
+        """All events from a to b, after a finer search below and above coincident ones.
 
         a, b, limits: as `resolve_events`; inside: the coincident events. None if the counts change
         where these lie, so that twins of them are missing and not crossings elsewhere.
@@ -364,7 +381,7 @@ class _AdaptiveRefinement:
         cuts = [a, max(a, before), min(b, after), b]
         pieces = [(p, q) for p, q in itertools.pairwise(cuts) if p < q]
         for p, q in pieces:
-            if not p <= low <= q:
+            if not p <= low <= q:  # not the piece of the coincident events
                 self.refine(p, q, continuation.options.depth)
         self.locate_events()
         resolved: list[Event] = []
@@ -441,7 +458,7 @@ class _AdaptiveRefinement:
             return 0
 
         bracket = bracket_by_sign(sign, (a, b), 1e-7 * self.range, *limits)
-        interval = limits if bracket is None else bracket[:2]
+        interval = limits if bracket is None else (bracket.low, bracket.high)
         event = Event((a + b) / 2, change.omega, direction, interval, converged=False)
         return self.snap_to_range_start(event)
 
@@ -506,8 +523,8 @@ def _count_persists(
     low, high = interval
     start = high if direction > 0 else low
     width = max(high - low, _resolution(low, high))
-    furthest = max(1e5 * width, 1e-6 * (continuation.high - continuation.low))
-    furthest = min(max(direction * (limit - start), 0.0), furthest)
+    reach = max(1e5 * width, 1e-6 * (continuation.high - continuation.low))
+    furthest = min(max(direction * (limit - start), 0.0), reach)
     expected = continuation.at(limit).unstable_count.roots
     distance = min(16 * width, furthest)
     state = continuation.at(start + direction * distance)

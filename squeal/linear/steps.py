@@ -88,6 +88,8 @@ class _Approaches(NamedTuple):
         Whether the two are conjugate to each other.
     u, v : array (pairs,)
         Difference of the two roots at the end of the step, and its mean slope up to the crossing.
+    mean, mean_slope : array (pairs,)
+        Mean of the two roots at the end of the step, and its slope into the step.
     a, b : array (pairs,)
         Their couplings, those by other roots included.
     crossing_distance : array (pairs,)
@@ -105,6 +107,8 @@ class _Approaches(NamedTuple):
     conjugate: Bools
     u: ComplexArray
     v: ComplexArray
+    mean: ComplexArray
+    mean_slope: ComplexArray
     a: ComplexArray
     b: ComplexArray
     crossing_distance: Array
@@ -166,6 +170,8 @@ def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _App
         conjugate=pairs.conjugate,
         u=u,
         v=v,
+        mean=(state.roots[pairs.k] + state.roots[pairs.l]) / 2,
+        mean_slope=(slopes[pairs.k] + slopes[pairs.l]) / 2,
         a=a,
         b=b,
         crossing_distance=crossing_distance,
@@ -202,17 +208,14 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
         # else rounding alone couples the two
         couples_beyond_rounding = pairs.crossing_distance**2 * third_coupling > rounding
         may_meet_by_third_root = pairs.roots_cross & doubtful & couples_beyond_rounding
-        meets = _may_meet(state, pairs, span, direction, third_coupling) | may_meet_by_third_root
-        slopes = direction * state.slopes
-        mean = (state.roots[k] + state.roots[l]) / 2
-        mean_slope = (slopes[k] + slopes[l]) / 2
+        meets = _may_meet(state, pairs, span, third_coupling) | may_meet_by_third_root
         distance = pairs.meeting_distance(span)
         half_width = pairs.half_width
     for n in np.flatnonzero(meets).tolist():
         both = [k[n], l[n]]
         yield Guess(
             value=state.value + direction * float(distance[n]),
-            root=complex(mean[n] + distance[n] * mean_slope[n]),
+            root=complex(pairs.mean[n] + distance[n] * pairs.mean_slope[n]),
             right=state.right[:, both],
             left=state.left[:, both],
             coalesces=True,
@@ -222,17 +225,13 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
 
 
 def _may_meet(
-    state: SpectrumAtParameter,
-    pairs: _Approaches,
-    span: float,
-    direction: int,
-    third_coupling: Array,
+    state: SpectrumAtParameter, pairs: _Approaches, span: float, third_coupling: Array
 ) -> Bools:
     """Which pairs (pairs,) may meet on the line, or with damping cross it, within a step.
 
     d and, with damping, the real parts of both roots are sampled around the closest approach. They
     may vanish where their sign changes up to their errors, which follow from `third_coupling`
-    (pairs,), see `_third_root_coupling`. state, span and direction: as `_meetings_seen_from`.
+    (pairs,), see `_third_root_coupling`. state: one end of the step; span: its length.
     """
     k = pairs.k
     l = pairs.l
@@ -248,15 +247,12 @@ def _may_meet(
     error = x**2 * (third_coupling + 0.1 * np.abs(product))
     meets = _passes_zero(d.real, error)
     if state.problem is DAMPED:
-        slopes = direction * state.slopes
-        mean = (state.roots[k] + state.roots[l]) / 2
-        mean_slope = (slopes[k] + slopes[l]) / 2
         slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d)))  # the error of sqrt(d)
         slack = slack + state.rounding[k] + state.rounding[l]
-        middle = (mean + x * mean_slope).real
+        mean = (pairs.mean + x * pairs.mean_slope).real
         half_difference = np.sqrt(d).real
-        reaches_axis = _passes_zero(middle + half_difference, slack)
-        reaches_axis |= _passes_zero(middle - half_difference, slack)
+        reaches_axis = _passes_zero(mean + half_difference, slack)
+        reaches_axis |= _passes_zero(mean - half_difference, slack)
         meets = (meets | ~pairs.conjugate) & reaches_axis
     # else rounding alone couples the two
     farthest = x.max(axis=0)
@@ -332,6 +328,30 @@ def _may_exchange_partner(state: SpectrumAtParameter, span: float, direction: in
 def _passes_zero(values: Array, slack: Array) -> Bools:
     """Which columns of values (k, m) have values on both sides of zero, each up to its slack."""
     return ((values - slack).min(axis=0) < 0) & ((values + slack).max(axis=0) > 0)
+
+
+def closest_pairs(
+    roots: Sequence[int], before: ComplexArray, after: ComplexArray
+) -> list[list[int]]:
+    """All pairs of some roots by how close they come at either end of a step, the closest first.
+
+    roots: indices; before, after: the values (m,) of all roots at both ends, in the same order.
+    """
+
+    def distance(pair: tuple[int, int]) -> float:
+        k, l = pair
+        return min(abs(before[k] - before[l]), abs(after[k] - after[l]))
+
+    return [list(pair) for pair in sorted(itertools.combinations(roots, 2), key=distance)]
+
+
+def squared_ends(ends: Sequence[ComplexArray] | ComplexArray) -> ComplexArray:
+    """The value and slope before a step, and both after it (4, ...), of the square of a quantity.
+
+    ends: the same of the quantity itself.
+    """
+    value, slope, later_value, later_slope = ends
+    return np.array([value**2, 2 * value * slope, later_value**2, 2 * later_value * later_slope])
 
 
 class StepEnds(NamedTuple):
@@ -462,33 +482,19 @@ class Step:
         are paired first; `roots` are indices before the step.
         """
 
-        z = self.ends.z
-        later_z = self.ends.later_z
-
-        def distance(two: tuple[int, int]) -> float:
-            k, l = two
-            return min(abs(z[k] - z[l]), abs(later_z[k] - later_z[l]))
-
         remaining = set(roots)
-        for two in sorted(itertools.combinations(roots, 2), key=distance):
-            if not remaining.issuperset(two):
+        for pair in closest_pairs(roots, self.ends.z, self.ends.later_z):
+            if not remaining.issuperset(pair):
                 continue
-            pair = list(two)
             ends = np.array([values[pair] for values in self.ends])  # (4, 2): see `StepEnds`
             mean = ends.mean(axis=1)
-            half, half_slope, later_half, later_half_slope = (ends[:, 0] - ends[:, 1]) / 2
-            square = (
-                half**2,
-                2 * half * half_slope,
-                later_half**2,
-                2 * later_half * later_half_slope,
-            )
+            square = squared_ends((ends[:, 0] - ends[:, 1]) / 2)
             largest = max(abs(square[0]), abs(square[2]))
             if self._is_cubic(mean, abs(mean[0])) and self._is_cubic(square, largest):
-                remaining -= set(two)
+                remaining -= set(pair)
                 yield RootPair(pair, hermite_cubic(*mean), hermite_cubic(*square))
 
-    def _is_cubic(self, ends: Sequence[complex], size: float) -> bool:
+    def _is_cubic(self, ends: ComplexArray, size: float) -> bool:
         """True if the slopes at both ends predict how a quantity changes over the step.
 
         ends: its value before the step, its slope there times the length of the step, and both

@@ -257,7 +257,7 @@ def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
 
     def product(ball: Any) -> Any:
         at = values | {system.parameter: ball}
-        first, *others = [formula.over(at, as_ball) for formula in formulas]
+        first, *others = [formula.in_arithmetic(at, as_ball) for formula in formulas]
         return math.prod(others, start=first)
 
     return product

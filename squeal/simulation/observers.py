@@ -16,7 +16,7 @@ from squeal.io.writing import number
 from squeal.model.contact import ContactLaw
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Coefficients, facing, pose
-from squeal.numerics.oscillation import exponent, line, swing
+from squeal.numerics.oscillation import exponent, strongest_line, swing
 from squeal.simulation.hybrid import DEFAULT, Options, Segment, state_of
 
 UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}
@@ -431,7 +431,7 @@ class ResponseObserver:
         if growth is not None:
             hertz = growth.imag / (2 * np.pi * time)
             response = Response(growth_rate=growth.real / time, growth_frequency_hz=hertz)
-        frequency, share = line(last[:, 3:] * np.sqrt(self._mass), self._step)
+        frequency, share = strongest_line(last[:, 3:] * np.sqrt(self._mass), self._step)
         if frequency * self._step * len(last) < PERIODS:  # too few show neither of what follows
             return response
         if share >= LINE:

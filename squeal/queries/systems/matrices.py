@@ -178,9 +178,9 @@ def _write_factor(folder: Path, file: str, term: Term) -> dict[str, Any]:
             write_csv(folder / file, ["frequency", "storage", "loss"], moduli)
         return keys
     if isinstance(factor, Tabulated):
-        pairs = zip(factor.places, factor.quantities, strict=True)
-        write_csv(folder / file, [factor.over, factor.column], pairs)
-        table_keys = {"file": file, "column": factor.column, "over": factor.over}
+        pairs = zip(factor.points, factor.quantities, strict=True)
+        write_csv(folder / file, [factor.parameter, factor.column], pairs)
+        table_keys = {"file": file, "column": factor.column, "over": factor.parameter}
         return {"factor": factor.factor.text, "table": table_keys}
     return {"factor": factor.text}
 
