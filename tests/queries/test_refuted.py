@@ -126,3 +126,42 @@ def test_a_growing_mode_that_enters_a_band_is_not_proved_away(offset, loss):
     assert "outside of the band" in found.proof_line
     at_dip = squeal.eigenvalues(system, at=p, band=band)
     assert (at_dip.verdict, at_dip.certified) == ("flutter", True)
+
+
+@pytest.mark.parametrize("damper", [1e7, 1e9, 1e12])
+def test_a_damper_hides_no_crossing_of_another_row(damper):
+    """Row 2, q'' + (3 - 4 mu) q' + q = 0, grows for every mu > 3/4."""
+    C = {"1": np.diag([damper, 3.0]), "mu": np.diag([0.0, -4.0])}
+    found = squeal.thresholds(squeal.System(np.eye(2), C=C, K=np.eye(2)))
+    assert found.crossings[0].mu == pytest.approx(0.75, abs=1e-9)
+    assert found.certified
+    assert found.proof["growth_below"] < 1e-3 * (3 - np.sqrt(5)) / 2  # slowest root of row 2
+
+
+@pytest.mark.parametrize("stiffness", [1e15, 1e17, 1e20])
+def test_a_stiff_row_beside_a_free_one_hides_no_crossing(stiffness):
+    """Row 2, q'' + (1/2 - mu) q' + q = 0, grows for every mu > 1/2."""
+    C = {"1": np.diag([0.0, 0.5, 0.0]), "mu": np.diag([0.0, -1.0, 0.0])}
+    found = squeal.thresholds(squeal.System(np.eye(3), C=C, K=np.diag([0.0, 1.0, stiffness])))
+    assert [one.mu for one in found.crossings] == pytest.approx([0.5], abs=1e-9)
+    assert found.certified
+    assert found.proof["growth_below"] <= 1e-3
+
+
+@pytest.mark.parametrize("damper", [2.0**22, 2.0**28])
+def test_a_window_beside_a_strong_damper_is_found(damper):
+    """Row 1 grows where (mu - 5/4)^2 < 2^-8."""
+    C = {"1": np.diag([-(2.0**-8), damper]), "(mu-1.25)**2": np.diag([1.0, 0.0])}
+    found = squeal.thresholds(squeal.System(np.eye(2), C=C, K=np.diag([4.0, 1.0])))
+    assert [one.mu for one in found.crossings] == pytest.approx([1.1875, 1.3125], abs=1e-9)
+    assert found.certified
+
+
+@pytest.mark.parametrize("damper", [1e9, 1e12])
+@pytest.mark.parametrize("coupling", [1e-3, 1.0])
+def test_a_coupled_damper_hides_no_crossing_behind_a_proof(damper, coupling):
+    """As above, coupled: the search may miss the crossing near 3/4, a proof may not."""
+    C = {"1": np.diag([damper, 3.0]), "mu": np.diag([0.0, -4.0])}
+    K = np.array([[3.0, -coupling], [-coupling, 1.0]])
+    found = squeal.thresholds(squeal.System(np.eye(2), C=C, K=K))
+    assert found.crossings or not found.certified
