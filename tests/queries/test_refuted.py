@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 import squeal
 from squeal.linear.moduli import Modulus
@@ -165,3 +166,28 @@ def test_a_coupled_damper_hides_no_crossing_behind_a_proof(damper, coupling):
     K = np.array([[3.0, -coupling], [-coupling, 1.0]])
     found = squeal.thresholds(squeal.System(np.eye(2), C=C, K=K))
     assert found.crossings or not found.certified
+
+
+def congruent(squares, seed):
+    """An undamped system of these -lambda^2, M = L L', K = L D L', of exact integers."""
+    n = len(squares)
+    rng = np.random.default_rng(seed)
+    L = sparse.identity(n, format="csr")
+    for _ in range(2):
+        rows = rng.permutation(n)
+        first, second = rows[: n // 2], rows[n // 2 : 2 * (n // 2)]
+        step = sparse.csr_array((np.ones(n // 2), (first, second)), shape=(n, n))
+        L = (sparse.identity(n, format="csr") + step) @ L
+    K = L @ sparse.diags_array(squares) @ L.T
+    return squeal.System(sparse.csr_array(L @ L.T), K=sparse.csr_array(K))
+
+
+@pytest.mark.parametrize("prove", [None, True])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_multiple_root_of_a_large_undamped_system_does_not_grow(seed, prove):
+    """M and K are positive definite: every root is imaginary, 50i one of 25 rows."""
+    squares = np.r_[100 + 7.0 * np.arange(400) ** 2, np.full(25, 2500.0)]
+    system = congruent(squares, seed)
+    found = squeal.eigenvalues(system, band=(0.5, 100 / (2 * np.pi)), prove=prove)
+    assert found.verdict not in ("flutter", "divergence")
+    assert not found.unstable
