@@ -191,3 +191,36 @@ def test_a_multiple_root_of_a_large_undamped_system_does_not_grow(seed, prove):
     found = squeal.eigenvalues(system, band=(0.5, 100 / (2 * np.pi)), prove=prove)
     assert found.verdict not in ("flutter", "divergence")
     assert not found.unstable
+
+
+def copies_in_neighbouring_bands(system, hertz, root, band_ends):
+    """How many copies of a root two bands that meet at it list, and whether they are certified."""
+    listed = []
+    for band in ((band_ends[0], hertz), (hertz, band_ends[1])):
+        found = squeal.eigenvalues(system, band=band)
+        listed.append((np.count_nonzero(np.abs(found.values - root) < 1e-6), found))
+    return listed
+
+
+@pytest.mark.parametrize("copies", [2, 3, 6, 25])
+def test_a_multiple_root_at_the_end_of_a_band_is_not_split_above_400_rows(copies):
+    squares = np.r_[100 + 7.0 * np.arange(400) ** 2, np.full(copies, 2500.0)]
+    hertz = 50 / (2 * np.pi)
+    system = congruent(squares, 1)
+    for number, found in copies_in_neighbouring_bands(system, hertz, 50j, (0.5, 2 * hertz)):
+        assert number == copies
+        assert not found.certified
+        assert "lies at an end" in found.proof["reason"]
+
+
+def test_a_multiple_root_at_the_end_of_a_band_is_not_split():
+    """Five roots of 50i, which rounding of the matrices leaves on both sides of the end."""
+    squares = np.r_[100 + 7.0 * np.arange(7) ** 2, np.full(5, 2500.0)]
+    Q = np.linalg.qr(np.random.default_rng(17).normal(size=(12, 12)))[0]
+    K = Q @ np.diag(squares) @ Q.T
+    system = squeal.System(np.eye(12), K=(K + K.T) / 2)
+    hertz = 50 / (2 * np.pi)
+    for number, found in copies_in_neighbouring_bands(system, hertz, 50j, (0.5, 2 * hertz)):
+        assert number == 5
+        assert not found.certified
+        assert "lies at an end" in found.proof["reason"]
