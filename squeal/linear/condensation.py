@@ -60,6 +60,7 @@ class StaticCondensation:
         masses, vectors = np.linalg.eigh(unit_diagonal(self._M))
         self._vectors = vectors / divisor(scale)[:, None]
         masses = np.where(masses > 4 * EPS * len(masses) * masses[-1], masses, 0.0)
+        _require(len(masses) > 1)  # else no mass is left
         # the greatest gap between neighbouring masses divides them
         gaps = masses[1:] / np.maximum(masses[:-1], EPS * masses[-1])
         count = int(np.argmax(gaps)) + 1

@@ -11,6 +11,7 @@ leaves it only where two eigenvalues meet on it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -389,9 +390,14 @@ class Continuation:
         self._last: tuple[float, StandardProblem] | None = None  # the last value, and A there
         self._pattern = np.zeros((self.size, self.size), dtype=bool)  # entries of A that are not 0
         self._components: list[NDArray[np.intp]] = []  # strong ones of A at all values so far
-        for M, C, K in samples:  # sets frequency scale and components
-            zero = np.zeros_like(M)
-            self._standard_problem((M, C, K), (zero, zero, zero))
+        self._state_scales = np.ones(self.size)
+        zero = np.zeros_like(samples[0][0])
+        # sets frequency scale and components
+        standards = [self._standard_problem(matrices, (zero, zero, zero)) for matrices in samples]
+        if self.problem is not UNDAMPED:
+            self._state_scales = _balanced_states(
+                [standard.A for standard in standards], self._components
+            )
 
     @property
     def states(self) -> list[SpectrumAtParameter]:
@@ -427,6 +433,8 @@ class Continuation:
             sizes = first_order(-sizes, -damping_sizes, self.frequency_scale)[0]
             dA[:n] = 0.0  # the upper rows are exact and constant
             sizes[:n] = 0.0
+            ratios = self._state_scales / self._state_scales[:, None]
+            A, dA, sizes = A * ratios, dA * ratios, sizes * ratios
         if self.problem is GYROSCOPIC:
             A = -1j * A
             dA = -1j * dA
@@ -459,6 +467,14 @@ class Continuation:
         if self._last is None or self._last[0] != p:
             self._last = p, self._standard_problems([p])[0]
         return self._last[1]
+
+    def rows_of_components(self, right: NDArray, left: NDArray) -> NDArray[np.intp]:
+        """The rows of the strong components in which vectors (N, k) are not zero."""
+        acting = np.any((right != 0.0) | (left != 0.0), axis=1)
+        chosen = np.zeros(self.size, dtype=bool)
+        for rows in self._components:
+            chosen[rows] = acting[rows].any()
+        return np.flatnonzero(chosen)
 
     def couplings(self, state: SpectrumAtParameter, change: Change) -> ComplexArray:
         """The coupling (m, m) of the roots of a state by a change dM, dC, dK of the matrices.
@@ -526,6 +542,33 @@ class Continuation:
             problem=self.problem,
             frequency_scale=1.0 if self.frequency_scale is None else self.frequency_scale,
         )
+
+
+def _balanced_states(samples: Sequence[NDArray], parts: Sequence[NDArray[np.intp]]) -> Array:
+    """Units (N,) of the states in which each strong component is about as large as its own roots.
+
+    The first-order form is scaled for the highest frequencies; beside a stiff row or a strong
+    damper the rate of change of a slow component would be lost in the rounding of its states. The
+    units are powers of two, by which nothing is rounded.
+
+    Parameters
+    ----------
+    samples : sequence of array (N, N)
+        The matrix at some values of the parameter.
+    parts : sequence of array of int
+        The rows of its strong components.
+    """
+    units = np.ones(len(samples[0]))
+    half = len(units) // 2
+    for rows in parts:
+        upper = rows[rows < half]
+        lower = rows[rows >= half]
+        stiffness = max(norm_of(A[np.ix_(lower, upper)]) if len(upper) else 0.0 for A in samples)
+        damping = max(norm_of(A[np.ix_(lower, lower)]) if len(lower) else 0.0 for A in samples)
+        highest = max(math.sqrt(stiffness), damping)
+        if len(upper) and len(lower) and highest:
+            units[lower] = 2.0 ** round(math.log2(highest))
+    return units
 
 
 def _in_vectors(matrix: NDArray, left: NDArray, right: NDArray) -> ComplexArray:

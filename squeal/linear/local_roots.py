@@ -152,6 +152,12 @@ def roots_near(
         The problem at p with derivatives by something else than the parameter.
     """
     A, derivative, sizes = perturbed or continuation.standard_problem(p)
+    # the rounding of other strong components is no rounding of these roots
+    N = len(A)
+    rows = continuation.rows_of_components(right, left)
+    block_of_rows = np.ix_(rows, rows)
+    A, derivative, sizes = A[block_of_rows], derivative[block_of_rows], sizes[block_of_rows]
+    right, left = right[rows], left[rows]
     size = norm_of(A) or 1.0
     # inverse iteration with a shift next to the roots, where A - shift is regular
     nudge = 1e-7 * max(abs(near), 1e-4 * size)
@@ -188,10 +194,17 @@ def roots_near(
         d_slope=complex(np.trace(2 * deviator @ deviator_slope) / 2),
         d_bend=complex(np.trace(deviator_slope @ deviator_slope) / 2),
         noise=float(np.linalg.norm(np.abs(deviator.T) * error) + np.linalg.norm(error) ** 2),
-        right=X,
-        left=Y,
+        right=_embedded(X, rows, N),
+        left=_embedded(Y, rows, N),
         is_resolved=bool(np.linalg.norm(subspace_error) <= np.linalg.norm(entry_error)),
     )
+
+
+def _embedded(vectors: NDArray, rows: NDArray[np.intp], N: int) -> NDArray:
+    """Vectors (N, k) that are these (m, k) in some rows and zero in all others."""
+    all_rows = np.zeros((N, vectors.shape[1]), vectors.dtype)
+    all_rows[rows] = vectors
+    return all_rows
 
 
 Solve = Callable[[NDArray], NDArray]

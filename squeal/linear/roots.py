@@ -105,7 +105,9 @@ def root_rounding(
         excess = log_r + np.log1p(share).sum(axis=1) - log_R
         slope = 1.0 + (share / (1.0 + share)).sum(axis=1)
         log_r = log_r - np.maximum(excess, 0.0) / slope
-    rounding[crowded] = np.exp(log_r)
+    # equal roots of independent vectors share nothing: each moves as one alone does
+    least = np.minimum(isolated, matrix_error)[crowded]
+    rounding[crowded] = np.maximum(np.exp(log_r), least)
     return rounding
 
 

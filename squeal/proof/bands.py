@@ -134,7 +134,15 @@ def judge_modes(
         if piece.side not in ("grows", "axis"):
             growth_below = max(growth_below, piece.high)
     if open_reason:
-        return Proof("open", "enclosure", growth_below, AS_GIVEN, open_reason, open_at, errors)
+        return Proof(
+            status="open",
+            by="enclosure",
+            growth_below=growth_below,
+            reason=open_reason,
+            where=open_at,
+            errors=errors,
+            pieces=tuple(pieces),
+        )
     return Proof("proved", "enclosure", growth_below, errors=errors, pieces=tuple(pieces))
 
 

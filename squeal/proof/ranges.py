@@ -373,7 +373,7 @@ class _RangeProof:
             bounds = self.bounds(min(reached, step_end), max(reached, step_end))
             self.steps_left -= 1
             if not bounds.allow(unstable):
-                return self._refuted(bounds, unstable, middle)
+                return self.refuted(bounds, unstable, middle)
             if bounds.prove(unstable):
                 if step_end == end:
                     return Proof("proved", "enclosure", self.growth_below, self.data)
@@ -398,10 +398,10 @@ class _RangeProof:
             value = reached + share * (end - reached)
             bounds = self.bounds(value, value)
             if not bounds.allow(unstable):
-                return self._refuted(bounds, unstable, value)
+                return self.refuted(bounds, unstable, value)
         return None
 
-    def _refuted(self, bounds: CountBounds, unstable: int, where: float) -> Proof:
+    def refuted(self, bounds: CountBounds, unstable: int, where: float) -> Proof:
         """Another number of roots grows for certain."""
         reason = f"{bounds.least} to {bounds.most} roots grow, not {unstable}"
         if bounds.least == bounds.most:
@@ -493,6 +493,12 @@ def prove_thresholds(
             where = gap_start + ASIDE * (gap_end - gap_start)
             return Proof("refuted", "enclosure", data=terms.data, reason=reason, where=where)
     for (a, b), count in zip(gaps, counts, strict=True):
+        # over a whole gap at once `growth_below` may leave room for what a single value refutes
+        for value in (a, b):
+            bounds = range_proof.bounds(value, value)
+            if not bounds.allow(count):
+                beside = (value + a + INSIDE * (b - a)) / 2.0
+                return range_proof.refuted(bounds, count, beside)
         proof = range_proof.between(a, b, count)
         if proof.status != "proved":
             return proof

@@ -35,9 +35,11 @@ if TYPE_CHECKING:  # scenes start without the referee
     from squeal.proof.pads import PadProof
     from squeal.proof.ranges import Factor, Term, Terms
     from squeal.proof.referee import Count, Proof
+    from squeal.queries.systems.all_roots import MotionRates
 
 NO_BALLS = "python-flint is not installed (`pip install 'squeal[proof]'` brings it)"
 RATE = 1e-6  # of a root: slower growth is not excluded by a proof
+WIDEST_RATE = 1e-3  # of the slowest motion: where no less can be excluded nothing is proved
 WIDTH = 1e-10  # of a threshold: by how much the interval is widened in which it is proved
 VAGUE = 1e-3  # of the range: a wider interval may hold more than its threshold
 IS_VAGUE = "a threshold is known to an interval only that may hold more"
@@ -285,7 +287,7 @@ def system_statement(
     crossings: Sequence[Crossing],
     low: float,
     high: float,
-    sizes: Sequence[float],
+    rates: MotionRates,
     at_any_cost: bool,
 ) -> tuple[RangeStatement, list[Interval]]:
     """Prove all thresholds of a small system, that is the number of growing roots between them.
@@ -301,10 +303,11 @@ def system_statement(
         All listed crossings of the imaginary axis.
     low, high : float
         The range of the free parameter.
-    sizes : sequence of float
-        |lambda| of some roots, rad/s, ascending. Growth by more than a share of the first is
-        excluded, or of a later one where the rounding of entries leaves no less open, as of free
-        motions.
+    rates : MotionRates
+        How fast the motions at the lower end of the range are. Growth by more than a millionth of
+        the slowest oscillation is excluded. Where the rounding of entries leaves no less open, as
+        of free motions, it is a millionth of the fastest motion; but either way at most a
+        thousandth of the slowest motion.
     at_any_cost : bool
         Whether the range may be divided into as many intervals as that of a system of few rows.
     """
@@ -334,8 +337,8 @@ def system_statement(
         except InputError as error:  # a factor has no value somewhere
             return Proof("open", reason=str(error))
 
-    for size in sizes:
-        proof = prove(RATE * size)
+    for rate in (rates.slowest_oscillation, rates.fastest):
+        proof = prove(min(RATE * rate, WIDEST_RATE * rates.slowest))
         if proof.status != "open" or proof.reason == SPENT:
             break  # one that is out of intervals will be so again
     statement = _statement_of(proof, system.parameter, low, high)

@@ -460,17 +460,13 @@ def _proved_system(
         The value of the parameter at which the referee refutes them; None if it does not.
     """
     from squeal.queries.ranges import system_statement
-    from squeal.queries.systems.all_roots import roots_of_all
-    from squeal.queries.systems.verdicts import rounding_of
+    from squeal.queries.systems.all_roots import motion_rates, roots_of_all
 
     changes = {system.parameter: answer.low}
     roots = roots_of_all(system, EigenvalueSelection(), changes)
-    sizes = np.abs(roots)
-    oscillates = np.abs(roots.imag) > rounding_of(system, roots)
-    fastest = float(np.max(sizes, initial=0.0))
-    slowest = float(np.min(sizes[oscillates], initial=fastest))
+    rates = motion_rates(system, changes)
     statement, intervals = system_statement(
-        system, all_crossings, answer.low, answer.high, (slowest, fastest), at_any_cost
+        system, all_crossings, answer.low, answer.high, rates, at_any_cost
     )
     doubts = list(answer.details["unconfirmed"])
     selected = roots_of_all(system, selection, changes)

@@ -97,6 +97,11 @@ class Component:
                     f"{self.system.n}"
                 )
             object.__setattr__(self, name, values)
+        unknown = self.directions[~np.isin(self.directions, (-1, 0, 1, 2))]
+        if len(unknown):
+            raise InputError(
+                f"{self.name}: directions: {unknown[0]} is not allowed; it must be 0, 1, 2 or -1"
+            )
 
     @property
     def name(self) -> str:

@@ -301,6 +301,10 @@ def _rounding(
     floored = np.maximum(sizes, from_stiffness)
     with np.errstate(invalid="ignore"):  # K = 0: the root is 0
         scales = np.fmax(sizes, from_stiffness * (problem.frequency_scale / floored))
+        # |P| / |P'|: how far a relative error of the matrices moves even a root of orthogonal
+        # vectors, and so each of a multiple root, whose computed copies lie that far apart
+        mass, damping, _ = problem.norms
+        scales = np.fmax(scales, problem.size(sizes) / (2 * floored * mass + damping))
         limited = np.minimum(conditions, 1 / EPS) * sizes / scales
     # a root may meet its conjugate, also where that is not listed
     is_unpaired = np.zeros(len(values), dtype=bool)

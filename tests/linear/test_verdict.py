@@ -192,14 +192,11 @@ def test_growth_beside_a_strong_damper_and_many_rows_is_counted(strong):
 
 
 @pytest.mark.parametrize("strong", [1e2, 1e9])
-def test_growth_beside_a_strong_damper_is_listed_or_less_than_what_is_proved(strong):
+def test_growth_beside_a_strong_damper_is_listed(strong):
     """Flutter from 3/4 (1 + 2 c^2) on, by at most 1/s; the damper is on another coordinate."""
     K0 = _beside_a_stiff_mode(1.0, False)(0.0)[2]
     K1 = _beside_a_stiff_mode(1.0, False)(1.0)[2]
     C = np.diag([1e-3, 1e-3, strong])
     found = squeal.thresholds(affine(I3, K0, K1 - K0, C), 1.0)
-    if strong > 1e8:
-        assert not found.certified or found.proof["growth_below"] > 1.0
-        return
     assert found.certified
     assert [p.mu for p in found.points] == pytest.approx([0.75 * (1 + 2e-6)], rel=1e-9)

@@ -234,7 +234,15 @@ def test_components_that_do_not_change_are_left_out(monkeypatch):
     intervals = [around(place) for place in places]
     proof = prove_thresholds(terms, 0.0, 1.0, intervals, 1e-8, rises=[1] * 8)
     assert proof.status == "proved"
-    values_and_halves = 9 * (1 + 2)  # of the gaps between and beside the places
+    values_and_halves = 9 * (1 + 2 + 2)  # of the gaps: a value, both ends, both halves
     assert len(looked_at) == 8 * values_and_halves
     missed = prove_thresholds(terms, 0.0, 1.0, intervals[1:], 1e-8, rises=[1] * 7)
     assert missed.status == "refuted"
+
+
+def test_a_rate_above_all_roots_hides_no_change_of_what_grows():
+    """q'' + (3 - 4 mu) q' + q grows from 3/4 on, by less than the rate."""
+    damping = [Term(np.array([[3.0]])), Term(np.array([[-4.0]]), lambda mu: mu)]
+    terms = Terms([Term(np.eye(1))], damping, [Term(np.eye(1))], HALF_ULP)
+    proof = prove_thresholds(terms, 0.0, 2.0, [], growth_below=1e3)
+    assert proof.status == "refuted"

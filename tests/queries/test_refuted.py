@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 import squeal
 from squeal.linear.moduli import Modulus
@@ -126,3 +127,100 @@ def test_a_growing_mode_that_enters_a_band_is_not_proved_away(offset, loss):
     assert "outside of the band" in found.proof_line
     at_dip = squeal.eigenvalues(system, at=p, band=band)
     assert (at_dip.verdict, at_dip.certified) == ("flutter", True)
+
+
+@pytest.mark.parametrize("damper", [1e7, 1e9, 1e12])
+def test_a_damper_hides_no_crossing_of_another_row(damper):
+    """Row 2, q'' + (3 - 4 mu) q' + q = 0, grows for every mu > 3/4."""
+    C = {"1": np.diag([damper, 3.0]), "mu": np.diag([0.0, -4.0])}
+    found = squeal.thresholds(squeal.System(np.eye(2), C=C, K=np.eye(2)))
+    assert found.crossings[0].mu == pytest.approx(0.75, abs=1e-9)
+    assert found.certified
+    assert found.proof["growth_below"] < 1e-3 * (3 - np.sqrt(5)) / 2  # slowest root of row 2
+
+
+@pytest.mark.parametrize("stiffness", [1e15, 1e17, 1e20])
+def test_a_stiff_row_beside_a_free_one_hides_no_crossing(stiffness):
+    """Row 2, q'' + (1/2 - mu) q' + q = 0, grows for every mu > 1/2."""
+    C = {"1": np.diag([0.0, 0.5, 0.0]), "mu": np.diag([0.0, -1.0, 0.0])}
+    found = squeal.thresholds(squeal.System(np.eye(3), C=C, K=np.diag([0.0, 1.0, stiffness])))
+    assert [one.mu for one in found.crossings] == pytest.approx([0.5], abs=1e-9)
+    assert found.certified
+    assert found.proof["growth_below"] <= 1e-3
+
+
+@pytest.mark.parametrize("damper", [2.0**22, 2.0**28])
+def test_a_window_beside_a_strong_damper_is_found(damper):
+    """Row 1 grows where (mu - 5/4)^2 < 2^-8."""
+    C = {"1": np.diag([-(2.0**-8), damper]), "(mu-1.25)**2": np.diag([1.0, 0.0])}
+    found = squeal.thresholds(squeal.System(np.eye(2), C=C, K=np.diag([4.0, 1.0])))
+    assert [one.mu for one in found.crossings] == pytest.approx([1.1875, 1.3125], abs=1e-9)
+    assert found.certified
+
+
+@pytest.mark.parametrize("damper", [1e9, 1e12])
+@pytest.mark.parametrize("coupling", [1e-3, 1.0])
+def test_a_coupled_damper_hides_no_crossing_behind_a_proof(damper, coupling):
+    """As above, coupled: the search may miss the crossing near 3/4, a proof may not."""
+    C = {"1": np.diag([damper, 3.0]), "mu": np.diag([0.0, -4.0])}
+    K = np.array([[3.0, -coupling], [-coupling, 1.0]])
+    found = squeal.thresholds(squeal.System(np.eye(2), C=C, K=K))
+    assert found.crossings or not found.certified
+
+
+def congruent(squares, seed):
+    """An undamped system of these -lambda^2, M = L L', K = L D L', of exact integers."""
+    n = len(squares)
+    rng = np.random.default_rng(seed)
+    L = sparse.identity(n, format="csr")
+    for _ in range(2):
+        rows = rng.permutation(n)
+        first, second = rows[: n // 2], rows[n // 2 : 2 * (n // 2)]
+        step = sparse.csr_array((np.ones(n // 2), (first, second)), shape=(n, n))
+        L = (sparse.identity(n, format="csr") + step) @ L
+    K = L @ sparse.diags_array(squares) @ L.T
+    return squeal.System(sparse.csr_array(L @ L.T), K=sparse.csr_array(K))
+
+
+@pytest.mark.parametrize("prove", [None, True])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_multiple_root_of_a_large_undamped_system_does_not_grow(seed, prove):
+    """M and K are positive definite: every root is imaginary, 50i one of 25 rows."""
+    squares = np.r_[100 + 7.0 * np.arange(400) ** 2, np.full(25, 2500.0)]
+    system = congruent(squares, seed)
+    found = squeal.eigenvalues(system, band=(0.5, 100 / (2 * np.pi)), prove=prove)
+    assert found.verdict not in ("flutter", "divergence")
+    assert not found.unstable
+
+
+def copies_in_neighbouring_bands(system, hertz, root, band_ends):
+    """How many copies of a root two bands that meet at it list, and whether they are certified."""
+    listed = []
+    for band in ((band_ends[0], hertz), (hertz, band_ends[1])):
+        found = squeal.eigenvalues(system, band=band)
+        listed.append((np.count_nonzero(np.abs(found.values - root) < 1e-6), found))
+    return listed
+
+
+@pytest.mark.parametrize("copies", [2, 3, 6, 25])
+def test_a_multiple_root_at_the_end_of_a_band_is_not_split_above_400_rows(copies):
+    squares = np.r_[100 + 7.0 * np.arange(400) ** 2, np.full(copies, 2500.0)]
+    hertz = 50 / (2 * np.pi)
+    system = congruent(squares, 1)
+    for number, found in copies_in_neighbouring_bands(system, hertz, 50j, (0.5, 2 * hertz)):
+        assert number == copies
+        assert not found.certified
+        assert "lies at an end" in found.proof["reason"]
+
+
+def test_a_multiple_root_at_the_end_of_a_band_is_not_split():
+    """Five roots of 50i, which rounding of the matrices leaves on both sides of the end."""
+    squares = np.r_[100 + 7.0 * np.arange(7) ** 2, np.full(5, 2500.0)]
+    Q = np.linalg.qr(np.random.default_rng(17).normal(size=(12, 12)))[0]
+    K = Q @ np.diag(squares) @ Q.T
+    system = squeal.System(np.eye(12), K=(K + K.T) / 2)
+    hertz = 50 / (2 * np.pi)
+    for number, found in copies_in_neighbouring_bands(system, hertz, 50j, (0.5, 2 * hertz)):
+        assert number == 5
+        assert not found.certified
+        assert "lies at an end" in found.proof["reason"]

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
+from squeal.linear.matrices import components, reaches
 from squeal.linear.roots import ComplexArray, ordered
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import assumed_rounding
@@ -59,3 +61,43 @@ def roots_of_all(
     elif selection.rectangle is not None:  # the region, with the real axis if it begins there
         roots = roots[selection.rectangle.contains(roots)]
     return roots[ordered(roots)]
+
+
+class MotionRates(NamedTuple):
+    """|lambda|, rad/s, of the slowest motion that is not free, of the slowest oscillation (of the
+    slowest motion if nothing oscillates) and of the fastest motion; 0 if all motions are free."""
+
+    slowest: float
+    slowest_oscillation: float
+    fastest: float
+
+
+def motion_rates(system: TermSystem, changes: Changes) -> MotionRates:
+    """How fast the slowest and the fastest motions of a small system are.
+
+    Each strong component is solved by itself, so that the rounding of a stiff or strongly damped
+    one hides no slow motion of another.
+
+    Parameters
+    ----------
+    system : TermSystem
+        A small system (see `is_small`).
+    changes : mapping
+        Parameters that do not have the system's own values.
+    """
+    M, C, K = system.arrays(changes)
+    pattern = (M != 0.0) | (K != 0.0)
+    if C is not None:
+        pattern |= C != 0.0
+    moving: list[float] = []
+    oscillating: list[float] = []
+    for rows in components(reaches(pattern)):
+        block = np.ix_(rows, rows)
+        roots = dense_values(M[block], None if C is None else C[block], K[block])
+        sizes = np.abs(roots)
+        is_undamped = system.real and (C is None or not C[block].any())
+        oscillates = np.abs(roots.imag) > assumed_rounding(roots, is_undamped)
+        oscillating += sizes[oscillates].tolist()
+        moving += sizes[sizes > 0.0].tolist()
+    slowest = min(moving, default=0.0)
+    return MotionRates(slowest, min(oscillating, default=slowest), max(moving, default=0.0))

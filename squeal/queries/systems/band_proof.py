@@ -9,8 +9,10 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.io.system import SystemFile
+from squeal.linear import GROWING
 from squeal.queries.systems.proofs import Statement, as_complex, with_proved_errors
 from squeal.queries.systems.roots import SystemRoots
+from squeal.results.columns import OPEN
 from squeal.results.sources import EigenvalueSelection
 
 ALLOWED = "above 400 rows the modes of a band of real matrices can be proved"
@@ -22,7 +24,8 @@ def with_band_proof(
     """Let the referee judge the computed modes of a band, and add its statement to them.
 
     A proved or refuted list gets the referee's statement in place of the count. An open one keeps
-    the count, and a note says why nothing is proved. Raises InputError for systems of which the
+    the count, and a note says why nothing is proved; a verdict of growth becomes open if the
+    referee encloses the modes but proves none to grow. Raises InputError for systems of which the
     referee proves nothing.
     """
     from squeal.proof.bands import prove_modes
@@ -37,7 +40,11 @@ def with_band_proof(
     growth_limit = math.inf if roots.growth_limit is None else roots.growth_limit
     proof = prove_modes(*system.at(), values, low, high, growth_limit)
     if proof.status == "open":
-        return replace(roots, notes=(*roots.notes, f"not proved: {proof.reason}"))
+        noted = replace(roots, notes=(*roots.notes, f"not proved: {proof.reason}"))
+        proved_to_grow = any(piece.side == "grows" for piece in proof.pieces)
+        if not proof.pieces or roots.verdict not in GROWING or proved_to_grow:
+            return noted
+        return replace(noted, verdict=None, criterion=f"{OPEN}{proof.reason}")
     if proof.status == "refuted":
         reason = f"the referee disagrees: {proof.reason}"
         where = as_complex(proof.where)

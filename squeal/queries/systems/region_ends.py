@@ -13,25 +13,48 @@ from squeal.sparse.argument_principle import Rectangle
 
 LOOSE = 0.1
 """Errors above this share of the end of a region are no estimate of where a root may lie."""
+NARROW = 1e-9
+"""The share of a frequency by which a region is searched beyond its ends: copies of a multiple root
+that rounding moves over an end are met on both sides."""
 ROUGH = 1e-3
 """The share of |lambda| by which rough values, that a search met but did not refine, may be off."""
 
 
-def widened_in_frequency(region: Rectangle) -> Rectangle:
+def widened_in_frequency(region: Rectangle, share: float = ROUGH) -> Rectangle:
     """The region, a little higher and lower in frequency."""
     low = region.low_imag
     if low > 0.0:
-        low = low * (1 - ROUGH)
-    return replace(region, low_imag=low, high_imag=region.high_imag * (1 + ROUGH))
+        low = low * (1 - share)
+    return replace(region, low_imag=low, high_imag=region.high_imag * (1 + share))
+
+
+def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
+    """True if rounding leaves on which side of an end of the frequencies of a region a root lies.
+
+    So all copies of a multiple root are treated alike.
+    """
+    rounding = root.rounding
+    imag = root.value.imag
+    if not rounding < math.inf or imag < 0.0:
+        return False
+    distances = [abs(imag - region.high_imag)]
+    if region.low_imag > 0.0:
+        distances.append(abs(imag - region.low_imag))
+    real = root.value.real
+    is_beside = region.low_real - rounding <= real <= region.high_real + rounding
+    return is_beside and min(distances) <= rounding
 
 
 def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
     """True if a root lies in a region, or no further from it than its error.
 
-    An error above a tenth of the region's highest frequency is ignored, and so is that of a root
-    below the real axis where the region begins there.
+    What rounding leaves of its frequency counts, too. An error above a tenth of the region's
+    highest frequency is ignored, and so is that of a root below the real axis where the region
+    begins there.
     """
     error = root.error or 0.0
+    if _lies_at_end(root, region) and root.rounding <= LOOSE * region.high_imag:
+        return True
     begins_above_axis = region.low_imag >= 0.0
     if error > LOOSE * region.high_imag or (begins_above_axis and root.value.imag < 0.0):
         error = 0.0
@@ -45,7 +68,7 @@ def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
 
 
 def doubts_at_ends(roots: Sequence[Eigenvalue], region: Rectangle) -> list[str]:
-    """A sentence for each root that by its error may lie on either side of an end of a region."""
+    """Sentences on roots that by error or rounding may lie on either side of an end of a region."""
     doubts = []
     for root in roots:
         error = root.error or 0.0
@@ -54,10 +77,13 @@ def doubts_at_ends(roots: Sequence[Eigenvalue], region: Rectangle) -> list[str]:
         distances = [real - region.low_real, real - region.high_real, imag - region.high_imag]
         if region.low_imag > 0.0:
             distances.append(imag - region.low_imag)
-        if may_lie_in(root, region) and min(map(abs, distances)) <= error:
+        if _lies_at_end(root, region):
+            hertz = f"{root.frequency_hz:.6g} Hz, known to {root.rounding / math.tau:.2g} Hz"
+            doubts.append(f"a root lies at an end, at {hertz}, and may lie within or not")
+        elif may_lie_in(root, region) and min(map(abs, distances)) <= error:
             hertz = f"{root.frequency_hz:.6g} Hz, known to {error / math.tau:.2g} Hz"
             doubts.append(f"the root at {hertz}, may lie within or not")
-    return doubts
+    return list(dict.fromkeys(doubts))  # copies of a multiple root are alike
 
 
 def growing_outside(

@@ -33,6 +33,7 @@ from squeal.queries.systems.proofs import (
 )
 from squeal.queries.systems.reduced import growth_limit, reduced_for, without_left_vectors
 from squeal.queries.systems.region_ends import (
+    NARROW,
     ROUGH,
     doubts_at_ends,
     growing_outside,
@@ -127,6 +128,9 @@ class SystemRoots:
     @property
     def statement(self) -> Statement:
         """What is known of the completeness of the list."""
+        if self.doubts:
+            by = "count" if self.judged_by is None else self.judged_by.by
+            return Statement("open", by, reason="; ".join(self.doubts))
         if self.judged_by is not None:
             return self.judged_by
         return NOT_COUNTED if self.count is None else counted(self.certified)
@@ -213,10 +217,11 @@ def _roots_of_region(
 ) -> SystemRoots:
     """Compute and count the roots of a large system in a region.
 
-    Roots with errors are searched a little beyond the ends of the region, as their true values may
-    lie in it. Growing roots that the search meets outside are listed as `outside`.
+    Roots are searched a little beyond the ends of the region, those with errors further, as their
+    true values may lie in it. Growing roots that the search meets outside are listed as `outside`.
     """
-    searched = region if add_errors is None else widened_in_frequency(region)
+    share = NARROW if add_errors is None else ROUGH
+    searched = widened_in_frequency(region, share)
     solution = modes_in(problem, searched)
     roots = solution.eigenvalues
     if add_errors is not None:
@@ -455,7 +460,7 @@ def _part_of_all(
         criterion=criterion,
         outside=tuple(mode.root for mode in outside),
         judged_by=statement,
-        doubts=tuple(doubts_at_ends(inside, region)),
+        doubts=tuple(doubts_at_ends(meaningful, region)),
     )
 
 
