@@ -13,26 +13,27 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from squeal.errors import InputError
+from squeal.io.system import SystemFile
 from squeal.io.writing import Answer, Column, Panel, Table, columns
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.system_analysis import SystemAnalysis
+from squeal.queries.whirl import whirl_direction
 from squeal.schema import Positive, public
-from squeal.sparse.dense import dense_values
+from squeal.sparse.dense import CLUSTER, dense_values, roots_at
 
 STEPS = 400  # of the range, in each of which an odd number of crossings is located
-SLOPE = 1e-3  # relative step of the speed for the slope of a frequency
 GROWS = 1e-9  # of |lambda|: a growth rate above it is no rounding
-LEVEL = 1e-3  # slope of a frequency over speed below which its sign says nothing of a direction
+SAME = 1e-9  # of the range: crossings no further apart are of modes of one frequency
 
 
 @dataclass(frozen=True)
 class CriticalSpeed:
     """A speed (rad/s) at which a frequency is `order` times the speed.
 
-    direction: forward where the frequency rises with the speed, in the fixed frame, backward where
-    it falls, None where the speed moves it by less than a thousandth of itself. mode: by frequency
-    at this speed.
+    direction: of the whirl, forward in the sense in which the shaft turns, backward against it,
+    mixed where parts of the rotor differ; None where no term and no orbit tells it, see
+    `squeal.queries.whirl`. mode: by frequency at this speed.
     """
 
     speed: float
@@ -103,8 +104,13 @@ class CriticalSpeeds(Answer):
 class _Campbell:
     """Frequencies of a rotor as continuous functions of its speed: by size, (n,) at each speed."""
 
-    def __init__(self, system: TermSystem) -> None:
+    def __init__(
+        self, file: SystemFile, system: TermSystem, basis: NDArray[np.float64] | None
+    ) -> None:
+        """Of a rotor, or of the system that it is reduced to with a basis (rows, n)."""
+        self.file = file
         self.system = system
+        self.basis = basis
 
     @functools.cache  # noqa: B019  lives as long as one question
     def roots(self, speed: float) -> NDArray[np.complex128]:
@@ -119,24 +125,28 @@ class _Campbell:
 
     def critical(self, speed: float, mode: int, order: float) -> CriticalSpeed:
         """What is said of a critical speed."""
-        root = complex(self.roots(speed)[mode])
-        step = SLOPE * speed
-        before = self.roots(speed - step)[mode]
-        after = self.roots(speed + step)[mode]
-        slope = float((after.imag - before.imag) / (2 * step))
-        direction = None
-        if abs(slope) > LEVEL:
-            direction = "forward" if slope > 0.0 else "backward"
-        at_rest = int(np.count_nonzero(self.roots(speed).imag == 0.0))
+        roots = self.roots(speed)
+        root = complex(roots[mode])
+        at_rest = int(np.count_nonzero(roots.imag == 0.0))
         return CriticalSpeed(
             speed=speed,
             order=order,
             frequency_hz=root.imag / math.tau,
             mode=mode + 1 - at_rest,
-            direction=direction,
+            direction=self.direction(speed, root),
             growth_rate=root.real,
             damping_ratio=-root.real / abs(root),
         )
+
+    def direction(self, speed: float, root: complex) -> str | None:
+        """The whirl direction of a root at a speed; of a repeated one that of all its shapes."""
+        roots = self.roots(speed)
+        repeated = roots[np.abs(roots - root) <= CLUSTER * abs(root)]
+        matrices = self.system.arrays({self.system.parameter: speed})
+        directions = set()
+        for shape in roots_at(*matrices, repeated).right.T:
+            directions.add(whirl_direction(self.file, self.system, speed, root, shape, self.basis))
+        return directions.pop() if len(directions) == 1 else None
 
 
 @public
@@ -194,9 +204,12 @@ def critical_speeds(
     if not orders or any(order <= 0.0 for order in orders):
         raise InputError("orders: must be numbers above 0")
     speeds = np.linspace(low, high, STEPS + 1)
+    basis = None
     if not is_small(system):
-        system = analysis.reduced(speeds[:: STEPS // 8].tolist())[0].system
-    diagram = _Campbell(system)
+        reduction, _ = analysis.reduced(speeds[:: STEPS // 8].tolist())
+        system = reduction.system
+        basis = reduction.scaled.scale[:, None] * reduction.vectors
+    diagram = _Campbell(analysis.file, system, basis)
     paths = np.array([diagram.roots(speed) for speed in speeds.tolist()])
     found = []
     for order in orders:
@@ -206,7 +219,7 @@ def critical_speeds(
             ends = speeds[step], speeds[step + 1]
             root = brentq(diagram.gap, *ends, args=(mode, order), xtol=1e-13 * high, rtol=1e-14)
             places.append((float(root), mode))
-        for speed, mode in places:
+        for speed, mode in _at_one_speed(places, SAME * high):
             if speed == 0.0:  # which a root at rest meets in every rotor
                 continue
             one = diagram.critical(speed, mode, order)
@@ -224,3 +237,17 @@ def critical_speeds(
         frequencies_hz=paths.imag / math.tau,
         growing=paths.real > GROWS * np.abs(paths),
     )
+
+
+def _at_one_speed(places: Sequence[tuple[float, int]], near: float) -> list[tuple[float, int]]:
+    """Speeds and modes at which these cross, those of modes of one frequency at one speed.
+
+    Which of them has which number changes with rounding of the speed.
+    """
+    joined: list[tuple[float, int]] = []
+    for speed, mode in sorted(places):
+        at = speed
+        if joined and speed - joined[-1][0] <= near:
+            at = joined[-1][0]
+        joined.append((at, mode))
+    return joined
