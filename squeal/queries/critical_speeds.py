@@ -181,7 +181,8 @@ def critical_speeds(
     Raises
     ------
     InputError
-        For a pad, complex matrices, or a range that is empty.
+        For a pad, complex matrices, a range that is empty, or where matrices depend on other
+        parameters than the free one.
 
     Examples
     --------
@@ -199,6 +200,7 @@ def critical_speeds(
     system = analysis.system
     if not system.real:
         raise InputError(f"{system.name}: critical speeds need real matrices")
+    analysis.require_used_parameter("the speed")
     if not 0.0 <= low < high:
         raise InputError(f"high: {high:g} is not allowed; it must be above low, at least 0")
     if not orders or any(order <= 0.0 for order in orders):

@@ -6,6 +6,7 @@ import scipy.linalg
 from scipy.sparse import csc_array
 
 import squeal
+from squeal.errors import InputError, InputWarning
 
 EYE = np.eye(2)
 SPIN = np.array([[0.0, 1.0], [-1.0, 0.0]])
@@ -182,3 +183,18 @@ def test_modes_of_one_frequency_have_their_own_growth():
         found = squeal.critical_speeds(system, 200.0).critical
         assert [one.mode for one in found] == [1, 2]
         assert sorted(one.growth_rate for one in found) == pytest.approx([-20.0, -10.0])
+
+
+def test_a_speed_that_is_not_the_free_parameter_is_refused(tmp_path):
+    system = squeal.System(EYE, {"Omega": SPIN}, {"k": EYE}, {"Omega": 1.0, "k": 4.0})
+    with pytest.raises(InputError, match=r"mu .* no matrix depends on it.* Omega, k: .*parameter"):
+        squeal.critical_speeds(system, 10.0)
+    text = "parameters: {Omega: 1.0}\nM: [[1]]\nC: [{matrix: [[1]], factor: Omega}]\nK: [[4]]\n"
+    (tmp_path / "rotor.yaml").write_text(text)
+    with pytest.raises(InputError, match="no matrix depends"):
+        squeal.critical_speeds(squeal.read_system(tmp_path / "rotor.yaml"), 10.0)
+    (tmp_path / "rotor.yaml").write_text("parameter: Omega\n" + text)
+    assert squeal.critical_speeds(squeal.read_system(tmp_path / "rotor.yaml"), 10.0).critical
+    with pytest.warns(InputWarning, match="matrices depend on no parameter"):  # as of a shaft
+        found = squeal.critical_speeds(squeal.System(EYE, K=4 * EYE), 10.0)
+    assert [one.speed for one in found.critical] == pytest.approx([2.0, 2.0])

@@ -95,6 +95,21 @@ class SystemAnalysis:
                 f"matrices depend on {', '.join(sorted(self.system.names)) or 'no parameter'}"
             )
 
+    def require_used_parameter(self, meaning: str) -> None:
+        """Refuse a free parameter that enters no matrix while others do: another one is meant.
+
+        Warns where no parameter enters any. Raises InputError. meaning: of the parameter.
+        """
+        names = sorted(self.system.names)
+        if self.depends_on_parameter or not names:
+            self.warn_of_unused_parameter()
+            return
+        raise InputError(
+            f"parameter: {self.system.parameter} is not allowed, no matrix depends on it; it must "
+            f"be {meaning}. Matrices depend on {', '.join(names)}: set parameter=NAME, in a file "
+            "`parameter: NAME`"
+        )
+
     def reduced(
         self, values: Sequence[float] | None, method: str = "reduced", most: int = SERVED
     ) -> tuple[Reduction, dict[str, Any] | None]:
