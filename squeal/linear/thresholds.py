@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.errors import InputError
-from squeal.linear.condensation import StaticCondensation
+from squeal.errors import InputError, MatrixError
+from squeal.linear.condensation import StaticCondensation, completed_to_second_order
 from squeal.linear.continuation import (
     GYROSCOPIC,
     UNDAMPED,
@@ -140,21 +140,28 @@ def thresholds(
     points: list[CriticalPoint] = []
     crossings: list[Crossing] = []
     parts: list[SearchResult] = []
+    added = 0  # roots that decay, of which the system has none
     for a, b in itertools.pairwise([first, *sorted(jumps), last]):
         low = float(np.nextafter(a, b)) if a in jumps else a
         high = float(np.nextafter(b, a)) if b in jumps else b
         try:
             part = search(system, low, high, options)
-        except LightMassError:
-            system = StaticCondensation(system, first)
+        except MatrixError as error:
+            completed = completed_to_second_order(system, first)
+            if completed is not None:
+                system, added = completed
+            elif isinstance(error, LightMassError):
+                system = StaticCondensation(system, first)
+            else:
+                raise
             part = search(system, low, high, options)
         if parts:
             before = parts[-1].continuation
             below = before.at(before.high)
             above = part.continuation.at(low)
             points += _points_at_jump(a, below, above)
-            crossings += _crossings_at_jump(a, below, above)
-        new_points, new_crossings = points_and_crossings(part)
+            crossings += _crossings_at_jump(a, below, above, added)
+        new_points, new_crossings = points_and_crossings(part, added)
         points += new_points
         crossings += new_crossings
         parts.append(part)
@@ -164,8 +171,12 @@ def thresholds(
     return Thresholds(points, crossings, certified, tuple(parts))
 
 
-def points_and_crossings(part: SearchResult) -> tuple[list[CriticalPoint], list[Crossing]]:
+def points_and_crossings(
+    part: SearchResult, added: int = 0
+) -> tuple[list[CriticalPoint], list[Crossing]]:
     """The changes of verdict and the crossings of a range without a jump.
+
+    added: how many real roots are none of the system, and count for no mode.
 
     A crossing changes the verdict if it is the fastest of its cluster to begin or end what names
     the verdict, or if nothing tells which one of the cluster does.
@@ -179,7 +190,7 @@ def points_and_crossings(part: SearchResult) -> tuple[list[CriticalPoint], list[
                 event in fastest or fastest == (None, None) for fastest in responsible
             )
             state = part.continuation.at(event.value)
-            mode = _mode_number(state, event.omega, 2 if event.coalesces else 1)
+            mode = _mode_number(state, event.omega, 2 if event.coalesces else 1, added)
             crossings.append(event.crossing(mode, changes_verdict))
     return [_critical_point(part, change, fastest) for change, fastest in changes], crossings
 
@@ -202,25 +213,26 @@ def _points_at_jump(
 
 
 def _crossings_at_jump(
-    mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
+    mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter, added: int
 ) -> list[Crossing]:
     """What crosses the axis at a breakpoint."""
     changes = below.unstable_count.verdict != above.unstable_count.verdict
     crossings = []
     for omega, direction in required_crossings(below, above):
-        mode = _mode_number(above if direction > 0 else below, omega)
+        mode = _mode_number(above if direction > 0 else below, omega, added=added)
         crossings.append(Event(mu, omega, direction, (mu, mu)).crossing(mode, changes))
     return crossings
 
 
-def _mode_number(state: SpectrumAtParameter, omega: float, members: int = 1) -> int:
+def _mode_number(state: SpectrumAtParameter, omega: float, members: int = 1, added: int = 0) -> int:
     """Number of a mode by rising frequency, from 1; of several `members` that meet there the
-    first."""
+    first. added: how many real roots count for no mode."""
     roots_per_mode = 1 if state.problem is UNDAMPED else 2
     nearest_first = np.argsort(np.abs(state.omegas - omega))
     others = state.omegas[nearest_first][roots_per_mode * members :]
     near = 1e-6 if members > 1 else 1e-9
-    return 1 + int(np.sum(others < omega * (1 - near))) // roots_per_mode
+    below = int(np.sum(others < omega * (1 - near))) - added * (omega > 0.0)
+    return 1 + math.ceil(below / roots_per_mode)  # an odd real root is a mode of its own
 
 
 def _leading_omega(state: SpectrumAtParameter) -> float:

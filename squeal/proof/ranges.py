@@ -249,14 +249,15 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> Bounds
 def _states(M: Expansion, C: Expansion, K: Expansion) -> tuple[Expansion, Expansion]:
     """A and B (2n, 2n) of the states (q, q' / rate)."""
     rate = 1.0
-    sizes = float(np.max(M.value.bound())), float(np.max(K.value.bound()))
-    if min(sizes) > 0.0 and np.isfinite(sizes).all():
-        rate = float(2.0 ** np.round(np.log2(sizes[1] / sizes[0]) / 2.0))
+    mass = float(np.max(M.value.bound()))
+    stiffness = float(np.max(K.value.bound()))
+    if mass > 0.0 and 0.0 < stiffness / mass < np.inf:  # a mass of zero is bounded by 1e-323
+        rate = float(2.0 ** np.round(np.log2(stiffness / mass) / 2.0))
     values = companion(M.value, C.value, K.value, rate)
     slopes = companion(M.slope, C.slope, K.slope, rate, 0.0)
     none = np.zeros(M.rest.shape)
-    mass, damping, stiffness = (Balls(none, X.rest) for X in (M, C, K))
-    rests = companion(mass, damping, stiffness, rate, 0.0)
+    M_rest, C_rest, K_rest = (Balls(none, X.rest) for X in (M, C, K))
+    rests = companion(M_rest, C_rest, K_rest, rate, 0.0)
     parts = zip(values, slopes, rests, strict=True)
     A, B = (Expansion(value, slope, rest.rad) for value, slope, rest in parts)
     return A, B
