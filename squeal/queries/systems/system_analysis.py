@@ -13,8 +13,10 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.system import SystemFile
+from squeal.linear.matrices import why_no_mass
 from squeal.linear.system import System, TermSystem
 from squeal.queries.systems.all_roots import is_small
+from squeal.queries.systems.matrices import ALL_ROWS, is_symmetric
 from squeal.queries.systems.reduced import basis_of, reduced_for
 from squeal.results.sources import EigenvalueSelection
 from squeal.schema import Place
@@ -62,6 +64,12 @@ class SystemAnalysis:
                     "decide nothing"
                 )
         PROGRESS.set(progress or (lambda _: None))
+        M = file.system.frozen().at()[0]
+        reason = why_no_mass(M, ALL_ROWS)
+        if reason and is_symmetric(M):  # rows of equations in any order have no masses to judge
+            Place(file.system.name or "system").warn(
+                f"{reason}; the answer is that of the matrices as they are"
+            )
         return SystemAnalysis(file, selection)
 
     @property
