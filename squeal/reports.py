@@ -273,7 +273,7 @@ class Report(Answer):
 @public
 def report(
     subject: Subject,
-    high: float = 2.0,
+    high: float | None = None,
     band: tuple[float, float] | None = None,
     memory: Positive | None = None,
     progress: Callable[[str], None] | None = None,
@@ -285,8 +285,8 @@ def report(
     ----------
     subject : Scene, SystemFile or TermSystem
         A system of more than 400 rows needs a band.
-    high : float
-        Upper end of the range of the friction or of the free parameter.
+    high : float, optional
+        Upper end of the range of the friction or of the free parameter, as `thresholds` takes it.
     band : (float, float), optional
         Lowest and highest frequency in Hz, of systems.
     memory, progress

@@ -23,7 +23,7 @@ def options(parser: Parser) -> None:
     parser.add_argument(
         "--tolerance", metavar="NAME=VALUE", action="append", default=[], help=words
     )
-    take(parser, "high", "band", "memory", high=2.0)
+    take(parser, "high", "band", "memory")
     take_files(parser, table="the table")
 
 

@@ -9,7 +9,7 @@ import argparse
 
 import squeal
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import add_option, numbers, take, take_files, write_files
+from squeal.cli.options import NUMBER, add_option, numbers, take, take_files, write_files
 from squeal.errors import InputError
 
 ORDERS = numbers("numbers above 0, such as 1:2", lambda *orders: min(orders) > 0.0)
@@ -17,7 +17,10 @@ ORDERS = numbers("numbers above 0, such as 1:2", lambda *orders: min(orders) > 0
 
 def options(parser: Parser) -> None:
     """Options of `squeal critical-speeds`."""
-    take(parser, "high", "low", "band", "memory")
+    words = "highest speed, rad/s (required)"
+    names = "--max --mu-max"
+    add_option(parser, names, dest="high", metavar="VALUE", read=NUMBER, help=words)
+    take(parser, "low", "band", "memory")
     words = "multiples of the speed (1)"
     add_option(parser, "--orders", metavar="N:N", read=ORDERS, default=(1.0,), help=words)
     take_files(parser, table="the critical speeds", figure="the Campbell diagram")

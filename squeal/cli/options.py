@@ -126,7 +126,9 @@ class Option:
 OPTIONS = {
     "values": Option(
         "--sweep --mu", "A:B:N", "values of mu or of the free parameter", sweep_values),
-    "high": Option("--max --mu-max", "MU", "upper end of the range", NUMBER),
+    "high": Option(
+        "--max --mu-max", "VALUE",
+        "upper end of the range (2 of mu, or the parameter's own value above 2)", NUMBER),
     "n": Option("--n", "N", "points a side (200; of a system 41)", whole(2, 4000)),
     "first": Option(
         "--first", "NAME:LOW:HIGH[:log]", "first parameter and range (alpha1:0:pi)", axis),

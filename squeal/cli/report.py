@@ -15,7 +15,7 @@ from squeal.io.scene import Scene
 
 def options(parser: Parser) -> None:
     """Options of `squeal report`."""
-    take(parser, "high", "band", "memory", high=2.0)
+    take(parser, "high", "band", "memory")
     take_files(parser, page="the page")
 
 

@@ -21,7 +21,7 @@ def options(parser: Parser) -> None:
     words = "the first loss of stability (threshold), or the largest growth rate in --band (growth)"
     choices = ("threshold", "growth")
     parser.add_argument("--of", choices=choices, default="threshold", help=words)
-    take(parser, "high", "band", "workers", high=2.0)
+    take(parser, "high", "band", "workers")
     take_files(
         parser,
         table="the samples",

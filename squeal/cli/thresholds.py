@@ -13,11 +13,12 @@ from squeal.cli.options import take, take_changes, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer
+from squeal.queries.options import upper_end
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal thresholds`."""
-    take(parser, "high", high=2.0)
+    take(parser, "high")
     words = "how the first loss of stability moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
     words = "whether a referee judges them, of up to 400 rows; left out, of a pad and up to 40 rows"
@@ -30,9 +31,10 @@ def options(parser: Parser) -> None:
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and answer."""
     subject = given.source.subject()
+    high = upper_end(subject, given.high)
     thresholds = squeal.thresholds(
         subject,
-        high=given.high,
+        high=high,
         low=given.low,
         band=given.band,
         region=given.region,
@@ -47,5 +49,5 @@ def run(given: argparse.Namespace) -> Reply:
         answers.append(
             squeal.sensitivity(subject, of="threshold", known=thresholds, matrices=matrices)
         )
-    write_files(given, thresholds, high=given.high)
+    write_files(given, thresholds, high=high)
     return Reply.of(*answers, warnings_in_reply=isinstance(subject, Scene))

@@ -57,7 +57,9 @@ parameter: speed
 M: {file: M.mtx}
 C: [{file: C.mtx}, {file: G.mtx, factor: speed}]
 K: [{file: K.mtx}, {file: cross.mtx, factor: cross}]
+coordinates: {file: nodes.csv}
 """
+ROTOR_LENGTH = 0.25  # m, between two nodes along z
 
 
 ABOUT = {  # what files are for whose names do not say it
@@ -145,6 +147,12 @@ def write_rotor(folder: Path, _: Size) -> None:
     for name, matrix in matrices.items():
         mmwrite(home / f"{name}.mtx", matrix)
     (home / "rotor.yaml").write_text(ROTOR, encoding="utf-8")
+    directions = ("x", "y", "z", "rx", "ry", "rz")
+    lines = ["node,dof,x,y,z"]
+    for row in range(data["rows"]):
+        node, direction = divmod(row, len(directions))
+        lines.append(f"{node + 1},{directions[direction]},0,0,{ROTOR_LENGTH * node}")
+    (home / "nodes.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def write_article(folder: Path, _: Size) -> None:

@@ -1,4 +1,8 @@
-"""Slow roots of a system in which some motion has no mass, or hardly any.
+"""Roots of a system in which some motion has no mass, or hardly any.
+
+Damped motions without mass are of the first order: y' P(lambda) has no lambda^2, for each y with
+y' M = 0. These rows times lambda + a have one, and P no other roots beside its own but -a, a > 0,
+which decays at all parameters.
 
 In eigenvectors of M and with s = -lambda^2, K21 q1 + K22 q2 = s D2 q2, where the coordinates q2 are
 nearly massless. On the subspace of the slow roots q2 = -X q1, K22 X = K21 + D2 X L and
@@ -13,14 +17,67 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import MatrixError
-from squeal.linear.matrices import EPS, Array, divisor, unit_diagonal
-from squeal.linear.system import Matrices, SystemFunction, matrices_of
+from squeal.linear.matrices import EPS, ILL, Array, dense, divisor, norm_of, rank_of, unit_diagonal
+from squeal.linear.system import Matrices, System, SystemFunction, Term, matrices_of
 
 REFUSED = (
     "M: is ill conditioned, as where some motion has (nearly) no mass or coordinates nearly depend "
     "on each other, and that motion is damped or may grow, or M varies; those thresholds can be "
-    "given that lie in a band (--band LOW:HIGH, in Hz)"
+    "given that lie in a `band` (low and high, in Hz)"
 )
+DECAYS = 4.0  # times the rate at which damped motions without mass decay: added roots decay by it
+
+
+class Completed(NamedTuple):
+    """A system with regular M that has the roots of another one, and some that decay beside them.
+
+    added: how many; all are at one real value below zero.
+    """
+
+    system: System
+    added: int
+
+
+def completed_to_second_order(system: SystemFunction, p: float) -> Completed | None:
+    """The system with mass for each damped motion that has none.
+
+    None for a plain function, for complex matrices, where M at p is regular, where a motion without
+    mass is not damped, and where other motions have none at other values of the parameter.
+    """
+    if not isinstance(system, System) or not system.real:
+        return None
+    ((M, C, K),) = matrices_of(system, [p])
+    rank = rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))
+    left, _, right = np.linalg.svd(M)
+    rows = left[:, rank:]  # y' M = 0
+    motions = right[rank:].T  # M x = 0
+    added = rows.shape[1]
+    if not added or not ILL * np.linalg.cond(rows.T @ C @ motions) < 1.0:
+        return None
+    for term in system.M:
+        matrix = dense(term.matrix)
+        noise = 4 * EPS * len(M) * norm_of(matrix)
+        if max(norm_of(rows.T @ matrix), norm_of(matrix @ motions)) > noise:
+            return None
+    rate = DECAYS * float(norm_of(K) / norm_of(C)) or 1.0
+    first_order = rows @ rows.T  # projects on the rows without mass
+
+    def with_rate(term: Term) -> Term:
+        matrix = dense(term.matrix)
+        return Term(matrix + (rate - 1.0) * (first_order @ matrix), term.factor, term.digits)
+
+    def raised(term: Term) -> Term:
+        return Term(first_order @ dense(term.matrix), term.factor, term.digits)
+
+    completed = System(
+        (*system.M, *map(raised, system.C)),
+        (*map(with_rate, system.C), *map(raised, system.K)),
+        tuple(map(with_rate, system.K)),
+        dict(system.parameters),
+        system.parameter,
+        system.name,
+    )
+    return Completed(completed, added)
 
 
 def _require(fulfilled: bool | np.bool_) -> None:

@@ -585,3 +585,25 @@ def rows_coupled_beyond_their_masses(M: Matrix) -> tuple[int, int] | None:
     if not found.size:
         return None
     return int(entries.row[found[0]]), int(entries.col[found[0]])
+
+
+def why_no_mass(M: Matrix, most: int) -> str:
+    """Why a matrix (n, n) is no mass, in words: some motion has a negative one; empty if none is
+    seen. Of up to `most` rows all motions are looked at, else single rows and pairs of them."""
+    diagonal = np.real(M.diagonal())
+    negative = np.flatnonzero(diagonal < 0.0)
+    if negative.size:
+        return f"M is no mass: row {negative[0] + 1} has a negative one on the diagonal"
+    coupled = rows_coupled_beyond_their_masses(M)
+    if coupled is not None:
+        return (
+            f"M is no mass: rows {coupled[0] + 1} and {coupled[1] + 1} are coupled by more than "
+            "their masses allow, so that a motion has a negative one, as where a file is cut"
+        )
+    if M.shape[0] > most:
+        return ""
+    unit = np.real(unit_diagonal(dense(M)))
+    sizes = np.linalg.eigvalsh((unit + unit.T) / 2)
+    if sizes[0] < -(COUPLED - 1) * max(sizes[-1], 1.0):
+        return "M is no mass: a motion of several rows has a negative one"
+    return ""

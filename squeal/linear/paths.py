@@ -282,8 +282,10 @@ def _shared_by_conjugates(state: SpectrumAtParameter, numbers: Indices) -> Indic
         return numbers
     values = state.exponents
     lower = np.flatnonzero(values.imag < 0.0)
+    upper = np.flatnonzero(values.imag > 0.0)
     shared = numbers.copy()
-    shared[lower] = numbers[np.argmin(np.abs(values - values[lower, None].conj()), axis=1)]
+    if upper.size:
+        shared[lower] = numbers[upper[_conjugates(values[lower], values[upper])]]
     return shared
 
 
@@ -338,9 +340,18 @@ def mode_numbers(values: ComplexArray) -> Indices:
     real_modes = (len(real) + 1) // 2
     numbers[upper] = real_modes + 1 + np.arange(len(upper))
     if len(upper):
-        partner = np.argmin(np.abs(values[upper] - values[lower, None].conj()), axis=1)
-        numbers[lower] = numbers[upper[partner]]
+        numbers[lower] = numbers[upper[_conjugates(values[lower], values[upper])]]
     return numbers
+
+
+def _conjugates(lower: ComplexArray, upper: ComplexArray) -> Indices:
+    """For each root (m,) below the real axis the index of its conjugate among the upper ones (k,).
+
+    Of roots that are equal each has a conjugate of its own; what is left over has the nearest.
+    """
+    distances = np.abs(upper - lower[:, None].conj())
+    partner = assigned(distances)
+    return np.where(partner < 0, distances.argmin(axis=1), partner)
 
 
 def unstable_modes(

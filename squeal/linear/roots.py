@@ -141,14 +141,15 @@ class Roots(NamedTuple):
 def assigned(cost: Array) -> NDArray[np.intp]:
     """For each row of a cost matrix (m, k) a column of its own, the cheapest pairs first.
 
-    -1 for rows that are left over where there are more of them than columns.
+    Of equal pairs the first come first. -1 for rows that are left over where there are more of them
+    than columns.
     """
     cheapest = np.argmin(cost, axis=1)
     if len(set(cheapest.tolist())) == len(cheapest):
         return cheapest
     order = np.full(len(cost), -1, dtype=np.intp)
     taken: set[int] = set()
-    by_cost = np.unravel_index(np.argsort(cost, axis=None), cost.shape)
+    by_cost = np.unravel_index(np.argsort(cost, axis=None, kind="stable"), cost.shape)
     for i, j in zip(*by_cost, strict=True):
         if order[i] < 0 and int(j) not in taken:
             order[i] = j

@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.errors import InputError
-from squeal.linear.condensation import StaticCondensation
+from squeal.errors import InputError, MatrixError
+from squeal.linear.condensation import StaticCondensation, completed_to_second_order
 from squeal.linear.continuation import (
     GYROSCOPIC,
     UNDAMPED,
@@ -140,21 +140,28 @@ def thresholds(
     points: list[CriticalPoint] = []
     crossings: list[Crossing] = []
     parts: list[SearchResult] = []
+    added = 0  # roots that decay, of which the system has none
     for a, b in itertools.pairwise([first, *sorted(jumps), last]):
         low = float(np.nextafter(a, b)) if a in jumps else a
         high = float(np.nextafter(b, a)) if b in jumps else b
         try:
             part = search(system, low, high, options)
-        except LightMassError:
-            system = StaticCondensation(system, first)
+        except MatrixError as error:
+            completed = completed_to_second_order(system, first)
+            if completed is not None:
+                system, added = completed
+            elif isinstance(error, LightMassError):
+                system = StaticCondensation(system, first)
+            else:
+                raise
             part = search(system, low, high, options)
         if parts:
             before = parts[-1].continuation
             below = before.at(before.high)
             above = part.continuation.at(low)
             points += _points_at_jump(a, below, above)
-            crossings += _crossings_at_jump(a, below, above)
-        new_points, new_crossings = points_and_crossings(part)
+            crossings += _crossings_at_jump(a, below, above, added)
+        new_points, new_crossings = points_and_crossings(part, added)
         points += new_points
         crossings += new_crossings
         parts.append(part)
@@ -164,8 +171,12 @@ def thresholds(
     return Thresholds(points, crossings, certified, tuple(parts))
 
 
-def points_and_crossings(part: SearchResult) -> tuple[list[CriticalPoint], list[Crossing]]:
+def points_and_crossings(
+    part: SearchResult, added: int = 0
+) -> tuple[list[CriticalPoint], list[Crossing]]:
     """The changes of verdict and the crossings of a range without a jump.
+
+    added: how many real roots are none of the system, and count for no mode.
 
     A crossing changes the verdict if it is the fastest of its cluster to begin or end what names
     the verdict, or if nothing tells which one of the cluster does.
@@ -180,7 +191,7 @@ def points_and_crossings(part: SearchResult) -> tuple[list[CriticalPoint], list[
             )
             state = part.continuation.at(event.value)
             members = 2 if event.coalesces else 1
-            mode = _mode_number(state, event.omega, members)
+            mode = _mode_number(state, event.omega, members, added)
             crossings.append(event.crossing(mode, changes_verdict))
     points = [_critical_point(part, change, fastest) for change, fastest in changes]
     return points, crossings
@@ -204,29 +215,33 @@ def _points_at_jump(
 
 
 def _crossings_at_jump(
-    mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
+    mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter, added: int
 ) -> list[Crossing]:
     """The crossings of the axis at a breakpoint mu, from the states on both sides."""
     changes_verdict = below.unstable_count.verdict != above.unstable_count.verdict
     crossings = []
     for omega, direction in required_crossings(below, above):
         unstable = above if direction > 0 else below
+        mode = _mode_number(unstable, omega, added=added)
         event = Event(mu, omega, direction, (mu, mu))
-        crossings.append(event.crossing(_mode_number(unstable, omega), changes_verdict))
+        crossings.append(event.crossing(mode, changes_verdict))
     return crossings
 
 
-def _mode_number(state: SpectrumAtParameter, omega: float, members: int = 1) -> int:
+def _mode_number(state: SpectrumAtParameter, omega: float, members: int = 1, added: int = 0) -> int:
     """Number by rising frequency, from 1, of the mode of angular frequency omega (rad/s).
 
-    Of several `members` that meet there it is that of the first.
+    Of several `members` that meet there it is that of the first. added: how many real roots count
+    for no mode.
     """
     roots_per_mode = 1 if state.problem is UNDAMPED else 2
     nearest_first = np.argsort(np.abs(state.omegas - omega))
     others = state.omegas[nearest_first][roots_per_mode * members :]
     tolerance = 1e-6 if members > 1 else 1e-9  # frequencies that coalesce are known to fewer digits
     slower = int(np.sum(others < omega * (1 - tolerance)))
-    return 1 + slower // roots_per_mode
+    if omega > 0.0:
+        slower -= added
+    return 1 + math.ceil(slower / roots_per_mode)  # an odd real root is a mode of its own
 
 
 def _leading_omega(state: SpectrumAtParameter) -> float:

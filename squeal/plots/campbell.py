@@ -10,7 +10,7 @@ from squeal.plots.modes import RED, RING
 from squeal.plots.style import DOUBLE, Drawing, origin, style, write_beside
 from squeal.queries.critical_speeds import CriticalSpeeds
 
-MARKS = {"forward": "^", "backward": "v", None: "o"}
+MARKS = {"forward": "^", "backward": "v", "mixed": "D", None: "o"}
 NAMED = 8  # critical speeds that stand in words beside their marks
 MARGIN = 1.6  # shown frequencies over the highest critical one
 NAMED_AT = 1.4  # share of that frequency at which the line of a multiple is named, at most
@@ -19,7 +19,8 @@ NAMED_AT = 1.4  # share of that frequency at which the line of a multiple is nam
 def campbell_drawing(answer: CriticalSpeeds, name: str) -> Drawing:
     """Draw a Campbell diagram: frequencies as dots over the speed, those of growing modes in red.
 
-    Critical speeds are marks that point up for forward whirl and down for backward whirl.
+    Critical speeds are marks that point up for forward whirl and down for backward whirl, diamonds
+    where parts of the rotor differ.
     """
     if answer.critical:
         highest = max(critical.frequency_hz for critical in answer.critical)
@@ -48,7 +49,7 @@ def campbell_drawing(answer: CriticalSpeeds, name: str) -> Drawing:
                 write_beside(axes, f"{critical.speed:.4g} rad/s", point, offset, fontsize=7)
         axes.set(xlim=(answer.low, answer.high), ylim=(0.0, MARGIN * highest))
         axes.set(xlabel=f"{symbol_of(answer.parameter)} [rad/s]", ylabel="frequency [Hz]")
-        figure.legend(handles=_entries(), loc="outside upper center", ncols=4)
+        figure.legend(handles=_entries(), loc="outside upper center", ncols=5)
     speeds = []
     for critical in answer.critical:
         direction = critical.direction or "no direction"
@@ -86,6 +87,6 @@ def _entries() -> list[Line2D]:
     """What a legend shows of the marks."""
     entries = []
     for direction, mark in MARKS.items():
-        name = direction or "not moved by speed"
+        name = direction or "no direction"
         entries.append(Line2D([], [], ls="", marker=mark, mfc="white", mec="black", label=name))
     return [*entries, Line2D([], [], ls="", marker=".", color=RED, label="grows")]

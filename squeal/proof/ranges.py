@@ -281,7 +281,7 @@ def _first_order_form(M: Expansion, C: Expansion, K: Expansion) -> tuple[Expansi
     rate = 1.0  # a power of 2 near sqrt(|K| / |M|), so that both halves of z are about as large
     mass = float(np.max(M.value.bound()))
     stiffness = float(np.max(K.value.bound()))
-    if min(mass, stiffness) > 0.0 and np.isfinite([mass, stiffness]).all():
+    if mass > 0.0 and 0.0 < stiffness / mass < np.inf:  # a mass of zero is bounded by 1e-323
         rate = float(2.0 ** np.round(np.log2(stiffness / mass) / 2.0))
     A_value, B_value = companion(M.value, C.value, K.value, rate)
     A_slope, B_slope = companion(M.slope, C.slope, K.slope, rate, 0.0)

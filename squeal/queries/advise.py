@@ -13,7 +13,7 @@ from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
-from squeal.queries.options import Progress
+from squeal.queries.options import Progress, upper_end
 from squeal.queries.parameter_space import (
     ROUNDING,
     Outcome,
@@ -168,7 +168,7 @@ class Advice(Answer):
 def advise(
     subject: object,
     tolerances: Mapping[str, float | str] | None = None,
-    high: Positive = 2.0,
+    high: Positive | None = None,
     band: tuple[float, float] | None = None,
     memory: Positive | None = None,
     progress: Progress | None = None,
@@ -187,8 +187,8 @@ def advise(
     tolerances : mapping of str to float or str, optional
         In the parameter's unit, or a share of its value such as "5%". Left out, a parameter
         changes by 2 per cent, an angle by 0.02 rad, and what is 0 stays.
-    high : float
-        Upper end of the range that is searched for the critical friction.
+    high : float, optional
+        Upper end of the range that is searched for the threshold, as `thresholds` takes it.
 
     Returns
     -------
@@ -212,6 +212,7 @@ def advise(
     >>> lever.parameter, word, round(change, 9)
     ('a', 'raising', 0.03)
     """
+    high = upper_end(subject, high)
     space = ParameterSpace.of(subject, "advise", high)
     unchanged = space.subject
     notes: list[str] = []

@@ -17,11 +17,11 @@ from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked
 from squeal.linear.damping import frictionless
 from squeal.linear.digits import data_errors
-from squeal.linear.matrices import EPS, dense, rows_coupled_beyond_their_masses
+from squeal.linear.matrices import EPS, dense, why_no_mass
 from squeal.linear.system import Matrix, System, TermSystem
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.systems.matrices import ALL_ROWS, matrix_list, system_checks
-from squeal.queries.systems.system_analysis import SystemAnalysis
+from squeal.queries.systems.system_analysis import SystemAnalysis, file_of
 from squeal.results.columns import basis_text
 from squeal.schema import Whole, public
 from squeal.sparse.factor import factorise
@@ -159,12 +159,16 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     (1, 2.0)
     """
     pad = None
+    described = subject
     if isinstance(subject, Scene):
         pad = subject.pad
-        subject = _linearised(subject)
-    analysis = SystemAnalysis.of(subject)
+        described = _linearised(subject)
+    system = file_of(described).system.frozen()
+    reason = why_no_mass(system.at(frictionless(system))[0], ALL_ROWS)
+    if reason:
+        raise ComputationError(reason)
+    analysis = SystemAnalysis.of(described)
     file = analysis.file
-    system = file.system.frozen()
     squares, errors = _real_modes(system, modes)
     vibrating = squares[squares > errors]
     hertz = (np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist()
@@ -231,12 +235,6 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     scaled = ScaledSystem(system).at(changes)
     K = (scaled.K + scaled.K.T).real / 2
     M = scaled.M
-    coupled = rows_coupled_beyond_their_masses(M)
-    if coupled is not None:
-        raise ComputationError(
-            f"M is no mass: rows {coupled[0] + 1} and {coupled[1] + 1} are coupled by more than "
-            "their masses allow, so that a motion has a negative one; is a file cut?"
-        )
     square_of_scale = scaled.frequency_scale**2
     shift = BELOW * (square_of_scale or 1.0)  # below all squares, so that free motions pass
     noise = FREE * EPS * square_of_scale

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from squeal.errors import InputError
+from squeal.io.system import SystemFile
 from squeal.io.writing import Answer, Column, Panel, Table, columns
 from squeal.linear.continuation import Bools
 from squeal.linear.matrices import Array
@@ -24,13 +25,13 @@ from squeal.linear.roots import ComplexArray
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.system_analysis import SystemAnalysis
+from squeal.queries.whirl import whirl_direction
 from squeal.schema import Positive, public
-from squeal.sparse.dense import dense_values
+from squeal.sparse.dense import CLUSTER, dense_values, roots_at
 
 STEPS = 400  # of the range of speeds; two crossings of one rank within a step are missed
-SLOPE = 1e-3  # relative step of the speed for the slope of a frequency
 GROWS = 1e-9  # of |lambda|: a growth rate above it is no rounding
-LEVEL = 1e-3  # slope of a frequency over the speed, both in rad/s: a lower one has no direction
+SAME = 1e-9  # of the range: crossings no further apart are of modes of one frequency
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,9 @@ class CriticalSpeed:
         Number of the mode, from 1, by frequency at this speed; modes that do not vibrate do not
         count.
     direction : str or None
-        Forward where the frequency rises with the speed, in the fixed frame, backward where it
-        falls; None where its slope over the speed is less than a thousandth.
+        Of the whirl: forward in the sense in which the shaft turns, backward against it, mixed
+        where parts of the rotor differ; None where no term and no orbit tells it, see
+        `squeal.queries.whirl`.
     growth_rate, damping_ratio : float
         Of the mode there, 1/s and 1.
     """
@@ -119,8 +121,11 @@ class CriticalSpeeds(Answer):
 class _CampbellDiagram:
     """The roots of a rotor of n degrees of freedom over its speed (rad/s), ranked by frequency."""
 
-    def __init__(self, system: TermSystem) -> None:
+    def __init__(self, file: SystemFile, system: TermSystem, basis: Array | None) -> None:
+        """Of a rotor, or of the system that it is reduced to with a basis (rows, n)."""
+        self.file = file
         self.system = system
+        self.basis = basis
 
     @functools.cache  # noqa: B019  lives as long as one question
     def ranked_roots(self, speed: float) -> ComplexArray:
@@ -156,29 +161,32 @@ class _CampbellDiagram:
                 rtol=1e-14,
             )
             crossings.append((float(speed), rank))
-        return crossings
+        return _at_one_speed(crossings, SAME * float(speeds[-1]))
 
     def critical_speed(self, speed: float, rank: int, order: float) -> CriticalSpeed:
-        """The mode of a rank at a critical speed, and its direction from the slope there."""
+        """The mode of a rank at a critical speed."""
         roots = self.ranked_roots(speed)
         root = complex(roots[rank])
-        step = SLOPE * speed
-        before = self.ranked_roots(speed - step)[rank]
-        after = self.ranked_roots(speed + step)[rank]
-        slope = float((after.imag - before.imag) / (2 * step))
-        direction = None
-        if abs(slope) > LEVEL:
-            direction = "forward" if slope > 0.0 else "backward"
         real_roots = int(np.count_nonzero(roots.imag == 0.0))  # which have the lowest ranks
         return CriticalSpeed(
             speed=speed,
             order=order,
             frequency_hz=root.imag / math.tau,
             mode=rank + 1 - real_roots,
-            direction=direction,
+            direction=self.direction(speed, root),
             growth_rate=root.real,
             damping_ratio=-root.real / abs(root),
         )
+
+    def direction(self, speed: float, root: complex) -> str | None:
+        """The whirl direction of a root at a speed; of a repeated one that of all its shapes."""
+        roots = self.ranked_roots(speed)
+        repeated = roots[np.abs(roots - root) <= CLUSTER * abs(root)]
+        matrices = self.system.arrays({self.system.parameter: speed})
+        directions = set()
+        for shape in roots_at(*matrices, repeated).right.T:
+            directions.add(whirl_direction(self.file, self.system, speed, root, shape, self.basis))
+        return directions.pop() if len(directions) == 1 else None
 
 
 @public
@@ -213,7 +221,8 @@ def critical_speeds(
     Raises
     ------
     InputError
-        For a pad, complex matrices, or a range that is empty.
+        For a pad, complex matrices, a range that is empty, or where matrices depend on other
+        parameters than the free one.
 
     Examples
     --------
@@ -232,15 +241,18 @@ def critical_speeds(
     system = analysis.system
     if not system.real:
         raise InputError(f"{system.name}: critical speeds need real matrices")
+    analysis.require_used_parameter("the speed")
     if not 0.0 <= low < high:
         raise InputError(f"high: {high:g} is not allowed; it must be above low, at least 0")
     if not orders or any(order <= 0.0 for order in orders):
         raise InputError("orders: must be numbers above 0")
     speeds = np.linspace(low, high, STEPS + 1)
+    basis = None
     if not is_small(system):
         reduction, _ = analysis.reduced(speeds[:: STEPS // 8].tolist())
         system = reduction.system
-    diagram = _CampbellDiagram(system)
+        basis = reduction.scaled.scale[:, None] * reduction.vectors
+    diagram = _CampbellDiagram(analysis.file, system, basis)
     critical = []
     for order in orders:
         for speed, rank in diagram.crossings(speeds, order):
@@ -262,3 +274,17 @@ def critical_speeds(
         frequencies_hz=roots.imag / math.tau,
         growing=roots.real > GROWS * np.abs(roots),
     )
+
+
+def _at_one_speed(places: Sequence[tuple[float, int]], near: float) -> list[tuple[float, int]]:
+    """Speeds and modes at which these cross, those of modes of one frequency at one speed.
+
+    Which of them has which number changes with rounding of the speed.
+    """
+    joined: list[tuple[float, int]] = []
+    for speed, mode in sorted(places):
+        at = speed
+        if joined and speed - joined[-1][0] <= near:
+            at = joined[-1][0]
+        joined.append((at, mode))
+    return joined

@@ -25,6 +25,9 @@ RandomNumbers: TypeAlias = Annotated[
     ),
 ]
 SEED = Whole(0, 2**32 - 1)
+FRICTION = "mu"
+FRICTION_END = 2.0
+"""Upper end of a range of the friction coefficient where none is given."""
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -56,3 +59,26 @@ def seed_of(rng: RandomNumbers, verb: str) -> int:
     if isinstance(rng, np.random.Generator):
         return int(rng.integers(2**32))
     return int(SEED.read(rng, Place(verb, "rng")))
+
+
+def upper_end(subject: object, high: float | None) -> float:
+    """The upper end of a range of the free parameter, as it is given.
+
+    Left out it is 2, or the subject's own value above 2. Raises InputError where it is left out,
+    the own value is not above 2 and the parameter is not mu: 2 may be far from what it reaches.
+    """
+    if high is not None:
+        return high
+    if isinstance(subject, Scene):
+        return max(FRICTION_END, subject.pad.mu)
+    system = getattr(subject, "system", subject)
+    if not isinstance(system, System):  # which is refused by who asks
+        return FRICTION_END
+    name = system.parameter
+    own = system.parameters[name]
+    if name != FRICTION and not own > FRICTION_END:
+        raise InputError(
+            f"high: missing (--max of a command); the range of {name} needs an upper end, which is "
+            f"{FRICTION_END:g} of {FRICTION} alone, or the value of {name} if that is larger"
+        )
+    return max(FRICTION_END, own)

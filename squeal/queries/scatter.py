@@ -22,7 +22,7 @@ from squeal.io.scene import Scene
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import decide
 from squeal.queries import sample_journal
-from squeal.queries.options import RandomNumbers, seed_of
+from squeal.queries.options import FRICTION_END, RandomNumbers, seed_of, upper_end
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.parameter_space import (
     NO_EQUILIBRIUM,
@@ -211,7 +211,7 @@ def scatter(
     spreads: Mapping[str, Spread],
     samples: int = 400,
     rng: RandomNumbers = 1,
-    high: Positive = 2.0,
+    high: Positive | None = None,
     of: Literal["threshold", "growth"] = "threshold",
     band: tuple[float, float] | None = None,
     design: str = "random",
@@ -235,8 +235,8 @@ def scatter(
     rng : int or numpy.random.Generator
         Of the random numbers: the same seed draws the same samples. A generator draws the seed,
         which the answer names.
-    high : float
-        Upper end of the range that is searched for the critical friction.
+    high : float, optional
+        Upper end of the range that is searched for the threshold, as `thresholds` takes it.
     of : {"threshold", "growth"}
         The first loss of stability, searched for and not proved as by `thresholds`, or the largest
         growth rate and the squeal propensity index at the sample's own parameters. The free
@@ -292,6 +292,9 @@ def scatter(
     )
     plan = _Plan(**keys)
     require_spreads(plan.spreads)
+    if of == "growth" and high is None:  # nothing is searched
+        high = FRICTION_END
+    high = upper_end(subject, high)
     space = ParameterSpace.of(subject, "scatter", high, of)
     changes = parameters_at(space, plan.spreads, plan.points())
     computer = _sample_computer(space, of, high, EigenvalueSelection(band, None, None), changes)

@@ -13,6 +13,7 @@ from squeal.queries.options import (
     Region,
     Subject,
     refuse_options,
+    upper_end,
 )
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.pads.sensitivity import loss_sensitivity, pad_root_sensitivity
@@ -28,7 +29,7 @@ from squeal.schema import Place, Positive, kind_of, public
 def sensitivity(
     subject: Subject,
     of: Literal["eigenvalues", "threshold"] = "eigenvalues",
-    high: float = 2.0,
+    high: float | None = None,
     low: float | None = None,
     band: Band | None = None,
     region: Region | None = None,
@@ -46,7 +47,7 @@ def sensitivity(
         As `eigenvalues` takes them. Of a scene the equilibrium moves with its parameters.
     of : {"eigenvalues", "threshold"}
         What is differentiated; of a threshold its frequency is too.
-    high, low : float
+    high, low : float, optional
         Range that is searched for the loss, as `thresholds` takes it.
     matrices : mapping of str to mapping, optional
         Changes of a system that are no parameters: a name for each, and by the keys ``"M"``,
@@ -99,7 +100,7 @@ def sensitivity(
         )
         if of_threshold:
             if known_thresholds is None:
-                known_thresholds = critical_friction(subject, high)
+                known_thresholds = critical_friction(subject, upper_end(subject, high))
             return loss_sensitivity(subject, known_thresholds)
         if known_eigenvalues is None:
             return pad_root_sensitivity(subject, analyse(subject))
@@ -120,7 +121,8 @@ def sensitivity(
     system = with_matrices(analysis.file, matrices or {})
     if of_threshold:
         if known_thresholds is None:
-            known_thresholds = system_thresholds_with_proof(analysis, high, low, prove=False)
+            end = upper_end(subject, high)
+            known_thresholds = system_thresholds_with_proof(analysis, end, low, prove=False)
         answer = threshold_sensitivity(system, known_thresholds)
     else:
         if known_eigenvalues is None:

@@ -27,6 +27,7 @@ from squeal.queries.options import (
     Subject,
     Workers,
     refuse_options,
+    upper_end,
 )
 from squeal.queries.pads.equilibrium import branch_system, roots_and_verdict
 from squeal.results.sources import EigenvalueSelection, PadSource
@@ -48,7 +49,7 @@ Located = TypeVar("Located", CriticalPoint, Crossing)
 @public
 def thresholds(
     subject: Subject,
-    high: float = 2.0,
+    high: float | None = None,
     low: float | None = None,
     band: Band | None = None,
     region: Region | None = None,
@@ -63,8 +64,9 @@ def thresholds(
     ----------
     subject, band, region, memory, progress, workers
         As `sweep` takes them. A system of more than 400 rows needs a band or a region.
-    high : float
-        Upper end of the range.
+    high : float, optional
+        Upper end of the range; left out, 2 of `mu`, or the subject's own value if that is larger.
+        Another parameter needs it unless its own value is above 2.
     low : float, optional
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
@@ -86,6 +88,7 @@ def thresholds(
     >>> loss.kind, round(loss.mu, 9)
     ('flutter', 0.75)
     """
+    high = upper_end(subject, high)
     if isinstance(subject, Scene):
         refuse_options("a scene", band=band, region=region, memory=memory, low=low, workers=workers)
         return critical_friction(subject, high, prove)

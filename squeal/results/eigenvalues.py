@@ -188,7 +188,13 @@ class Eigenvalues(Answer):
         [1]
         """
         near = np.abs(self.values - mode.root) <= SAME * abs(mode.root)
-        return int(self.modes[near][0]) if near.any() else None
+        if not near.any():
+            return None
+        numbers = self.modes[near].tolist()
+        # of modes with one root each has a number of its own
+        alike = [one for one in self.unstable if abs(one.root - mode.root) <= SAME * abs(mode.root)]
+        rank = next((k for k, one in enumerate(alike) if one is mode), 0)
+        return int(numbers[min(rank, len(numbers) - 1)])
 
     def save_shapes(self, path: Path | str) -> None:
         """Write the shapes of the modes on the nodes of a system with coordinates, as VTK (.vtk)

@@ -79,7 +79,6 @@ def test_thresholds_of_the_heavy_modes_keep_their_digits(m, rate):
 
 REFUSED = [
     system(1e-9, c=1e-3),  # damped
-    system(0.0, c=1e-3),
     system(1e-9, k=-1.0),  # the light motion grows
     replace(system(1e-9), M=(Term(system(1e-9).M[0].matrix, Formula("1 + mu")),)),
     # k = 1 - 2 mu passes zero: a root goes through infinity
@@ -89,8 +88,15 @@ REFUSED = [
 
 @pytest.mark.parametrize("given", REFUSED)
 def test_what_cannot_be_split_off_is_refused_with_what_helps(given):
-    with pytest.raises(InputError, match="--band"):
+    with pytest.raises(InputError, match="`band`"):
         thresholds(given, 1.0)
+
+
+def test_what_is_damped_and_has_no_mass_is_of_the_first_order():
+    """Flutter begins where (4 mu / 3 - 1) = 2 c^2."""
+    (point,) = thresholds(system(0.0, c=1e-2), 1.0).points
+    assert point.kind == "flutter"
+    assert point.mu == pytest.approx(0.75 * (1 + 2e-4), abs=1e-10)
 
 
 def test_a_threshold_of_a_band_with_damping_of_what_is_light():

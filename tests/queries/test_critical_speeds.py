@@ -11,6 +11,7 @@ from scipy.sparse import csc_array, diags_array
 import squeal
 from squeal.cli.main import main
 from squeal.errors import InputError
+from squeal.examples.files import Size, write_example
 from tests.queries.test_energy import rotor
 
 DATA = Path(__file__).parents[1] / "data"
@@ -20,6 +21,16 @@ SPIN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 def speeds(answer, direction):
     return [one.speed for one in answer.critical if one.direction == direction]
+
+
+def shape_at(M, C, K, root):
+    """The shape of the eigenvalue nearest to a root, by the first-order form."""
+    n = len(M)
+    inverse = np.linalg.inv(M)
+    values, vectors = np.linalg.eig(
+        np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ K, -inverse @ C]])
+    )
+    return vectors[:n, np.argmin(np.abs(values - root))]
 
 
 def test_a_disc_has_bounce_and_backward_tilt_and_no_forward_one():
@@ -37,6 +48,12 @@ def test_a_disc_has_bounce_and_backward_tilt_and_no_forward_one():
     assert speeds(answer, None) == pytest.approx([np.sqrt(k / m)] * 2, rel=1e-12)
     assert speeds(answer, "backward") == pytest.approx([np.sqrt(kt / (Jd + Jp))], rel=1e-12)
     assert not speeds(answer, "forward")
+    rows = ((1, 1), (1, 2), (1, 4), (1, 5))  # no node moves where the disc tilts alone
+    labelled = squeal.System(
+        M, {"speed": G}, np.diag([k, k, kt, kt]), parameter="speed", labels=rows
+    )
+    named = squeal.critical_speeds(labelled, 2000.0).critical
+    assert [one.direction for one in named] == [one.direction for one in answer.critical]
 
 
 @pytest.mark.parametrize("order", [0.5, 1.0, 2.0, 3.0])
@@ -128,6 +145,21 @@ def test_a_large_rotor_is_reduced():
     assert [one.speed for one in answer.critical] == pytest.approx([1, 2, 3, 4, 5], rel=1e-9)
 
 
+def test_the_example_has_the_directions_of_its_orbits(tmp_path):
+    """Between bearings of two stiffnesses one whirl is forward and one backward, by numpy."""
+    write_example("rotor", tmp_path, Size())
+    found = squeal.critical_speeds(squeal.read_system(tmp_path / "rotor" / "rotor.yaml"), 900.0)
+    turns = []
+    system = rotor()
+    for one in found.critical:
+        root = one.growth_rate + 1j * one.speed
+        M, C, K = system.arrays({"speed": one.speed})
+        shape = shape_at(M, C, K, root)
+        turns.append(set(np.sign((shape[0::6] * shape[1::6].conj()).imag)))
+    assert turns == [{1.0}, {-1.0}]
+    assert [one.direction for one in found.critical] == ["forward", "backward"]
+
+
 def test_the_command_prints_and_draws_and_refuses(tmp_path, capsys):
     text = (
         "parameter: speed\nM: [[1, 0], [0, 1]]\nC: [{matrix: [[0, 2], [-2, 0]], factor: speed}]\n"
@@ -159,7 +191,21 @@ def test_the_documented_rotor_of_ross_has_its_printed_speeds():
     found = squeal.critical_speeds(system, 400.0).critical
     assert [one.speed for one in found] == pytest.approx(data["critical_speeds"], rel=1e-8)
     assert [round(one.speed) for one in found] == [92, 96, 271, 300]
-    assert [one.direction for one in found] == [None, None, "backward", "forward"]
+    # as the orbits of the nodes say, which M, K and G give with numpy alone
+    turns = []
+    for one in found:
+        shape = shape_at(whole["M"], one.speed * whole["G"], whole["K"], 1j * one.speed)
+        x, y = shape[0::4], shape[1::4]
+        moves = np.abs(x) ** 2 + np.abs(y) ** 2 > 1e-6 * np.max(np.abs(x) ** 2 + np.abs(y) ** 2)
+        senses = set(np.sign((x * y.conj()).imag[moves]))
+        assert len(senses) == 1
+        turns.append({1.0: "forward", -1.0: "backward"}[senses.pop()])
+    assert [one.direction for one in found] == turns == ["backward", "forward"] * 2
+    labels = tuple((node, freedom) for node in range(7) for freedom in (1, 2, 4, 5))
+    labelled = squeal.System(
+        whole["M"], {"speed": whole["G"]}, whole["K"], parameter="speed", labels=labels
+    )
+    assert [one.direction for one in squeal.critical_speeds(labelled, 400.0).critical] == turns
     for speed, frequencies in data["frequencies"].items():
         roots = squeal.eigenvalues(system, at=float(speed), modes=4).eigenvalues
         assert [root.value.imag for root in roots] == pytest.approx(frequencies, rel=1e-8)

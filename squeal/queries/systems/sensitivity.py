@@ -362,10 +362,18 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
         y = np.linalg.qr(solve(x, True))[0]
         x = np.linalg.qr(solve(y, False))[0]
     residual = np.abs(np.sum(y.conj() * problem.apply(np.full(count, root), x), axis=0))
-    mass_of_x = np.abs(np.sum(x.conj() * (problem.M @ x), axis=0))
-    mass_of_y = np.abs(np.sum(y.conj() * (problem.M @ y), axis=0))
-    # a root that lies dz away has y^H P x = 2 z dz y^H M x: here dz is at most NEAR |z|
-    crosses_here = residual <= NEAR * 2 * abs(root) ** 2 * np.sqrt(mass_of_x * mass_of_y)
+
+    def magnitude(X: csc_array) -> NDArray[np.float64]:
+        """Of y^H X x, whatever the phases of the pairs of x and y."""
+        of_x = np.abs(np.sum(x.conj() * (X @ x), axis=0))
+        of_y = np.abs(np.sum(y.conj() * (X @ y), axis=0))
+        return np.sqrt(of_x * of_y)
+
+    # a root that lies dz away has y^H P x = dz y^H (2 z M + C) x: here dz is at most NEAR |z|;
+    # what has no mass is damped
+    by_mass = 2 * abs(root) ** 2 * magnitude(problem.M)
+    by_damping = abs(root) * magnitude(problem.C)
+    crosses_here = residual <= NEAR * np.maximum(by_mass, by_damping)
     if root and crosses_here.sum() != 1:
         crosses = "several modes cross" if crosses_here.any() else "no mode crosses"
         where = f"{system.parameter} = {value:.9g}, {abs(root) / (2 * np.pi):.6g} Hz"

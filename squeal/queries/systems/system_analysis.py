@@ -13,8 +13,10 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.system import SystemFile
+from squeal.linear.matrices import why_no_mass
 from squeal.linear.system import System, TermSystem
 from squeal.queries.systems.all_roots import is_small
+from squeal.queries.systems.matrices import ALL_ROWS, is_symmetric
 from squeal.queries.systems.reduced import basis_of, reduced_for
 from squeal.results.sources import EigenvalueSelection
 from squeal.schema import Place
@@ -86,6 +88,12 @@ class SystemAnalysis:
                     "decide nothing"
                 )
         PROGRESS.set(progress or (lambda _: None))
+        M = file.system.frozen().at()[0]
+        reason = why_no_mass(M, ALL_ROWS)
+        if reason and is_symmetric(M):  # rows of equations in any order have no masses to judge
+            Place(file.system.name or "system").warn(
+                f"{reason}; the answer is that of the matrices as they are"
+            )
         return SystemAnalysis(file, selection)
 
     @property
@@ -121,6 +129,21 @@ class SystemAnalysis:
                 f"no matrix depends on {parameter}; the answer is the same at every value of it; "
                 f"matrices depend on {', '.join(sorted(self.system.names)) or 'no parameter'}"
             )
+
+    def require_used_parameter(self, meaning: str) -> None:
+        """Refuse a free parameter that enters no matrix while others do: another one is meant.
+
+        Warns where no parameter enters any. Raises InputError. meaning: of the parameter.
+        """
+        names = sorted(self.system.names)
+        if self.depends_on_parameter or not names:
+            self.warn_of_unused_parameter()
+            return
+        raise InputError(
+            f"parameter: {self.system.parameter} is not allowed, no matrix depends on it; it must "
+            f"be {meaning}. Matrices depend on {', '.join(names)}: set parameter=NAME, in a file "
+            "`parameter: NAME`"
+        )
 
     def reduced(
         self, values: Sequence[float] | None, method: str = "reduced", most: int = SERVED

@@ -1,0 +1,224 @@
+"""Direction of a whirl: forward is the sense in which the shaft turns.
+
+In coordinates x, y across a shaft that turns from x to y with Omega, a disc gives the term
+S = J Omega [[0, 1], [-1, 0]] in C. Of a shape q with Im lambda > 0, q^H (i S) q = 2 J Omega
+Im(q_x conj(q_y)) is then the area that the orbit encloses, positive if forward: the gyroscopic
+term alone raises the frequency. The eigenvectors of i S divide every shape into a forward and a
+backward part, whatever its coordinates. How the frequency moves as a whole says nothing of a
+direction: bearings stiffen with speed.
+
+The term sees what discs do. Where the rows of nodes are known, their orbits tell more: the two
+bearings may whirl against each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.errors import InputError
+from squeal.io.coordinates import NO_DIRECTION, Coordinates
+from squeal.io.system import SystemFile
+from squeal.linear.matrices import SKEW, dense
+from squeal.linear.system import Matrix, Term, TermSystem
+
+FORWARD = "forward"
+BACKWARD = "backward"
+MIXED = "mixed"
+UNSEEN = 1e-9  # of the energy of a shape: what takes part by less tells nothing of it
+STRAIGHT = 1e-6  # of the circle of an orbit: one that encloses less has no direction
+STILL = 1e-6  # of the largest squared motion: a node that moves less has no say
+BALANCED = 0.05  # of forward and backward part together: a term that leaves less tells neither
+OPPOSED = 0.5  # of the sizes for each disc: what they leave of each other is mixed below it
+LINE = 3.0  # extents of nodes, the largest over the second: so long they lie along a shaft
+TRANSVERSE = ((1, 2), (2, 0), (0, 1))
+"""The directions across a shaft along x, y and z, which turns from the first to the second."""
+
+
+def whirl_direction(
+    file: SystemFile,
+    system: TermSystem,
+    speed: float,
+    root: complex,
+    shape: NDArray,
+    basis: NDArray | None = None,
+) -> str | None:
+    """The direction of a whirl of a rotor at a speed: forward, backward, or mixed where its parts
+    differ; None where nothing tells.
+
+    The orbits of nodes tell it where rows are known, else the term that turns with the shaft.
+
+    Parameters
+    ----------
+    file : SystemFile
+        The rotor, and what is known of the nodes of its rows.
+    system : TermSystem
+        The rotor, or what it is reduced to; its free parameter is the speed.
+    root : complex
+        The root, Im > 0, rad/s.
+    shape : array (n,)
+        Its shape in the rows of `system`.
+    basis : array (rows, n), optional
+        What gives the rows of the rotor from those of `system`; left out, they are the same.
+    """
+    coordinates = coordinates_of(file)
+    if coordinates is not None:
+        rows = shape if basis is None else basis @ shape
+        direction = _by_orbits(coordinates, file.system, speed, rows)
+        if direction is not None:
+            return direction
+    return _by_term(system, speed, root, shape)
+
+
+class _Turning(NamedTuple):
+    """The skew part (n, n) of what turns with the shaft, and the power of lambda before it."""
+
+    matrix: Matrix
+    power: int
+
+
+def _turning(system: TermSystem, speed: float) -> _Turning | None:
+    """What turns with the shaft: the skew part of those terms of C that are proportional to the
+    speed, which are gyroscopic; else of those of K, as of damping on the shaft. None without."""
+    for terms, power in ((system.C, 1), (system.K, 0)):
+        parts = [part for term in terms for part in _turning_part(system, term, speed)]
+        if parts:
+            return _Turning(sum(parts[1:], parts[0]), power)
+    return None
+
+
+def _turning_part(system: TermSystem, term: Term, speed: float) -> Iterable[Matrix]:
+    """The skew part (n, n) of a term if it is proportional to the speed, else nothing."""
+    name = system.parameter
+    if name not in term.factor.names:
+        return
+    try:
+        whole, half = (term.factor.value(system.values({name: x})) for x in (speed, speed / 2))
+    except InputError:  # beyond the ends of a table, say
+        return
+    skew = (term.matrix - term.matrix.T) / 2
+    is_skew = abs(skew).max() > SKEW * abs(term.matrix).max()
+    if whole and is_skew and abs(whole - 2 * half) <= SKEW * abs(whole):
+        yield whole * skew
+
+
+def _by_term(system: TermSystem, speed: float, root: complex, shape: NDArray) -> str | None:
+    """The direction of a shape by what turns with the shaft, summed over all discs."""
+    turning = _turning(system, speed)
+    if turning is None:
+        return None
+    M, _, K = system.arrays({system.parameter: speed})
+    inertia = abs(root) ** 2 * abs(np.vdot(shape, M @ shape))
+    energy = max(inertia, abs(np.vdot(shape, K @ shape)))
+    matrix = dense(turning.matrix)
+    net = 0.0
+    net_sizes = 0.0  # of parts that the term does not couple, such as discs
+    both = 0.0  # forward and backward part together
+    for rows in _coupled(matrix):
+        forces, vectors = np.linalg.eigh(1j * matrix[np.ix_(rows, rows)])
+        parts = forces * np.abs(vectors.conj().T @ shape[rows]) ** 2
+        net += parts.sum()
+        net_sizes += abs(parts.sum())
+        both += np.abs(parts).sum()
+    if abs(root) ** turning.power * both <= UNSEEN * energy:
+        return None
+    if abs(net) < OPPOSED * net_sizes or abs(net) < BALANCED * both:
+        return MIXED
+    return FORWARD if net > 0.0 else BACKWARD
+
+
+def _coupled(matrix: NDArray) -> list[NDArray[np.intp]]:
+    """The rows of each part of a matrix (n, n) that it couples to no other part."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    count, part_of_row = connected_components(csr_array(matrix != 0.0), directed=False)
+    parts = [np.flatnonzero(part_of_row == part) for part in range(count)]
+    return [rows for rows in parts if len(rows) > 1]
+
+
+def _by_orbits(
+    coordinates: Coordinates, system: TermSystem, speed: float, shape: NDArray
+) -> str | None:
+    """The direction of the orbits of the nodes; None where it is not known which directions are
+    across the shaft, of straight orbits, and where no node moves, as of discs that only tilt.
+
+    The shaft turns from the first of these directions to the second, unless the term that turns
+    with it, between the two at the same node, has the other sign.
+    """
+    across = _across(coordinates)
+    if across is None:
+        return None
+    u, v = coordinates.displacements(shape)[:, across].T
+    sizes = np.abs(u) ** 2 + np.abs(v) ** 2
+    areas = 2 * (u * v.conj()).imag
+    if not coordinates.bases:
+        masses = np.abs(system.at({system.parameter: speed})[0].diagonal())
+        energies = masses * np.abs(shape) ** 2
+        translates = np.isin(coordinates.directions, across)
+        if energies[translates].sum() <= UNSEEN * energies.sum():
+            return None
+        areas = areas * _sense(coordinates, across, _turning(system, speed))
+    counts = (sizes > STILL * sizes.max()) & (np.abs(areas) > STRAIGHT * sizes)
+    forward = bool(np.any(areas[counts] > 0.0))
+    backward = bool(np.any(areas[counts] < 0.0))
+    if forward and backward:
+        return MIXED
+    if forward:
+        return FORWARD
+    return BACKWARD if backward else None
+
+
+def _sense(coordinates: Coordinates, across: list[int], turning: _Turning | None) -> float:
+    """1 if the shaft turns from the first of two directions to the second, as far as is known; -1
+    if the term that turns with it says the reverse."""
+    if turning is None:
+        return 1.0
+    row_at = {}
+    for direction in across:
+        rows = np.flatnonzero(coordinates.directions == direction)
+        row_at[direction] = dict(zip(coordinates.nodes[rows].tolist(), rows.tolist(), strict=True))
+    first, second = (row_at[direction] for direction in across)
+    nodes = sorted(first.keys() & second.keys())
+    pairs = [first[node] for node in nodes], [second[node] for node in nodes]
+    return -1.0 if turning.matrix[pairs].sum() < 0.0 else 1.0
+
+
+def _across(coordinates: Coordinates) -> list[int] | None:
+    """The two directions across the shaft on which the nodes lie, None if unknown.
+
+    They are the only two in which nodes move, or those across the line of the nodes.
+    """
+    moving = sorted({*coordinates.directions.tolist()} & {0, 1, 2})
+    for pair in TRANSVERSE:
+        if sorted(pair) == moving:
+            return list(pair)
+    extents = np.ptp(coordinates.places[np.unique(coordinates.nodes)], axis=0)
+    shortest_first = np.argsort(extents)
+    if len(moving) < 3 or not extents.max() > LINE * extents[shortest_first[1]]:
+        return None
+    return list(TRANSVERSE[int(shortest_first[2])])
+
+
+def coordinates_of(file: SystemFile) -> Coordinates | None:
+    """Which node and direction each row is of, by the coordinates of a file or by labels (node,
+    degree of freedom) of all rows, 1 to 3 displacements; without places then. None if unknown."""
+    if file.coordinates is not None:
+        return file.coordinates
+    labels = file.system.labels
+    if len(labels) != file.system.n:
+        return None
+    nodes: dict[object, int] = {}
+    node_of_row = []
+    directions = []
+    for label in labels:
+        if not (isinstance(label, tuple) and len(label) == 2):
+            return None
+        node, freedom = label
+        node_of_row.append(nodes.setdefault(node, len(nodes)))
+        directions.append(freedom - 1 if freedom in (1, 2, 3) else NO_DIRECTION)
+    places = np.zeros((len(nodes), 3))
+    return Coordinates(np.array(node_of_row), np.array(directions), places)
