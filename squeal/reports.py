@@ -40,7 +40,7 @@ from squeal.schema import Positive, public
 COLUMNS = 3  # modes in the table of terms
 NAMED = 3  # modes or parameters in a sentence
 TIMES = 3.0  # from which on a value is so many times another one, not so many % above it
-NOISE = 1e-6  # of the strongest effect: weaker ones are left out
+NOISE = 1e-3  # of the strongest effect: weaker ones are noise to a reader, and left out
 OF_CONTACT = {"contact", "tangential"}  # parameters of an exported or joined brake
 HINT = (
     "To see what a part can do, name its stiffness or a shim as a parameter in the system file: "

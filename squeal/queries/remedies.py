@@ -400,15 +400,13 @@ def _computed(
     source = spectrum.source
     for count in _rounded_up(abs(change.count)):
         rounded_change = change.of(math.copysign(count, change.count))
-        try:
+        with suppress(InputError, ComputationError):  # there may be no such brake
             changed = replaced(source, rounded_change)
             computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
-        except (InputError, ComputationError):
-            continue  # no such brake
-        if not computed.unstable:
-            loss = _loss_of(changed, high, options)
-            best, best_loss = _best(spectrum, rounded_change, loss, high, options)
-            return Remedy(rounded_change, computed, loss, best, best_loss)
+            if not computed.unstable:
+                loss = _loss_of(changed, high, options)
+                best, best_loss = _best(spectrum, rounded_change, loss, high, options)
+                return Remedy(rounded_change, computed, loss, best, best_loss)
     return None
 
 
