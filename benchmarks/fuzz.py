@@ -153,7 +153,7 @@ def table(data: bytes) -> None:
     if name == "modes.csv":
         assert _finite([mode[0] for mode in read_test(path, body[0])])
     elif name == "pairs.csv":
-        assert _finite(sum(map(float, components._pairs(path).get("area", ()))))
+        assert _finite(sum(map(float, components._table_of_pairs(path).get("area", ()))))
     elif name == "load.csv":
         assert _finite(read_load(path, body[1], body[0]).tolist())
     else:

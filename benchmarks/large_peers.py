@@ -117,7 +117,7 @@ def _squeal(folder: Path, way: str) -> tuple[float, Any]:
     wanted = EigenvalueSelection(band=BAND)
     start = time.process_time()
     if way == "thresholds":
-        found = system_thresholds(system, 1.0, wanted=wanted).answer
+        found = system_thresholds(system, 1.0, selection=wanted).answer
         return time.process_time() - start, np.full(len(found.crossings), 0.5j * (LOW + HIGH))
     if way == "look":
         steps = squeal.sweep(system, SWEPT, band=BAND, method="modal").steps

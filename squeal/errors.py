@@ -104,7 +104,11 @@ class ComputationError(_OneLine, RuntimeError):
 
 @contextmanager
 def within_doubles() -> Iterator[None]:
-    """Raise ComputationError where numbers of wild size fail meanwhile."""
+    """Turn overflows and failures of linear algebra into a ComputationError.
+
+    Numbers of valid type but extreme size cause them. A LinAlgError of NumPy or SciPy is a
+    ValueError; it is told by its name, since this module imports neither.
+    """
     try:
         yield
     except (ArithmeticError, ValueError) as error:

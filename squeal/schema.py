@@ -324,8 +324,11 @@ def _refused(problem: str, mark: yaml.Mark | None) -> yaml.MarkedYAMLError:
 
 
 def _value(node: yaml.Node, budget: Iterator[int]) -> Value:
-    """The value of a node of YAML; `budget` gives an entry for each value that may be made, since
-    aliases may make a small file a large document. Raises yaml.YAMLError."""
+    """The value of a node of YAML.
+
+    budget: is stepped once for each value made, and ends where a document is too large: aliases may
+    make one of a small file. Raises yaml.YAMLError.
+    """
     if next(budget, None) is None:
         raise _refused("aliases make it too large", node.start_mark)
     if isinstance(node, yaml.SequenceNode) and node.tag == _TAG + "seq":
@@ -348,7 +351,8 @@ def _mapping(node: yaml.MappingNode, budget: Iterator[int]) -> dict[str, Value]:
     for key_node, entry in node.value:
         key = _value(key_node, budget)
         if not isinstance(key, str):
-            hint = "; decimals follow a point, as in 0.4" if isinstance(key, int) else ""
+            is_number = isinstance(key, (int, float))
+            hint = "; decimals follow a point, as in 0.4" if is_number else ""
             raise _refused(f"the key {shown(key)} is not a word{hint}", key_node.start_mark)
         if key in mapping:
             raise _refused(f"the key {key} stands there twice", key_node.start_mark)
@@ -483,32 +487,31 @@ class Group(Kind):
 
     def read(self, value: Value, at: Place, model: str = "") -> dict[str, Value]:
         """The values of the keys that are given, in the order of the table. Raises InputError."""
-        given = self.mapping(value)
-        if not isinstance(given, dict):
-            raise at.must_be(given, self.named)
-        for name in given:
+        entries = self.mapping(value)
+        if not isinstance(entries, dict):
+            raise at.must_be(entries, self.named)
+        for name in entries:
             if name not in self.keys:
                 raise (at / name).refuse(f"unknown key; {meant(name, self.keys)}")
-        if self.only_one and len(given) != 1:
+        if self.only_one and len(entries) != 1:
             each = " or ".join(f"{name} ({key.meaning})" for name, key in self.keys.items())
             raise at.refuse(f"it must hold one of {each}")
         values: dict[str, Value] = {}
         for name, key in self.keys.items():
             here = at / name
             is_used = key.is_used_by(model)
-            if name not in given:
-                if key.required and is_used and key.unless not in given:
-                    check_needs(self.keys, given, at)  # of keys that are there, before it
+            if name not in entries:
+                if key.required and is_used and key.unless not in entries:
+                    # a key that is there and needs this one is the better reason: it comes first
+                    check_needs(self.keys, entries, at)
                     raise key.missing(here, self.owner or f"model {model}")
                 continue
             if not is_used:
-                raise here.refuse(
-                    f"{shown(given[name])} is not allowed; model {model} does not use it, leave it "
-                    "out"
-                )
-            if key.instead in given:
+                words = f"model {model} does not use it, leave it out"
+                raise here.refuse(f"{shown(entries[name])} is not allowed; {words}")
+            if key.instead in entries:
                 raise here.refuse(f"is not allowed beside {key.instead}")
-            values[name] = key.kind.read(given[name], here, model)
+            values[name] = key.kind.read(entries[name], here, model)
         check_needs(self.keys, values, at)
         return values
 
@@ -517,11 +520,12 @@ class Group(Kind):
 
         Raises InputError for an unknown name, listing all, with `more` words.
         """
-        every = dict(self._paths())
-        for keys, key in every.items():
-            if name in (".".join(keys), keys[-1]):
-                return keys, key
-        raise at.refuse(f"unknown key; {meant(name, (keys[-1] for keys in every))}{more}")
+        key_at = dict(self._paths())
+        for path, key in key_at.items():
+            if name in (".".join(path), path[-1]):
+                return path, key
+        allowed = meant(name, [path[-1] for path in key_at])
+        raise at.refuse(f"unknown key; {allowed}{more}")
 
     def _paths(self, before: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Key]]:
         """Every key in the group and the groups in it, with the keys that lead to it."""
@@ -531,13 +535,13 @@ class Group(Kind):
                 yield from key.kind._paths((*before, name))
 
 
-def check_needs(keys: Mapping[str, Key], given: Mapping[str, Value], at: Place) -> None:
+def check_needs(keys: Mapping[str, Key], entries: Mapping[str, Value], at: Place) -> None:
     """Refuse a key that is given without another one that it needs. Raises InputError."""
     for name, key in keys.items():
-        if given.get(name) is None:
+        if entries.get(name) is None:
             continue
         for other in key.needs:
-            if given.get(other) is None:
+            if entries.get(other) is None:
                 raise keys[other].missing(at / other, name)
 
 
@@ -550,9 +554,10 @@ _KINDS: dict[Any, Kind] = {
 
 
 def kind_of(hint: object) -> Kind:
-    """The kind of value that an annotation allows; ``Annotated`` names one.
+    """The kind of value that an annotation of a parameter allows.
 
-    A union with None allows the other kind, one of several kinds anything but None.
+    ``Annotated[float, POSITIVE]`` names its kind itself. ``X | None`` allows what X allows, since
+    a default of None is not checked; of a union of several types anything but None is allowed.
     """
     origin: Value = get_origin(hint) or hint  # of list[int] the origin is list, the part int
     parts = get_args(hint)
@@ -564,7 +569,7 @@ def kind_of(hint: object) -> Kind:
         return _KINDS[origin]
     if not parts:
         return instance(origin, f"an instance of {origin.__name__}")
-    entries = parts[1:] if origin is Mapping else parts
+    entries = parts[1:] if origin is Mapping else parts  # keys of mappings are names
     allowed = {part for part in entries if part not in (NoneType, Ellipsis)}
     kind = _KINDS[Any]
     if len(allowed) == 1:
@@ -579,10 +584,13 @@ def kind_of(hint: object) -> Kind:
 
 
 def public(function: _Function) -> _Function:
-    """A function that raises InputError for arguments not as annotated, and ComputationError where
-    numbers leave the range of doubles."""
-    bound = signature(function)
-    parameters = bound.parameters
+    """Decorate a function of the interface: check its arguments, and turn overflows into errors.
+
+    It raises InputError for arguments that are not as annotated, see `kind_of`, and
+    ComputationError where numbers leave the range of doubles.
+    """
+    declared = signature(function)
+    parameters = declared.parameters
     hints = get_type_hints(function, include_extras=True)
 
     @wraps(function)
@@ -591,13 +599,13 @@ def public(function: _Function) -> _Function:
             raise TypeError(
                 f"{function.__name__}: {name} is no argument; {meant(name, parameters)}"
             )
-        given = bound.bind(*values, **named)
-        for name, value in given.arguments.items():
+        call = declared.bind(*values, **named)
+        for name, value in call.arguments.items():
             hint = hints.get(name, object)
             is_default = value is parameters[name].default  # which may be None whatever the hint
             if hint not in (Any, object) and not is_default:
-                given.arguments[name] = kind_of(hint).read(value, Place(function.__name__, name))
+                call.arguments[name] = kind_of(hint).read(value, Place(function.__name__, name))
         with within_doubles():  # changes of context variables do not outlive the call
-            return copy_context().run(function, *given.args, **given.kwargs)
+            return copy_context().run(function, *call.args, **call.kwargs)
 
     return checked  # type: ignore[return-value]

@@ -94,15 +94,29 @@ class Source:
         if "components" in self.document:
             hint += ", one of a component's file by a parameter of its name here"
         keys, key = group.find(name.strip(), at, hint)
+        is_left_out = text.strip() == "null"
         value = scalar(text)
-        key.kind.read(value, at)
+        if not is_left_out:
+            key.kind.read(value, at)
         dotted = ".".join(keys)
         for earlier in self.changes:
             # `initial` would undo an earlier `initial.x`
             if earlier == dotted or earlier.startswith(f"{dotted}."):
                 raise at.refuse(f"{earlier} is set already; a value is set by one --set only")
         self.changes[dotted] = value
-        self._put(group, keys, value)
+        if is_left_out:
+            self._leave_out(keys)
+        else:
+            self._put(group, keys, value)
+
+    def _leave_out(self, keys: Sequence[str]) -> None:
+        """Remove what keys lead to from the document, if it is there."""
+        mapping: Any = self.document
+        for step in keys[:-1]:
+            mapping = mapping.get(step)
+            if not isinstance(mapping, dict):
+                return
+        mapping.pop(keys[-1], None)
 
     def _put(self, group: Group, keys: Sequence[str], value: object) -> None:
         """Set the value to which keys lead, with the mappings on the way that the file leaves out.
@@ -168,10 +182,10 @@ def _keys_of(document: dict[str, Any]) -> Group:
     names += [document.get("parameter", "mu"), *FREQUENCY]
     if "components" in document:
         from squeal.io.components import ASSEMBLY  # which no other system needs
-        from squeal.sparse.assembly import OWN
+        from squeal.sparse.assembly import ASSEMBLY_DEFAULTS
 
         group = ASSEMBLY
-        names += OWN  # which every assembly has, whatever its file names
+        names += ASSEMBLY_DEFAULTS  # which every assembly has, whatever its file names
     numbers = {str(name): Key("a parameter", ANY) for name in names}
     keys = {"parameters": Key("named numbers", Group(numbers))}  # listed first
     for name, key in group.keys.items():
@@ -254,7 +268,8 @@ class Parser(argparse.ArgumentParser):
         add = self.add_argument
         if scene:
             add("scene", metavar="SCENE.yaml", help="the scene file; - reads standard input")
-            words = "change one value of the file, such as mu=0.3 or time.stop=0.1 (repeatable)"
+            words = "change one value of the file, such as mu=0.3 or time.stop=0.1; null leaves "
+            words += "it out (repeatable)"
             add("--set", metavar="NAME=VALUE", action="append", default=[], help=words)
         module.options(self)
         add("--json", action="store_true", help="print one JSON object instead")

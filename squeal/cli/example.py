@@ -9,7 +9,7 @@ import argparse
 from pathlib import Path
 
 from squeal.cli.command import Parser, Reply
-from squeal.examples.files import EXAMPLES, FORMS, Size, write_example
+from squeal.examples.files import ABOUT, EXAMPLES, FORMS, Size, write_example
 from squeal.io.writing import aligned
 
 
@@ -33,4 +33,5 @@ def run(given: argparse.Namespace) -> Reply:
     files = write_example(given.name, given.to, Size(given.rows, given.format))
     first = EXAMPLES[given.name].first
     answer = {"name": given.name, "files": files, "first": first}
-    return Reply(lambda: answer, lambda: "\n".join([*files, "", f"begin with: {first}"]))
+    listed = aligned([(file, ABOUT.get(file, "")) for file in files], right=False)
+    return Reply(lambda: answer, lambda: f"{listed}\n\nbegin with: {first}")

@@ -12,20 +12,22 @@ import squeal
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import AxisRange, as_typed, take, take_files, write_files
 from squeal.cli.streams import steps
-from squeal.errors import InputWarning
+from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
 from squeal.model.pad import PARAMETERS
 from squeal.schema import Place, warn_of_degrees
 
+ANGLES = {  # of a scene, where no axis is given
+    "first": AxisRange("alpha1", 0.0, math.pi, log=False),
+    "second": AxisRange("alpha2", 0.0, math.pi, log=False),
+}
 POINTS_OF_SCENE = 200  # a side of the map, where no number is given
 POINTS_OF_SYSTEM = 41
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal map`."""
-    first = AxisRange("alpha1", 0.0, math.pi, log=False)
-    second = AxisRange("alpha2", 0.0, math.pi, log=False)
-    take(parser, "n", "first", "second", first=first, second=second)
+    take(parser, "n", "first", "second")
     words = "contours beside the verdicts: critical-friction, growth, frequency"
     parser.add_argument("--quantity", metavar="NAME", help=words)
     take(parser, "workers", "band", "memory")
@@ -60,7 +62,10 @@ def run(given: argparse.Namespace) -> Reply:
 def _axis(given: argparse.Namespace, option: str, is_scene: bool) -> squeal.Axis:
     """The axis that --first or --second names. Raises InputError; warns of degrees."""
     at = Place(as_typed(given, option))
-    name, low, high, log = getattr(given, option)
+    axis = getattr(given, option)
+    if axis is None and not is_scene:
+        raise InputError(f"--{option}: missing; a system's map needs it as NAME:LOW:HIGH")
+    name, low, high, log = axis or ANGLES[option]
     points = given.n or (POINTS_OF_SCENE if is_scene else POINTS_OF_SYSTEM)
     with at.named():
         axis = squeal.Axis(name, low, high, points, log)

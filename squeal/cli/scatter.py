@@ -1,8 +1,7 @@
 """`squeal scatter`: what tolerances or ranges of many parameters make of the critical friction, or
 of the growth rates in a band (--of growth): quantiles, share of stable samples, Sobol indices.
 
-squeal scatter pad.yaml spreads.yaml --journal samples.jsonl --figure scatter.png
-squeal scatter pad.yaml samples.yaml --of growth
+squeal scatter pad.yaml samples.yaml --of growth --journal samples.jsonl --figure scatter.png
 """
 
 import argparse

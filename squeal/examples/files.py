@@ -60,6 +60,21 @@ K: [{file: K.mtx}, {file: cross.mtx, factor: cross}]
 """
 
 
+ABOUT = {  # what files are for whose names do not say it
+    "brake/system.yaml": "the system file: names the matrices, friction and contact",
+    "brake/damped.yaml": "the same with structural damping",
+    "brake/lining.yaml": "the same with a lining whose modulus depends on frequency",
+    "brake/lining.csv": "that modulus",
+    "brake/assembly.yaml": "joins disc and pad by a contact",
+    "rotor/rotor.yaml": "the system file",
+    "dK.mtx": "stiffness that a shim adds, for `squeal eigenvalues --change`",
+    "dM.mtx": "mass that a shim adds",
+    "ranges.yaml": "ranges of parameters, for `squeal scatter`",
+    "samples.yaml": "ranges of parameters, for `squeal scatter --of growth`",
+    "test.csv": "measured frequencies, for `squeal eigenvalues --test`",
+}
+
+
 @dataclass(frozen=True)
 class Size:
     """Of a brake of solids: at least so many degrees of freedom, and whose program's files."""

@@ -11,10 +11,22 @@ Corners: TypeAlias = tuple[int, ...]
 
 
 class Cell(NamedTuple):
-    """A kind of element: its corners, its numbers in VTK and UNV files, its types in Abaqus and
-    CalculiX up to what follows the number of nodes, corners of its faces in the order of these
-    programs, seen from outside, and its edges in the order in which nodes in their middles follow
-    the corners."""
+    """A kind of element.
+
+    Attributes
+    ----------
+    corners : int
+        How many corners it has.
+    vtk, unv : int
+        Its numbers in VTK and in UNV files.
+    types : str
+        Regular expression of its types in Abaqus and CalculiX, up to the number of nodes.
+    faces : tuple
+        The corners of each face in the order of these programs, seen from outside.
+    edges : tuple
+        The two corners of each edge, in the order in which nodes in the middles of edges follow the
+        corners.
+    """
 
     corners: int
     vtk: int
@@ -24,16 +36,20 @@ class Cell(NamedTuple):
     edges: tuple[tuple[int, int], ...]
 
     def face_nodes(self, nodes: Sequence[int]) -> Iterator[Corners]:
-        """The nodes of each face: its corners and, where the element has them, the middles of its
-        edges, the first between the first two corners."""
+        """The nodes of each face of an element with some nodes.
+
+        They are its corners and, where the element has them, the middles of its edges, the first
+        between the first two corners.
+        """
         has_middles = len(nodes) == self.corners + len(self.edges)
-        middles = {frozenset(edge): k for k, edge in enumerate(self.edges, self.corners)}
+        middle_of_edge = {frozenset(edge): k for k, edge in enumerate(self.edges, self.corners)}
         for face in self.faces:
-            used = list(face)
+            indices = list(face)
             if has_middles:
-                following = (*face[1:], face[0])
-                used += [middles[frozenset(edge)] for edge in zip(face, following, strict=True)]
-            yield tuple(nodes[k] for k in used)
+                next_corners = (*face[1:], face[0])
+                for edge in zip(face, next_corners, strict=True):
+                    indices.append(middle_of_edge[frozenset(edge)])
+            yield tuple(nodes[k] for k in indices)
 
 
 _PRISM = ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
@@ -60,8 +76,11 @@ CELL_NAME = Word(tuple(CELLS))
 
 
 def cell_name(keyword: Sequence[str]) -> str:
-    """The kind of the elements below a line such as *ELEMENT, TYPE=C3D8, in capitals and split at
-    its commas; "" for elements without faces, such as springs."""
+    """The kind of the elements below a line such as *ELEMENT, TYPE=C3D8 of an input file.
+
+    keyword: the line, in capitals and split at its commas. "" for elements without faces, such as
+    springs.
+    """
     element_type = ""
     for option in keyword:
         if option.startswith("TYPE"):
@@ -73,17 +92,19 @@ def cell_name(keyword: Sequence[str]) -> str:
 
 
 def outer_faces(elements: Iterable[tuple[str, Corners]]) -> list[Corners]:
-    """The nodes of each face that one element alone has, middles of edges after the corners.
+    """The nodes of each face on the surface of a body, which one element alone has.
 
-    `elements` are the kind and the nodes of each.
+    Middles of edges follow the corners. `elements` are the kind and the nodes of each.
     """
-    found: dict[frozenset[int], list[Corners]] = defaultdict(list)
+    faces_by_corners: dict[frozenset[int], list[Corners]] = defaultdict(list)
     for kind, nodes in elements:
         for face in CELLS[kind].face_nodes(nodes):
-            found[frozenset(corners_of(face))].append(face)
-    return [faces[0] for faces in found.values() if len(faces) == 1]
+            faces_by_corners[frozenset(corners_of(face))].append(face)
+    return [faces[0] for faces in faces_by_corners.values() if len(faces) == 1]
 
 
 def corners_of(face: Corners) -> Corners:
-    """The corners of a face of 3, 4, 6 or 8 nodes."""
-    return face if len(face) < 6 else face[: len(face) // 2]
+    """The corners of a face of 3, 4, 6 or 8 nodes; of 6 and 8 the last half are edges' middles."""
+    if len(face) < 6:
+        return face
+    return face[: len(face) // 2]

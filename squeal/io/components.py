@@ -23,7 +23,7 @@ from squeal.io.tables import Line, number_in, read_table
 from squeal.io.writing import write_csv
 from squeal.numerics.differentiation import Formula
 from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, Whole, row
-from squeal.sparse.assembly import OWN, Assembly, assemble
+from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly, assemble
 from squeal.sparse.components import Component
 from squeal.sparse.contact_faces import ContactPoints, contact_between_faces
 from squeal.sparse.contact_seat import Contact
@@ -47,7 +47,9 @@ LOAD = Group({
 REDUCED = Group({
     "rows": Key("how many it had", Whole(1, 10**9), required=True),
     "cutoff": Key("frequency up to which it has modes", POSITIVE, "Hz", required=True),
-    "lacks": Key("matrix file that tells the errors of roots", TEXT, required=True),
+    "residual_flexibility": Key(
+        "matrix file, as `export` wrote it, from which the errors of roots follow",
+        TEXT, required=True),
 }, owner="reduced")
 ROTATION = Group({
     "axis": Key("of the rotation, in its sense", row(3), required=True),
@@ -108,6 +110,13 @@ ASSEMBLY = Group({
 # fmt: on
 
 
+class _LocatedComponent(NamedTuple):
+    """A component and the coordinates of its file, before any reduction."""
+
+    body: Component
+    coordinates: Coordinates
+
+
 def assembly_file(
     document: Document,
     at: Place,
@@ -117,12 +126,26 @@ def assembly_file(
 ) -> SystemFile:
     """The components and the contact of a file, reduced and seated, as a system.
 
-    `read_component` reads the system file of a component, which may be an assembly itself. `band`
-    (Hz) sets the cutoff of a file without one. Raises InputError and ComputationError.
+    Parameters
+    ----------
+    document : dict
+        A mapping of the form of `ASSEMBLY`, not yet checked.
+    at : Place
+        Where the document stands, for messages.
+    folder : Path
+        The names of files count from it.
+    read_component : callable
+        Reads the system file of a component, which may be an assembly itself.
+    band : (float, float), optional
+        Frequencies (Hz) of the question, whose upper end sets the cutoff of a file without one.
+
+    Raises
+    ------
+    InputError, ComputationError
     """
     keys = ASSEMBLY.read(document, at)
-    values = OWN | keys.get("parameters", {})
-    read: list[_Side] = []
+    values = ASSEMBLY_DEFAULTS | keys.get("parameters", {})
+    components: dict[str, _LocatedComponent] = {}
     origins: list[Origin] = []
     inputs: list[Path] = []
     assumptions: list[str] = []
@@ -131,69 +154,74 @@ def assembly_file(
         file = read_component(path)
         body = _component(name, component, file, at / "components" / name, folder, values)
         assert file.coordinates is not None  # or the component were refused
-        read.append(_Side(body, file.coordinates))
-        origins += [origin._replace(part=f"{name}.{origin.part}") for origin in file.origins]
-        assumptions += [f"{name}: {words}" for words in file.assumptions]
+        components[name] = _LocatedComponent(body, file.coordinates)
+        for origin in file.origins:
+            origins.append(origin._replace(part=f"{name}.{origin.part}"))
+        for assumption in file.assumptions:
+            assumptions.append(f"{name}: {assumption}")
         inputs += [path, *file.inputs]
         if "reduced" in component:
-            inputs.append(folder / component["reduced"]["lacks"])
+            inputs.append(folder / component["reduced"]["residual_flexibility"])
         if "file" in component.get("load", {}):
             inputs.append(folder / component["load"]["file"])
-    _warn_of_other_units(at, read)
+    located = list(components.values())
+    _warn_of_other_units(at, located)
     for contact in keys["contact"]:
         if "pairs" in contact:
             inputs.append(folder / contact["pairs"]["file"])
-    sides = {side.body.name: side for side in read}
-    bodies = [side.body for side in read]
-    if "cutoff" in keys and all(body.lacks is not None for body in bodies):
+    all_bodies = [component.body for component in located]
+    if "cutoff" in keys and all(body.residual_flexibility is not None for body in all_bodies):
         words = "is not allowed; all components are reduced already, up to"
-        raise (at / "cutoff").refuse(f"{words} {min(body.cutoff for body in bodies):g} Hz")
+        raise (at / "cutoff").refuse(f"{words} {min(body.cutoff for body in all_bodies):g} Hz")
 
-    def joined(bodies: Sequence[Component], values: Changes, cutoff: float | None) -> Assembly:
-        """The components in the contact that some parameters give; they may be joined again."""
+    def join(bodies: Sequence[Component], values: Changes, cutoff: float | None) -> Assembly:
+        """Join the components in contact at some values of the parameters.
+
+        The assembly can be joined anew at other values, by what it has reduced already.
+        """
         contacts = []
         for number, contact in enumerate(keys["contact"], 1):
             here = at / "contact" / str(number)
-            contacts.append(_contact(contact, here, folder, values, sides))
+            contacts.append(_contact(contact, here, folder, values, components))
         parameter = keys.get("parameter", "mu")
         name = keys.get("name") or Path(at.source).stem
         with at.named():
             assembly = assemble(bodies, contacts, values, parameter, name, cutoff)
 
-        def joined_at(changes: Changes) -> Assembly:
+        def join_at(changes: Changes) -> Assembly:
             changed = {**values, **changes}
             loaded = []
             for body in assembly.components:
                 place = at / "components" / body.name
                 load = keys["components"][body.name].get("load")
                 loaded.append(_loaded_anew(body, load, place, values, changed))
-            return joined(loaded, changed, None)
+            return join(loaded, changed, None)  # what is reduced is not reduced again
 
-        return replace(assembly, joined_at=joined_at)
+        return replace(assembly, joined_at=join_at)
 
-    assembly = joined(bodies, values, keys.get("cutoff", band and 2 * band[1]))
+    cutoff = keys.get("cutoff")
+    if cutoff is None and band is not None:
+        cutoff = 2 * band[1]
+    assembly = join(all_bodies, values, cutoff)
     return SystemFile(
         assembly.system,
         reference=keys.get("reference", ""),
         origins=tuple(origins),
         inputs=tuple(inputs),
-        coordinates=_coordinates(read, assembly.components),
+        coordinates=_joint_coordinates(located, assembly.components),
         assembly=assembly,
         assumptions=tuple(assumptions),
     )
 
 
-class _Side(NamedTuple):
-    """A component and the coordinates of its file."""
+def _warn_of_other_units(at: Place, components: Sequence[_LocatedComponent]) -> None:
+    """Warn of full components whose sizes or densities are too different to have the same units.
 
-    body: Component
-    coordinates: Coordinates
-
-
-def _warn_of_other_units(at: Place, sides: Sequence[_Side]) -> None:
-    """Warn of full components whose sizes or densities are too different to have the same units."""
-    first: tuple[str, float, float] | None = None
-    for body, coordinates in sides:
+    Each is compared with the first one: the longest edge of the box of its nodes, and the mass
+    over the cube of that edge.
+    """
+    first: tuple[str, float, float] | None = None  # name, size and density
+    for body, coordinates in components:
         mass, _ = coordinates.mass_and_centre(body.system.frozen().at()[0])
         size = float(np.ptp(coordinates.places, axis=0).max(initial=0.0))
         if body.rows is not None or mass <= 0.0 or size <= 0.0:  # of reduced rows there is no mass
@@ -206,19 +234,20 @@ def _warn_of_other_units(at: Place, sides: Sequence[_Side]) -> None:
         first_name, first_size, first_density = first
         here = at / "components" / name
         if abs(math.log(size / first_size)) > math.log(OTHER_SIZE):
-            words = f"nodes {size:.4g} apart, those of {first_name} {first_size:.4g}"
-            here.warn(f"{words}; all components need the same units")
+            here.warn(
+                f"nodes {size:.4g} apart, those of {first_name} {first_size:.4g}; all components "
+                "need the same units"
+            )
         elif abs(math.log(density / first_density)) > math.log(OTHER_DENSITY):
-            words = f"a mass of {mass:.4g} in a box of {size:.4g}"
             ratio = density / first_density
             here.warn(
-                f"{words}, {ratio:.2g} times the density of {first_name}; all components need the "
-                "same units"
+                f"a mass of {mass:.4g} in a box of {size:.4g}, {ratio:.2g} times the density of "
+                f"{first_name}; all components need the same units"
             )
 
 
 def _formula_value(keys: Document, key: str, at: Place, values: Mapping[str, float]) -> float:
-    """The value of a formula, 1 if it is left out. Raises InputError."""
+    """The value of the formula that a key names, 1 if it is left out. Raises InputError."""
     with (at / key).named():
         return Formula(keys.get(key, "1")).value(values)
 
@@ -252,13 +281,18 @@ def _component(
             )
     if "reduced" in keys:
         reduced = keys["reduced"]
-        with (at / "reduced" / "lacks").named():
-            lacks = read_matrix(folder / reduced["lacks"]).matrix
+        with (at / "reduced" / "residual_flexibility").named():
+            flexibility = read_matrix(folder / reduced["residual_flexibility"]).matrix
             size = len(body.system.terms) * body.system.n
-            if lacks.shape[0] not in (size, 2 * size):
+            if flexibility.shape[0] not in (size, 2 * size):
                 words = f"it must have {size} or {2 * size}, as `export` wrote it"
-                raise InputError(f"{lacks.shape[0]} rows are not allowed; {words}")
-        body = replace(body, rows=reduced["rows"], cutoff=reduced["cutoff"], lacks=lacks.toarray())
+                raise InputError(f"{flexibility.shape[0]} rows are not allowed; {words}")
+        body = replace(
+            body,
+            rows=reduced["rows"],
+            cutoff=reduced["cutoff"],
+            residual_flexibility=flexibility.toarray(),
+        )
     if "load" in keys:
         load = keys["load"]
         factor = _formula_value(load, "factor", at / "load", values)
@@ -274,14 +308,19 @@ def _component(
 def _loaded_anew(
     body: Component, load: Document | None, at: Place, values: Changes, changed: Changes
 ) -> Component:
-    """A component under the load of changed parameters. Raises InputError."""
+    """A component that was loaded at some `values`, under its load at `changed` ones.
+
+    Only the factor of the load depends on parameters; the body may be reduced, so that its load is
+    multiplied by the ratio of both factors. load: the keys of the load, None without one. Raises
+    InputError.
+    """
     if load is None:
         return body
-    before = _formula_value(load, "factor", at / "load", values)
-    if not before:
+    factor_before = _formula_value(load, "factor", at / "load", values)
+    if not factor_before:
         raise (at / "load" / "factor").refuse("is 0; another value is needed where it changes")
-    factor = _formula_value(load, "factor", at / "load", changed) / before
-    return replace(body, load=factor * body.load)
+    ratio = _formula_value(load, "factor", at / "load", changed) / factor_before
+    return replace(body, load=ratio * body.load)
 
 
 def _contact(
@@ -289,131 +328,151 @@ def _contact(
     at: Place,
     folder: Path,
     values: Mapping[str, float],
-    sides: Mapping[str, _Side],
+    components: Mapping[str, _LocatedComponent],
 ) -> Contact:
     """A contact from its keys and the table of its pairs, or the faces of both components.
 
     Raises InputError.
     """
-    law = {key: value for key, value in keys.items() if key not in ("pairs", "distance", "faces")}
-    columns: dict[str, Any]
+    arguments: dict[str, Any] = {}  # of `Contact`, as the keys give them
+    for key, value in keys.items():
+        if key not in ("pairs", "distance", "faces"):
+            arguments[key] = value
+    points: dict[str, Any]  # arguments that the table or the faces give
     if "pairs" in keys:
-        columns = _pairs(folder / keys["pairs"]["file"])
+        points = _table_of_pairs(folder / keys["pairs"]["file"])
     elif "faces" in keys:
-        columns = _face_contact(keys, at, sides)
+        points = _face_contact(keys, at, components)
     else:
-        columns = {"pairs": keys.get("distance")}
-    if "normal" not in law and "normal" not in columns:
+        points = {"pairs": keys.get("distance")}
+    if "normal" not in arguments and "normal" not in points:
         raise CONTACT.keys["normal"].missing(at / "normal", "a contact")
     for key in ("stiffness", "tangential", "gap"):
-        if key in law:
-            law[key] = _formula_value(law, key, at, values)
-    for key in sorted(law.keys() & columns.keys()):
+        if key in arguments:
+            arguments[key] = _formula_value(arguments, key, at, values)
+    for key in sorted(arguments.keys() & points.keys()):
         if key != "gap":  # lengths add
             giver = "faces, which give it" if "faces" in keys else "columns of pairs that give it"
             raise (at / key).refuse(f"is not allowed beside {giver}")
-        law[key] += columns[key]
-    return Contact(**columns | law)
+        arguments[key] += points[key]
+    return Contact(**points | arguments)
 
 
-def _face_contact(keys: Document, at: Place, sides: Mapping[str, _Side]) -> dict[str, Any]:
+def _face_contact(
+    keys: Document, at: Place, components: Mapping[str, _LocatedComponent]
+) -> dict[str, Any]:
     """The points of a contact between faces, their areas and normals, as `pairs`, `area` and
     `normal` of `Contact`. Raises InputError."""
+    located = []
     for name in keys["between"]:
-        if name not in sides:
-            raise (at / "between").must_be(name, f"one of {', '.join(sides)}")
-    first, second = (sides[name] for name in keys["between"])
-    surface_of_first, surface_of_second = keys["faces"]
-    here = at / "faces"
-    with (here / first.body.name).named():
-        on_first = read_surface(first.coordinates, surface_of_first)
-    with (here / second.body.name).named():
-        on_second = read_surface(second.coordinates, surface_of_second)
-    with here.named():
-        found = contact_between_faces(
+        if name not in components:
+            raise (at / "between").must_be(name, f"one of {', '.join(components)}")
+        located.append(components[name])
+    surfaces = []
+    for component, surface in zip(located, keys["faces"], strict=True):
+        with (at / "faces" / component.body.name).named():
+            surfaces.append(read_surface(component.coordinates, surface))
+    first, second = located
+    on_first, on_second = surfaces
+    with (at / "faces").named():
+        contact = contact_between_faces(
             first.body, second.body, on_first, on_second, keys["distance"]
         )
-    return {"pairs": found.points, "area": found.area, "normal": found.normal}
+    return {"pairs": contact.points, "area": contact.area, "normal": contact.normal}
 
 
 POINT_COLUMNS = ("point", "first", "first_weight", "second", "second_weight")
+NORMAL_COLUMNS = ("nx", "ny", "nz")
+PLACE_COLUMNS = ("x", "y", "z")
 
 
-def _pairs(path: Path) -> dict[str, Any]:
-    """Pairs (m, 2) or points (m,), and area, gap (m,) and normal (m, 3) as far as a table has
-    them. Raises InputError."""
+def _table_of_pairs(path: Path) -> dict[str, Any]:
+    """What a table of node pairs, or of contact points, gives as arguments of `Contact`.
+
+    `pairs` are (first, second) of each line, or ContactPoints (m,) of a table with the column
+    point; `area` and `gap` (m,) and `normal` (m, 3) are left out unless it has their columns. Warns
+    of columns that are not used. Raises InputError.
+    """
     at, lines = read_table(path, ("first", "second"))
     if not lines:
         raise at.refuse("no pair; at least one line below the heads is needed")
-    unused = lines[0].cells.keys() - {"first", "second"}
-    columns: dict[str, Any] = {}
-    if "point" in unused:
-        missing = [name for name in POINT_COLUMNS if name not in lines[0].cells]
-        if missing:
-            raise at.refuse(f"no column {missing[0]}; it is needed beside point")
-        columns["pairs"], lines = _points(lines)
-        unused = unused - {*POINT_COLUMNS, *"xyz"}
+    heads = lines[0].cells.keys()
+    arguments: dict[str, Any] = {}
+    if "point" in heads:
+        for head in POINT_COLUMNS:
+            if head not in heads:
+                raise at.refuse(f"no column {head}; it is needed beside point")
+        used = {*POINT_COLUMNS, *PLACE_COLUMNS}
+        arguments["pairs"], pair_lines = _points(lines)
     else:
-        columns["pairs"] = [(cells["first"], cells["second"]) for _, cells in lines]
+        used = {"first", "second"}
+        arguments["pairs"] = [(line.cells["first"], line.cells["second"]) for line in lines]
+        pair_lines = lines
     for head in ("area", "gap"):
-        if head in unused:
-            columns[head] = np.array([number_in(cells[head], at / head) for at, cells in lines])
-            unused = unused - {head}
-    axes = ("nx", "ny", "nz")
-    if unused.issuperset(axes):
-        columns["normal"] = np.array(
-            [[number_in(cells[axis], at / axis) for axis in axes] for at, cells in lines]
-        )
-        unused = unused - set(axes)
+        if head in heads:
+            arguments[head] = _numbers(pair_lines, [head]).ravel()
+            used.add(head)
+    if heads >= set(NORMAL_COLUMNS):
+        arguments["normal"] = _numbers(pair_lines, NORMAL_COLUMNS)
+        used.update(NORMAL_COLUMNS)
+    unused = heads - used
     if unused:
         words = "no use is made of them; area, gap and all of nx, ny, nz have one"
         at.warn(f"columns {', '.join(sorted(unused))}: {words}")
-    return columns
+    return arguments
+
+
+def _numbers(lines: Sequence[Line], heads: Sequence[str]) -> NDArray[np.float64]:
+    """The numbers (lines, heads) in some columns of a table. Raises InputError."""
+    rows = []
+    for line in lines:
+        rows.append([number_in(line.cells[head], line.at / head) for head in heads])
+    return np.array(rows)
 
 
 def _points(lines: Sequence[Line]) -> tuple[ContactPoints, list[Line]]:
-    """The points of a table with a line for each of their nodes, and the first line of each.
+    """The contact points of a table that has a line for each node of a point.
 
-    Raises InputError.
+    Returns them with the first line of each, which says what is known of the point itself. Raises
+    InputError.
     """
-    lines_of_points: dict[str, list[Line]] = defaultdict(list)
+    lines_by_point: dict[str, list[Line]] = defaultdict(list)
     for line in lines:
-        lines_of_points[line.cells["point"].strip()].append(line)
-    labels: dict[str, list[list[str]]] = {"first": [], "second": []}
-    weights: dict[str, list[list[float]]] = {"first": [], "second": []}
-    for of_point in lines_of_points.values():
-        for side in ("first", "second"):
-            named = [line for line in of_point if line.cells[side].strip()]
-            if not named:
-                raise of_point[0].at.refuse(f"its point has no node in the column {side}")
-            head = f"{side}_weight"
-            labels[side].append([line.cells[side].strip() for line in named])
-            weights[side].append([number_in(line.cells[head], line.at / head) for line in named])
-    first_lines = [of_point[0] for of_point in lines_of_points.values()]
+        lines_by_point[line.cells["point"].strip()].append(line)
+    lines_of_points = list(lines_by_point.values())
+    first_lines = [lines_of_point[0] for lines_of_point in lines_of_points]
+    first, first_weights = _nodes_of_points(lines_of_points, "first")
+    second, second_weights = _nodes_of_points(lines_of_points, "second")
     places = None
-    if {*"xyz"} <= lines[0].cells.keys():
-        places = np.array(
-            [[number_in(cells[axis], at / axis) for axis in "xyz"] for at, cells in first_lines]
-        )
-    points = ContactPoints(
-        first=_padded(labels["first"]),
-        second=_padded(labels["second"]),
-        first_weights=_padded_with_zeros(weights["first"]),
-        second_weights=_padded_with_zeros(weights["second"]),
-        places=places,
-    )
+    if lines[0].cells.keys() >= set(PLACE_COLUMNS):
+        places = _numbers(first_lines, PLACE_COLUMNS)
+    points = ContactPoints(first, second, first_weights, second_weights, places)
     return points, first_lines
 
 
-def _padded(rows: Sequence[Sequence[str]]) -> NDArray[np.str_]:
-    """Rows of one length; the first label fills what is missing."""
-    width = max(len(row) for row in rows)
-    return np.array([[*row, *[row[0]] * (width - len(row))] for row in rows])
+def _nodes_of_points(
+    lines_of_points: Sequence[Sequence[Line]], side: str
+) -> tuple[NDArray[np.str_], NDArray[np.float64]]:
+    """Labels and weights (points, a) of the nodes of each point on the side `first` or `second`.
 
-
-def _padded_with_zeros(rows: Sequence[Sequence[float]]) -> NDArray[np.float64]:
-    width = max(len(row) for row in rows)
-    return np.array([[*row, *[0.0] * (width - len(row))] for row in rows])
+    a is the largest number of nodes that a point has; one of fewer repeats its first node with a
+    weight of 0. Raises InputError.
+    """
+    labels: list[list[str]] = []
+    weights: list[list[float]] = []
+    head = f"{side}_weight"
+    for lines_of_point in lines_of_points:
+        with_node = [line for line in lines_of_point if line.cells[side].strip()]
+        if not with_node:
+            raise lines_of_point[0].at.refuse(f"its point has no node in the column {side}")
+        labels.append([line.cells[side].strip() for line in with_node])
+        weights.append([number_in(line.cells[head], line.at / head) for line in with_node])
+    most = max(map(len, labels))
+    for point_labels, point_weights in zip(labels, weights, strict=True):
+        missing = most - len(point_labels)
+        point_labels += [point_labels[0]] * missing
+        point_weights += [0.0] * missing
+    return np.array(labels), np.array(weights)
 
 
 def write_points(path: Path, contact: Contact) -> None:
@@ -424,37 +483,42 @@ def write_points(path: Path, contact: Contact) -> None:
     points = contact.pairs
     rows: list[list[object]] = []
     for i in range(len(points)):
-        sides = []
+        nodes_of_sides = []  # (label, weight) of each node of the first and of the second side
         for number in (0, 1):
             labels, weights = points.side(number)
             used = np.flatnonzero(weights[i])
             if not len(used):  # a point of nodes that do not move
                 used = np.array([0])
-            nodes = labels[i, used].tolist()
-            sides.append(zip(nodes, weights[i, used].tolist(), strict=True))
+            used_weights = weights[i, used].tolist()
+            nodes_of_sides.append(zip(labels[i, used].tolist(), used_weights, strict=True))
         of_point = [contact.area[i], *contact.normal[i], *points.places[i]]
-        for first, second in zip_longest(*sides, fillvalue=("", "")):
+        for first, second in zip_longest(*nodes_of_sides, fillvalue=("", "")):
             rows.append([i + 1, *first, *second, *of_point])
-    write_csv(path, [*POINT_COLUMNS, "area", "nx", "ny", "nz", "x", "y", "z"], rows)
+    write_csv(path, [*POINT_COLUMNS, "area", *NORMAL_COLUMNS, *PLACE_COLUMNS], rows)
 
 
-def _coordinates(sides: Sequence[_Side], reduced: Sequence[Component]) -> Coordinates:
-    """The nodes of all rows before their reduction, and the elements, for mode shapes."""
+def _joint_coordinates(
+    components: Sequence[_LocatedComponent], reduced: Sequence[Component]
+) -> Coordinates:
+    """The nodes of the rows of all components, one after the other, and their elements.
+
+    They are those before the reduction; `reduced` have the bases that lead back, for mode shapes.
+    """
     names: list[str] = []
     nodes = []
     cells: list[tuple[str, Corners]] = []
     elements: list[str] = []
-    for body, own in sides:
-        before = len(names)
-        nodes.append(own.nodes + before)
-        names += [f"{body.name} {node}" for node in own.names]
-        elements += [f"{body.name} {element}" for element in own.elements]
-        for kind, corners in own.cells:
+    for body, coordinates in components:
+        before = len(names)  # nodes of the components so far
+        nodes.append(coordinates.nodes + before)
+        names += [f"{body.name} {node}" for node in coordinates.names]
+        elements += [f"{body.name} {element}" for element in coordinates.elements]
+        for kind, corners in coordinates.cells:
             cells.append((kind, tuple(corner + before for corner in corners)))
     return Coordinates(
         nodes=np.concatenate(nodes),
-        directions=np.concatenate([side.coordinates.directions for side in sides]),
-        places=np.concatenate([side.coordinates.places for side in sides]),
+        directions=np.concatenate([one.coordinates.directions for one in components]),
+        places=np.concatenate([one.coordinates.places for one in components]),
         names=tuple(names),
         cells=tuple(cells),
         elements=tuple(elements),

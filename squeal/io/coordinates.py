@@ -28,11 +28,23 @@ POINTS = (
 class Coordinates:
     """Node and direction of each row of a system, and the places (m) of the nodes.
 
-    `nodes` (n,) indices into `places` (nodes, 3); `directions` (n,) 0 to 2 for x, y, z, -1 for
-    rotations and other degrees of freedom, which move nothing. `names` (nodes,) of the nodes;
-    `cells` kind and nodes (indices) of each element, corners first, and `elements` their labels, of
-    the file `elements_file`.
-    `bases` are the diagonal blocks of what gives these rows from those of a reduced system.
+    Attributes
+    ----------
+    nodes : ndarray (n,)
+        The node of each row, an index into `places`.
+    directions : ndarray (n,)
+        0 to 2 for x, y, z, -1 for rotations and other degrees of freedom, which move nothing.
+    places : ndarray (nodes, 3)
+        Where the nodes are, m.
+    names : tuple of str (nodes,)
+        What the nodes are called.
+    cells, elements : tuple
+        Kind and nodes (indices, corners first) of each element, and the label of each.
+    elements_file : Path or None
+        The file of the elements.
+    bases : tuple of ndarray
+        Of components that were reduced: the blocks, one a component, by which the coordinates of
+        the reduced system give these rows.
     """
 
     nodes: NDArray[np.intp] = field(repr=False)
@@ -89,18 +101,34 @@ class Coordinates:
         if not self.bases:
             return shape
         ends = np.cumsum([basis.shape[1] for basis in self.bases])
-        parts = np.split(shape, ends[:-1])
-        return np.concatenate([V @ x for V, x in zip(self.bases, parts, strict=True)])
+        shapes_of_components = np.split(shape, ends[:-1])
+        unreduced = []
+        for V, x in zip(self.bases, shapes_of_components, strict=True):
+            unreduced.append(V @ x)
+        return np.concatenate(unreduced)
 
 
 def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] = ()) -> Coordinates:
-    """The table of a .csv file with the columns node, dof, x, y, z, one line a row of the system.
+    """Read where the rows of a system are in space, from a table node, dof, x, y, z.
 
-    dof is 1 to 3 or x, y, z for displacements, 4 to 6 or rx, ry, rz for rotations, - for what does
-    not move a node in space; a line with fixed, which is none of a row, gives a node that nothing
-    moves its place. Where matrices have `labels`, these name the rows: a line for each node
-    suffices, in any order, and internal nodes, below zero, need none; a node without a line has no
-    part in mode shapes, which is warned of. Raises InputError.
+    Without `labels` the table has a line for each row, in their order. dof is 1 to 3 or x, y, z for
+    displacements, 4 to 6 or rx, ry, rz for rotations, - for what does not move a node in space. A
+    line with fixed stands for no row: it gives the place of a node that nothing moves.
+
+    Parameters
+    ----------
+    path : Path
+        A .csv file, or with labels an input file (.inp).
+    rows : int
+        How many rows the system has.
+    labels : sequence of (int, int)
+        (node, degree of freedom) of each row, where the matrices name them: then a line for each
+        node suffices, in any order, and without dof. Internal nodes, below zero, need none; a node
+        without a line has no part in mode shapes, which is warned of.
+
+    Raises
+    ------
+    InputError
     """
     columns = ("node", "x", "y", "z") if labels else ("node", "dof", "x", "y", "z")
     at, lines = read_table(path, columns)
@@ -170,7 +198,7 @@ def read_elements(path: Path, coordinates: Coordinates) -> Coordinates:
         corners = CELLS[kind].corners
         if len({*nodes[:corners]}) < corners or not name or name in cells:
             raise line.at.refuse(f"an element named once and {corners} different nodes are needed")
-        cells[name] = kind, nodes
+        cells[name] = (kind, nodes)
     return replace(
         coordinates,
         cells=tuple(cells.values()),
@@ -180,16 +208,21 @@ def read_elements(path: Path, coordinates: Coordinates) -> Coordinates:
 
 
 def _element(line: Line, index_of_name: dict[str, int]) -> tuple[str, Corners]:
-    """The kind of an element and its nodes: corners, and the middles of its edges where all have a
-    place. Raises InputError where a corner has none."""
+    """The kind and the nodes (indices) of the element in a line of a table.
+
+    The middles of its edges follow its corners where all of them have a place. Raises InputError
+    where a corner has none.
+    """
     kind = CELL_NAME.read(line.cells["type"].strip().lower(), line.at / "type")
-    cell = CELLS[kind]
-    names = [cell.strip() for head, cell in line.cells.items() if head not in ("element", "type")]
-    corner_names = names[: cell.corners]
-    for name in corner_names:
+    corners = CELLS[kind].corners
+    names = []
+    for head, text in line.cells.items():
+        if head not in ("element", "type"):
+            names.append(text.strip())
+    for name in names[:corners]:
         if name not in index_of_name:
             raise line.at.must_be(name, "a node with a line in the table of coordinates")
-    with_middles = names[: cell.corners + len(cell.edges)]
-    if all(name in index_of_name for name in with_middles):
-        return kind, tuple(index_of_name[name] for name in with_middles)
-    return kind, tuple(index_of_name[name] for name in corner_names)
+    used = names[: corners + len(CELLS[kind].edges)]
+    if any(name not in index_of_name for name in used):
+        used = names[:corners]
+    return kind, tuple(index_of_name[name] for name in used)

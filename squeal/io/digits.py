@@ -18,10 +18,12 @@ def _mantissa(word: str) -> str:
 def written_digits(words: Iterable[str]) -> int | None:
     """The number of significant digits that numbers were rounded to when they were written.
 
-    More than half of the non-zero numbers are written with exactly so many; where a minus takes the
-    place of a digit it is the lesser of both. Not each of these ends in two zeros: a number that
-    needs fewer digits than it got was not rounded. None if there is no such number from 6 to 15;
-    the numbers are then exact, or doubles.
+    More than half of the non-zero numbers are written with exactly so many digits; where a minus
+    takes the place of a digit, with so many or one more. Not each of these ends in two zeros:
+    numbers that need fewer digits than they got were not rounded. None if no number from 6 to 15
+    satisfies that; the numbers are then exact, or doubles.
+
+    words: the numbers as they are written, of which the first `SAMPLED` are looked at.
 
     >>> written_digits(["1.2345678901E+05", "2.5000000000E+00", "0.0"])
     11
@@ -34,12 +36,13 @@ def written_digits(words: Iterable[str]) -> int | None:
     negative: list[str] = []
     for word in islice(words, SAMPLED):
         digits = _mantissa(word)
-        if digits:
-            of_sign = negative if word.startswith("-") else positive
-            of_sign.append(digits)
-    fewer, more = sorted([negative, positive], key=len)
-    length, count = _usual_length(more)
-    other_length, other_count = _usual_length(fewer)
+        if digits and word.startswith("-"):
+            negative.append(digits)
+        elif digits:
+            positive.append(digits)
+    rarer_sign, usual_sign = sorted([negative, positive], key=len)
+    length, count = _usual_length(usual_sign)
+    other_length, other_count = _usual_length(rarer_sign)
     lengths = [length]
     if other_length and abs(other_length - length) <= 1:  # a minus took the place of one digit
         lengths.append(other_length)
@@ -50,13 +53,15 @@ def written_digits(words: Iterable[str]) -> int | None:
     return None
 
 
-def _usual_length(written: list[str]) -> tuple[int, int]:
-    """The most frequent number of digits and how many numbers have it; 0 and 0 if there is none or
-    all of these end in two zeros."""
-    if not written:
+def _usual_length(mantissas: list[str]) -> tuple[int, int]:
+    """The most frequent number of digits, and how many mantissas have it.
+
+    0 and 0 if there is none, or if all of these end in two zeros.
+    """
+    if not mantissas:
         return 0, 0
-    ((length, count),) = Counter(map(len, written)).most_common(1)
-    for digits in written:
+    ((length, count),) = Counter(map(len, mantissas)).most_common(1)
+    for digits in mantissas:
         if len(digits) == length and not digits.endswith("00"):
             return length, count
     return 0, 0

@@ -17,14 +17,17 @@ LOADS = ("*CLOAD", "*DLOAD", "*DSLOAD")
 OTHER_LOADS = ("*BASEMOTION", "*TEMPERATURE")  # without blanks
 
 
-def read_load(path: Path, body: Component, where: Coordinates) -> NDArray[np.float64]:
-    """The forces (n,) on the rows of a component from a table or an input deck. Raises
-    InputError."""
+def read_load(path: Path, body: Component, coordinates: Coordinates) -> NDArray[np.float64]:
+    """The forces (n,) on the rows of a component, N, from a table or an input deck (.inp).
+
+    The table has the columns row, force, or node, dof, force. Raises InputError.
+    """
     if path.suffix.lower() == ".inp":
-        return _deck_load(path, body, where)
+        return _deck_load(path, body, coordinates)
     load = np.zeros(body.system.n)
     _, lines = read_table(path, ("force",))
     if not lines or "row" not in lines[0].cells:
+        # read once more, which refuses a table without these columns
         _, lines = read_table(path, ("node", "dof", "force"))
     for at, cells in lines:
         row = _loaded_row(body, at, cells)
@@ -32,20 +35,24 @@ def read_load(path: Path, body: Component, where: Coordinates) -> NDArray[np.flo
     return load
 
 
-def pressure_load(body: Component, where: Coordinates, surface: str) -> NDArray[np.float64]:
-    """The forces (n,) of a pressure of 1 on a surface that the deck of a component names. Raises
-    InputError."""
+def pressure_load(body: Component, coordinates: Coordinates, surface: str) -> NDArray[np.float64]:
+    """The forces (n,) of a pressure of 1 on a surface of a component, which its deck names.
+
+    Raises InputError.
+    """
     load = np.zeros(body.system.n)
-    _add_pressure(load, body, read_surface(where, surface), 1.0)
+    _add_pressure(load, body, read_surface(coordinates, surface), 1.0)
     return load
 
 
 def _loaded_row(body: Component, at: Place, cells: Mapping[str, str]) -> int:
-    """The index of the row that a line names by its number, or by node and direction. Raises
-    InputError."""
+    """The index of the row that a line of a table names.
+
+    cells: the line, with its number under row, from 1 on, or with node and dof. Raises InputError.
+    """
     if "row" in cells:
         text = cells["row"].strip()
-        number = int(text) if text.isdecimal() else text
+        number = int(text) if text.isdecimal() else text  # a text is refused as no whole number
         return Whole(1, body.system.n).read(number, at / "row") - 1
     with at.named():
         rows = body.rows_of([cells["node"]])[0]
@@ -55,9 +62,12 @@ def _loaded_row(body: Component, at: Place, cells: Mapping[str, str]) -> int:
     return int(rows[direction])
 
 
-def _deck_load(path: Path, body: Component, where: Coordinates) -> NDArray[np.float64]:
-    """The forces (n,) below *CLOAD and of pressures below *DLOAD and *DSLOAD; loads of one place
-    add. Raises InputError."""
+def _deck_load(path: Path, body: Component, coordinates: Coordinates) -> NDArray[np.float64]:
+    """The forces (n,) below *CLOAD of an input file, and those of pressures below *DLOAD (on faces
+    of elements) and *DSLOAD (on surfaces).
+
+    Loads of one place add. Raises InputError.
+    """
     load = np.zeros(body.system.n)
     nodes = deck_sets(path, "NODE")
     elements = deck_sets(path, "ELEMENT")
@@ -80,21 +90,23 @@ def _deck_load(path: Path, body: Component, where: Coordinates) -> NDArray[np.fl
         value = number_in(text, line.at)
         if line.keyword[0] == "*CLOAD":
             for node in nodes.get(name.upper(), [name]):
-                _add_force(load, body, where, line, node, value)
+                _add_force(load, body, coordinates, line, node, value)
         elif line.keyword[0] == "*DLOAD":
             labels = elements.get(name.upper(), [name])
-            _add_pressure(load, body, _loaded_faces(where, line, labels), value)
+            _add_pressure(load, body, _loaded_faces(coordinates, line, labels), value)
+        elif kind.upper() != "P":
+            raise line.at.refuse(f"{kind} is not read; it must be P, a pressure")
         else:
-            if kind.upper() != "P":
-                raise line.at.refuse(f"{kind} is not read; it must be P, a pressure")
             with line.at.named():
-                _add_pressure(load, body, read_surface(where, name), value)
+                _add_pressure(load, body, read_surface(coordinates, name), value)
     return load
 
 
 def _refuse_other_load(line: DeckLine) -> None:
-    """Raises InputError for what loads a structure beside forces and pressures, and for axes along
-    which forces would act."""
+    """Refuse what loads a structure beside forces and pressures, and local axes of nodes.
+
+    Along those axes forces would act. Raises InputError.
+    """
     name = line.keyword[0].replace(" ", "")
     is_moved = False
     if name == "*BOUNDARY" and line.step > 0 and len(line.cells) > 3:
@@ -108,40 +120,50 @@ def _refuse_other_load(line: DeckLine) -> None:
 def _add_force(
     load: NDArray[np.float64],
     body: Component,
-    where: Coordinates,
+    coordinates: Coordinates,
     line: DeckLine,
     node: str,
     value: float,
 ) -> None:
-    """Add a force at a node below *CLOAD; one that no row moves takes none. Raises InputError."""
+    """Add a force at a node to `load` (n,); a node that no row moves takes none.
+
+    line: below *CLOAD, which names the direction. Raises InputError.
+    """
     direction = DIRECTIONS[DOF.read(line.cells[1], line.at)]
-    if node not in where.names:
+    if node not in coordinates.names:
         raise line.at.refuse(f"{node} is neither a node of {body.name} nor a set of such")
-    row = body.rows_of([node])[0, direction] if node in body.nodes else -1
-    if direction >= 0 and row >= 0:
+    if direction < 0 or node not in body.nodes:
+        return
+    row = body.rows_of([node])[0, direction]
+    if row >= 0:
         load[row] += value
 
 
-def _loaded_faces(where: Coordinates, line: DeckLine, labels: list[str]) -> Surface:
-    """The faces of elements that a pressure below *DLOAD acts on: P1 on S1 and so on, P along the
-    normal of a shell. Raises InputError."""
+def _loaded_faces(coordinates: Coordinates, line: DeckLine, labels: list[str]) -> Surface:
+    """The faces of the elements with some labels that a line below *DLOAD presses.
+
+    P1 presses the face S1 and so on, P the back of a shell, along its normal. Raises InputError.
+    """
     kind = line.cells[1].upper()
     if kind != "P" and not kind.removeprefix("P").isdecimal():
         raise line.at.refuse(f"{kind} is not read; it must be P or P1 to P6, a pressure")
     side = "SNEG" if kind == "P" else f"S{kind[1:]}"
-    cells = dict(zip(where.elements, where.cells, strict=True))
+    cells = dict(zip(coordinates.elements, coordinates.cells, strict=True))
     faces = []
     for label in labels:
         if label not in cells:
             raise line.at.refuse(f"{label} is neither an element with faces nor a set of such")
         faces.append(named_face(*cells[label], side, line.at))
-    return surface_of(where, faces)
+    return surface_of(coordinates, faces)
 
 
 def _add_pressure(
     load: NDArray[np.float64], body: Component, surface: Surface, pressure: float
 ) -> None:
-    """Add the forces of a pressure; nodes that no row moves take none."""
+    """Add the forces of a pressure on a surface to `load` (n,).
+
+    Nodes that no row moves take none.
+    """
     forces = forces_of_pressure(surface)
     labels = [label for label in forces if label in body.nodes]
     if not labels:

@@ -96,8 +96,11 @@ def _format_of(path: Path) -> Format:
     for file_format in FORMATS:
         if path.suffix.lower() in file_format.suffixes:
             return file_format
-    known = ", ".join(f"{one.name} ({', '.join(one.suffixes)})" for one in FORMATS)
-    raise InputError(f"neither content nor suffix is of a format that is read: {known}")
+    known = []
+    for file_format in FORMATS:
+        known.append(f"{file_format.name} ({', '.join(file_format.suffixes)})")
+    words = "neither content nor suffix is of a format that is read"
+    raise InputError(f"{words}: {', '.join(known)}")
 
 
 def _reading_error(path: Path, format_name: str, error: Exception) -> str:
@@ -115,7 +118,11 @@ def _reading_error(path: Path, format_name: str, error: Exception) -> str:
 
 
 def _pick(content: MatrixFile | NamedMatrices, key: str | None) -> MatrixFile:
-    """The matrix that a key names, in either case of its letters. Raises InputError."""
+    """The matrix of a file that a key names, in either case of its letters.
+
+    `content` is what the reader of the format gave: the only matrix, for which no key is allowed,
+    or all by their names, of which a single one needs none. Raises InputError.
+    """
     if isinstance(content, MatrixFile):
         if key is None:
             return content
@@ -133,22 +140,24 @@ def _pick(content: MatrixFile | NamedMatrices, key: str | None) -> MatrixFile:
     elif key in content:
         picked = content[key]
     else:
-        alike = [name for name in content if name.lower() == key.lower()]
-        if len(alike) != 1:
+        in_other_case = [name for name in content if name.lower() == key.lower()]
+        if len(in_other_case) != 1:
             raise InputError(f"holds no matrix {key}; it holds {names}")
-        picked = content[alike[0]]
+        picked = content[in_other_case[0]]
     if isinstance(picked, UnbuiltMatrix):
         return picked.build()
     if isinstance(picked, MatrixFile):
         return picked
-    return MatrixFile(picked if issparse(picked) else csc_array(picked))
+    if issparse(picked):
+        return MatrixFile(picked)
+    return MatrixFile(csc_array(picked))
 
 
 def _check_labels(file: MatrixFile) -> None:
     """Refuse labels that name several rows: rows of one label would be added when files are
     combined. Raises InputError."""
-    count = Counter(file.labels or ())
-    repeated = [label for label, rows in count.items() if rows > 1]
+    rows_of_labels = Counter(file.labels or ())
+    repeated = [label for label, rows in rows_of_labels.items() if rows > 1]
     if repeated:
         node, freedom = repeated[0]
         raise InputError(
@@ -178,12 +187,26 @@ def _canonical(matrix: Matrix) -> csc_array:
 def _complete(
     at: Place, matrix: csc_array, file: MatrixFile, symmetric: bool | None
 ) -> tuple[csc_array, bool]:
-    """The matrix with its other triangle where it stands for that too, and whether this is a guess.
+    """Add the other triangle to a matrix of which one stands for both, and say if that is a guess.
 
-    `symmetric`: what the user says of it, which counts before what the file says; None for
-    nothing. Raises InputError.
+    Parameters
+    ----------
+    at : Place
+        The file, for messages.
+    matrix : csc_array (n, n)
+        The matrix of `file`, checked.
+    symmetric : bool or None
+        Whether the user says that one triangle stands for both, which counts before what the file
+        says; None for nothing.
+
+    Raises
+    ------
+    InputError
+        Where neither says it and the matrix may be either.
     """
-    declared = file.symmetric if symmetric is None else symmetric
+    declared = symmetric
+    if declared is None:
+        declared = file.symmetric
     if declared is False:
         return matrix, False
     half = is_half(csc_array(file.matrix))  # a zero is an entry too
@@ -242,7 +265,8 @@ def _refuse_one_sided(at: Place, completed: csc_array, labels: Labels) -> None:
 def negative_pivots(matrix: csc_array) -> int:
     """The number of negative eigenvalues of a symmetric sparse matrix, by the signs of its pivots.
 
-    Those within 1e-8 of the diagonal are taken for the zeros of a free body.
+    They are as many by Sylvester's law of inertia. Those within 1e-8 of the diagonal are taken for
+    the zeros of a free body.
     """
     from scipy.sparse.linalg import splu
 
@@ -260,7 +284,8 @@ def negative_pivots(matrix: csc_array) -> int:
 
 
 def _is_symmetric_triangle(matrix: csc_array, labels: Labels) -> bool:
-    """True if a triangle can only be that of a symmetric stiffness or mass.
+    """True if a triangle, with rows of some labels, can only be that of a symmetric stiffness or
+    mass.
 
     It couples different nodes, which a one-sided law does not do without its mirror image, and no
     entry is greater than the diagonal of its row and column allows (k_ij^2 <= k_ii k_jj), which a
@@ -318,7 +343,10 @@ def _at_common_size(files: Sequence[MatrixFile]) -> list[csc_array]:
 
 def all_labels(files: Sequence[MatrixFile]) -> list[tuple[int, int]]:
     """The (node, degree of freedom) of the common rows, none if they are not named so."""
-    return sorted({label for file in files for label in file.labels or ()})
+    labels: set[tuple[int, int]] = set()
+    for file in files:
+        labels.update(file.labels or ())
+    return sorted(labels)
 
 
 def fingerprint(matrix: Matrix) -> str:

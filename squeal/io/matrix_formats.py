@@ -16,7 +16,7 @@ from squeal.io.formats.matlab import read_mat
 from squeal.io.formats.matrix_file import MatrixFile, NamedMatrices
 from squeal.io.formats.matrix_market import read_matrix_market
 from squeal.io.formats.nastran import read_dmig, read_op2, read_op4
-from squeal.io.formats.numpy_archive import read_npz
+from squeal.io.formats.numpy_files import read_npy, read_npz
 
 HEAD = 4096  # bytes that a format is recognised by
 
@@ -47,7 +47,8 @@ _ABAQUS = rb"(?:[ \t]*(?:\*.*)?\r?\n)*[ \t]*(?:(?:-?\d+[ \t,]+){2}){1,2}\S+[ \t]
 FORMATS = (
     Format("Matrix Market", (".mtx",), b"(?i)%%matrixmarket", read_matrix_market),
     Format("MATLAB", (".mat",), b"MATLAB ", read_mat),
-    Format("NumPy", (".npz",), b"PK\x03\x04", read_npz),
+    Format("NumPy archive", (".npz",), b"PK\x03\x04", read_npz),
+    Format("NumPy", (".npy",), b"\x93NUMPY", read_npy),
     Format("Harwell-Boeing", (".hb", ".rua", ".rsa"), _HARWELL_BOEING, read_harwell_boeing),
     Format("Nastran OP4", (".op4",), _OP4, read_op4),
     Format("Nastran OP2", (".op2",), _OP2, read_op2),

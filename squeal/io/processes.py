@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
-from functools import lru_cache
+from functools import lru_cache, partial
 from multiprocessing import get_context, parent_process
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -26,31 +26,32 @@ _COMMON: list[Any] = []  # in a process of a pool: what its tasks share
 def mapped(
     work: Callable[..., Result], tasks: Iterable[object], workers: int, common: object = None
 ) -> Iterator[Result]:
-    """The results of all tasks, in their order, from so many processes; from this one if `workers`
-    is 1.
+    """The results work(task) of all tasks, in their order, computed by so many processes.
 
-    Others are started anew by import and stay for later calls, with what they have compiled. They
-    ignore interrupts, also while they import; this process ends them at one, and they end by
-    themselves once it is gone. With `common`, which each process is sent once, results are
-    work(common, task). Every task has one thread of BLAS, so that any number of processes gives
-    the same bits.
+    With one worker that is this process. Others are started anew by import and stay for later
+    calls, with what they have compiled. They ignore interrupts, also while they import; this
+    process ends them at one, and they end by themselves once it is gone. With `common`, which is
+    sent once to each of some new processes, results are work(common, task). Every task has one
+    thread of BLAS, so that any number of processes gives the same bits.
     """
     if workers == 1:
         with one_thread():
             for task in tasks:
                 yield work(task) if common is None else work(common, task)
         return
-    pool = _pool(workers) if common is None else _started(workers, common)
+    if common is None:
+        pool = _lasting_pool(workers)
+        task_work = work
+    else:
+        pool = _new_pool(workers, common)
+        task_work = partial(_with_common, work)
     try:
         with _interrupts_ignored():  # the first task starts the processes
-            if common is None:
-                futures = [pool.submit(work, task) for task in tasks]
-            else:
-                futures = [pool.submit(_with_common, work, task) for task in tasks]
+            futures = [pool.submit(task_work, task) for task in tasks]
         for future in futures:
             yield future.result()
     except BaseException as error:
-        _pool.cache_clear()
+        _lasting_pool.cache_clear()
         if isinstance(error, KeyboardInterrupt):
             for process in list((pool._processes or {}).values()):
                 process.terminate()  # as `terminate_workers` of Python 3.14
@@ -82,11 +83,16 @@ def _interrupts_ignored() -> Iterator[None]:
 def counted(
     results: Iterable[Result], count: int, tell: Callable[[str], None], what: str = "values"
 ) -> Iterator[Result]:
-    """The results; `tell` is called once a second with a line about what remains."""
-    begun = told = time.monotonic()
+    """Pass on the `count` results, and report progress about once a second.
+
+    tell: is called with a line that says how many are done and what time remains; what: are
+    counted, in this line.
+    """
+    begun = time.monotonic()
+    last_report = begun
     for done, result in enumerate(results, 1):
-        if time.monotonic() > told + 1.0 and done < count:
-            told = time.monotonic()
+        if time.monotonic() > last_report + 1.0 and done < count:
+            last_report = time.monotonic()
             tell(f"{done} of {count} {what}, {remaining(begun, done, count)}")
         yield result
 
@@ -100,13 +106,14 @@ def one_thread() -> AbstractContextManager[object]:
 
 
 def _begin(sent: "SimpleQueue[bytes]") -> None:
-    """Prepare a process of a pool."""
+    """Prepare a process of a pool, which takes what its tasks share from a queue."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     one_thread()
     _COMMON.append(pickle.loads(sent.get()))
 
 
 def _end_with_parent() -> None:
+    """Wait for the end of the process that started this one, and end this one too."""
     parent = parent_process()
     if parent:
         parent.join()
@@ -114,11 +121,12 @@ def _end_with_parent() -> None:
 
 
 def _with_common(work: Callable[[Any, Task], Result], task: Task) -> Result:
+    """The result of a task, in a process that was sent what its tasks share."""
     return work(_COMMON[0], task)
 
 
-def _started(workers: int, common: object = None) -> ProcessPoolExecutor:
-    """Processes that are sent what their tasks share.
+def _new_pool(workers: int, common: object = None) -> ProcessPoolExecutor:
+    """A pool of processes that are sent what their tasks share.
 
     A thread sends it. As an argument of the pool it would be sent by this thread, which would wait
     for ever for a process that dies before it has read.
@@ -136,5 +144,6 @@ def _started(workers: int, common: object = None) -> ProcessPoolExecutor:
 
 
 @lru_cache(maxsize=1)
-def _pool(workers: int) -> ProcessPoolExecutor:
-    return _started(workers)
+def _lasting_pool(workers: int) -> ProcessPoolExecutor:
+    """The pool of so many processes that stays for later calls, whose tasks share nothing."""
+    return _new_pool(workers)

@@ -42,10 +42,9 @@ def _imports(path: Path) -> frozenset[str]:
     """
     text = _TYPES.sub("", _TEXT.sub("", path.read_text(encoding="utf-8")))
     imported = set[str]()
-    for module, from_module, modules in _LINE.findall(
-        text
-    ):  # `from module import ...`, or `import`
-        listed = re.sub(r"#.*", "", from_module or modules).strip("()\n")
+    # `from module import names`, or `import modules`
+    for module, names_of_module, modules in _LINE.findall(text):
+        listed = re.sub(r"#.*", "", names_of_module or modules).strip("()\n")
         for entry in listed.split(","):
             if not entry.strip():
                 continue
@@ -55,22 +54,23 @@ def _imports(path: Path) -> frozenset[str]:
         if module:
             imported.add(module)
     if PACKAGE in imported:  # a verb of the package loads where it stands when it is used
-        homes = _homes()
+        module_of_name = _modules_of_offers()
         for name in re.findall(r"\bsqueal\.(\w+)", text):
-            if name in homes:
-                imported.add(homes[name])
+            if name in module_of_name:
+                imported.add(module_of_name[name])
     return frozenset(imported)
 
 
 @cache
-def _homes() -> dict[str, str]:
+def _modules_of_offers() -> dict[str, str]:
     """The module of each name that the package offers, as its own file imports them."""
     tree = ast.parse((ROOT / "__init__.py").read_text(encoding="utf-8"))
-    homes: dict[str, str] = {}
+    module_of_name: dict[str, str] = {}
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
-            homes |= {alias.name: node.module for alias in node.names}
-    return homes
+            for alias in node.names:
+                module_of_name[alias.name] = node.module
+    return module_of_name
 
 
 def _shows(name: str) -> bool:
@@ -78,8 +78,8 @@ def _shows(name: str) -> bool:
     return any(name == shown or name.startswith(f"{shown}.") for shown in SHOWING)
 
 
-def _needs(path: Path) -> set[str]:
-    """Names of the modules that are sources of what a file computes.
+def _sources_by_import(path: Path) -> set[str]:
+    """Names of the modules that a file imports and that are sources of what it computes.
 
     A file of the toolkit that computes may know how its answers are shown, and is no source of it.
     """
@@ -90,8 +90,11 @@ def _needs(path: Path) -> set[str]:
 
 
 @cache
-def _files(name: str) -> frozenset[Path]:
-    """The file of a module of this package, if it is one, and of the packages that it lies in."""
+def _module_files(name: str) -> frozenset[Path]:
+    """The file of a module of this package and the `__init__.py` of the packages that it lies in.
+
+    Of a name that is no module only the latter; none for a module of other packages.
+    """
     parts = name.split(".")
     if parts[0] != PACKAGE:
         return frozenset()
@@ -103,24 +106,31 @@ def _files(name: str) -> frozenset[Path]:
     return frozenset(file for file in files if file.is_file())
 
 
-def _modules(modules: Iterable[str]) -> set[Path]:
-    """Files of some modules and of all that they import from this package, directly or not."""
+def _files_of_imports(modules: Iterable[str]) -> set[Path]:
+    """Files of some modules and of all that they import from this package, directly or not.
+
+    Raises ModuleNotFoundError for a name that is no module of this package.
+    """
     unread = set[Path]()
     for name in modules:
-        if not _files(name) - _files(name.rpartition(".")[0]):
+        enclosing_package = name.rpartition(".")[0]
+        if not _module_files(name) - _module_files(enclosing_package):
             raise ModuleNotFoundError(f"no module {name} in this package")
-        unread |= _files(name)
+        unread |= _module_files(name)
     files = set(unread)
     while unread:
-        for name in _needs(unread.pop()):
-            unread |= _files(name) - files
-            files |= _files(name)
+        for name in _sources_by_import(unread.pop()):
+            unread |= _module_files(name) - files
+            files |= _module_files(name)
     return files
 
 
 def sources(*modules: str) -> list[str]:
-    """Files, from the folder of the package on, that modules need. Raises ModuleNotFoundError."""
-    files = _modules(modules)
+    """Names of the files that modules need, from the folder of the package on, sorted.
+
+    Raises ModuleNotFoundError.
+    """
+    files = _files_of_imports(modules)
     for path in list(files):
         if "importlib.resources" in _imports(path):
             beside = path.parent.rglob("*")
@@ -131,8 +141,8 @@ def sources(*modules: str) -> list[str]:
 def packages(module: str) -> list[str]:
     """Names of the packages beside this one and Python's own that a module's `sources` import."""
     names = set[str]()
-    for path in _modules([module]):
-        names |= {name.partition(".")[0] for name in _needs(path)}
+    for path in _files_of_imports([module]):
+        names |= {name.partition(".")[0] for name in _sources_by_import(path)}
     return sorted(names - {PACKAGE} - sys.stdlib_module_names)
 
 

@@ -123,7 +123,7 @@ class Damping:
             object.__setattr__(self, name, value)
 
     def to_dict(self) -> dict[str, Any]:
-        """The scene as it stands in a scene file.
+        """The damping as it stands in a scene file.
 
         Examples
         --------
@@ -135,12 +135,12 @@ class Damping:
 
 @dataclass(frozen=True)
 class Scene:
-    """What a scene file asks for; `initial` is (x, y, theta, x_dot, y_dot, theta_dot) in SI units.
+    """A pad, its contact model and what a simulation of it computes: the content of a scene file.
 
-    It counts from `start`: the origin, or the sliding equilibrium. `tolerance` is the relative
-    error tolerance of a step; `stop` (s) and `samples` are None in a scene that names no time.
-    Raises InputError, with the sentence that the same scene file would meet, for what is not
-    allowed.
+    `initial` is the first state (x, y, theta, x_dot, y_dot, theta_dot) in SI units. It counts from
+    `start`: the origin, or the sliding equilibrium. `tolerance` is the relative error tolerance of
+    a step; `stop` (s) and `samples` are None in a scene that names no time. Raises InputError, with
+    the sentence that the same scene file would meet, for what is not allowed.
 
     Examples
     --------
@@ -193,20 +193,26 @@ class Scene:
         for name, value in zip(COORDINATES, self.initial, strict=True):
             if value != 0.0:
                 initial[name] = value
-        time = {"stop": self.stop, "samples": self.samples}
-        parts: dict[str, Any] = {
-            "model": self.model,
-            "parameters": self.pad.to_dict(),
+        time: dict[str, float] = {}
+        if self.stop is not None:
+            time["stop"] = self.stop
+        if self.samples is not None:
+            time["samples"] = self.samples
+        groups = {
             "formulation": self.formulation.to_dict(),
             "initial": initial,
-            "time": {name: value for name, value in time.items() if value is not None},
-            "damping": self.damping and self.damping.to_dict(),
+            "time": time,
+            "damping": {} if self.damping is None else self.damping.to_dict(),
         }
+        document: dict[str, Any] = {"model": self.model, "parameters": self.pad.to_dict()}
+        for name, group in groups.items():
+            if group:
+                document[name] = group
         if self.tolerance != DEFAULT_TOLERANCE:
-            parts["tolerance"] = self.tolerance
+            document["tolerance"] = self.tolerance
         if self.outputs != DEFAULT_OUTPUTS:
-            parts["outputs"] = list(self.outputs)
-        return {name: part for name, part in parts.items() if part not in ({}, None)}
+            document["outputs"] = list(self.outputs)
+        return document
 
     @staticmethod
     def from_dict(document: dict[str, Any], at: Place, source: Path | None = None) -> Scene:
@@ -259,10 +265,13 @@ class Scene:
         (0.5, 1e-10)
         """
         pad = changes.pop("pad", self.pad)
-        of_scene = {name: changes.pop(name) for name in vars(self) if name in changes}
-        if changes:
+        changes_of_scene = {}
+        for name in vars(self):
+            if name in changes:
+                changes_of_scene[name] = changes.pop(name)
+        if changes:  # what remains are parameters of the pad
             pad = pad.replace(**changes)
-        return dataclasses.replace(self, pad=pad, **of_scene)
+        return dataclasses.replace(self, pad=pad, **changes_of_scene)
 
     @property
     def pad_model(self) -> PadModel:
@@ -280,12 +289,14 @@ def _read(document: object, at: Place) -> dict[str, Any]:
     if isinstance(document, dict) and is_system(document) and "model" not in document:
         key = next(key for key in OF_SYSTEMS if key in document)
         raise (at / key).refuse("a system of matrices is not allowed here; it must be a scene")
-    model = document.get("model") if isinstance(document, dict) else None
-    known_model = model if isinstance(model, str) and model in MODELS else ""
-    keys = SCENE.read(document, at, known_model)
+    model = ""  # where it is none, every key is taken, and the model itself is refused
+    if isinstance(document, dict) and document.get("model") in tuple(MODELS):
+        model = document["model"]
+    keys = SCENE.read(document, at, model)
     initial = keys.get("initial", {})
-    counts_from_origin = initial.get("from", "origin") == "origin"
-    theta = initial.get("theta", 0.0) if counts_from_origin else 0.0
+    theta = 0.0
+    if initial.get("from", "origin") == "origin":
+        theta = initial.get("theta", 0.0)
     if abs(keys["parameters"].get("theta0", 0.0) + theta) >= math.pi / 2:
         words = f"such that theta0 + theta lies between -{math.pi / 2:.6g} and {math.pi / 2:.6g}"
         raise (at / "initial" / "theta").must_be(theta, words)

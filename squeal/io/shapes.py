@@ -24,55 +24,64 @@ Shapes = Sequence[tuple[int, Eigenvalue]]
 """Modes by number; their right vectors (n,) are the shapes."""
 
 
-def displacements(where: Coordinates, shape: NDArray) -> NDArray[np.complex128]:
-    """Displacements (nodes, 3) of the nodes that move, turned so that the real parts are largest,
-    and scaled to a largest length of one."""
-    moved = where.displacements(np.asarray(shape, dtype=complex))
-    turned = moved * np.exp(-0.5j * np.angle(np.sum(moved * moved)))
-    largest = float(np.sqrt(np.max(np.sum(np.abs(turned) ** 2, axis=1))))
+def unit_displacements(coordinates: Coordinates, shape: NDArray) -> NDArray[np.complex128]:
+    """Displacements (nodes, 3) of the nodes in a mode shape (n,), of a largest length of one.
+
+    Their common phase is the one that makes the real parts largest.
+    """
+    u = coordinates.displacements(np.asarray(shape, dtype=complex))
+    in_phase = u * np.exp(-0.5j * np.angle(np.sum(u * u)))
+    largest = float(np.sqrt(np.max(np.sum(np.abs(in_phase) ** 2, axis=1))))
     if not largest > 0:
-        return np.asarray(turned)
-    return turned / largest
+        return np.asarray(in_phase)
+    return in_phase / largest
 
 
-def write_shapes(path: Path, where: Coordinates, shapes: Shapes) -> None:
+def write_shapes(path: Path, coordinates: Coordinates, shapes: Shapes) -> None:
     """Shapes as a legacy VTK file (.vtk) or a universal file (.unv). Raises InputError."""
     if path.suffix == ".vtk":
-        lines = _vtk_lines(where, shapes)
+        lines = _vtk_lines(coordinates, shapes)
     elif path.suffix == ".unv":
-        lines = _unv_lines(where, shapes)
+        lines = _unv_lines(coordinates, shapes)
     else:
         raise InputError(f"{path}: the name must end in .vtk or .unv")
     write_text(path, "\n".join(lines) + "\n")
 
 
-def _vtk_lines(where: Coordinates, shapes: Shapes) -> Iterator[str]:
-    """Points, cells, and of each mode its real and imaginary parts, and phases in degrees."""
-    count = len(where.places)
-    cells = [(CELLS[name].vtk, nodes[: CELLS[name].corners]) for name, nodes in where.cells]
+def _vtk_lines(coordinates: Coordinates, shapes: Shapes) -> Iterator[str]:
+    """The lines of a legacy VTK file: nodes, elements, and the displacements of each mode.
+
+    These are three fields: real parts, imaginary parts and phases in degrees.
+    """
+    count = len(coordinates.places)
+    cells = []  # number of the kind, and corners
+    for name, nodes in coordinates.cells:
+        kind = CELLS[name]
+        cells.append((kind.vtk, nodes[: kind.corners]))
     if not cells:
         cells = [(VTK_VERTEX, (node,)) for node in range(count)]
 
-    def table(head: str, rows: NDArray) -> Iterator[str]:
+    def vectors(head: str, rows: NDArray) -> Iterator[str]:
         yield f"{head} double"
-        for row in rows.tolist():
-            yield " ".join(f"{x:.9g}" for x in row)
+        for x, y, z in rows.tolist():
+            yield f"{x:.9g} {y:.9g} {z:.9g}"
 
     yield "# vtk DataFile Version 3.0\nmode shapes\nASCII\nDATASET UNSTRUCTURED_GRID"
-    yield from table(f"POINTS {count}", where.places)
-    yield f"CELLS {len(cells)} {sum(1 + len(corners) for _, corners in cells)}"
+    yield from vectors(f"POINTS {count}", coordinates.places)
+    numbers_of_cells = sum(1 + len(corners) for _, corners in cells)
+    yield f"CELLS {len(cells)} {numbers_of_cells}"
     for _, corners in cells:
         yield " ".join(map(str, (len(corners), *corners)))
     yield f"CELL_TYPES {len(cells)}"
-    for kind, _ in cells:
-        yield str(kind)
+    for vtk_number, _ in cells:
+        yield str(vtk_number)
     yield f"POINT_DATA {count}"
     for number, mode in shapes:
-        u = displacements(where, mode.right)
+        u = unit_displacements(coordinates, mode.right)
         name = f"mode_{number}_{mode.frequency_hz:.6g}_Hz"
-        yield from table(f"VECTORS {name}_real", u.real)
-        yield from table(f"VECTORS {name}_imag", u.imag)
-        yield from table(f"VECTORS {name}_phase", np.degrees(np.angle(u)))
+        yield from vectors(f"VECTORS {name}_real", u.real)
+        yield from vectors(f"VECTORS {name}_imag", u.imag)
+        yield from vectors(f"VECTORS {name}_phase", np.degrees(np.angle(u)))
 
 
 def _columns(*numbers: float, form: str = "10d") -> str:
@@ -80,44 +89,53 @@ def _columns(*numbers: float, form: str = "10d") -> str:
     return "".join(f"{x:{form}}" for x in numbers)
 
 
-def _unv_lines(where: Coordinates, shapes: Shapes) -> Iterator[str]:
-    """Datasets 2411 (nodes), 2412 (elements) and, of each mode, 55 (real or complex shape)."""
-    labels: Sequence[int] = range(1, len(where.places) + 1)
-    if where.names and all(name.isdecimal() and int(name) < LABEL for name in where.names):
-        labels = [int(name) for name in where.names]
+def _unv_lines(coordinates: Coordinates, shapes: Shapes) -> Iterator[str]:
+    """The lines of a universal file, by datasets.
+
+    2411 holds the nodes, 2412 the elements and 55, one a mode, a real or complex shape. Nodes keep
+    their names where all are numbers that fit.
+    """
+    labels: Sequence[int] = range(1, len(coordinates.places) + 1)
+    if coordinates.names and all(
+        name.isdecimal() and int(name) < LABEL for name in coordinates.names
+    ):
+        labels = [int(name) for name in coordinates.names]
     edge = f"{-1:6d}"  # begins and ends a dataset
     yield f"{edge}\n{2411:6d}"
-    for label, place in zip(labels, where.places.tolist(), strict=True):
-        coordinates = _columns(*place, form="25.16E").replace("E", "D")
+    for label, place in zip(labels, coordinates.places.tolist(), strict=True):
         # behind the label two coordinate systems and a colour
-        yield f"{_columns(label, 1, 1, 11)}\n{coordinates}"
-    if where.cells:
+        yield _columns(label, 1, 1, 11)
+        yield _columns(*place, form="25.16E").replace("E", "D")
+    if coordinates.cells:
         yield f"{edge}\n{edge}\n{2412:6d}"
-    for number, (name, nodes) in enumerate(where.cells, 1):
+    for number, (name, nodes) in enumerate(coordinates.cells, 1):
         corners = nodes[: CELLS[name].corners]
         # behind the kind of element a physical property, a material and a colour
         yield _columns(number, CELLS[name].unv, 1, 1, 7, len(corners))
         yield _columns(*(labels[corner] for corner in corners))
     for number, mode in shapes:
         yield f"{edge}\n{edge}\n{55:6d}\nmode {number}\n{mode.frequency_hz:.6g} Hz"
-        yield from _unv_shape(where, labels, number, mode)
+        yield from _unv_shape(coordinates, labels, number, mode)
     yield edge
 
 
 def _unv_shape(
-    where: Coordinates, labels: Sequence[int], number: int, mode: Eigenvalue
+    coordinates: Coordinates, labels: Sequence[int], number: int, mode: Eigenvalue
 ) -> Iterator[str]:
-    """The records of a dataset 55 behind its first two lines of text.
+    """The lines of a dataset 55 behind its first two lines of text.
 
     A shape whose parts are in phase is a normal mode, with frequency, modal mass and damping ratio;
-    any other a complex one, with its eigenvalue.
+    any other a complex one, with its eigenvalue. labels: the numbers of the nodes; number: that of
+    the mode.
     """
-    u = displacements(where, mode.right)
+    u = unit_displacements(coordinates, mode.right)
     if np.abs(u.imag).max() < REAL:
         analysis = UNV_NORMAL_MODE
         data = UNV_REAL
         values = u.real
-        mass = float(np.linalg.norm(u) / np.linalg.norm(where.displacements(mode.right))) ** 2
+        # modal vectors are normalised by mass, so that the scale of the shape gives its modal mass
+        scale = np.linalg.norm(u) / np.linalg.norm(coordinates.displacements(mode.right))
+        mass = float(scale) ** 2
         numbers = [mode.frequency_hz, mass, mode.damping_ratio, 0.0]
     else:
         analysis = UNV_COMPLEX_MODE
@@ -129,4 +147,5 @@ def _unv_shape(
     # two whole numbers follow, the load case and the mode, and so many others
     yield f"{_columns(2, len(numbers), 1, number)}\n{_columns(*numbers, form='13.5E')}"
     for label, row in zip(labels, values.tolist(), strict=True):
-        yield f"{label:10d}\n{_columns(*row, form='13.5E')}"
+        yield _columns(label)
+        yield _columns(*row, form="13.5E")

@@ -15,40 +15,44 @@ ALL = "all"  # in place of a name: every face that one element alone has
 SHELL_SIDES = {"SPOS": False, "SNEG": True}  # whether the face is seen from the other side
 
 
-def read_surface(where: Coordinates, surface: str) -> Surface:
+def read_surface(coordinates: Coordinates, surface: str) -> Surface:
     """The faces of a surface and the places of their nodes.
 
     `surface` is `all`, or the name of a *SURFACE of the deck that the elements come from. Raises
     InputError.
     """
-    if not where.cells:
+    if not coordinates.cells:
         raise InputError("has no elements; the system file needs the key elements")
     if surface == ALL:
-        faces = outer_faces(where.cells)
-    elif where.elements_file is not None and where.elements_file.suffix.lower() == ".inp":
-        faces = list(_named_faces(where, where.elements_file, surface))
+        faces = outer_faces(coordinates.cells)
+    elif (
+        coordinates.elements_file is not None and coordinates.elements_file.suffix.lower() == ".inp"
+    ):
+        faces = list(_named_faces(coordinates, coordinates.elements_file, surface))
     else:
         raise InputError(
             f"{surface} is not allowed; its elements come from a table, which names no surface; it "
             f"must be {ALL}"
         )
-    return surface_of(where, faces)
+    return surface_of(coordinates, faces)
 
 
-def surface_of(where: Coordinates, faces: Sequence[Corners]) -> Surface:
+def surface_of(coordinates: Coordinates, faces: Sequence[Corners]) -> Surface:
     """Faces with the labels and the places of their nodes."""
-    used = {node for face in faces for node in face}
-    return Surface(
-        faces=[[where.names[node] for node in face] for face in faces],
-        places={where.names[node]: where.places[node] for node in used},
-    )
+    labels_of_faces = []
+    used: set[int] = set()
+    for face in faces:
+        labels_of_faces.append([coordinates.names[node] for node in face])
+        used.update(face)
+    places = {coordinates.names[node]: coordinates.places[node] for node in used}
+    return Surface(labels_of_faces, places)
 
 
-def _named_faces(where: Coordinates, path: Path, surface: str) -> Iterator[Corners]:
-    """The faces below *SURFACE of a deck. Raises InputError."""
-    cells = dict(zip(where.elements, where.cells, strict=True))
+def _named_faces(coordinates: Coordinates, path: Path, surface: str) -> Iterator[Corners]:
+    """The nodes of the faces of a *SURFACE in the input file at `path`. Raises InputError."""
+    cells = dict(zip(coordinates.elements, coordinates.cells, strict=True))
     members = deck_sets(path, "ELEMENT")
-    names: list[str] = []
+    names: list[str] = []  # of all surfaces, in capitals
     is_empty = True
     for line in deck_lines(path):
         if line.keyword[0] != "*SURFACE":
@@ -75,8 +79,10 @@ def _named_faces(where: Coordinates, path: Path, surface: str) -> Iterator[Corne
 
 
 def deck_sets(path: Path, kind: str) -> dict[str, list[str]]:
-    """The labels of the members of each set of a deck, of the kind NODE or ELEMENT. Raises
-    InputError."""
+    """The labels of the members of each set of an input file, by the set's name in capitals.
+
+    kind: NODE or ELEMENT. A set may name members of sets before it. Raises InputError.
+    """
     option = "NSET" if kind == "NODE" else "ELSET"
     members: dict[str, list[str]] = defaultdict(list)
     for line in deck_lines(path):
@@ -109,7 +115,9 @@ def named_face(kind: str, nodes: Corners, side: str, at: Place) -> Corners:
     InputError."""
     faces = list(CELLS[kind].face_nodes(nodes))
     if side in SHELL_SIDES and len(faces) == 1:
-        return _turned_over(faces[0]) if SHELL_SIDES[side] else faces[0]
+        if SHELL_SIDES[side]:
+            return _turned_over(faces[0])
+        return faces[0]
     number = side.removeprefix("S")
     if not number.isdecimal() or not 1 <= int(number) <= len(faces):
         raise at.refuse(f"{side} is no face of a {kind}; it must be S1 to S{len(faces)}")
@@ -117,7 +125,10 @@ def named_face(kind: str, nodes: Corners, side: str, at: Place) -> Corners:
 
 
 def _turned_over(face: Corners) -> Corners:
-    """A face of a shell seen from its other side."""
+    """A face of a shell seen from its other side: corners, and middles of edges, in reverse order.
+
+    The middle of the edge from the last corner to the first stays the last one.
+    """
     corners = corners_of(face)
     middles = face[len(corners) :]
     return (*reversed(corners), *reversed(middles[:-1]), *middles[-1:])

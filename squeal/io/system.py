@@ -31,16 +31,34 @@ from squeal.io.terms import (
 )
 from squeal.linear.damping import Damped, damped
 from squeal.linear.matrices import dense, reduce
-from squeal.linear.system import Term, TermSystem, supported, without_supports
+from squeal.linear.system import Term, TermSystem, supports_warning, without_supports
 from squeal.schema import Place
 
 FULL = 0.2  # share of entries above which a matrix from a file becomes dense
 
 
 class Origin(NamedTuple):
-    """Where a matrix came from: the key of its part, its file (empty if in the system file), the
-    format that was read, whether it names its rows, its key in a file of several, and the digits
-    that it was rounded to."""
+    """Where the matrix of a term came from.
+
+    Attributes
+    ----------
+    part : str
+        The key of its part: M, C, K, K4 or, of an assembly, that behind the component's name.
+    file : str
+        Its file; empty if it stands in the system file.
+    factor : str
+        The formula that multiplies it.
+    matrix : csc_array (n, n)
+        The matrix, on the rows of the system.
+    form : str
+        The format that was read.
+    labelled : bool
+        Whether the file names its rows.
+    key : str
+        Its key in a file of several; empty without.
+    digits : int or None
+        The significant digits that it was rounded to, None if it is exact or holds doubles.
+    """
 
     part: str
     file: str
@@ -54,9 +72,26 @@ class Origin(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SystemFile:
-    """A system from a file; `inputs` are the other files that were read, `damped` says what has
-    damping that is not given as a matrix, `assembly` is what components were joined to.
-    `assumptions` say what was guessed, left out or united: nothing is certified after it.
+    """A system from a file, with all that the file says of it.
+
+    Attributes
+    ----------
+    system : TermSystem
+        M, C and K as sums of terms.
+    reference : str
+        Where the system is from.
+    origins : tuple of Origin
+        Where each matrix came from.
+    inputs : tuple of Path
+        The other files that were read.
+    coordinates : Coordinates or None
+        Where the rows are in space.
+    damped : tuple of Damped
+        What has damping that is not given as a matrix.
+    assembly : Assembly or None
+        What components were joined to.
+    assumptions : tuple of str
+        What was guessed, left out or united: nothing is certified after it.
 
     Examples
     --------
@@ -103,14 +138,16 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
     parameter = swept_parameter(keys, at)
     terms = terms_of(keys, at, parameter)
     files = _read_files(terms, folder)
-    assumptions = [words for file in files for words in file.assumptions]
+    assumptions: list[str] = []
+    for file in files:
+        assumptions += file.assumptions
     assumptions += _compare_labels(at, terms, files)
     with at.named():
-        common = aligned(files)
-    matrices: list[Matrix] = common
-    if _is_dense(terms, common):
-        matrices = [matrix.toarray() for matrix in common]
-    rows = common[0].shape[0]
+        sparse_matrices = aligned(files)
+    matrices: list[Matrix] = sparse_matrices
+    if _is_dense(terms, sparse_matrices):
+        matrices = [matrix.toarray() for matrix in sparse_matrices]
+    rows = sparse_matrices[0].shape[0]
     made = _make_terms(terms, matrices, files, folder, parameter)
     labels = all_labels(files)
     coordinates = _coordinates(keys, folder, rows, labels)
@@ -129,7 +166,7 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
             reduce(mass, None, np.zeros_like(mass))  # refuses a mass that is not positive definite
         system, supports = without_supports(system)
         if supports.size:
-            (at / "K").warn(supported(supports, labels))
+            (at / "K").warn(supports_warning(supports, labels))
         undamped_rows = system.n
         system, damping_records = _with_damping(system, keys, folder, made.damping)
         _warn_of_parameters(at / "damping", system, damping_records)
@@ -147,8 +184,8 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
     )
 
 
-class _Terms(NamedTuple):
-    """The terms of M, C and K, where each came from, and the damping that they name."""
+class _MadeTerms(NamedTuple):
+    """The terms of M, C and K by their part, where each came from, and the damping they name."""
 
     of_part: dict[str, list[Term]]
     origins: list[Origin]
@@ -161,13 +198,15 @@ def _make_terms(
     files: Sequence[MatrixFile],
     folder: Path,
     parameter: str,
-) -> _Terms:
-    """The terms with their matrices on common rows and with their factors.
+) -> _MadeTerms:
+    """The terms of the system from the keys of each term, its matrix and the file of that.
 
-    Raises InputError, also where a matrix has not the rows of the first one, of M.
+    terms, matrices and files have one entry a term; the matrices stand on common rows. Terms of C
+    that damping of terms makes are added. Raises InputError, also where a matrix has not the rows
+    of the first one, of M.
     """
     rows = matrices[0].shape[0]
-    made = _Terms({part: [] for part in PARTS}, [], TermDamping())
+    made = _MadeTerms({part: [] for part in PARTS}, [], TermDamping())
     for term, matrix, file in zip(terms, matrices, files, strict=True):
         if matrix.shape[0] != rows:
             name = f"file {term.keys['file']}" if "file" in term.keys else "the matrix"
@@ -235,7 +274,7 @@ def _is_dense(terms: Sequence[TermKeys], matrices: Sequence[csc_array]) -> bool:
 def _coordinates(
     keys: Document, folder: Path, rows: int, labels: Sequence[tuple[int, int]]
 ) -> Coordinates | None:
-    """Nodes and elements of the rows, None without. Raises InputError."""
+    """Nodes and elements of the rows, None without the key coordinates. Raises InputError."""
     if "coordinates" not in keys:
         return None
     coordinates = read_coordinates(folder / keys["coordinates"]["file"], rows, labels)
@@ -247,7 +286,11 @@ def _coordinates(
 def _with_damping(
     system: TermSystem, keys: Document, folder: Path, term_damping: TermDamping
 ) -> tuple[TermSystem, tuple[Damped, ...]]:
-    """The system with the damping of its structure, and what is damped. Raises InputError."""
+    """The system with the damping of its structure, and what is damped by it.
+
+    keys: those of the system file; term_damping: what terms name themselves, which the damping of
+    the whole leaves out. Raises InputError.
+    """
     damping = keys.get("damping", {})
     ratios = damping.get("ratios", ())
     if isinstance(ratios, dict):
@@ -272,8 +315,12 @@ def _ratios_over_frequency(path: Path) -> Callable[[NDArray], NDArray]:
 
 
 def _warn_of_parameters(at: Place, system: TermSystem, records: Sequence[Damped]) -> None:
-    """Warn of damping of terms of K that depend on parameters: it stays as it is."""
-    factors = {}
+    """Warn of damping of terms of K whose factors depend on parameters.
+
+    It was computed at the given values and stays as it is when they change. records: what is
+    damped, of which `of` is such as K.2 for the second term of K.
+    """
+    factors = {}  # the formula of each such term
     for record in records:
         if record.of.startswith("K."):
             number = int(record.of.removeprefix("K."))
@@ -288,20 +335,30 @@ def _warn_of_parameters(at: Place, system: TermSystem, records: Sequence[Damped]
 def _input_files(keys: Document, terms: Sequence[TermKeys], folder: Path) -> tuple[Path, ...]:
     """The files that a system file names: matrices, then tables of terms, then those of the
     whole."""
-    tables = [term.keys[key] for term in terms for key in ("modulus", "table") if key in term.keys]
-    tables += [keys[key] for key in ("coordinates", "elements") if key in keys]
+    names: list[str] = []
+    tables: list[Document] = []
+    for term in terms:
+        if "file" in term.keys:
+            names.append(term.keys["file"])
+        for key in ("modulus", "table"):
+            if key in term.keys:
+                tables.append(term.keys[key])
+    for key in ("coordinates", "elements"):
+        if key in keys:
+            tables.append(keys[key])
     ratios = keys.get("damping", {}).get("ratios")
     if isinstance(ratios, dict):
         tables.append(ratios)
-    names = [term.keys["file"] for term in terms if "file" in term.keys]
     names += [table["file"] for table in tables]
     return tuple(dict.fromkeys(folder / name for name in names))
 
 
 def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[MatrixFile]) -> list[str]:
-    """Warn of rows (node, dof) that M or K alone have, or C besides, and say what is assumed of
-    those of M without K; internal nodes, below zero, have no mass. Raises InputError where only
-    some matrices have labels."""
+    """Warn of rows (node, dof) that M has and K lacks, or K and not M, or C and not K.
+
+    Internal nodes, below zero, have no mass and are left out. Returns what is assumed of rows of M
+    without K. Raises InputError where only some matrices have labels.
+    """
     labels: dict[str, set[tuple[int, int]]] = {part: set() for part in PARTS}
     unlabelled = []
     for term, file in zip(terms, files, strict=True):
@@ -315,14 +372,14 @@ def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[Matrix
         )
     assumptions = []
     for part, other in ("MK", "KM", "CK"):
-        alone = sorted(label for label in labels[part] - labels[other] if label[0] >= 0)
-        if not alone or not labels[other]:
+        lacking = sorted(label for label in labels[part] - labels[other] if label[0] >= 0)
+        if not lacking or not labels[other]:
             continue
-        node, freedom = alone[0]
+        node, freedom = lacking[0]
         at.warn(
-            f"{len(alone)} rows stand in {part} and not in {other}, the first is degree "
+            f"{len(lacking)} rows stand in {part} and not in {other}, the first is degree "
             f"of freedom {freedom} of node {node}; their entries in {other} are taken as zero"
         )
         if part == "M":
-            assumptions.append(f"{len(alone)} rows of M stand not in K, which is taken as zero")
+            assumptions.append(f"{len(lacking)} rows of M stand not in K, which is taken as zero")
     return assumptions

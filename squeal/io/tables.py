@@ -45,11 +45,22 @@ class _Row(NamedTuple):
     cells: list[str]
 
 
-def read_table(path: Path, names: Sequence[str], more: str = "") -> tuple[Place, list[Line]]:
-    """The place of a .csv file and its lines; it must have the columns `names`, and may have one
-    `more`. The lines below *NODE or *ELEMENT, by the first name, where it is an .inp file.
+def read_table(path: Path, names: Sequence[str], optional: str = "") -> tuple[Place, list[Line]]:
+    """Read a table with named columns: the place of its file and its lines below the heads.
 
-    Raises InputError.
+    Parameters
+    ----------
+    path : Path
+        A .csv file; or an input file (.inp), of which the lines below *NODE or *ELEMENT are read,
+        whichever the first of the names says.
+    names : sequence of str
+        Columns that the table must have.
+    optional : str
+        One that it may have besides, which the refusal of a missing column names.
+
+    Raises
+    ------
+    InputError
     """
     at = Place(str(path))
     try:
@@ -61,8 +72,9 @@ def read_table(path: Path, names: Sequence[str], more: str = "") -> tuple[Place,
     except csv.Error as error:
         raise at.refuse(f"no table of comma-separated values: {error}") from None
     rows = [row for row in rows if "".join(row.cells).strip()]
-    first_cells = rows[0].cells if rows else []
-    heads = [cell.strip().lower() for cell in first_cells]
+    heads = []
+    if rows:
+        heads = [cell.strip().lower() for cell in rows[0].cells]
     missing = [name for name in names if name not in heads]
     if missing and path.suffix.lower() == ".inp":
         raise at.refuse(
@@ -71,8 +83,8 @@ def read_table(path: Path, names: Sequence[str], more: str = "") -> tuple[Place,
         )
     if missing:
         needed = ", ".join(names)
-        if more:
-            needed += f" and {more}"
+        if optional:
+            needed += f" and {optional}"
         raise at.refuse(
             f"no column {missing[0]}; the first line of a .csv file must name, with commas, "
             f"{needed}"
@@ -89,7 +101,7 @@ def read_table(path: Path, names: Sequence[str], more: str = "") -> tuple[Place,
 
 
 def number_in(text: str, at: Place, kind: Kind = ANY) -> float:
-    """The number in a cell of a table. Raises InputError."""
+    """The number in a cell of a table, of a kind of numbers. Raises InputError."""
     try:
         number = float(text)
     except ValueError:
@@ -97,15 +109,18 @@ def number_in(text: str, at: Place, kind: Kind = ANY) -> float:
     return float(kind.read(number, at))
 
 
-def read_over_frequency(path: Path, names: Sequence[str], more: str = "") -> list[list[float]]:
-    """Columns of numbers of at least 0, the first of rising frequencies, and the one `more`, of
-    zeros if it is missing. Raises InputError."""
-    at, lines = read_table(path, names, more)
+def read_over_frequency(path: Path, names: Sequence[str], optional: str = "") -> list[list[float]]:
+    """The numbers in each column of a table over the frequency, which is its first column.
+
+    Frequencies rise, and no number is negative. Behind the columns `names` follows the `optional`
+    one, zeros if it is missing; none if it is not named. Raises InputError.
+    """
+    at, lines = read_table(path, names, optional)
     rows: list[list[float]] = []
     for here, cells in lines:
         row = [number_in(cells[name], here / name, NOT_NEGATIVE) for name in names]
-        if more:
-            row.append(number_in(cells.get(more) or "0", here / more, NOT_NEGATIVE))
+        if optional:
+            row.append(number_in(cells.get(optional) or "0", here / optional, NOT_NEGATIVE))
         if rows and row[0] <= rows[-1][0]:
             raise here.refuse(f"frequency {row[0]:g} is not allowed; frequencies must rise")
         rows.append(row)
@@ -115,15 +130,17 @@ def read_over_frequency(path: Path, names: Sequence[str], more: str = "") -> lis
 
 
 def _text_lines(path: Path, at: Place) -> list[str]:
+    """The lines of a text file; bytes that are no UTF-8 become escapes. Raises InputError."""
     return read_content(path, at).decode("utf-8-sig", "backslashreplace").splitlines()
 
 
 def _with_included(
     path: Path, text: Sequence[str], at: Place, including: tuple[Path, ...]
 ) -> Iterator[str]:
-    """The lines of an input file with those of the files that *INCLUDE names in their places.
+    """The lines `text` of an input file, those of the files that *INCLUDE names in their places.
 
-    `including` are the files that include this one. Raises InputError.
+    `including` are this file and those that include it, so that no file includes itself. Raises
+    InputError.
     """
     for number, line in enumerate(text, 1):
         name = re.match(r"\s*\*INCLUDE\s*,\s*INPUT\s*=\s*\"?([^\",]+)", line, re.IGNORECASE)
@@ -142,8 +159,21 @@ UNFINISHED = "ends an element whose last line of nodes ends with a comma; is the
 
 
 class DeckLine(NamedTuple):
-    """A line of data of an input file: its place, its number, the line of the keyword above it in
-    capitals and split at its commas, its own cells, and how many steps have begun before it."""
+    """A line of data of an input file.
+
+    Attributes
+    ----------
+    at : Place
+        Where it stands.
+    number : int
+        Its number, counted through the files that are included.
+    keyword : list of str
+        The line of the keyword above it, in capitals and split at its commas.
+    cells : list of str
+        The line itself, split at its commas.
+    step : int
+        How many steps have begun before it.
+    """
 
     at: Place
     number: int
@@ -161,45 +191,50 @@ class DeckLine(NamedTuple):
 
 
 def deck_lines(path: Path) -> Iterator[DeckLine]:
-    """The lines of data of an input file of Abaqus or CalculiX and of those that it includes;
-    elements that go on in the next line are one. Warns of keywords that tie or turn rows, and
-    raises InputError for those that make nodes and elements or local axes."""
+    """The lines of data of an input file of Abaqus or CalculiX and of those that it includes.
+
+    An element whose nodes go on in the next lines, each line of which ends with a comma, is one
+    line. Warns of keywords that tie or turn rows, and raises InputError for those that make nodes
+    and elements or local axes.
+    """
     at = Place(str(path))
     text = _with_included(path, _text_lines(path, at), at, (path.resolve(),))
     keyword = [""]
     step = 0
-    begun = ""  # of an element whose nodes go on in the next line
+    unfinished = ""  # the lines so far of an element whose nodes go on in the next line
     for number, line in enumerate(text, 1):
         if line.startswith("**"):
             continue
         here = at / f"line {number}"
         if line.startswith("*"):
-            if begun:
+            if unfinished:
                 raise here.refuse(UNFINISHED)
             keyword = _cells(line.upper())
             if keyword[0] == "*STEP":
                 step += 1
             _check_keyword(keyword, at, here)
             continue
-        full_line = begun + line
+        full_line = unfinished + line
         if not full_line.strip():
             continue
         cells = _cells(full_line)
-        goes_on = keyword[0] == "*ELEMENT" and not cells[-1]
-        begun = full_line if goes_on else ""
-        if not goes_on:
-            yield DeckLine(here, number, keyword, cells, step)
-    if begun:
+        if keyword[0] == "*ELEMENT" and not cells[-1]:
+            unfinished = full_line
+            continue
+        unfinished = ""
+        yield DeckLine(here, number, keyword, cells, step)
+    if unfinished:
         raise at.refuse(UNFINISHED)
 
 
 def _check_keyword(keyword: Sequence[str], at: Place, here: Place) -> None:
     """Warn of a keyword, once for its file `at`, or refuse it `here`. Raises InputError."""
     name = keyword[0].replace(" ", "")
-    has_local_axes = any(option.startswith("SYSTEM") for option in keyword)
-    way_on = REFUSED_KEYWORDS["*SYSTEM"] if has_local_axes else REFUSED_KEYWORDS.get(name)
-    if way_on:
-        raise here.refuse(f"{keyword[0]} is not allowed; {way_on}")
+    advice = REFUSED_KEYWORDS.get(name)
+    if any(option.startswith("SYSTEM") for option in keyword):
+        advice = REFUSED_KEYWORDS["*SYSTEM"]
+    if advice:
+        raise here.refuse(f"{keyword[0]} is not allowed; {advice}")
     if name in ("*NODE", "*ELEMENT", "*NSET", "*ELSET"):
         if any(option.startswith("INPUT") for option in keyword):
             raise here.refuse(f"INPUT of {name} is not read; name the file below *INCLUDE")
@@ -208,8 +243,11 @@ def _check_keyword(keyword: Sequence[str], at: Place, here: Place) -> None:
 
 
 def _input_file_rows(path: Path, wanted: str) -> Iterator[_Row]:
-    """The head of a table and the lines below *NODE or *ELEMENT of an input file of Abaqus or
-    CalculiX. Elements without faces, such as springs, are left out. Raises InputError."""
+    """The nodes or the elements of an input file of Abaqus or CalculiX, below the head of a table.
+
+    wanted: "node" for the lines below *NODE, whose missing coordinates are 0, else those below
+    *ELEMENT. Elements without faces, such as springs, are left out. Raises InputError.
+    """
     of_nodes = wanted == "node"
     if of_nodes:
         yield _Row(0, ["node", "x", "y", "z"])
@@ -221,9 +259,13 @@ def _input_file_rows(path: Path, wanted: str) -> Iterator[_Row]:
         if of_nodes:
             padded = [*line.cells, "0", "0", "0"]
             yield _Row(line.number, [cell or "0" for cell in padded[:4]])
-        elif kind := cell_name(line.keyword):
-            yield _Row(line.number, [line.cells[0], kind, *line.cells[1 : 1 + MOST_NODES]])
+            continue
+        kind = cell_name(line.keyword)
+        if kind:
+            nodes = line.cells[1 : 1 + MOST_NODES]
+            yield _Row(line.number, [line.cells[0], kind, *nodes])
 
 
 def _cells(line: str) -> list[str]:
+    """The cells of a line between its commas, without blanks around them."""
     return [cell.strip() for cell in line.split(",")]

@@ -42,20 +42,24 @@ def swept_parameter(system: Document, at: Place) -> str:
 
 
 def terms_of(system: Document, at: Place, parameter: str) -> list[TermKeys]:
-    """The terms of M, C, K and K4 in their order, powers of the parameter among them."""
+    """The terms of M, C, K and K4 in their order, powers of the parameter among them.
+
+    system: the keys of a system file; parameter: the one that is swept, whose powers multiply K0,
+    K1, ..., and C0, C1, ...
+    """
     terms = []
     for part in PARTS:
-        terms += _listed(part, system.get(part, ()), at / part)
+        terms += _terms_of_part(part, system.get(part, ()), at / part)
         names = [name for name in POWERS if name[0] == part]
         for power, name in enumerate(names):
             if name in system:
                 factor = f"{parameter}**{power}" if power else "1"
                 terms.append(TermKeys(part, at / name, {"matrix": system[name], "factor": factor}))
     K4 = system.get("damping", {}).get("K4", ())
-    return terms + _listed("K4", K4, at / "damping" / "K4")
+    return terms + _terms_of_part("K4", K4, at / "damping" / "K4")
 
 
-def _listed(part: str, terms: tuple[Document, ...], at: Place) -> list[TermKeys]:
+def _terms_of_part(part: str, terms: tuple[Document, ...], at: Place) -> list[TermKeys]:
     """The terms of a part; several are numbered from 1 in messages."""
     if len(terms) == 1:
         return [TermKeys(part, at, terms[0])]
@@ -67,7 +71,7 @@ def formula_of(term: TermKeys) -> Formula:
     with (term.at / "factor").named():
         formula = Formula(term.keys.get("factor", "1"), str(term.at / "factor"))
     if not formula.names:
-        formula.value({})  # may be none
+        formula.value({})  # refuses one without a value, such as 1/0
     return formula
 
 
@@ -97,7 +101,10 @@ def factor_of(
 
 
 def _tabulated_modulus(term: TermKeys, formula: Formula, folder: Path) -> Modulus:
-    """The factor of a term with a table over the frequency. Raises InputError."""
+    """The complex modulus over the frequency that multiplies a term, from its table.
+
+    formula: multiplies it too. Raises InputError.
+    """
     source = folder / term.keys["modulus"]["file"]
     frequencies, storage, loss = read_over_frequency(source, ("frequency", "storage"), "loss")
     if term.part == "C" and any(loss):
@@ -108,7 +115,11 @@ def _tabulated_modulus(term: TermKeys, formula: Formula, folder: Path) -> Modulu
 
 
 def _tabulated(term: TermKeys, formula: Formula, folder: Path, parameter: str) -> Tabulated:
-    """The factor of a term with a table over a parameter. Raises InputError."""
+    """The quantity over a parameter that multiplies a term, from a column of its table.
+
+    formula: multiplies it too; parameter: the one that is swept, over which a table is unless it
+    says otherwise. Raises InputError.
+    """
     here = term.at / "table"
     if term.part not in ("C", "K"):
         raise here.refuse(f"is not allowed at a term of {term.part}; terms of C and K take it")
@@ -146,8 +157,15 @@ def _tabulated(term: TermKeys, formula: Formula, folder: Path, parameter: str) -
 class TermDamping:
     """The damping that terms name themselves.
 
-    `terms` are those that C gains, `indices` the terms of M and K that the damping of the whole
-    leaves out, by the names of the arguments of `damped`, `records` what is damped.
+    Attributes
+    ----------
+    terms : list of Term
+        The terms that C gains.
+    indices : dict of sets of int
+        The terms that the damping of the whole leaves out, as the argument `own` of `damped` takes
+        them: of M by "M", of K by the kind of damping.
+    records : list of Damped
+        What is damped.
     """
 
     terms: list[Term] = field(default_factory=list)
@@ -164,10 +182,20 @@ class TermDamping:
         formula: Formula,
         digits: int | None,
     ) -> None:
-        """Take the damping that a term names, the one at `index` of its part.
+        """Take the damping that a term names, so that the damping of the whole leaves it out.
 
-        `matrix`, `formula` and `digits` are the term's own, without that damping. What a term
-        names is its own, so the damping of the whole leaves the term out.
+        Parameters
+        ----------
+        term : TermKeys
+            The keys of the term.
+        index : int
+            Its index among the terms of M, C or K.
+        matrix : csc_array or ndarray (n, n)
+            Its matrix, on the rows of the system.
+        formula : Formula
+            What multiplies it, without tables and loss factors.
+        digits : int or None
+            The significant digits of its matrix.
         """
         name = f"{term.part}.{index + 1}"
         if term.part == "K4":

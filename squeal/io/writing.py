@@ -29,6 +29,7 @@ from squeal.errors import BEYOND, ComputationError, InputError, visible
 
 SHOWN = 40  # rows that the command line prints
 FEW = 10  # rows in a representation
+TABLES = (".csv", ".json")
 FIGURES = (".pdf", ".png", ".svg")
 
 
@@ -537,7 +538,9 @@ class Answer(ABC):
         try:
             return frame.to_xarray()
         except ImportError:
-            raise InputError("xarray is not installed; to_dataframe needs it not") from None
+            raise InputError(
+                "xarray is not installed (pip install xarray); to_dataframe() does without"
+            ) from None
 
     def save(self, path: Path | str, **drawn: Any) -> None:
         """Write the table as CSV or JSON, or the figure as PDF, PNG or SVG, by the end of the name.
@@ -553,9 +556,13 @@ class Answer(ABC):
         >>> Path("roots.csv").read_text().splitlines()[0]
         'mode,real [1/s],imag [rad/s],frequency_hz,damping_ratio,residual,condition'
         """
-        if Path(path).suffix not in FIGURES:
+        suffix = Path(path).suffix
+        if suffix in TABLES:
             self.table().save(path)
             return
+        if suffix not in FIGURES:
+            allowed = ", ".join([*TABLES, *FIGURES])
+            raise InputError(f"{path}: the name must end in one of {allowed}")
         from squeal.plots.answers import draw  # only what draws loads it
 
         draw(self, Path(path), **drawn)

@@ -47,9 +47,10 @@ def drawing(answer: Answer, name: str = "", **more: Any) -> Drawing:
 
 
 def plot(answer: Answer, axes: Axes | None = None, **look: Any) -> Axes:
-    """The whole figure, shown by pyplot, or one panel in the Axes or in the look that are given.
+    """Plot an answer: its whole figure in pyplot, or its panel.
 
-    `look` holds options of whole figures, or of Matplotlib's artists for a panel.
+    axes: into which the panel is drawn; look: options of the whole figure, see `OF_WHOLE_FIGURES`,
+    or of Matplotlib's artists. With an Axes, or with an option of artists, the panel is drawn.
     """
     if axes is None and look.keys() <= OF_WHOLE_FIGURES:
         figure = drawing(answer, **look).figure
@@ -78,14 +79,17 @@ def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Dr
 
 def _mode_shape(answer: Eigenvalues, name: str, shape: int) -> Drawing:
     """A mode, by its number, on the nodes of a system. Raises InputError without nodes or mode."""
-    source = answer.source
-    coordinates = source.file.coordinates if isinstance(source, SystemSource) else None
+    coordinates = None
+    if isinstance(answer.source, SystemSource):
+        coordinates = answer.source.file.coordinates
     if coordinates is None:
         raise InputError("shape: needs a system with `coordinates: {file: nodes.csv}` in its file")
     numbers = answer.modes.tolist()
     count = max(numbers, default=0)
     if not 1 <= shape <= count:
-        allowed = f"a whole number from 1 to {count}" if count else "left out without a root"
+        allowed = "left out without a root"
+        if count:
+            allowed = f"a whole number from 1 to {count}"
         raise InputError(f"shape: {shape} is not allowed; it must be {allowed}")
     root = answer.eigenvalues[numbers.index(shape)]
     frequency = number(root.frequency_hz)
@@ -94,10 +98,11 @@ def _mode_shape(answer: Eigenvalues, name: str, shape: int) -> Drawing:
 
 
 def _thresholds_of_pad(
-    scene: Scene, found: Thresholds, name: str, low: float, high: float
+    scene: Scene, thresholds: Thresholds, name: str, low: float, high: float
 ) -> Drawing:
-    swept = eigenvalue_paths(found, low, high)
-    return coupling.sweep_drawing(name, swept, found, (low, high), scene.pad.mu)
+    """Modes of a pad over friction from low to high, its thresholds, and its own friction."""
+    paths = eigenvalue_paths(thresholds, low, high)
+    return coupling.sweep_drawing(name, paths, thresholds, (low, high), scene.pad.mu)
 
 
 def _sweep(answer: Sweep, name: str, damping: bool = False) -> Drawing:
@@ -113,6 +118,7 @@ def _sweep(answer: Sweep, name: str, damping: bool = False) -> Drawing:
 
 
 def _thresholds(answer: Thresholds, name: str, high: float | None = None) -> Drawing:
+    """Modes and thresholds over the range searched; of a pad up to `high`, if that is given."""
     if isinstance(answer.source, PadSource):
         scene = answer.source.scene
         return _thresholds_of_pad(scene, answer, name, answer.low, high or answer.high)
@@ -120,12 +126,13 @@ def _thresholds(answer: Thresholds, name: str, high: float | None = None) -> Dra
 
 
 def _map(answer: Map, name: str) -> Drawing:
+    """The map of a system, or that of a pad with the pad marked."""
     if not isinstance(answer.source, PadSource):
         return maps.map_drawing(name, answer)
     scene = answer.source.scene
     first, second = answer.axes
     own = (getattr(scene.pad, first.name), getattr(scene.pad, second.name))
-    level = None  # of the quantity, whose curve passes through the pad
+    level = None  # of the quantity: its curve is drawn
     if answer.quantity is not None and answer.quantity[0] == "critical-friction":
         level = scene.pad.mu
     return maps.map_drawing(name, answer, own, level)
@@ -137,6 +144,10 @@ def _motion(
     scene: Scene | None = None,
     inputs: Iterable[Path | InputFile] = (),
 ) -> Drawing:
+    """The motion of a scene with its spectrum; without the scene the panel of the answer.
+
+    inputs: the files behind it, for the metadata. Raises InputError for an answer without history.
+    """
     if scene is None:
         return panel_drawing(answer, name)
     history = answer.history

@@ -17,8 +17,10 @@ NAMED_AT = 1.4  # share of that frequency at which the line of a multiple is nam
 
 
 def campbell_drawing(answer: CriticalSpeeds, name: str) -> Drawing:
-    """Frequencies as dots over the speed, what grows in red; critical speeds as marks that point
-    up for forward whirl and down for backward whirl."""
+    """Draw a Campbell diagram: frequencies as dots over the speed, those of growing modes in red.
+
+    Critical speeds are marks that point up for forward whirl and down for backward whirl.
+    """
     if answer.critical:
         highest = max(critical.frequency_hz for critical in answer.critical)
     else:
@@ -39,7 +41,8 @@ def campbell_drawing(answer: CriticalSpeeds, name: str) -> Drawing:
                 ms=5.5,
                 zorder=4,
             )
-            if k < NAMED:  # two neighbours have theirs on either side of the line
+            if k < NAMED:
+                # on alternating sides, so that names of neighbours do not meet
                 point = (critical.speed, critical.frequency_hz)
                 offset = (-4, 4) if k % 2 == 0 else (4, -4)
                 write_beside(axes, f"{critical.speed:.4g} rad/s", point, offset, fontsize=7)
@@ -58,7 +61,7 @@ def campbell_drawing(answer: CriticalSpeeds, name: str) -> Drawing:
 
 
 def _draw_frequencies(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
-    """Frequencies up to `top` (Hz) as dots over the speed: small ones, and red where it grows."""
+    """Draw frequencies up to `top` (Hz) as dots over the speed, red where the mode grows."""
     is_shown = answer.frequencies_hz <= top
     speeds = np.broadcast_to(answer.speeds[:, None], is_shown.shape)
     decays = is_shown & ~answer.growing
@@ -68,8 +71,10 @@ def _draw_frequencies(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
 
 
 def _draw_multiple(axes: Axes, answer: CriticalSpeeds, order: float, highest: float) -> None:
-    """The line of a multiple of the speed, named where it leaves the figure; `highest` (Hz) is the
-    frequency that the figure has to show."""
+    """Draw the line of a multiple of the speed, with its name where it leaves the figure.
+
+    order: which multiple; highest: the frequency (Hz) that the figure has to show.
+    """
     ends = np.array([answer.low, answer.high])
     axes.plot(ends, order * ends / (2 * np.pi), color=RING, lw=0.9, ls="--", zorder=0)
     speed = min(answer.high, 2 * np.pi * NAMED_AT * highest / order)

@@ -49,20 +49,20 @@ def draw_matrix(answer: Conditions, axes: Axes, **look: object) -> ScalarMappabl
     sides = _sides(answer)
     rows = _combinations(answer, sides.rows)
     columns = _combinations(answer, sides.columns)
-    growth = np.zeros(len(answer.conditions))
+    growth = np.zeros(len(answer.conditions))  # the fastest of each, NaN without an answer
     for k, condition in enumerate(answer.conditions):
         if condition.reason is not None:
             growth[k] = np.nan
         elif condition.modes:
             growth[k] = condition.modes[0].growth_rate
     largest = float(np.nanmax(growth, initial=0.0)) or 1.0
-    own: dict[str, Any] = {
+    defaults: dict[str, Any] = {
         "cmap": matplotlib.colormaps["OrRd"].with_extremes(under="white", bad=UNKNOWN),
         "norm": Normalize(LEAST * largest, largest),
         "edgecolors": "0.8",
         "linewidth": 0.4,
     }
-    cells = axes.pcolormesh(growth.reshape(len(rows), len(columns)), **(own | look))
+    cells = axes.pcolormesh(growth.reshape(len(rows), len(columns)), **(defaults | look))
     if len(answer.conditions) <= NAMED:
         _name_frequencies(axes, answer, len(columns), DARK * largest)
     x_places, x_labels = _ticks(columns, "\n")

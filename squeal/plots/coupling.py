@@ -49,29 +49,35 @@ def mark_events(
     low: float = 0.0,
     reach: float = 1.0,
 ) -> None:
-    """Verticals (mu, label, line style), sorted, through both panels, labelled in the lower one.
+    """Draw verticals through both panels, with upright labels in the lower one.
 
-    A label stands before its line unless another one is there; the axis of mu begins at `low` and
-    shows as much as `reach`.
+    A label stands to the left of its line, or to the right where another one stands there.
+
+    Parameters
+    ----------
+    events : sequence of (float, str, str)
+        Value of mu, label and line style of each vertical, by rising mu.
+    low, reach : float
+        Where the axis of mu begins, and its length.
     """
     width = LABEL * reach
-    free = low  # from here on no label stands
+    last_end = low  # of the labels so far
     for mu, label, line in events:
         for axes in (upper, lower):
             axes.axvline(mu, color="k", linewidth=0.7, linestyle=line, zorder=0, gid=label)
-        if mu - free > width:
+        if mu - last_end > width:
             offset = -2.0
-            side = "right"
-            free = mu
+            alignment = "right"
+            last_end = mu
         else:
             offset = 2.0
-            side = "left"
-            free = mu + width
+            alignment = "left"
+            last_end = mu + width
         lower.annotate(
             label,
             (mu, 0.96),
             (offset, 0.0),
-            ha=side,
+            ha=alignment,
             rotation=90,
             va="top",
             bbox={"fc": "w", "ec": "none", "pad": 0.6},
@@ -123,24 +129,29 @@ class _Roots(NamedTuple):
 
 
 def _panels(parameter: str, roots: _Roots, ends: tuple[float, float]) -> _Panels:
-    """Empty panels over the parameter, and the locus with the roots; `ends` of the parameter."""
+    """Make empty panels over the parameter, from `ends`[0] to `ends`[1], and the root locus.
+
+    The axes of growth show all roots that grow; roots that decay faster lie outside.
+    """
     values = roots.values
-    sized = values.real[roots.grow] if roots.grow.any() else values.real  # set the axis of growth
-    reach = 1.1 * np.abs(sized).max(initial=0.0) or 1.0
+    shown = values.real
+    if roots.grow.any():
+        shown = values.real[roots.grow]
+    reach = 1.1 * np.abs(shown).max(initial=0.0) or 1.0
     figure = Figure(figsize=(DOUBLE, 3.9))
     grid = figure.add_gridspec(2, 2, width_ratios=[1.55, 1.0], height_ratios=[1.6, 1.0])
     upper = figure.add_subplot(grid[0, 0])
     locus = figure.add_subplot(grid[:, 1])
     lower = figure.add_subplot(grid[1, 0], sharex=upper)
-    name = friction_symbol(parameter)
+    parameter_label = friction_symbol(parameter)
     limits = frequency_limits(values)
     upper.set(xlim=ends, ylim=limits, ylabel=FREQUENCY)
     upper.tick_params(labelbottom=False)
-    lower.set(ylim=(-reach, reach), xlabel=name, ylabel=GROWTH)
+    lower.set(ylim=(-reach, reach), xlabel=parameter_label, ylabel=GROWTH)
     locus.set(xlim=(-reach, reach), ylim=limits, xlabel=GROWTH, ylabel=FREQUENCY)
     is_sparse = len(values) <= 6 * len(np.unique(roots.at))  # as of a pad, with six roots
     dots = _draw_locus(locus, roots.select(_is_upper(values)), ends, is_sparse)
-    figure.colorbar(dots, ax=locus, label=name, aspect=35, pad=0.02)
+    figure.colorbar(dots, ax=locus, label=parameter_label, aspect=35, pad=0.02)
     figure.align_ylabels([upper, lower])
     return _Panels(figure, upper, lower, locus)
 
@@ -148,8 +159,10 @@ def _panels(parameter: str, roots: _Roots, ends: tuple[float, float]) -> _Panels
 def _draw_locus(
     axes: Axes, roots: _Roots, ends: tuple[float, float], is_sparse: bool
 ) -> PathCollection:
-    """Roots as dots coloured by the parameter, those at its lowest value with a dash; large ones
-    where there are few."""
+    """Draw roots as dots coloured by the parameter, those at its lowest value with a dash.
+
+    is_sparse: there are few roots, whose dots are large.
+    """
     growth = roots.values.real
     hertz = roots.values.imag / math.tau
     axes.axvline(0.0, color="0.75", linewidth=0.5, zorder=0)
@@ -183,7 +196,7 @@ class Span(NamedTuple):
 
 
 def _shade(panels: _Panels, spans: Sequence[Span]) -> dict[str, Artist]:
-    """Ranges in the colour of their verdict where something grows; what a legend shows of them."""
+    """Colour the ranges where something grows by their verdict. Returns entries of a legend."""
     looks: dict[str, Any] = {NO_EQUILIBRIUM: {"fc": "none", "ec": "0.7", "hatch": "////", "lw": 0}}
     for verdict in GROWING:
         looks[verdict] = {"fc": COLOUR_OF[verdict], "alpha": 0.13, "lw": 0}
@@ -196,10 +209,17 @@ def _shade(panels: _Panels, spans: Sequence[Span]) -> dict[str, Artist]:
     return entries
 
 
-def _spans(sweep: Sweep, found: Thresholds | None, ends: tuple[float, float]) -> list[Span]:
-    """Ranges of one verdict within the ends of the axis, neighbours of the same verdict joined."""
+def _spans(sweep: Sweep, thresholds: Thresholds | None, ends: tuple[float, float]) -> list[Span]:
+    """Ranges of one verdict within the ends of the axis, neighbours of the same verdict joined.
+
+    Thresholds, where they are known, tell them exactly; the steps of the sweep tell them else.
+    """
+    if thresholds is None:
+        whole_spans = _spans_of_steps(sweep)
+    else:
+        whole_spans = _spans_of_thresholds(thresholds, ends)
     spans: list[Span] = []
-    for low, high, verdict in _spans_of_steps(sweep) if found is None else _spans_of(found, ends):
+    for low, high, verdict in whole_spans:
         begin = max(low, ends[0])
         end = min(high, ends[1])
         if spans and spans[-1].high == begin and spans[-1].verdict == verdict:
@@ -219,17 +239,17 @@ def _spans_of_steps(sweep: Sweep) -> list[Span]:
     return spans
 
 
-def _spans_of(found: Thresholds, ends: tuple[float, float]) -> list[Span]:
+def _spans_of_thresholds(thresholds: Thresholds, ends: tuple[float, float]) -> list[Span]:
     """Ranges between thresholds; beyond the last value that was searched is "no equilibrium"."""
     spans = []
-    low = found.low
-    verdict = found.verdict or "-"
-    for point in found.points:
+    low = thresholds.low
+    verdict = thresholds.verdict or "-"
+    for point in thresholds.points:
         spans.append(Span(low, point.mu, verdict))
         low = point.mu
         verdict = point.kind  # of a threshold: the verdict from there up to the next one
-    spans.append(Span(low, found.high, verdict))
-    spans.append(Span(found.high, max(ends), NO_EQUILIBRIUM))
+    spans.append(Span(low, thresholds.high, verdict))
+    spans.append(Span(thresholds.high, max(ends), NO_EQUILIBRIUM))
     return spans
 
 
@@ -243,50 +263,65 @@ def _verdict(step: Step) -> str:
 def sweep_drawing(
     name: str,
     sweep: Sweep,
-    found: Thresholds | None = None,
+    thresholds: Thresholds | None = None,
     ends: tuple[float, float] | None = None,
-    own: float | None = None,
+    own_value: float | None = None,
 ) -> Drawing:
-    """Frequencies over growth rates along a parameter, a line for each mode, and the root locus
-    beside them.
+    """Draw frequencies and growth rates along a parameter, and beside them the root locus.
 
-    Modes that grow are red, and named in the locus; the legend says from where on they do. The
-    background changes colour where the verdict does. found: thresholds of the same subject;
-    ends: of the axis; own: where the subject stands, marked.
+    Each mode is a line. Modes that grow are red, and named in the locus; the legend says from where
+    on they grow. The background changes colour where the verdict does.
+
+    Parameters
+    ----------
+    name : str
+        The subject, for the alternative text.
+    sweep : Sweep
+        What is drawn.
+    thresholds : Thresholds, optional
+        Of the same subject: they tell ranges and onsets more exactly than the sweep.
+    ends : (float, float), optional
+        Of the axis of the parameter; left out, the first and the last value of the sweep.
+    own_value : float, optional
+        The subject's own value of the parameter, which is marked.
     """
     parameter = sweep.parameter
     low, high = ends or (sweep.steps[0].value, sweep.steps[-1].value)
-    spans = _spans(sweep, found, (low, high))
+    spans = _spans(sweep, thresholds, (low, high))
     roots = _Roots.of(sweep)
     with style():
         panels = _panels(parameter, roots, (low, high))
         upper_roots = roots.select(_is_upper(roots.values))
         _draw_modes(panels, upper_roots)
-        entries = _onsets(sweep, found) | _shade(panels, spans)
-        if own is not None and low <= own <= high:
+        entries = _onsets(sweep, thresholds) | _shade(panels, spans)
+        if own_value is not None and low <= own_value <= high:
             look: Any = {"color": "0.5", "linewidth": 0.8, "linestyle": "-."}
             for axes in (panels.upper, panels.lower):
-                axes.axvline(own, zorder=0, **look)
-            entries[f"present {symbol_of(parameter)} = {own:.4g}"] = Line2D([], [], **look)
+                axes.axvline(own_value, zorder=0, **look)
+            entries[f"present {symbol_of(parameter)} = {own_value:.4g}"] = Line2D([], [], **look)
         mark_events(_contact_changes(sweep), panels.upper, panels.lower, low, high - low)
         if entries:
             panels.figure.legend(
                 entries.values(), entries, loc="outside upper center", ncols=3, columnspacing=1.4
             )
-        _name_growing(panels.locus, upper_roots.select(upper_roots.grow), numbered=found is None)
+        growing = upper_roots.select(upper_roots.grow)
+        _name_growing(panels.locus, growing, numbered=thresholds is None)
     ranges = [f"{span.verdict} from {span.low:.6g} to {span.high:.6g}" for span in spans]
     text = (
         f"Frequencies, growth rates and root locus of {name} over {parameter} from {low:g} to "
         f"{high:g}: {', '.join(ranges)}."
     )
-    if found is not None:
-        crossings = [f"{c.kind} at {c.mu:.6g} ({c.frequency_hz:.4g} Hz)" for c in found.crossings]
+    if thresholds is not None:
+        crossings = []
+        for crossing in thresholds.crossings:
+            frequency = f"{crossing.frequency_hz:.4g} Hz"
+            crossings.append(f"{crossing.kind} at {crossing.mu:.6g} ({frequency})")
         text += f" Crossings of the imaginary axis: {', '.join(crossings) or 'none'}."
     return Drawing(panels.figure, text, f"Modes of {name} over {parameter}", origin(__name__))
 
 
 def _draw_modes(panels: _Panels, roots: _Roots) -> None:
-    """A line for each numbered mode, and all roots as dots, red where they grow."""
+    """Draw a line for each numbered mode, and all roots as dots, red where they grow."""
     curves = ((panels.upper, roots.values.imag / math.tau), (panels.lower, roots.values.real))
     for mode in np.unique(roots.numbers[roots.numbers > 0]).tolist():
         of_mode = np.flatnonzero(roots.numbers == mode)
@@ -300,7 +335,7 @@ def _draw_modes(panels: _Panels, roots: _Roots) -> None:
 
 
 def _contact_changes(sweep: Sweep) -> list[tuple[float, str, str]]:
-    """Verticals where the contact state changes between two values."""
+    """Verticals, see `mark_events`, midway between two values with different contact states."""
     steps = [step for step in sweep.steps if step.roots is not None]
     changes = []
     for step, following in itertools.pairwise(steps):
@@ -310,17 +345,17 @@ def _contact_changes(sweep: Sweep) -> list[tuple[float, str, str]]:
     return changes
 
 
-def _onsets(sweep: Sweep, found: Thresholds | None) -> dict[str, Artist]:
-    """What a legend says of the first modes that grow: from where on."""
+def _onsets(sweep: Sweep, thresholds: Thresholds | None) -> dict[str, Artist]:
+    """Entries of a legend: from which value on the first `NAMED` modes grow."""
     at = symbol_of(sweep.parameter)
     texts = []
-    if found is None:
+    if thresholds is None:
         interval = onset_column(sweep.parameter).cell
         for mode in sweep.modes:
             if mode.onset is not None:
                 texts.append(f"mode {mode.mode}: growth begins at {at} = {interval(mode)}")
     else:
-        for crossing in found.crossings:
+        for crossing in thresholds.crossings:
             if crossing.direction == "up":
                 hertz_text = hertz_of(crossing.frequency_hz)
                 texts.append(f"{crossing.kind} from {at} = {crossing.mu:.4g}{hertz_text}")
@@ -331,8 +366,11 @@ def _onsets(sweep: Sweep, found: Thresholds | None) -> dict[str, Artist]:
 
 
 def _name_growing(axes: Axes, roots: _Roots, numbered: bool) -> None:
-    """Modes that grow, each beside its fastest growth, where no other mode is named; by number
-    where a table has the same numbers."""
+    """Write the frequency of growing modes beside their roots of the fastest growth.
+
+    The fastest come first; one as near in frequency as `ALIKE` to a named one has no name. roots:
+    those that grow; numbered: the number of the mode is written too, as a table has the same.
+    """
     right = axes.get_xlim()[1]
     top = axes.get_ylim()[1]
     named_frequencies: list[float] = []  # rad/s

@@ -29,60 +29,67 @@ SLIDING_LOOKS: dict[str, dict[str, Any]] = {
 MARKS = {"fold": "D", "period doubling": "s", "torus": "^", "grazing": "|"}
 
 
-def cycles_drawing(found: Cycles, name: str) -> Drawing:
-    """Cycles as a curve, red where stable and blue, dashed, where not; on the axis sliding, dashed
-    where it flutters, with the values at which its verdict changes."""
+def cycles_drawing(cycles: Cycles, name: str) -> Drawing:
+    """Draw the amplitude of cycles as a curve, red where stable and blue, dashed, where not.
+
+    Steady sliding lies on the axis, dashed where it flutters, with the values at which its verdict
+    changes.
+    """
     title = f"Periodic motions of {name}"
-    if not found.orbits:
-        return blank(title, f"No periodic motion: {found.reason}.", __name__)
-    values = np.array([orbit.value for orbit in found.orbits])
-    micrometres = np.array([1e6 * orbit.amplitude[1] for orbit in found.orbits])  # of y
+    if not cycles.orbits:
+        return blank(title, f"No periodic motion: {cycles.reason}.", __name__)
+    values = np.array([orbit.value for orbit in cycles.orbits])
+    micrometres = np.array([1e6 * orbit.amplitude[1] for orbit in cycles.orbits])  # of y
     with style():
         figure = Figure(figsize=(SINGLE, 3.2))
         axes = figure.subplots()
-        _draw_cycles(axes, found, values, micrometres)
-        _draw_sliding(axes, found)
-        label = friction_symbol(found.parameter)
-        unit = PARAMETERS[found.parameter].unit
+        _draw_cycles(axes, cycles, values, micrometres)
+        _draw_sliding(axes, cycles)
+        label = friction_symbol(cycles.parameter)
+        unit = PARAMETERS[cycles.parameter].unit
         axes.set_xlabel(label if unit == "1" else f"{label} [{unit}]")
         axes.set_ylabel(r"amplitude of $y$ [$\mu$m]")
         axes.set_ylim(bottom=-0.04 * micrometres.max())
         handles, names = axes.get_legend_handles_labels()
-        once = dict(zip(names, handles, strict=True))
-        figure.legend(once.values(), once, loc="outside lower center", ncols=2)
+        entries = dict(zip(names, handles, strict=True))  # each name once
+        figure.legend(entries.values(), entries, loc="outside lower center", ncols=2)
         axes.set_title(literal(name), loc="left")
-    own = found.orbits[found.own]
-    amplitude = f"{number(micrometres[found.own])} micrometres at {number(own.value)}"
+    own_orbit = cycles.orbits[cycles.own]
+    amplitude = f"{number(micrometres[cycles.own])} micrometres at {number(own_orbit.value)}"
     text = (
-        f"Amplitude of periodic motions over {found.parameter}, from {number(values.min())} to "
+        f"Amplitude of periodic motions over {cycles.parameter}, from {number(values.min())} to "
         f"{number(values.max())}; {amplitude}."
     )
-    for value, verdict in found.critical:
+    for value, verdict in cycles.critical:
         text += f" Sliding: {verdict or NO_EQUILIBRIUM} from {number(value)} on."
     return Drawing(figure, text, title, origin(__name__))
 
 
-def _draw_cycles(axes: Axes, found: Cycles, values: NDArray, sizes: NDArray) -> None:
-    """The branch of cycles, each piece in the look of its kind, and marks where it changes."""
-    for i, (orbit, following) in enumerate(itertools.pairwise(found.orbits)):
+def _draw_cycles(axes: Axes, cycles: Cycles, values: NDArray, sizes: NDArray) -> None:
+    """Draw the branch of cycles, each piece in the look of its kind, with marks at bifurcations.
+
+    values, sizes (m,): the parameter and the amplitude (micrometres) of each orbit.
+    """
+    for i, (orbit, following) in enumerate(itertools.pairwise(cycles.orbits)):
         kind = _kind(orbit, following)
         axes.plot(values[i : i + 2], sizes[i : i + 2], label=f"cycle, {kind}", **LOOKS[kind])
-    axes.plot(values[found.own], sizes[found.own], "o", mfc="none", mec="k", label="the scene")
+    axes.plot(values[cycles.own], sizes[cycles.own], "o", mfc="none", mec="k", label="the scene")
     for kind, mark in MARKS.items():
-        at = [i for i, orbit in enumerate(found.orbits) if orbit.turn == kind]
-        if at:
-            axes.plot(values[at], sizes[at], mark, color="k", ms=4, ls="", label=kind)
+        marked = [i for i, orbit in enumerate(cycles.orbits) if orbit.turn == kind]
+        if marked:
+            axes.plot(values[marked], sizes[marked], mark, color="k", ms=4, ls="", label=kind)
 
 
-def _draw_sliding(axes: Axes, found: Cycles) -> None:
-    """Steady sliding at amplitude zero, where it exists, and where its verdict changes."""
-    starts = [found.sliding[0], *found.critical]
-    ends = [*(value for value, _ in found.critical), found.sliding[-1][0]]
+def _draw_sliding(axes: Axes, cycles: Cycles) -> None:
+    """Draw steady sliding at amplitude zero, where it exists, and where its verdict changes."""
+    # each a value and the verdict from there on; the next change ends it
+    starts = [cycles.sliding[0], *cycles.critical]
+    ends = [*(value for value, _ in cycles.critical), cycles.sliding[-1][0]]
     for (start, verdict), end in zip(starts, ends, strict=True):
         if verdict is not None:
             look = SLIDING_LOOKS[verdict] | {"label": f"sliding, {verdict}"}
             axes.plot([start, end], [0.0, 0.0], marker=".", ms=2, **look)
-    for value, verdict in found.critical:
+    for value, verdict in cycles.critical:
         axes.axvline(value, color="0.6", lw=0.6, zorder=0, gid="critical")
         write_upright(axes, value, f"{verdict or NO_EQUILIBRIUM} from {value:.4g}")
 
@@ -97,4 +104,6 @@ def _kind(orbit: Orbit, following: Orbit) -> str:
         return "faster than the surface"
     if orbit.stable is False or following.stable is False:
         return "unstable or undecided"
-    return "stable" if orbit.stable or following.stable else "unstable or undecided"
+    if orbit.stable or following.stable:
+        return "stable"
+    return "unstable or undecided"

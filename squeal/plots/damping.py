@@ -58,18 +58,20 @@ class _Paths:
         return sorted(modes, key=self.growth, reverse=True)
 
     def partner(self, mode: int) -> int | None:
-        """The mode that comes nearest to it where it grows fastest, over its frequency; None where
-        none comes within `NEAREST`."""
+        """The mode whose frequency is nearest to that of `mode` where `mode` grows fastest.
+
+        None if none is as near as `NEAREST`, of the frequency.
+        """
         fastest = int(np.argmax(self.roots[mode].real))
         value = self.at[mode][fastest]
         frequency = self.roots[mode][fastest].imag
         nearest = None
         least = NEAREST
         for other, values in self.at.items():
-            here = np.flatnonzero(values == value)
-            if other == mode or not here.size:
+            steps = np.flatnonzero(values == value)
+            if other == mode or not steps.size:
                 continue
-            distance = abs(self.roots[other][here[0]].imag - frequency) / frequency
+            distance = abs(self.roots[other][steps[0]].imag - frequency) / frequency
             if distance < least:
                 nearest = other
                 least = distance
@@ -77,9 +79,11 @@ class _Paths:
 
 
 def damping_drawing(name: str, sweep: Sweep) -> Drawing:
-    """Damping ratio in % over frequency, a line for each mode through the sweep, bubbles by growth;
-    beside it the frequencies of the mode that grows fastest and of its partner over the parameter,
-    with the value from which on it grows."""
+    """Draw damping ratios in % over frequency, a line for each mode, with bubbles by growth.
+
+    Beside it stand the frequencies of the mode that grows fastest and of its partner over the
+    parameter, with the value from which on it grows.
+    """
     paths = _Paths(sweep)
     growing = paths.growing(sweep)
     pair = []  # the fastest mode, and its partner if it has one
@@ -93,7 +97,8 @@ def damping_drawing(name: str, sweep: Sweep) -> Drawing:
         if partner is not None:
             pair.append(partner)
             text += f", which meets mode {partner}"
-    colours = dict(zip(dict.fromkeys([*pair, *growing]), COLOURS, strict=False))
+    coloured = dict.fromkeys([*pair, *growing])  # each once; those beyond COLOURS remain grey
+    colours = dict(zip(coloured, COLOURS, strict=False))
     with style():
         figure = Figure(figsize=(DOUBLE, 3.2))
         left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
@@ -103,11 +108,14 @@ def damping_drawing(name: str, sweep: Sweep) -> Drawing:
 
 
 def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str]) -> None:
-    """All modes in the plane of frequency and damping ratio; grey where they never grow."""
-    every = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
-    depth = -min(0.0, float(_ratio(every).min(initial=0.0))) or 1.0  # of the lowest ratio, %
-    fastest = max(float(every.real.max(initial=0.0)), 1e-300)
-    limits = frequency_limits(every)
+    """Draw all modes in the plane of frequency and damping ratio, grey without a colour.
+
+    colours: by the number of the mode, of modes that grow and of the partner of the fastest.
+    """
+    all_roots = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
+    depth = -float(_ratio(all_roots).min(initial=0.0)) or 1.0  # of the lowest ratio below 0, %
+    fastest = max(float(all_roots.real.max(initial=0.0)), 1e-300)  # 1/s, a divisor
+    limits = frequency_limits(all_roots)
     # coloured modes are drawn over grey ones
     for mode, roots in sorted(paths.roots.items(), key=lambda item: item[0] in colours):
         hertz = roots.imag / math.tau
@@ -137,15 +145,15 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str
 def _name_mode(
     axes: Axes, name: str, hertz: float, ratio: float, limits: tuple[float, float], colour: str
 ) -> None:
-    """The name of a mode below its largest bubble, within the limits of the axis."""
-    place = (hertz - limits[0]) / (limits[1] - limits[0])
-    side = ("left", "center", "right")[int(3 * place)]
+    """Write the name of a mode below its lowest point, aligned so that it stays in the axis."""
+    share_of_axis = (hertz - limits[0]) / (limits[1] - limits[0])
+    alignment = ("left", "center", "right")[int(3 * share_of_axis)]
     axes.annotate(
         name,
         (hertz, ratio),
         (0, -7),
         textcoords="offset points",
-        ha=side,
+        ha=alignment,
         va="top",
         fontsize=7,
         color=colour,
@@ -160,7 +168,10 @@ def _ratio(roots: np.ndarray) -> np.ndarray:
 def _draw_pair(
     axes: Axes, sweep: Sweep, paths: _Paths, pair: Sequence[int], colours: dict[int, str]
 ) -> None:
-    """The fastest mode and its partner over the parameter, magnified."""
+    """Draw the frequencies of the fastest mode and of its partner over the parameter.
+
+    pair: numbers of the fastest mode and, if it has one, of its partner; empty if none grows.
+    """
     axes.set(xlabel=friction_symbol(sweep.parameter), ylabel="frequency [Hz]")
     axes.set(xlim=(sweep.steps[0].value, sweep.steps[-1].value))
     if not pair:
@@ -172,11 +183,12 @@ def _draw_pair(
         grows = paths.roots[mode].real > 0.0
         axes.plot(paths.at[mode], hertz, color=colours[mode], lw=1.0, gid=f"pair {mode}")
         axes.plot(paths.at[mode][grows], hertz[grows], ".", color=colours[mode], ms=4)
-    first_growing = paths.roots[pair[0]][paths.roots[pair[0]].real > 0.0][0]
-    place = f"{first_growing.imag / math.tau:.4g} Hz"
-    title = f"mode {pair[0]} begins to grow at {place}"
+    roots = paths.roots[pair[0]]
+    first_growing = roots[roots.real > 0.0][0]
+    at = f"{first_growing.imag / math.tau:.4g} Hz"
+    title = f"mode {pair[0]} begins to grow at {at}"
     if len(pair) == 2:
-        title = f"modes {min(pair)} and {max(pair)} meet at {place}"
+        title = f"modes {min(pair)} and {max(pair)} meet at {at}"
     axes.set_title(title, loc="left")
     fastest = next(mode for mode in sweep.modes if mode.mode == pair[0])
     if fastest.interval is not None:

@@ -50,8 +50,11 @@ def friction_symbol(parameter: str) -> str:
 
 
 def _finish_axes(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
-    """Draw the curves on which stability is lost, label both axes, and mark the pad if it lies in
-    the ranges. Returns what stands for the curves in a legend."""
+    """Draw the curves on which stability is lost, label both axes, and mark the pad.
+
+    own: values of the pad on both axes, which is marked if it lies in the ranges; None of a system.
+    Returns the entry of a legend for the curves, none without curves.
+    """
     curves = answer.details.get("threshold_curve", ())
     look: Any = {"color": THRESHOLD, "linewidth": 1.8}
     for curve in curves:
@@ -99,10 +102,10 @@ def label_axis(axes: Axes, which: str, axis: Axis, unit: str = "", is_pad: bool 
 
 
 def map_drawing(name: str, answer: Map, own: Own = None, level: float | None = None) -> Drawing:
-    """Verdicts over two parameters, a cell for each point, or contours of the map's quantity.
+    """Draw verdicts over two parameters, a cell for each point, or contours of a pad's quantity.
 
-    own: the numbers of a pad, which is marked; level: a value of the quantity whose curve
-    is drawn thick.
+    own: the pad's own values of both parameters, which are marked, None of a system; level: a value
+    of the quantity whose contour is drawn thick.
     """
     with_contours = own is not None and answer.quantity is not None
     with style():
@@ -125,7 +128,7 @@ class _Drawn(NamedTuple):
 
 
 def _cells(axes: Axes, answer: Map) -> _Drawn:
-    """Verdicts, hatched where no equilibrium is admissible."""
+    """Draw verdicts as cells, hatched where no equilibrium is admissible."""
     x = answer.axes[0].values
     y = answer.axes[1].values
     beyond = VERDICT_COLOURS[NAMES.index(BEYOND)]
@@ -157,7 +160,10 @@ def _cells(axes: Axes, answer: Map) -> _Drawn:
 
 
 def _contours(axes: Axes, answer: Map, level: float | None) -> _Drawn:
-    """Labelled contours of the quantity over filled ones; grey where there is no value."""
+    """Draw the quantity as filled contours with labelled edges; grey where it has no value.
+
+    level: a value of the quantity whose contour is drawn thick, if the map reaches it.
+    """
     assert answer.quantity is not None
     x = answer.axes[0].values
     y = answer.axes[1].values

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from squeal.io.cells import corners_of, outer_faces
 from squeal.io.coordinates import Coordinates
-from squeal.io.shapes import displacements
+from squeal.io.shapes import unit_displacements
 from squeal.linear import GROWING, Eigenvalue
 from squeal.model.pad import Pad
 from squeal.plots.style import (
@@ -130,7 +130,7 @@ def pad_figure(
     slenderness = pad.h / pad.w
     rest = np.array([0.0, (pad.y0 + q[1]) / pad.w, pad.theta0 + q[2]])
     scaled = [np.array([1.0, 1.0, pad.w]) * mode.shape for mode in shapes]  # x, y, w theta
-    lines = [outlines(slenderness, rest, shape) for shape in scaled]
+    lines = [outlines(slenderness, rest, shape) for shape in scaled]  # of each mode three pads
     growing_rates = {root.growth_rate for root in roots if root.kind in GROWING}
     corners = np.concatenate(list(itertools.chain(*lines)))
     left, lowest = corners.min(axis=0) - 0.08
@@ -156,7 +156,7 @@ def pad_figure(
 
 
 def modes_drawing(name: str, roots: Sequence[Eigenvalue], figure: Figure | None = None) -> Drawing:
-    """Eigenvalues alone, or a figure of them with mode shapes."""
+    """The drawing of eigenvalues alone, or of a `figure` that shows them with mode shapes."""
     shapes = " and mode shapes"
     drawn = figure
     if drawn is None:
@@ -171,11 +171,15 @@ def modes_drawing(name: str, roots: Sequence[Eigenvalue], figure: Figure | None 
     return Drawing(drawn, text, f"Eigenvalues of {name}", origin(__name__))
 
 
-def outline(where: Coordinates, faces: Sequence[tuple[int, ...]]) -> list[NDArray]:
-    """Edges (2, 3) of a body: those of one face alone, or of faces that meet at an angle."""
+def outline(coordinates: Coordinates, faces: Sequence[tuple[int, ...]]) -> list[NDArray]:
+    """The edges of a body that show its form, each by its two ends (2, 3).
+
+    They belong to one face alone, or to two faces that meet at an angle, see `SHARP`. faces: the
+    indices of the nodes of each.
+    """
     normals_of: dict[frozenset[int], list[NDArray]] = {}
     for face in faces:
-        a, b, c = where.places[list(face[:3])]
+        a, b, c = coordinates.places[list(face[:3])]
         normal = np.cross(b - a, c - b)
         normal = normal / (np.linalg.norm(normal) or 1.0)
         for edge in zip(face, (*face[1:], face[0]), strict=True):
@@ -183,23 +187,26 @@ def outline(where: Coordinates, faces: Sequence[tuple[int, ...]]) -> list[NDArra
     shown = []
     for nodes, normals in normals_of.items():
         if len(normals) != 2 or abs(float(normals[0] @ normals[1])) < SHARP:
-            shown.append(where.places[sorted(nodes)])
+            shown.append(coordinates.places[sorted(nodes)])
     return shown
 
 
-def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> Drawing:
-    """The nodes, or the faces of elements over the outline at rest, at the phase of largest motion
-    and a quarter of a period later.
+def shape_drawing(name: str, words: str, coordinates: Coordinates, shape: NDArray) -> Drawing:
+    """Draw a mode of a system at the phase of largest motion and a quarter of a period later.
 
-    words: frequency and growth of the mode of what is called `name`.
+    Drawn are the faces of elements over the outline at rest, or the nodes alone where there are no
+    elements. name: of the system; words: frequency and growth of the mode; shape (n,): complex, of
+    all rows.
     """
-    faces = [corners_of(face) for face in outer_faces(where.cells)]
-    edges = outline(where, faces)
-    step = 1 if faces else 1 + len(where.places) // MOST_POINTS
-    u = displacements(where, shape)[::step]
-    rest = where.places[::step]
+    faces = [corners_of(face) for face in outer_faces(coordinates.cells)]
+    edges = outline(coordinates, faces)
+    step = 1  # between the nodes that are drawn
+    if not faces:
+        step += len(coordinates.places) // MOST_POINTS
+    u = unit_displacements(coordinates, shape)[::step]
+    rest = coordinates.places[::step]
     amplitude = np.linalg.norm(u, axis=1)
-    box = _box(where.places)
+    box = _box(coordinates.places)
     dot = float(np.clip(6e3 / len(rest), 0.3, 12.0))  # points squared, the smaller the more
     with style():
         figure = Figure(figsize=(DOUBLE, 2.5))
@@ -236,7 +243,7 @@ class _Box(NamedTuple):
 
 
 def _box(places: NDArray) -> _Box:
-    """The box about the places (nodes, 3); that of a plate is no plate itself."""
+    """The box about the places (nodes, 3) with room for motion; its least side is never zero."""
     ends = np.array([places.min(axis=0), places.max(axis=0)])
     sides = np.ptp(ends, axis=0)
     size = float(sides.max()) or 1.0

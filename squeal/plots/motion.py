@@ -79,10 +79,11 @@ class Run:
 def pieces(
     t: np.ndarray, values: np.ndarray, timeline: list[Interval]
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Per state one curve of (time, value), its separate intervals divided by NaN.
+    """Cut a signal into one curve (time, value) a contact state, to be drawn in its colour.
 
-    An interval begins and ends at the located contact changes, where the value is interpolated
-    between the samples; between them it holds every sample.
+    t, values (m,): samples. The intervals of a state are joined to one curve, divided by NaN. They
+    begin and end at the located contact changes, where the value is interpolated between the
+    samples; between them they hold every sample.
     """
     curves: dict[str, list[np.ndarray]] = {}
     for start, stop, state in timeline:
@@ -122,14 +123,15 @@ class Looks(NamedTuple):
             timeline = [_with_edge(interval, partial, run.history) for interval in timeline]
         met = {interval.state for interval in timeline if interval.stop > interval.start}
         states: dict[str, StateLook] = {}
-        for state in run.states_met:
+        for state in run.states_met:  # in the article's order
             label = state_label(state)
             meaning = law.meanings[state]
             if state in met:
                 states[state] = StateLook(label, meaning, palette[state])
             for edge, edge_state in (("leading", LEAD), ("trailing", TRAIL)):
-                if f"{state} {edge}" in met:
-                    states[f"{state} {edge}"] = StateLook(
+                state_at_edge = f"{state} {edge}"  # as `_with_edge` names it
+                if state_at_edge in met:
+                    states[state_at_edge] = StateLook(
                         label=rf"{label}$_{edge[0]}$",
                         meaning=f"{meaning}, {edge} edge",
                         colour=STATE_COLOURS[edge_state],
@@ -138,8 +140,10 @@ class Looks(NamedTuple):
 
 
 def _with_edge(interval: Interval, partial: str, history: dict[str, np.ndarray]) -> Interval:
-    """An interval of partial contact with the edge that touches in its middle; others as they
-    are."""
+    """An interval of partial contact, named by the edge that touches in its middle.
+
+    partial: the name of that state; an interval of another state is returned as it is.
+    """
     if interval.state != partial:
         return interval
     position = history["delta"]
@@ -151,7 +155,7 @@ def _with_edge(interval: Interval, partial: str, history: dict[str, np.ndarray])
 
 
 def trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> None:
-    """A signal over time, coloured by contact state."""
+    """Draw a signal over time, coloured by contact state."""
     curves = pieces(run.history["t"], run.history[signal.name], looks.timeline)
     for state, look in looks.states.items():
         t, values = curves[state]
@@ -167,7 +171,7 @@ def trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> No
 
 
 def strip(axes: Axes, looks: Looks) -> None:
-    """The second cue: each state has a row of its own, so position tells it without colour."""
+    """Draw the contact states over time as bars, a row for each: they are told without colour."""
     labels = []
     for row, (state, look) in enumerate(reversed(looks.states.items())):
         labels.append(look.label)
@@ -202,9 +206,10 @@ def alternative_text(run: Run) -> str:
 
 
 def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency: float) -> None:
-    """Amplitudes over frequency of the run's last part; `frequency` (Hz, or 0) is marked."""
+    """Draw the spectrum of forces in the run's last part; `frequency` (Hz, or 0) is marked."""
     t = run.history["t"]
     last_samples = slice(-int(LAST * len(t)), None)
+    # a column for each force
     values = np.array([run.history[signal.name][last_samples] for signal in forces]).T
     frequencies, amplitudes = spectrum(values, float(t[1] - t[0]), finer=8)
     kilohertz = frequencies[1:] / 1e3  # without the mean, at 0
@@ -234,7 +239,7 @@ def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency
 
 
 def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
-    """Panels of forces and of the position of the reaction, a strip of states, and the spectrum.
+    """Draw forces and the position of the reaction over time, the states, and the spectrum.
 
     `frequency` (Hz) is marked in the spectrum if it is not 0.
     """
@@ -255,15 +260,15 @@ def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
         axes = [first]
         for k in range(1, len(panels)):
             axes.append(figure.add_subplot(grid[k], sharex=first))
-        below = figure.add_subplot(grid[-2], sharex=first)
+        axes_of_states = figure.add_subplot(grid[-2], sharex=first)
         for panel, signal, letter in zip(axes, panels, "abc", strict=False):
             trace(panel, shown, signal, letter, looks)
             panel.tick_params(labelbottom=False)
-        strip(below, looks)
-        last = figure.add_subplot(grid[-1])
-        _spectrum(last, shown, forces, "abcd"[len(panels)], frequency)
-        figure.align_ylabels([*axes, below, last])
-        handles = first.get_lines()[: len(looks.states)]
+        strip(axes_of_states, looks)
+        axes_of_spectrum = figure.add_subplot(grid[-1])
+        _spectrum(axes_of_spectrum, shown, forces, "abcd"[len(panels)], frequency)
+        figure.align_ylabels([*axes, axes_of_states, axes_of_spectrum])
+        handles = first.get_lines()[: len(looks.states)]  # `trace` draws a line for each state
         names = [f"{look.label}: {look.meaning}" for look in looks.states.values()]
         figure.legend(handles, names, loc="outside upper center", ncols=4)
     line = "no line stands out"
@@ -278,6 +283,7 @@ def _with_position(run: Run, model: PadModel) -> Run:
     """A run with the position of the normal reaction over w added to its history."""
     history = run.history
     state_of_name = {model.state_name(state): state for state in model.states}
+    # of each contact point a row: whether it is closed at each time
     contact = np.array([state_of_name[name] for name in history["state"]], dtype=float).T
     at = pose(np, (history["x"], history["y"], history["theta"]))
     with np.errstate(divide="ignore", invalid="ignore"):  # without contact there is no reaction

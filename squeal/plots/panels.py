@@ -50,7 +50,10 @@ def draw_panel(answer: Answer, axes: Axes, **look: Any) -> None:
     y_column = _column(columns, panel.y)
     x = x_column.name
     y = y_column.name
-    rows = [row for row in answer.to_records() if row[x] is not None and row[y] is not None]
+    rows = []
+    for row in answer.to_records():
+        if row[x] is not None and row[y] is not None:
+            rows.append(row)
     axes.set_xlabel(literal(x_column.head))
     axes.set_ylabel(literal(y_column.head))
     if panel.mark is Mark.BARS:
@@ -77,10 +80,17 @@ def _cells(rows: Sequence[Row], name: str) -> list[Any]:
 
 
 def _draw_bars(axes: Axes, rows: Sequence[Row], x: str, y: str, each: str, **look: Any) -> None:
-    """Horizontal bars of y, the first row on top."""
+    """Horizontal bars of y labelled by x, the first row on top.
+
+    each: the column whose value in the first row selects the rows that are drawn; "" for all.
+    """
     if each:
-        rows = [row for row in rows if row[each] == rows[0][each]]
-        axes.set_title(literal(f"{each} {rows[0][each]}" if rows else each), loc="left")
+        title = each
+        if rows:
+            selected = rows[0][each]
+            rows = [row for row in rows if row[each] == selected]
+            title = f"{each} {selected}"
+        axes.set_title(literal(title), loc="left")
     labels = [literal(str(row[x])) for row in rows]
     places = range(len(rows))
     axes.barh(places, _cells(rows, y), **look)
@@ -109,10 +119,10 @@ def _draw_map(answer: Map, axes: Axes, **look: Any) -> None:
     values: NDArray[Any] = answer.codes
     if answer.quantity is not None:
         _, _, values = answer.quantity
-        own: dict[str, Any] = {}
+        defaults: dict[str, Any] = {}
     else:
         colours = [COLOUR_OF[verdict] for verdict in answer.verdicts]
-        own = {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
-    axes.pcolormesh(first.values, second.values, values.T, shading="nearest", **(own | look))
+        defaults = {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
+    axes.pcolormesh(first.values, second.values, values.T, shading="nearest", **(defaults | look))
     label_axis(axes, "x", first)
     label_axis(axes, "y", second)

@@ -69,14 +69,14 @@ def origin(module: str, *results: Provenance | None) -> str:
     A result that was not read from a file has no provenance.
     """
     parts = []
-    for made in results:
-        if made is None:
+    for result in results:
+        if result is None:
             continue
-        inputs = ", ".join(f"{file.name} ({file.sha256[:16]})" for file in made.inputs)
-        versions = ", ".join(f"{k} {v}" for k, v in made.versions.items())
+        inputs = ", ".join(f"{file.name} ({file.sha256[:16]})" for file in result.inputs)
+        versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
         parts.append(
-            f"computed from {inputs or 'no file'} by {made.module} "
-            f"(sources {made.source_sha256}, {versions})"
+            f"computed from {inputs or 'no file'} by {result.module} "
+            f"(sources {result.source_sha256}, {versions})"
         )
     drawn = f"drawn by {module} (sources {digest(module)}, matplotlib {matplotlib.__version__})"
     return "; ".join([*parts, drawn])
@@ -114,9 +114,9 @@ def _encodable(text: str) -> str:
 def rendered(drawing: Drawing, kind: str, dpi: int = 200) -> bytes:
     """A drawing as pdf, svg or png."""
     with style(), matplotlib.rc_context({"svg.hashsalt": "squeal"}):
-        made = BytesIO()
-        drawing.figure.savefig(made, format=kind, dpi=dpi, metadata=_metadata(drawing, kind))
-    return made.getvalue()
+        buffer = BytesIO()
+        drawing.figure.savefig(buffer, format=kind, dpi=dpi, metadata=_metadata(drawing, kind))
+    return buffer.getvalue()
 
 
 def save(drawing: Drawing, path: Path, text: bool = True) -> None:
@@ -125,8 +125,8 @@ def save(drawing: Drawing, path: Path, text: bool = True) -> None:
     The alternative text is in the file's metadata and, with `text`, in a file .txt beside it.
     """
     kind = Word(("pdf", "svg", "png")).read(path.suffix[1:].lower(), Place(str(path)))
-    made = rendered(drawing, kind)  # a disc may fill up while a file is written
-    write_whole(path, lambda stream: stream.write(made), binary=True)
+    content = rendered(drawing, kind)  # before the file is opened
+    write_whole(path, lambda stream: stream.write(content), binary=True)
     if text:
         write_text(path.with_suffix(".txt"), drawing.alternative + "\n")
 
@@ -160,7 +160,7 @@ def frequency_limits(values: np.ndarray) -> tuple[float, float]:
 def write_beside(
     axes: Axes, text: str, point: tuple[float, float], offset: tuple[float, float], **look: Any
 ) -> None:
-    """A text on that side of a point to which an offset (in points) leads from it."""
+    """Write a text beside a point, on the side to which the offset (right, up) in points leads."""
     right, up = offset
     vertical = "center"
     if up:
@@ -177,7 +177,7 @@ def write_beside(
 
 
 def write_upright(axes: Axes, value: float, text: str) -> None:
-    """A text that climbs from the lower edge, to the right of a value on the horizontal axis."""
+    """Write a text upwards from the lower edge, right of a value on the horizontal axis."""
     axes.annotate(
         text,
         (value, 0.08),

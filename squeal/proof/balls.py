@@ -27,7 +27,7 @@ AS_GIVEN = "as given"
 HALF_ULP = "half an ulp"
 
 
-def size(X: Factors) -> Floats:
+def magnitude(X: Factors) -> Floats:
     """Upper bounds of the absolute values of real or complex entries."""
     sizes = np.abs(X)
     if np.iscomplexobj(X):
@@ -36,7 +36,11 @@ def size(X: Factors) -> Floats:
 
 
 def upper(X: Any, terms: int) -> Any:
-    """Upper bounds of sums of that many non-negative products, from their computed values X."""
+    """Upper bounds of sums of so many non-negative products, from their computed values X.
+
+    Rounding takes at most EPS / 2 of X for each term, underflow at most TINY. The eight terms more
+    stand for the few roundings of the bound itself, and of what X is made of.
+    """
     return X * (1.0 + (terms + 8) * EPS) + (terms + 8) * TINY
 
 
@@ -89,6 +93,7 @@ class Balls:
         """Entries times 2^exponents; what underflows is covered by the radius."""
         mid = _shifted(self.mid, exponents)
         rad = np.ldexp(self.rad, exponents)
+        # a midpoint that does not come back has lost digits to underflow
         midpoint_underflows = _shifted(mid, -exponents) != self.mid
         radius_underflows = (self.rad > 0.0) & (rad < TINY)
         return Balls(mid, rad + TINY * (midpoint_underflows | radius_underflows))
@@ -96,15 +101,16 @@ class Balls:
     def plus(self, other: Balls) -> Balls:
         """The sum."""
         mid = self.mid + other.mid
-        return Balls(mid, upper(self.rad + other.rad + EPS * size(mid), 2))
+        return Balls(mid, upper(self.rad + other.rad + EPS * magnitude(mid), 2))
 
     def times(self, factors: Factors) -> Balls:
         """Entries times real or complex numbers, broadcast."""
         mid = self.mid * factors
-        rad = self.rad * size(factors) + 4.0 * EPS * size(mid)
+        rad = self.rad * magnitude(factors) + 4.0 * EPS * magnitude(mid)
         return Balls(mid, upper(rad, 4))
 
     def __matmul__(self, other: Balls) -> Balls:
+        """The products (n, k) of each matrix with each one (m, k) of the other balls."""
         terms = self.mid.shape[1]
         mid = self.mid @ other.mid
         units = 0.5  # u = eps / 2
@@ -112,8 +118,8 @@ class Balls:
             # each part sums 2 n real products, and both parts together cost a factor sqrt(2)
             units = 1.5
         rounding = units * (terms + 4) * EPS  # of the product, as a share of |self| |other|
-        left = size(self.mid)
-        right = size(other.mid)
+        left = magnitude(self.mid)
+        right = magnitude(other.mid)
         rad = left @ upper(other.rad + rounding * right, 2)
         if not self.is_exact:
             rad = rad + self.rad @ upper(right + other.rad, 2)
@@ -121,7 +127,7 @@ class Balls:
 
     def bound(self) -> Floats:
         """Upper bounds of the absolute values."""
-        return upper(size(self.mid) + self.rad, 2)
+        return upper(magnitude(self.mid) + self.rad, 2)
 
 
 def _shifted(X: NDArray, exponents: int | NDArray[np.intp]) -> NDArray:
@@ -178,9 +184,10 @@ def half_widths(X: NDArray, data: str) -> Floats:
     if match is None:
         raise ValueError(f"{data}: is no kind of data; {AS_GIVEN}, {HALF_ULP} or '10 digits' is")
     sizes = np.abs(X)
-    # a logarithm just below a whole number counts as that
+    # a logarithm just below a whole number counts as that: the wider half width is taken
     leading_power = np.floor(np.log10(np.where(sizes > 0.0, sizes, 1.0)) + 1e-9)
     last_power = leading_power - int(match[1]) + 1
+    # a power of ten may miss by more than one rounding, a hundred is beyond all of them
     return np.where(X == 0.0, 0.0, upper(0.5 * 10.0**last_power, 100))
 
 
@@ -192,9 +199,9 @@ def doubles(X: NDArray[Any]) -> NDArray[Any]:
     if X.dtype.kind == "c":
         return doubles(X.real) + 1j * doubles(X.imag)
     floats = X.astype(float)
-    # as objects the comparison is of the numbers themselves
-    if X.dtype.itemsize > 4 and X.dtype != floats.dtype:
+    if X.dtype.itemsize > 4 and X.dtype != floats.dtype:  # doubles hold all shorter numbers
         finite = np.isfinite(X)
+        # NumPy would round both to one type; as objects of Python the numbers are compared exactly
         if not np.array_equal(X[finite].astype(object), floats[finite].astype(object)):
             raise ValueError(f"matrices: an entry of {X.dtype} has more digits than a double")
     return floats
@@ -234,12 +241,16 @@ class Quadratic:
         for X in given:
             if X.ndim != 2 or X.shape != (len(mass), len(mass)) or X.dtype.kind not in "biufc":
                 raise ValueError(f"matrices: shape {X.shape}, {X.dtype}; (n, n) are required")
-        mass, damping, stiffness = (doubles(X) for X in given)
-        is_symmetric = np.array_equal(mass, mass.T) and np.array_equal(stiffness, stiffness.T)
-        is_skew = np.array_equal(damping, -damping.T)
-        with np.errstate(all="ignore"):
-            balls = [Balls(X, half_widths(X, data)) for X in (mass, damping, stiffness)]
-        quadratic = Quadratic(balls[0], balls[1], balls[2], data)
+        balls = []
+        for X in given:
+            entries = doubles(X)
+            with np.errstate(all="ignore"):
+                balls.append(Balls(entries, half_widths(entries, data)))
+        M_balls, C_balls, K_balls = balls
+        M_is_symmetric = np.array_equal(M_balls.mid, M_balls.mid.T)
+        is_symmetric = M_is_symmetric and np.array_equal(K_balls.mid, K_balls.mid.T)
+        is_skew = np.array_equal(C_balls.mid, -C_balls.mid.T)
+        quadratic = Quadratic(M_balls, C_balls, K_balls, data)
         if not quadratic.is_real:
             return quadratic
         return replace(quadratic, symmetric=is_symmetric, skew=is_skew)
@@ -266,7 +277,10 @@ class Quadratic:
 
     @property
     def is_hamiltonian(self) -> bool:
-        """True if with each root its mirror image at the imaginary axis is one."""
+        """True if with each root its mirror image at the imaginary axis is one.
+
+        So it is without damping, and with gyroscopic forces beside symmetric M and K.
+        """
         return self.is_real and (self.is_undamped or (self.symmetric and self.skew))
 
     def block(self, rows: NDArray[np.intp]) -> Quadratic:
@@ -281,6 +295,8 @@ class Quadratic:
 
 
 def largest(matrices: Sequence[Balls]) -> Floats:
-    """The largest absolute value (n, n) that any of the matrices has at each place."""
-    sizes = [X.bound() for X in matrices]
-    return np.max(sizes, axis=0) if sizes[0].size else sizes[0]
+    """Upper bounds (n, n) of the absolute values that any of the matrices has at each place."""
+    bounds = [X.bound() for X in matrices]
+    if not bounds[0].size:  # without rows, where NumPy has no maximum
+        return bounds[0]
+    return np.max(bounds, axis=0)

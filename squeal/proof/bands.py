@@ -15,7 +15,11 @@ from squeal.proof.pieces import Piece
 from squeal.proof.referee import Proof
 
 BEYOND = 1.02  # the disc that is searched, times the upper end of the band
-CORES = (60, 100, 200)  # rows of the core, in turn: the smallest that serves is the sharpest
+CORES = (
+    60,
+    100,
+    200,
+)  # rows of the core, tried one after the other: the smallest that serves gives the least discs
 
 
 def prove_modes(
@@ -66,56 +70,76 @@ def prove_modes(
         raise ValueError(f"band: {low} to {high}; 0 <= low < high is required")
     proof = Proof("open", data=AS_GIVEN)
     for core in CORES:
-        found = prove_band(M, C, K, BEYOND * high, core)
-        if found.is_proved:
-            proof = judge_modes(found, values, low, high, rate)
+        band = prove_band(M, C, K, BEYOND * high, core)
+        if band.is_proved:
+            proof = judge_modes(band, values, low, high, rate)
         else:
-            proof = Proof("open", data=AS_GIVEN, reason=found.reason)
+            proof = Proof("open", data=AS_GIVEN, reason=band.reason)
         if proof.status != "open":
             break
     return proof
 
 
 def judge_modes(
-    found: BandProof, values: ArrayLike, low: float, high: float, rate: float = math.inf
+    band: BandProof, values: ArrayLike, low: float, high: float, rate: float = math.inf
 ) -> Proof:
-    """A printed list of the band between `low` and `high` (rad/s), without what grows or decays
-    faster than a rate (1/s), held against proved pieces."""
+    """Compare a printed list of modes with the proved pieces of a band.
+
+    Each printed root counts for the piece whose disc is nearest to it. A piece that lies in the
+    searched disc holds as many roots as discs, so that the list must have as many for it: more are
+    a refutation, fewer one if the whole piece lies between `low` and `high`.
+
+    Parameters
+    ----------
+    band : BandProof
+        The pieces, with all roots of the disc |lambda| <= `band.radius`.
+    values : array_like (m,)
+        The printed roots, rad/s.
+    low, high : float
+        The range of Im lambda that the list covers, rad/s.
+    rate : float
+        Growth or decay (1/s) above which roots are not listed.
+    """
     roots = np.asarray(values, dtype=complex).reshape(-1)
-    pieces = [piece for piece in found.pieces if _reaches(piece, low, high, rate)]
+    pieces = []
+    for piece in band.pieces:
+        if _may_hold_listed(piece, low, high, rate):
+            pieces.append(piece)
     if len(roots) and not pieces:
         return Proof("refuted", "enclosure", reason="no root is there", where=complex(roots[0]))
-    owners = _nearest(roots, pieces)
-    errors = np.array(
-        [_distance(root, pieces[owner]) for root, owner in zip(roots, owners, strict=True)]
-    )
+    piece_numbers = _nearest_pieces(roots, pieces)
+    errors = np.zeros(len(roots))
+    for i, number in enumerate(piece_numbers.tolist()):
+        errors[i] = _distance_bound(roots[i], pieces[number])
     growth_below = 0.0
-    doubt: tuple[str, complex] | None = None
+    open_reason = ""
+    open_at: complex | None = None  # a disc of the last piece that leaves the answer open
     for number, piece in enumerate(pieces):
-        listed = int(np.count_nonzero(owners == number))
+        listed = int(np.count_nonzero(piece_numbers == number))
         centre = complex(piece.centres[0])
         sizes = np.abs(piece.centres) * (1.0 + 8.0 * EPS)
-        is_counted = bool(np.all(sizes + piece.radii < found.radius))
+        is_counted = bool(np.all(sizes + piece.radii < band.radius))
         if is_counted and listed > piece.count:
             reason = "a root is listed that is none"
             return Proof("refuted", "enclosure", reason=reason, where=centre, errors=errors)
-        if is_counted and listed < piece.count and _lies_within(piece, low, high, rate):
+        if is_counted and listed < piece.count and _all_are_listed(piece, low, high, rate):
             reason = "a root is missing"
             return Proof("refuted", "enclosure", reason=reason, where=centre, errors=errors)
         if not is_counted or listed < piece.count:
-            doubt = "a root may lie on either side of the band's end", centre
+            open_reason = "a root may lie on either side of the band's end"
+            open_at = centre
         elif piece.side == "unknown":
-            doubt = "whether this mode grows is not known", centre
+            open_reason = "whether this mode grows is not known"
+            open_at = centre
         if piece.side not in ("grows", "axis"):
             growth_below = max(growth_below, piece.high)
-    if doubt is not None:
-        reason, where = doubt
-        return Proof("open", "enclosure", growth_below, AS_GIVEN, reason, where, errors)
+    if open_reason:
+        return Proof("open", "enclosure", growth_below, AS_GIVEN, open_reason, open_at, errors)
     return Proof("proved", "enclosure", growth_below, errors=errors, pieces=tuple(pieces))
 
 
-def _reaches(piece: Piece, low: float, high: float, rate: float) -> bool:
-    """True if a root of the piece may lie in the band."""
+def _may_hold_listed(piece: Piece, low: float, high: float, rate: float) -> bool:
+    """True if a root of the piece may lie in the band and grow or decay no faster than the rate."""
     heights = piece.centres.imag
     margins = piece.radii * (1.0 + 4.0 * EPS)
     if piece.low > rate or piece.high < -rate:
@@ -123,8 +147,8 @@ def _reaches(piece: Piece, low: float, high: float, rate: float) -> bool:
     return bool(np.any((heights + margins >= low) & (heights - margins <= high)))
 
 
-def _lies_within(piece: Piece, low: float, high: float, rate: float) -> bool:
-    """True if all roots of the piece lie in the band."""
+def _all_are_listed(piece: Piece, low: float, high: float, rate: float) -> bool:
+    """True if all roots of the piece lie in the band and grow or decay no faster than the rate."""
     heights = piece.centres.imag
     margins = piece.radii * (1.0 + 4.0 * EPS)
     if piece.low < -rate or piece.high > rate:
@@ -132,17 +156,18 @@ def _lies_within(piece: Piece, low: float, high: float, rate: float) -> bool:
     return bool(np.all((heights - margins > low) & (heights + margins < high)))
 
 
-def _nearest(roots: NDArray[np.complex128], pieces: Sequence[Piece]) -> NDArray[np.intp]:
-    """Index of the piece whose disc lies nearest to each root (m,)."""
+def _nearest_pieces(roots: NDArray[np.complex128], pieces: Sequence[Piece]) -> NDArray[np.intp]:
+    """Index (m,) of the piece whose disc lies nearest to each root (m,)."""
     if not len(roots):
         return np.zeros(0, dtype=int)
-    gaps = [
-        np.min(np.abs(roots[:, None] - piece.centres) - piece.radii, axis=1) for piece in pieces
-    ]
+    gaps = []  # (m,) of each piece
+    for piece in pieces:
+        gaps_of_discs = np.abs(roots[:, None] - piece.centres) - piece.radii
+        gaps.append(np.min(gaps_of_discs, axis=1))
     return np.argmin(gaps, axis=0)
 
 
-def _distance(root: complex, piece: Piece) -> float:
+def _distance_bound(root: complex, piece: Piece) -> float:
     """A bound of the distance of a printed root from each root of a piece, rad/s."""
     farthest = np.max(np.abs(root - piece.centres) + piece.radii)
     return float(np.nextafter(farthest * (1.0 + 8.0 * EPS), math.inf))

@@ -133,11 +133,23 @@ class Cell:
         t = self.t_of(point[self.pivot])
         if not abs(t) <= 1:
             return False
-        for i in _others(self.pivot):
+        for i in _other_unknowns(self.pivot):
             deviation = point[i] - self.centre[i](t)
             if not flint.arb(0, float(self.unique_within[i])).contains(deviation):
                 return False
         return True
+
+
+class CurvePoint(NamedTuple):
+    """A point of the curve of equilibria, approximately, and how the curve goes on from it.
+
+    unknowns (4,): x, y, theta and mu; state: the contact state from there on; direction (4,): the
+    tangent of the curve, along the branch, its largest entry about 1.
+    """
+
+    unknowns: Floats
+    state: State
+    direction: Floats
 
 
 class ContactChange(NamedTuple):
@@ -182,8 +194,10 @@ class PadBranch:
             self.fall = pad.fall
             self._c: Coefficients = coefficients(Functions, pad, model.law.absolute_gap)
         self._start = np.array([*np.asarray(start, float), low])
-        self.reason = ""  # why the cells end below `high`, or before the branch turns back
-        self.turn: tuple[float, float] | None = None  # where a change of contact turns it back
+        self.reason = ""
+        """Why the cells end below `high`, or before the branch turns back."""
+        self.fold_at_contact: tuple[float, float] | None = None
+        """The interval of friction in which a change of contact turns the branch back."""
 
     def cells(self) -> Iterator[Cell]:
         """The cells from the lowest friction on, up to the highest or beyond a fold.
@@ -194,31 +208,26 @@ class PadBranch:
         if self.model.linear:
             yield self._about_origin()
             return
-        point = self._start
-        state = self._contact_state(point)
-        tangent = self._tangent(point, state)
-        if tangent is None:
+        position = self._first_position()
+        if position is None:
             self.reason = LOST
             return
-        ahead = tangent
-        if tangent[FRICTION] <= 0.0:
-            ahead = -tangent
         last: Cell | None = None
         half_width = np.inf  # at most, along the curve
         for _ in range(MOST_CELLS):
-            cell = self._next(point, state, ahead, half_width, last)
+            cell = self._next_cell(position, half_width, last)
             if cell is None:
-                self.reason = f"{LOST} beyond mu = {point[FRICTION]:.9g}"
+                self.reason = f"{LOST} beyond mu = {position.unknowns[FRICTION]:.9g}"
                 return
             half_width = np.inf
-            same_state = last is None or last.state == state
+            same_state = last is None or last.state == position.state
             change = self._first_change(cell, same_state)
             if change is None:
                 yield cell
                 last = cell
-                point = self._near(cell, 1.0)
-                ahead = cell.direction(1.0)
-                if point[FRICTION] > self.high or ahead[FRICTION] <= 0.0:
+                position = self._position_at(cell, 1.0)
+                is_at_end = position.unknowns[FRICTION] > self.high
+                if is_at_end or position.direction[FRICTION] <= 0.0:
                     return
                 continue
             if cell.direction(change.low)[FRICTION] <= 0.0:
@@ -232,34 +241,52 @@ class PadBranch:
                 if change.low > cell.start:
                     last = replace(cell, overlap_from=change.low, end=change.low)
                     yield last
-                    point = self._near(cell, change.low)
-                ahead = cell.direction(change.low)
+                    position = self._position_at(cell, change.low)
+                else:
+                    # the cell begins at the change: the next one starts where it did
+                    position = position._replace(direction=cell.direction(change.low))
                 continue
-            crossed = self._crossed(cell, change, state)
-            if crossed is None:
+            beyond = self._beyond_change(cell, change)
+            if beyond is None:
                 self.reason = f"{UNRESOLVED} near mu = {float(friction.mid()):.9g}"
                 return
-            point, state, ahead = crossed
+            position = beyond
             last = replace(cell, overlap_from=change.low, end=change.high)
             yield last
-            if ahead[FRICTION] <= 0.0:
-                self.turn = (float(friction.lower()), float(friction.upper()))
+            if position.direction[FRICTION] <= 0.0:
+                self.fold_at_contact = (float(friction.lower()), float(friction.upper()))
                 return
-        self.reason = f"{LOST} beyond mu = {point[FRICTION]:.9g} within {MOST_CELLS} cells"
+        reached = position.unknowns[FRICTION]
+        self.reason = f"{LOST} beyond mu = {reached:.9g} within {MOST_CELLS} cells"
 
-    def _crossed(
-        self, cell: Cell, change: ContactChange, state: State
-    ) -> tuple[Floats, State, Floats] | None:
-        """Point (4,), contact state and direction (4,) behind a change of contact on a cell; None
-        where several points change, or it is not known where the branch goes."""
+    def _first_position(self) -> CurvePoint | None:
+        """The start of the branch, from which friction rises; None without a tangent."""
+        state = self._contact_state(self._start)
+        tangent = self._tangent(self._start, state)
+        if tangent is None:
+            return None
+        if tangent[FRICTION] <= 0.0:
+            tangent = -tangent
+        return CurvePoint(self._start, state, tangent)
+
+    def _position_at(self, cell: Cell, t: float) -> CurvePoint:
+        """The point of the curve at a t of a cell."""
+        return CurvePoint(self._equilibrium_near(cell, t), cell.state, cell.direction(t))
+
+    def _beyond_change(self, cell: Cell, change: ContactChange) -> CurvePoint | None:
+        """The point of the curve behind a change of contact on a cell.
+
+        None where several contact points change, or it is not known where the branch goes.
+        """
         if len(change.points) != 1:
             return None
-        point = self._near(cell, change.high)
-        state_beyond = state.flip(change.points[0])
-        ahead = self._beyond(point, state_beyond, change.points[0])
-        if ahead is None:
+        changed = change.points[0]
+        unknowns = self._equilibrium_near(cell, change.high)
+        state_beyond = cell.state.flip(changed)
+        direction = self._direction_into_state(unknowns, state_beyond, changed)
+        if direction is None:
             return None
-        return point, state_beyond, ahead
+        return CurvePoint(unknowns, state_beyond, direction)
 
     def _contact_state(self, point: Floats) -> State:
         """Which contact points touch at a point (4,): those whose gaps are negative."""
@@ -267,13 +294,8 @@ class PadBranch:
         gaps = self.model.law.gaps(self._c, pose(Functions, (x, y, theta)))
         return State(*(float(gap.mid()) < 0.0 for gap in gaps))
 
-    def _next(
-        self,
-        point: Floats,
-        state: State,
-        ahead: Floats,
-        limit: float,
-        last: Cell | None,
+    def _next_cell(
+        self, position: CurvePoint, largest_half: float, last: Cell | None
     ) -> Cell | None:
         """The widest cell that starts at a point; None if none continues the last cell.
 
@@ -281,36 +303,33 @@ class PadBranch:
 
         Parameters
         ----------
-        point : ndarray (4,)
-            An approximate equilibrium.
-        state : State
-            The contact state of the cell.
-        ahead : ndarray (4,)
-            The direction of the curve.
-        limit : float
+        position : CurvePoint
+            Where the cell starts.
+        largest_half : float
             The largest half width, as a length along the curve.
         last : Cell or None
             The cell to be continued.
         """
-        chosen = self._pivot(point, state, ahead)
+        point, state, direction = position
+        chosen = self._best_pivot(position)
         if chosen is None:
             return None
         pivot, widest = chosen
-        sense = 1.0 if ahead[pivot] > 0.0 else -1.0
-        half = min(widest, limit / float(np.linalg.norm(ahead)))
-        half *= abs(ahead[pivot])
+        sense = 1.0 if direction[pivot] > 0.0 else -1.0
+        half = min(widest, largest_half / float(np.linalg.norm(direction)))
+        half *= abs(direction[pivot])
         narrowest = NARROWEST * half
-        reach = 1e-15 * np.abs(point)  # points are doubles
+        least_box = 1e-15 * np.abs(point)  # points are doubles
         if last is not None and last.state != state:
             # the box has to hold the whole enclosure of the change of contact, which is as wide
             # along the curve as the bracket of the change
             radii = np.array([float(ball.rad()) for ball in last.at_end()])
-            reach += 16.0 * (radii + radii[pivot] * np.abs(ahead / ahead[pivot]))
-            half = max(half, SHRINKING * float(reach[pivot]))
-        while half > max(narrowest, reach[pivot]):
-            overlap = max(OVERLAP * half, reach[pivot])
+            least_box += 16.0 * (radii + radii[pivot] * np.abs(direction / direction[pivot]))
+            half = max(half, SHRINKING * float(least_box[pivot]))
+        while half > max(narrowest, least_box[pivot]):
+            overlap = max(OVERLAP * half, least_box[pivot])
             middle = point[pivot] + sense * (half - overlap)
-            cell = self._cell(point, pivot, middle, sense * half, state, reach)
+            cell = self._cell_around(point, pivot, middle, sense * half, state, least_box)
             if cell is not None:
                 joined = _joined(cell, last)
                 if joined is not None:
@@ -318,41 +337,39 @@ class PadBranch:
             half /= 2.0
         return None
 
-    def _pivot(self, point: Floats, state: State, ahead: Floats) -> tuple[int, float] | None:
+    def _best_pivot(self, position: CurvePoint) -> tuple[int, float] | None:
         """The index of the unknown by which the curve is best parametrised, and half the width of a
-        cell, in multiples of `ahead`.
+        cell, in multiples of the direction; None without any.
 
-        At a distance h along `ahead` the slopes are J + h J', so that Y = J^-1 leaves
+        At a distance h along the direction the slopes are J + h J', so that Y = J^-1 leaves
         |1 - Y J| = h |J^-1 J'|, with a spectral radius of `CONTRACTION` at the half width. Friction
         is preferred unless another unknown allows cells that are 1.2 times as wide.
         """
-        flint.ctx.cap = 2
-        pairs = zip(point.tolist(), ahead.tolist(), strict=True)
-        series = [flint.arb_series([value, slope]) for value, slope in pairs]
+        point, state, direction = position
         J = np.zeros((3, 4))
         J_change = np.zeros((3, 4))
-        for row, jet in enumerate(self._jets(series, state)):
+        for row, jet in enumerate(self._jets(_along(point, direction), state)):
             for column, slope in enumerate(jet.slopes):
                 value, change = _coefficients(slope, 2)
                 J[row, column] = float(value.mid())
                 J_change[row, column] = float(change.mid())
-        most = np.inf  # a little more than half the way to the highest friction
-        if ahead[FRICTION] > 0.0:
-            to_end = max(self.high - point[FRICTION], 0.0) * 0.51 + NARROWEST
-            most = to_end / ahead[FRICTION]
+        to_end = np.inf  # half a cell that reaches just beyond the highest friction
+        if direction[FRICTION] > 0.0:
+            friction_left = max(self.high - point[FRICTION], 0.0)
+            to_end = (friction_left * 0.51 + NARROWEST) / direction[FRICTION]
         best: tuple[int, float] | None = None
         for pivot in (FRICTION, 0, 1, 2):
-            others = _others(pivot)
+            others = _other_unknowns(pivot)
             try:
                 departure = np.abs(np.linalg.solve(J[:, others], J_change[:, others]))
             except np.linalg.LinAlgError:
                 continue
-            if not np.isfinite(departure).all() or not ahead[pivot]:
+            if not np.isfinite(departure).all() or not direction[pivot]:
                 continue
-            radius = float(np.max(np.abs(np.linalg.eigvals(departure))))
-            half = most
-            if radius > 0.0:
-                half = min(CONTRACTION / radius, most)
+            spectral_radius = float(np.max(np.abs(np.linalg.eigvals(departure))))
+            half = to_end
+            if spectral_radius > 0.0:
+                half = min(CONTRACTION / spectral_radius, to_end)
             if np.isfinite(half) and (best is None or half > 1.2 * best[1]):
                 best = (pivot, half)
         return best
@@ -369,23 +386,22 @@ class PadBranch:
         _, J = evaluated
         null_vector = np.zeros(4)
         for i in range(4):
-            null_vector[i] = (-1) ** i * np.linalg.det(J[:, _others(i)])
+            null_vector[i] = (-1) ** i * np.linalg.det(J[:, _other_unknowns(i)])
         largest = float(np.max(np.abs(null_vector)))
         if not (largest > 0.0 and np.isfinite(largest)):
             return None
         return null_vector / largest
 
-    def _beyond(self, point: Floats, state: State, changed: int) -> Floats | None:
-        """The direction of the curve in which the gap of a point gets the sign of the state.
+    def _direction_into_state(self, point: Floats, state: State, changed: int) -> Floats | None:
+        """The direction (4,) of the curve in which a gap gets the sign that the state asks for.
 
-        None if the gap does not change along the curve.
+        `changed`: the index of the contact point of this gap. None if the gap does not change
+        along the curve.
         """
         tangent = self._tangent(point, state)
         if tangent is None:
             return None
-        pairs = zip(point.tolist(), tangent.tolist(), strict=True)
-        flint.ctx.cap = 2
-        x, y, theta, _ = (flint.arb_series([a, b]) for a, b in pairs)
+        x, y, theta, _ = _along(point, tangent)
         gap = self.model.law.gaps(self._c, pose(Functions, (x, y, theta)))[changed]
         gap_slope = float(_coefficients(gap, 2)[1].mid())
         if gap_slope == 0.0:
@@ -406,7 +422,7 @@ class PadBranch:
             return list(law.gaps(self._c, pose(Functions, tuple(u[:FRICTION]))))
 
         first: ContactChange | None = None
-        for i, gap in enumerate(self._polynomials(cell.centre, cell.radii, gaps)):
+        for i, gap in enumerate(self._enclosing_polynomials(cell.centre, cell.radii, gaps)):
             sign_of_state = -1 if cell.state[i] else 1
             pieces = signs(gap, cell.start, 1.0)
             if not same_state and pieces[0].sign != sign_of_state:
@@ -415,11 +431,11 @@ class PadBranch:
                 if not self.is_sharp(friction, CONTACT_BEYOND):
                     return ContactChange([i], cell.start, certain_from)
                 pieces = [piece for piece in pieces if piece.low >= certain_from]
-            others = [piece for piece in pieces if piece.sign != sign_of_state]
-            if not others:
+            not_of_state = [piece for piece in pieces if piece.sign != sign_of_state]
+            if not not_of_state:
                 continue
-            low = others[0].low
-            high = first_with_sign(others, -sign_of_state)
+            low = not_of_state[0].low
+            high = first_with_sign(not_of_state, -sign_of_state)
             if first is None or low < first.low:
                 first = ContactChange([i], low, high)
             elif low <= first.high:
@@ -430,45 +446,51 @@ class PadBranch:
         """Whether a friction is known to `SHARP` of the range, or to so many times that."""
         return float(friction.rad()) <= times * SHARP * self.high
 
-    def _cell(
-        self, guess: Floats, pivot: int, middle: float, half: float, state: State, reach: Floats
+    def _cell_around(
+        self, guess: Floats, pivot: int, middle: float, half: float, state: State, least_box: Floats
     ) -> Cell | None:
-        """A cell around a value of the pivot, None if no box is mapped into itself.
+        """A cell around a value `middle` of the pivot, None if no box is mapped into itself.
 
-        reach (4,): how far its box reaches at least.
+        guess (4,): an approximate equilibrium there; least_box (4,): the least half widths of the
+        box.
         """
         try:
-            return self._contracted(guess, pivot, middle, half, state, reach)
+            return self._cell_by_krawczyk(guess, pivot, middle, half, state, least_box)
         except (ArithmeticError, ValueError):  # a ball to be divided by holds zero
             return None
 
-    def _contracted(
-        self, guess: Floats, pivot: int, middle: float, half: float, state: State, reach: Floats
+    def _cell_by_krawczyk(
+        self, guess: Floats, pivot: int, middle: float, half: float, state: State, least_box: Floats
     ) -> Cell | None:
         """A cell by Krawczyk's operator: the box is widened until its image lies within.
 
-        A box e of deviations has the image |Y F(P)| + |1 - Y J(P + box)| e.
+        A box e of deviations has the image |Y F(P)| + |1 - Y J(P + box)| e. Raises ArithmeticError
+        or ValueError where a ball to be divided by holds zero.
         """
-        others = _others(pivot)
+        others = _other_unknowns(pivot)
         newton = self._newton(guess, pivot, middle, state)
         if newton is None:
             return None
         point, Y = newton
-        centre = self._taylor(point, pivot, half, state, Y)
-        loads = self._polynomials(centre, np.zeros(4), lambda u: list(self._loads(u, state)))
-        residuals = np.array([_largest(_combined(row, loads)) for row in Y.tolist()])  # |Y F(P)|
-        box = 2.0 * residuals + (1e-18 * np.abs(point[others]) + reach[others])
+        centre = self._taylor_polynomials(point, pivot, half, state, Y)
+        loads = self._enclosing_polynomials(
+            centre, np.zeros(4), lambda u: list(self._loads(u, state))
+        )
+        residuals = np.array(
+            [_absolute_bound(_linear_combination(row, loads)) for row in Y.tolist()]
+        )  # |Y F(P)|
+        box = 2.0 * residuals + (1e-18 * np.abs(point[others]) + least_box[others])
         for _ in range(ROUNDS):
             if not np.isfinite(box).all():
                 return None
             radii = np.zeros(4)
             radii[others] = box
-            slopes = self._slopes(centre, radii, state)
+            slopes = self._slope_polynomials(centre, radii, state)
             contraction = np.zeros((3, 3))  # |1 - Y J|
             for i, row in enumerate(Y.tolist()):
                 for j, unknown in enumerate(others):
-                    product = _combined(row, [slopes[k][unknown] for k in range(3)])
-                    contraction[i, j] = _largest(int(i == j) - product)
+                    product = _linear_combination(row, [slopes[k][unknown] for k in range(3)])
+                    contraction[i, j] = _absolute_bound(int(i == j) - product)
             image = upper(residuals + contraction @ box, 8)
             if np.all(image < box):
                 unique_within = radii.copy()
@@ -483,12 +505,12 @@ class PadBranch:
         """A narrower cell of the same equilibria, None if there is none."""
         t = flint.arb((middle - cell.middle) / cell.half)
         guess = np.array([float(polynomial(t).mid()) for polynomial in cell.centre])
-        narrow = self._cell(guess, cell.pivot, middle, half, cell.state, np.zeros(4))
+        narrow = self._cell_around(guess, cell.pivot, middle, half, cell.state, np.zeros(4))
         if narrow is None or not cell.holds(narrow.at(flint.arb(0))):
             return None
         return narrow
 
-    def _near(self, cell: Cell, t: float) -> Floats:
+    def _equilibrium_near(self, cell: Cell, t: float) -> Floats:
         """The unknowns (4,) at a t of a cell, to rounding."""
         guess = np.array([float(ball.mid()) for ball in cell.at(flint.arb(t))])
         newton = self._newton(guess, cell.pivot, float(guess[cell.pivot]), cell.state)
@@ -501,7 +523,7 @@ class PadBranch:
     ) -> tuple[Floats, Floats] | None:
         """Newton's method with the pivot held at a value: an approximate equilibrium (4,) and Y
         (3, 3), the inverse of the slopes by the other unknowns. None if it fails."""
-        others = _others(pivot)
+        others = _other_unknowns(pivot)
         point = guess.copy()
         point[pivot] = value
         for _ in range(12):
@@ -519,7 +541,7 @@ class PadBranch:
                 return point, np.asarray(Y, float)  # the next step is rounding
         return None
 
-    def _taylor(
+    def _taylor_polynomials(
         self, point: Floats, pivot: int, half: float, state: State, Y: Floats
     ) -> tuple[Polynomial, ...]:
         """Approximate Taylor polynomials (4) of the unknowns in t.
@@ -537,7 +559,7 @@ class PadBranch:
             flint.ctx.cap = order + 1
             loads = self._loads([flint.arb_series(known) for known in terms], state)
             residuals = [_coefficients(load, order + 1)[order].mid() for load in loads]
-            for i, row in zip(_others(pivot), Y.tolist(), strict=True):
+            for i, row in zip(_other_unknowns(pivot), Y.tolist(), strict=True):
                 shift = flint.arb(0)
                 for factor, residual in zip(row, residuals, strict=True):
                     shift += factor * residual
@@ -545,14 +567,14 @@ class PadBranch:
         return tuple(flint.arb_poly(known) for known in terms)
 
     def _about_origin(self) -> Cell:
-        """The only cell of a linear model."""
+        """The only cell of a linear model, whose equilibrium is the origin at all frictions."""
         half = (self.high - self.low) / 2.0
         middle = self.low + half
         half *= 1.0 + OVERLAP
         centre = (flint.arb_poly([0]),) * FRICTION + (flint.arb_poly([middle, half]),)
         radii = np.zeros(4)
         state = self.model.full
-        slopes = self._slopes(centre, radii, state)
+        slopes = self._slope_polynomials(centre, radii, state)
         return Cell(state, FRICTION, middle, half, centre, radii, radii, slopes)
 
     def _loads_and_slopes(self, point: Floats, state: State) -> tuple[Floats, Floats] | None:
@@ -586,18 +608,21 @@ class PadBranch:
         jets = [Jet(u, unit) for u, unit in zip(unknowns, UNIT_SLOPES, strict=True)]
         return [Jet.of(load) for load in self._loads(jets, state)]
 
-    def _slopes(
+    def _slope_polynomials(
         self, centre: tuple[Polynomial, ...], radii: Floats, state: State
     ) -> tuple[tuple[Polynomial, ...], ...]:
         """Slopes (3, 4) of the loads by the unknowns over a tube around polynomials."""
 
         def entries(u: Sequence[Any]) -> list[Any]:
-            return [slope for jet in self._jets(u, state) for slope in jet.slopes]
+            slopes: list[Any] = []
+            for jet in self._jets(u, state):
+                slopes += jet.slopes
+            return slopes
 
-        row_by_row = self._polynomials(centre, radii, entries)
+        row_by_row = self._enclosing_polynomials(centre, radii, entries)
         return tuple(tuple(row_by_row[4 * i : 4 * i + 4]) for i in range(3))
 
-    def _polynomials(
+    def _enclosing_polynomials(
         self,
         centre: tuple[Polynomial, ...],
         radii: Floats,
@@ -610,19 +635,33 @@ class PadBranch:
 
         function: the list of its values from series (4) of the unknowns.
         """
-        deviations = [flint.arb(0, radius) for radius in radii.tolist()]
         flint.ctx.cap = ORDER
-        about_zero = [flint.arb_series(p.coeffs()) for p in centre]
-        leading = function([p + e for p, e in zip(about_zero, deviations, strict=True)])
+        about_zero = function(_tube(centre, radii))
         flint.ctx.cap = ORDER + 1
         any_base_point = flint.arb_poly([flint.arb(0, 1), 1])  # t0 + t for all |t0| <= 1
-        about_all = [flint.arb_series(p(any_base_point).coeffs()) for p in centre]
-        over_cell = function([p + e for p, e in zip(about_all, deviations, strict=True)])
+        about_all = function(_tube([p(any_base_point) for p in centre], radii))
         polynomials = []
-        for low_orders, all_orders in zip(leading, over_cell, strict=True):
+        for low_orders, all_orders in zip(about_zero, about_all, strict=True):
             remainder = _coefficients(all_orders, ORDER + 1)[ORDER]
             polynomials.append(flint.arb_poly([*_coefficients(low_orders, ORDER), remainder]))
         return polynomials
+
+
+def _tube(polynomials: Sequence[Polynomial], radii: Floats) -> list[Any]:
+    """Series (4) of polynomials, each with a ball of its radius (4,) added."""
+    series = []
+    for polynomial, radius in zip(polynomials, radii.tolist(), strict=True):
+        series.append(flint.arb_series(polynomial.coeffs()) + flint.arb(0, radius))
+    return series
+
+
+def _along(point: Floats, direction: Floats) -> list[Any]:
+    """Series (4) of the unknowns to first order on the line from a point (4,) in a direction."""
+    flint.ctx.cap = 2
+    series = []
+    for value, slope in zip(point.tolist(), direction.tolist(), strict=True):
+        series.append(flint.arb_series([value, slope]))
+    return series
 
 
 def _factors_of(state: State) -> tuple[int, ...]:
@@ -630,7 +669,7 @@ def _factors_of(state: State) -> tuple[int, ...]:
     return tuple(int(touches) for touches in state)
 
 
-def _others(unknown: int) -> list[int]:
+def _other_unknowns(unknown: int) -> list[int]:
     """The indices of the three other unknowns."""
     return [i for i in range(4) if i != unknown]
 
@@ -666,7 +705,7 @@ def _coefficients(x: Any, count: int) -> list[Ball]:
     return known[:count] + [flint.arb(0)] * (count - len(known))
 
 
-def _combined(factors: Sequence[float], polynomials: Sequence[Polynomial]) -> Polynomial:
+def _linear_combination(factors: Sequence[float], polynomials: Sequence[Polynomial]) -> Polynomial:
     """The sum of polynomials times factors."""
     total = flint.arb_poly([0])
     for factor, polynomial in zip(factors, polynomials, strict=True):
@@ -674,8 +713,8 @@ def _combined(factors: Sequence[float], polynomials: Sequence[Polynomial]) -> Po
     return total
 
 
-def _largest(polynomial: Polynomial) -> float:
-    """A bound of the absolute values over |t| <= 1."""
+def _absolute_bound(polynomial: Polynomial) -> float:
+    """A bound of the absolute values of a polynomial over |t| <= 1."""
     total = sum((c.abs_upper() for c in polynomial.coeffs()), flint.arb(0))
     return float(np.nextafter(float(total.abs_upper()), np.inf))
 

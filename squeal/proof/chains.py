@@ -18,7 +18,7 @@ from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 
 from squeal.proof.balls import Floats
-from squeal.proof.pieces import strong_parts
+from squeal.proof.pieces import strong_components
 
 PARALLEL = 0.05
 """1 - cosine of the angle up to which two vectors count as parallel."""
@@ -54,7 +54,7 @@ class Chain:
         t = 2^-exponent is the one that makes the largest sum of a member's row of N, the radius of
         its disc, smallest. N holds bounds of the entries of the pencil in this basis.
         """
-        best = np.zeros(N.shape, dtype=int)
+        best = np.zeros(N.shape, dtype=int)  # shifts of the smallest radius so far
         smallest_radius = np.inf
         for exponent in range(FINEST):
             powers = np.zeros(len(N), dtype=int)
@@ -90,7 +90,8 @@ def _groups(values: NDArray, X: NDArray) -> list[NDArray[np.intp]]:
     """
     united: list[NDArray[np.intp]] = []
     groups = _parallel_groups(X)
-    for group in sorted(groups, key=lambda g: float(np.abs(values[g].mean()))):
+    groups.sort(key=lambda group: float(np.abs(values[group].mean())))
+    for group in groups:
         centre, spread = _centre_and_spread(values, group)
         for number, other in enumerate(united):
             other_centre, other_spread = _centre_and_spread(values, other)
@@ -106,7 +107,7 @@ def _parallel_groups(X: NDArray) -> list[NDArray[np.intp]]:
     """Indices of the columns of X that are nearly parallel, directly or by way of others."""
     unit = X / np.linalg.norm(X, axis=0)
     is_parallel = np.abs(unit.conj().T @ unit) > 1.0 - PARALLEL
-    return [group for group in strong_parts(is_parallel) if len(group) > 1]
+    return [group for group in strong_components(is_parallel) if len(group) > 1]
 
 
 def _centre_and_spread(values: NDArray, group: NDArray[np.intp]) -> tuple[complex, float]:
@@ -116,11 +117,14 @@ def _centre_and_spread(values: NDArray, group: NDArray[np.intp]) -> tuple[comple
 
 
 def _chain(A: NDArray, B: NDArray, values: NDArray, X: NDArray, members: NDArray[np.intp]) -> Chain:
-    """The basis of the subspace of some eigenvalues, its columns by levels."""
+    """The basis of the invariant subspace of the eigenvalues `members`, its columns by levels.
+
+    Inverse iteration finds the subspace, the staircase form its levels.
+    """
     centre, spread = _centre_and_spread(values, members)
     is_real = not np.iscomplexobj(X) or abs(centre.imag) <= spread
     sigma = centre.real if is_real else centre
-    # a step of inverse iteration from just beside the group: vectors that are nearly parallel
+    # steps of inverse iteration from just beside the group: vectors that are nearly parallel
     # leave directions of their span poorly known
     shift = sigma + 10.0 * max(spread, 1e-10 * abs(sigma), 1e-10)
     U = _orthonormal(X[:, members], is_real)
@@ -132,10 +136,14 @@ def _chain(A: NDArray, B: NDArray, values: NDArray, X: NDArray, members: NDArray
 
 
 def _orthonormal(X: NDArray, is_real: bool) -> NDArray:
-    """An orthonormal basis (n, k) of what k columns span, a real one of a set that is its own
-    conjugate."""
+    """An orthonormal basis (n, k) of what the k columns of X span.
+
+    If `is_real`, the columns are a set that is its own conjugate, and the basis is real.
+    """
     k = X.shape[1]
-    spanning = np.hstack([X.real, X.imag]) if is_real and np.iscomplexobj(X) else X
+    spanning = X
+    if is_real and np.iscomplexobj(X):
+        spanning = np.hstack([X.real, X.imag])
     spanning = spanning / np.maximum(np.linalg.norm(spanning, axis=0), 1e-300)
     # of nearly parallel columns the differences count as much as the mean
     left, _, _ = np.linalg.svd(spanning, full_matrices=False)
@@ -151,21 +159,21 @@ def _staircase(N: NDArray) -> tuple[NDArray, NDArray[np.intp]]:
     """
     k = len(N)
     Q = np.eye(k, dtype=N.dtype)
-    turned = N  # Q' N Q
+    transformed = N  # Q' N Q
     levels = np.zeros(k, dtype=int)
     small = NULL * max(float(np.linalg.norm(N, 2)), NULL)
     start = 0
     level = 0
     while start < k:
-        _, singular_values, right = np.linalg.svd(turned[start:, start:])
+        _, singular_values, right = np.linalg.svd(transformed[start:, start:])
         is_null = singular_values <= small
         if not is_null.any():
             levels[start:] = level
             break
         order = np.concatenate([np.flatnonzero(is_null), np.flatnonzero(~is_null)])
         Z = right.conj().T[:, order]
-        turned = np.hstack([turned[:, :start], turned[:, start:] @ Z])
-        turned = np.vstack([turned[:start], Z.conj().T @ turned[start:]])
+        transformed = np.hstack([transformed[:, :start], transformed[:, start:] @ Z])
+        transformed = np.vstack([transformed[:start], Z.conj().T @ transformed[start:]])
         Q[:, start:] = Q[:, start:] @ Z
         end = start + int(is_null.sum())
         levels[start:end] = level

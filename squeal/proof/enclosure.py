@@ -20,9 +20,17 @@ from squeal.proof.pieces import (
     Piece,
     clusters,
     pieces_of,
-    strong_parts,
+    strong_components,
 )
-from squeal.proof.segments import BEYOND, Basis, Expansion, bases, heights, moving, neighbours
+from squeal.proof.segments import (
+    BEYOND,
+    Basis,
+    Expansion,
+    bases,
+    imaginary_bounds,
+    moving_discs,
+    near_diagonal,
+)
 
 POOR = 1e-6
 """Discs of this share of the rate of a system come from a poor guess, or from few digits."""
@@ -47,7 +55,7 @@ def components(system: Quadratic) -> list[NDArray[np.intp]]:
     pattern = np.zeros((system.n, system.n), dtype=bool)
     for X in system.parts:
         pattern |= (X.mid != 0.0) | (X.rad != 0.0)
-    return strong_parts(pattern)
+    return strong_components(pattern)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +70,10 @@ class Guess:
 
 
 def enclose(block: Quadratic, guess: Guess | None = None) -> list[Piece] | Failure:
-    """Pieces with all roots of one component, for every matrix in its balls.
+    """Pieces with all roots (rad/s) of one component, for every matrix in its balls.
 
-    Of a damped one they are built on a guess if that proves each root by itself, else on
-    eigenvectors computed here.
+    A damped component is enclosed on the vectors of a guess if these prove each root by itself,
+    else on eigenvectors computed here. A Failure says why no disc is known.
     """
     if not block.is_finite:
         return Failure(INFINITE)
@@ -90,7 +98,7 @@ def enclose(block: Quadratic, guess: Guess | None = None) -> list[Piece] | Failu
         centres = discs.centres * complex(rate)  # rad/s; exact, for the rate is a power of two
         radii = upper(discs.radii * rate, 2)  # more than one product needs, which may underflow
         if not (np.isfinite(centres).all() and np.isfinite(radii).all()):
-            return Failure(BEYOND)
+            return Failure(BEYOND)  # beyond the largest double
         return pieces_of(centres, radii, block.is_real, block.is_hamiltonian, discs.real)
 
 
@@ -110,6 +118,7 @@ def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
     M_of_time = block.M.scaled(time_exponent)
     K_of_time = block.K.scaled(-time_exponent)
     entries = largest([M_of_time, block.C, K_of_time])
+    # of each coordinate the geometric mean of the largest entries of its column and row
     sizes = np.sqrt(entries.max(axis=0)) * np.sqrt(entries.max(axis=1))
     unit_exponents = -np.rint(np.log2(np.where(sizes > 0.0, sizes, 1.0)) / 2.0).astype(int)
     exponents = unit_exponents[:, None] + unit_exponents
@@ -124,7 +133,7 @@ def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
 
 
 def _squares(block: Quadratic) -> Discs | Failure:
-    """Discs of s = -lambda^2 of an undamped block.
+    """Discs of s = -lambda^2, the eigenvalues of K - s M, of an undamped block.
 
     With a symmetric positive definite M = L L' they are built on the vectors X = L^-T V, with the
     orthonormal vectors V of L^-1 K L^-T.
@@ -146,7 +155,10 @@ def _squares(block: Quadratic) -> Discs | Failure:
 
 
 def _first_order(block: Quadratic, guess: Guess | None) -> Discs | Failure:
-    """Discs of lambda of a damped block, in the states (q, q')."""
+    """Discs of lambda of a damped block, in the states (q, q').
+
+    They are built on the vectors of the guess if its discs are small and apart.
+    """
     A, B = companion(block.M, block.C, block.K)
     if guess is not None and len(guess.values) == 2 * block.n:
         X = np.vstack([guess.shapes, guess.shapes * guess.values])
@@ -184,15 +196,16 @@ def _are_apart(discs: Discs) -> bool:
 
 def _gershgorin(A: Balls, B: Balls, basis: Basis) -> Discs | Failure:
     """Discs with all eigenvalues of A - s B, from approximate vectors."""
-    expansion = moving(Expansion.constant(A), Expansion.constant(B), 0.0, basis)
-    if isinstance(expansion, Failure):
-        return expansion
-    discs = neighbours(expansion, 0.0)
+    S = near_diagonal(Expansion.constant(A), Expansion.constant(B), 0.0, basis)
+    if isinstance(S, Failure):
+        return S
+    discs = moving_discs(S, 0.0)
     real = np.zeros(len(A.mid), dtype=bool)
     if basis.mirror is not None:
-        for part, (_, height) in zip(discs.parts, heights(expansion, discs, 0.0), strict=True):
-            real[part] = height == 0.0
-    return Discs(expansion.centres, discs.radii, real)
+        imaginary_parts = imaginary_bounds(S, discs, 0.0)
+        for part, imaginary in zip(discs.parts, imaginary_parts, strict=True):
+            real[part] = imaginary.largest == 0.0
+    return Discs(S.centres, discs.radii, real)
 
 
 def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:
@@ -219,19 +232,21 @@ def _roots_of_squares(squares: Discs | Failure) -> Discs | Failure:
     """Discs (2n,) of both roots lambda of s = -lambda^2 in discs (n,).
 
     |sqrt(z) - sqrt(c)| <= sqrt|c| - sqrt(|c| - r) = r / (sqrt|c| + sqrt(|c| - r)) for z in a disc
-    of radius r <= |c| around c; a disc that nearly reaches zero gets a disc around zero.
+    of radius r <= |c| around c; a disc that nearly reaches zero gets a disc around zero, of radius
+    sqrt(|c| + r).
     """
     if isinstance(squares, Failure):
         return squares
     sizes = np.abs(squares.centres)
     roots = np.sqrt(-squares.centres.astype(complex))
-    away = squares.radii < 0.9 * sizes
-    inner = np.sqrt(np.where(away, (sizes - squares.radii) * (1.0 - 64.0 * EPS), 1.0))
-    shift = squares.radii / (np.sqrt(sizes) * (1.0 - 4.0 * EPS) + inner)
-    shift = shift + 8.0 * EPS * np.abs(roots)  # rounding of the root itself
-    around_zero = np.sqrt(upper(sizes + squares.radii, 8))
-    centres = np.where(away, roots, 0.0)
-    radii = upper(np.where(away, shift, around_zero), 8)
+    is_away_from_zero = squares.radii < 0.9 * sizes
+    # the sizes are rounded, so that |c| - r is taken a little too small
+    least_sizes = np.where(is_away_from_zero, (sizes - squares.radii) * (1.0 - 64.0 * EPS), 1.0)
+    radii_away = squares.radii / (np.sqrt(sizes) * (1.0 - 4.0 * EPS) + np.sqrt(least_sizes))
+    radii_away = radii_away + 8.0 * EPS * np.abs(roots)  # rounding of the root itself
+    radii_around_zero = np.sqrt(upper(sizes + squares.radii, 8))
+    centres = np.where(is_away_from_zero, roots, 0.0)
+    radii = upper(np.where(is_away_from_zero, radii_away, radii_around_zero), 8)
     return Discs(
         np.concatenate([centres, -centres]),
         np.concatenate([radii, radii]),

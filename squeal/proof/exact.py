@@ -25,7 +25,7 @@ except ImportError:  # an extra
     flint = None
 
 WORK = 2e7
-"""rows^3 times bits of an entry: what takes some two seconds is not tried beyond."""
+"""Most rows^3 times bits of an entry, which take some two seconds; beyond, nothing is tried."""
 SHORT = 200
 """Bits of a common denominator, up to which the characteristic polynomial is faster."""
 PRECISION = 96
@@ -90,8 +90,9 @@ def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
     Each entry is an odd integer times a power of two, which the unit of time shifts. Each row is
     then multiplied by the power of two that makes its smallest one 2^0.
     """
-    largest_mass, _, largest_stiffness = (float(np.abs(X.mid).max()) for X in block.parts)
-    time_exponent = 0
+    largest_mass = float(np.abs(block.M.mid).max())
+    largest_stiffness = float(np.abs(block.K.mid).max())
+    time_exponent = 0  # of the unit of time that makes M and K about as large
     if largest_mass and largest_stiffness:
         time_exponent = round((math.log2(largest_stiffness) - math.log2(largest_mass)) / 2)
     odd_numbers = []
@@ -109,27 +110,36 @@ def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
     matrices = []
     for odd, powers in zip(odd_numbers, exponents, strict=True):
         shifts = np.where(odd != 0, powers - row_exponents[:, None], 0)
-        matrix = []
-        for values, row_shifts in zip(odd.tolist(), shifts.tolist(), strict=True):
-            # of unbounded integers, which numpy does not have
-            matrix.append([v << bits for v, bits in zip(values, row_shifts, strict=True)])
-        matrices.append(matrix)
+        # as objects the integers are Python's, which have no bound
+        matrices.append((odd.astype(object) << shifts.astype(object)).tolist())
     M, C, K = matrices
     return M, C, K, time_exponent
 
 
 def _bits(*matrices: Integers) -> int:
-    """The length of the longest entry."""
-    return max(abs(v).bit_length() for X in matrices for row in X for v in row)
+    """The number of bits of the longest entry."""
+    longest = 0
+    for X in matrices:
+        for row in X:
+            longest = max(longest, *[abs(v).bit_length() for v in row])
+    return longest
 
 
 def _common_multiple(M: Integers) -> int:
-    """The least common multiple of a regular diagonal, 0 for any other matrix or a long one."""
-    n = len(M)
-    if any(M[i][j] for i in range(n) for j in range(n) if i != j):
+    """The least common multiple of the entries of a diagonal M.
+
+    0 for any other matrix, a singular one, or a multiple of more than `SHORT` bits, with which the
+    characteristic polynomial is not the faster way.
+    """
+    diagonal = []
+    for i, row in enumerate(M):
+        if any(row[:i]) or any(row[i + 1 :]):
+            return 0
+        diagonal.append(row[i])
+    multiple = math.lcm(*diagonal)
+    if multiple.bit_length() > SHORT:
         return 0
-    multiple = math.lcm(*(M[i][i] for i in range(n)))
-    return multiple if multiple.bit_length() <= SHORT else 0
+    return multiple
 
 
 def _undamped(M: Integers, K: Integers) -> tuple[Polynomial, int]:
@@ -183,7 +193,10 @@ def _interpolated(values: list[Integer]) -> Polynomial:
 
 
 def _of_squares(polynomial: Polynomial, scale: Ball) -> list[Piece]:
-    """Pieces of both roots lambda of each lambda^2 = scale * root, none of which is zero."""
+    """Pieces of both roots lambda of each lambda^2 = scale * root.
+
+    root: of a polynomial that has none at zero; scale: a ball of real numbers, rad^2/s^2.
+    """
     if polynomial.degree() < 1:
         return []
     pieces = []
@@ -207,8 +220,7 @@ def _of_squares(polynomial: Polynomial, scale: Ball) -> list[Piece]:
 
 
 def _off_axis(polynomial: Polynomial, scale: Ball) -> list[Piece]:
-    """Pieces of the roots lambda = scale * root, scale > 0, of a polynomial without imaginary
-    roots.
+    """Pieces of lambda = scale * root, scale > 0, of a polynomial without imaginary roots.
 
     The precision is doubled until no ball touches the imaginary axis.
     """
@@ -231,7 +243,7 @@ def _off_axis(polynomial: Polynomial, scale: Ball) -> list[Piece]:
 
 
 def _piece(x: Ball, y: Ball, side: Side, real: bool) -> Piece:
-    """A piece of one root x + i y in a disc of doubles."""
+    """The piece of one root x + i y, known as balls, in a disc whose numbers are doubles."""
     centre = complex(float(x.mid()), float(y.mid()))
     x_error = float((x - centre.real).abs_upper())
     y_error = float((y - centre.imag).abs_upper())

@@ -25,61 +25,63 @@ def with_free_motions(block: Quadratic, pieces: list[Piece]) -> list[Piece]:
     """The pieces (rad/s) of a component, the one around zero marked where the data allow it."""
     marked = []
     for piece in pieces:
-        around = np.any(np.abs(piece.centres) <= piece.radii)
-        if piece.side == "unknown" and around and _allow_zeros(block, piece.count):
+        is_around_zero = np.any(np.abs(piece.centres) <= piece.radii)
+        if piece.side == "unknown" and is_around_zero and _allow_zeros(block, piece.count):
             piece = replace(piece, side="free")
         marked.append(piece)
     return marked
 
 
 def _allow_zeros(block: Quadratic, count: int) -> bool:
-    """True if zero is a root so many times within the data, to first order."""
-    left, sizes, right = np.linalg.svd(block.K.mid)
+    """True if some matrices within the data have `count` roots at zero, to first order.
+
+    Each number of free motions is tried with which damping leaves so many roots at zero. Their
+    vectors come from the singular value decomposition of K, refined in long double.
+    """
+    U, singular_values, Vt = np.linalg.svd(block.K.mid)
     fewest = (count + 1) // 2
     most = fewest if block.is_undamped else min(count, block.n)
     for motions in range(fewest, most + 1):
         flexible = block.n - motions
-        if flexible and sizes[flexible - 1] == 0.0:
+        if flexible and singular_values[flexible - 1] == 0.0:
             continue
-        inverse = (right[:flexible].T / sizes[:flexible]) @ left[:, :flexible].T
-        x = right[flexible:].T
-        y = left[:, flexible:]
-        x = x - inverse @ _times(block.K.mid, x).astype(float)
-        y = y - inverse.T @ _times(block.K.mid.T, y).astype(float)
-        stiffness = _allowed(block.K, y, x)
-        if not _is_zero(block.K, y, x, stiffness):
+        inverse = (Vt[:flexible].T / singular_values[:flexible]) @ U[:, :flexible].T
+        x = Vt[flexible:].T
+        y = U[:, flexible:]
+        x = x - inverse @ _long_product(block.K.mid, x).astype(float)
+        y = y - inverse.T @ _long_product(block.K.mid.T, y).astype(float)
+        if not _is_zero(block.K, y, x, _moved_by_data(block.K, y, x)):
             continue
-        # the damping leaves as many of them at zero twice as are missing from the count
-        twice = count - motions
-        if not twice or block.is_undamped:
+        undamped_motions = count - motions  # free ones that C leaves with two roots at zero
+        if not undamped_motions or block.is_undamped:
             return True
-        turn, _, other = np.linalg.svd(y.T @ block.C.mid @ x)
-        y = y @ turn[:, motions - twice :]
-        x = x @ other[motions - twice :].T
+        left, _, right = np.linalg.svd(y.T @ block.C.mid @ x)
+        y = y @ left[:, motions - undamped_motions :]
+        x = x @ right[motions - undamped_motions :].T
         # the data of K move the free motions, too
         x_moves = np.abs(inverse) @ block.K.rad @ np.abs(x)
         y_moves = np.abs(y).T @ block.K.rad @ np.abs(inverse)
-        damping = _allowed(block.C, y, x)
-        damping += np.abs(y.T @ block.C.mid) @ x_moves
-        damping += y_moves @ np.abs(block.C.mid @ x)
-        if _is_zero(block.C, y, x, damping):
+        allowed = _moved_by_data(block.C, y, x)
+        allowed += np.abs(y.T @ block.C.mid) @ x_moves
+        allowed += y_moves @ np.abs(block.C.mid @ x)
+        if _is_zero(block.C, y, x, allowed):
             return True
     return False
 
 
-def _allowed(X: Balls, y: NDArray, x: NDArray) -> NDArray:
-    """How far the data of X move each entry of y' X x."""
+def _moved_by_data(X: Balls, y: NDArray, x: NDArray) -> NDArray:
+    """How far the data of X move each entry (k, k) of y' X x, of vectors y and x (n, k)."""
     return np.abs(y).T @ X.rad @ np.abs(x)
 
 
 def _is_zero(X: Balls, y: NDArray, x: NDArray, allowed: NDArray) -> bool:
-    """True if no entry of y' X x is larger than allowed, its rounding included."""
-    found = np.abs(y.T.astype(Long).dot(_times(X.mid, x)))
-    terms = np.abs(y).T @ np.abs(X.mid) @ np.abs(x)
-    missed = 2 * (len(X.mid) + 4) * float(np.finfo(Long).eps) * terms
-    return bool(np.all(found + missed <= allowed * (1.0 + 1e-12) + TINY * (allowed > 0.0)))
+    """True if no entry of y' X x is larger than `allowed` (k, k), its rounding included."""
+    product = np.abs(y.T.astype(Long).dot(_long_product(X.mid, x)))
+    sizes = np.abs(y).T @ np.abs(X.mid) @ np.abs(x)
+    rounding = 2 * (len(X.mid) + 4) * float(np.finfo(Long).eps) * sizes
+    return bool(np.all(product + rounding <= allowed * (1.0 + 1e-12) + TINY * (allowed > 0.0)))
 
 
-def _times(X: NDArray, x: NDArray) -> Any:
-    """The product (n, k) in long double."""
+def _long_product(X: NDArray, x: NDArray) -> Any:
+    """X x (n, k) in long double."""
     return X.astype(Long).dot(x.astype(Long))

@@ -18,7 +18,10 @@ Number = Any
 
 @dataclass(slots=True, eq=False)  # many are made: frozen ones take three times as long
 class Jet:
-    """A number, a ball or a series of balls, and its slopes by x, y, theta and mu."""
+    """A number, a ball or a series of balls, and its slopes by x, y, theta and mu.
+
+    Arithmetic on jets carries the slopes along: forward differentiation.
+    """
 
     value: Number
     slopes: tuple[Number, ...]
@@ -31,8 +34,8 @@ class Jet:
     def __add__(self, other: Number) -> Jet:
         if not isinstance(other, Jet):
             return Jet(self.value + other, self.slopes)
-        pairs = zip(self.slopes, other.slopes, strict=True)
-        return Jet(self.value + other.value, tuple([_sum(a, b) for a, b in pairs]))
+        slopes = tuple(map(_sum, self.slopes, other.slopes))
+        return Jet(self.value + other.value, slopes)
 
     def __neg__(self) -> Jet:
         return Jet(-self.value, tuple([-a for a in self.slopes]))
@@ -54,7 +57,10 @@ class Jet:
     def __truediv__(self, other: Number) -> Jet:
         if not isinstance(other, Jet):
             one = self.value * 0 + 1  # the quotient of two whole numbers would be rounded
-            slopes = [a if type(a) is int and a == 0 else one * a / other for a in self.slopes]
+            slopes = []
+            for slope in self.slopes:
+                is_zero = type(slope) is int and slope == 0
+                slopes.append(slope if is_zero else one * slope / other)
             return Jet(self.value / other, tuple(slopes))
         return self * other._inverse()
 
@@ -65,12 +71,12 @@ class Jet:
     __rmul__ = __mul__
 
     def _inverse(self) -> Jet:
-        """One over it."""
+        """1 over the jet."""
         value = 1 / self.value
         return self.applied(value, -(value * value))
 
     def applied(self, value: Number, slope: Number) -> Jet:
-        """A function of it, from its value and its slope there."""
+        """The jet f(self), from the value and the derivative of the function f at self.value."""
         return Jet(value, tuple([_product(a, slope) for a in self.slopes]))
 
 
@@ -96,7 +102,9 @@ def _product(slope: Number, factor: Number) -> Number:
 
 def _as_ball(x: Number) -> Number:
     """A plain number as a ball; balls and series as they are."""
-    return x if hasattr(x, "sin") else flint.arb(x)
+    if hasattr(x, "sin"):
+        return x
+    return flint.arb(x)
 
 
 class Functions:

@@ -111,20 +111,23 @@ def prove_band(
     ValueError
         Unless the matrices are real, square and finite, of one size, and radius is positive.
     """
-    mass, damping, stiffness = _checked(M, C, K)
+    mass, damping, stiffness = _checked_matrices(M, C, K)
     if not (np.isfinite(radius) and radius > 0.0):
         raise ValueError(f"radius: {radius} must be positive")
     with np.errstate(all="ignore"):
         try:
-            return _proved(mass, damping, stiffness, float(radius), core)
+            return _prove(mass, damping, stiffness, float(radius), core)
         except (LinAlgError, ArpackError, RuntimeError) as error:
             return BandProof(radius, reason=f"a factorisation failed: {error}")
 
 
-def _checked(
+def _checked_matrices(
     M: ArrayLike | sparray, C: ArrayLike | sparray | None, K: ArrayLike | sparray
 ) -> Matrices:
-    """The matrices as sparse ones of floats; ValueError for any that `prove_band` does not take."""
+    """M, C and K as sparse matrices of floats, without doubled entries.
+
+    Raises ValueError for any that `prove_band` does not take.
+    """
     mass = csc_array(M)
     damping = csc_array(mass.shape) if C is None else csc_array(C)
     given = [mass, damping, csc_array(K)]
@@ -140,8 +143,12 @@ def _checked(
     return floats[0], floats[1], floats[2]
 
 
-def _proved(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -> BandProof:
-    """The proof for checked matrices, in the steps that the top of the module names."""
+def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -> BandProof:
+    """The proof for checked matrices, in the steps that the top of the module names.
+
+    `metric` is M made symmetric, whose norm measures vectors; N is the metric with what damping
+    beyond Rayleigh's needs on its diagonal.
+    """
     metric = csc_array((M + M.T) * 0.5)  # any symmetric positive definite matrix would do
     diagonal = metric.diagonal()
     if not np.all(diagonal > 0.0):
@@ -174,25 +181,30 @@ def _proved(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) 
 
     # the Schur complement differs from Y' P X by at most (couplings of Y) (of X) / least
     floor = ((share - 4.0 * EPS) * diagonal + extra) * (1.0 - 8.0 * EPS)  # N >= diag(floor)
-    right = _couplings((M, C, K), X, MX, floor, radius)
+    couplings_of_X = _couplings((M, C, K), X, MX, floor, radius)
     transposed = (csc_array(M.T), csc_array(C.T), csc_array(K.T))
-    left = _couplings(transposed, Y, MY, floor, radius)
-    remainder = upper(np.outer(left, right) / least, 8)
+    couplings_of_Y = _couplings(transposed, Y, MY, floor, radius)
+    core_error = upper(np.outer(couplings_of_Y, couplings_of_X) / least, 8)
     if not (_is_regular(Y, MX) and _is_regular(X, MY)):
         return BandProof(radius, reason="left and right vectors are nearly orthogonal", core=k)
-    core_M, core_C, core_K = (_projected(Y, A, X) for A in (M, C, K))
-    core_K = Balls(core_K.mid, upper(core_K.rad + remainder, 2))
-    if not C.nnz:
-        core_C = Balls.exact(np.zeros((k, k)))
+    core_M = _projected(Y, M, X)
+    core_C = Balls.exact(np.zeros((k, k)))  # without damping exactly zero
+    if C.nnz:
+        core_C = _projected(Y, C, X)
+    projected_K = _projected(Y, K, X)
+    core_K = Balls(projected_K.mid, upper(projected_K.rad + core_error, 2))
     pieces = enclose(Quadratic(core_M, core_C, core_K))
     if isinstance(pieces, Failure):
         return BandProof(radius, reason=pieces.reason, core=k)
-    return BandProof(radius, tuple(_within(pieces, radius)), core=k)
+    return BandProof(radius, _pieces_in_band(pieces, radius), core=k)
 
 
-def _within(pieces: list[Piece], radius: float) -> list[Piece]:
-    """The pieces that meet the band; of those that reach beyond it only where they lie."""
-    found = []
+def _pieces_in_band(pieces: list[Piece], radius: float) -> tuple[Piece, ...]:
+    """The pieces that meet the band |lambda| <= radius.
+
+    Of those that reach beyond it only the place is known: side and `real` are left open.
+    """
+    in_band = []
     for piece in pieces:
         sizes = np.abs(piece.centres)
         is_outside = np.all(sizes * (1.0 - 8.0 * EPS) - piece.radii > radius)
@@ -200,27 +212,28 @@ def _within(pieces: list[Piece], radius: float) -> list[Piece]:
         if is_outside:
             continue
         if is_inside:
-            found.append(piece)
+            in_band.append(piece)
             continue
         # each lambda has its own core here, so that neither counts nor mirror images hold
         low = float(np.min(np.nextafter(piece.centres.real - piece.radii, -np.inf)))
         high = float(np.max(np.nextafter(piece.centres.real + piece.radii, np.inf)))
-        found.append(Piece(piece.centres, piece.radii, low, high, "unknown", None))
-    return found
+        in_band.append(Piece(piece.centres, piece.radii, low, high, "unknown", None))
+    return tuple(in_band)
 
 
 def _bases(M: csc_array, K: csc_array, core: int, radius: float) -> tuple[Floats, Floats]:
-    """Real bases (n, k) of right and left vectors of K - s M; nothing is assumed of them.
+    """Real bases X and Y (n, k) of right and left vectors of K - s M; the proof assumes nothing.
 
-    The smallest eigenvalues up to the widest relative gap in the last quarter of those computed.
+    They span the vectors of the smallest eigenvalues, up to the widest relative gap in the last
+    quarter of those computed. ARPACK computes them by shift and invert.
     """
     n = M.shape[0]
     count = min(core, n - 2)
     shift = -0.01 * radius**2  # left of zero, where free bodies leave K - s M regular
     start = np.random.default_rng(0).standard_normal(n)
-    spectra = []
+    spectra = []  # eigenvalues and vectors of K - s M, then of its transpose, by rising size
     for A in (K, csc_array(K.T)):
-        factors = _on_diagonal(csc_array(A - shift * M))
+        factors = _factorised(csc_array(A - shift * M))
         inverse = LinearOperator((n, n), factors.solve, dtype=np.float64)
         values, vectors = eigs(A, k=count, M=M, sigma=shift, OPinv=inverse, v0=start)
         order = np.argsort(np.abs(values), kind="stable")
@@ -234,24 +247,25 @@ def _bases(M: csc_array, K: csc_array, core: int, radius: float) -> tuple[Floats
     bases = []
     for values, vectors in spectra:
         # a complex pair spans the real and the imaginary part of one of its vectors
-        one_of_each = values[:cut].imag >= 0.0
-        one_of_each_pair = values[:cut].imag > 0.0
-        real_parts = vectors[:, :cut][:, one_of_each].real
-        imaginary_parts = vectors[:, :cut][:, one_of_each_pair].imag
+        chosen = vectors[:, :cut]
+        is_real_or_first_of_pair = values[:cut].imag >= 0.0
+        is_first_of_pair = values[:cut].imag > 0.0
+        real_parts = chosen[:, is_real_or_first_of_pair].real
+        imaginary_parts = chosen[:, is_first_of_pair].imag
         spanning = np.hstack([real_parts, imaginary_parts])
         bases.append(qr(spanning * scale, mode="economic")[0] / scale)
     k = min(X.shape[1] for X in bases)
     return bases[0][:, :k], bases[1][:, :k]
 
 
-def _on_diagonal(A: csc_array) -> SuperLU:
-    """Triangles of A, with pivots on the diagonal unless one is zero."""
+def _factorised(A: csc_array) -> SuperLU:
+    """Triangular factors L U of A, with pivots on the diagonal unless one is zero."""
     options = {"SymmetricMode": True, "Equil": False}
     return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
 def _row_product(A: csc_array, x: Floats, terms: int) -> Floats:
-    """Upper bounds of a product of non-negative arrays, sums of so many terms."""
+    """Upper bounds of A x of non-negative arrays, each entry a sum of at most `terms` products."""
     return upper(A @ x, terms)
 
 
@@ -272,7 +286,7 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
     of elimination (Higham, Theorem 9.3; one rounding more for the inverse of the pivot).
     """
     n = A.shape[0]
-    factors = _on_diagonal(A)
+    factors = _factorised(A)
     if not np.array_equal(factors.perm_r, factors.perm_c):
         return None  # a pivot off the diagonal
     L = csc_array(factors.L)
@@ -285,7 +299,7 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
     terms = max(_most_in_a_row(L), _most_in_a_row(csc_array(L.T))) + 8
     gamma = terms * EPS  # twice gamma of Higham, which holds products D L' too
     right = csc_array(abs(U - DLt) + gamma * (abs(U) + abs(DLt)))
-    left = abs(L)
+    left = abs(L)  # left @ right bounds |A - L D L'|
     # the norm of a matrix E scaled by 1 / weights is at most the largest sum of a row of the mean
     # of |E| and its transpose
     inverse = np.empty(n)  # 1 / weights in the order of elimination
@@ -337,8 +351,9 @@ class _InertiaOfAll(NamedTuple):
 
 
 def _singular_values_above(N: csc_array, K: csc_array, MX: Floats, MY: Floats, sigma: float) -> str:
-    """Why K between {u: MX' u = 0} and {w: MY' w = 0} may have a singular value below sigma, in the
-    norm of N; empty if it has none.
+    """Prove that K between {u: MX' u = 0} and {w: MY' w = 0} has no singular value below sigma.
+
+    Singular values are those in the norm of N. Returns why that is not proved, empty if it is.
 
     In p = (u + w)/sqrt 2 and d = (u - w)/sqrt 2 the form sigma (u'Nu + w'Nw) + 2 u'Kw has the
     matrix T of `_form`. On the constraints it has n - k negative eigenvalues if and only if no
@@ -351,7 +366,7 @@ def _singular_values_above(N: csc_array, K: csc_array, MX: Floats, MY: Floats, s
     if inertia is None:
         return "a singular value lies too near to sigma for the rounding of the inertia"
     border = np.vstack([np.hstack([MX, MY]), np.hstack([MX, -MY])])
-    negative_of_complement = _negative(_schur_complement(form, border, inertia.gap))
+    negative_of_complement = _negative_count(_schur_complement(form, border, inertia.gap))
     if negative_of_complement is None:
         return "the border of the inertia is not definite enough"
     if inertia.negative + negative_of_complement != n + k:
@@ -372,14 +387,17 @@ def _form(N: csc_array, K: csc_array, sigma: float) -> _Form:
 
 
 def _inertia_of_all(form: _Form, sigma: float) -> _InertiaOfAll | None:
-    """The inertia of T, if it is the same a margin of sigma above and below; None if not."""
+    """The inertia of T and of all matrices near to it: that of T plus and minus a margin of sigma.
+
+    None if the two differ at each of the margins, or if rounding hides one.
+    """
     for margin in MARGINS:
         shift = margin * sigma
-        moved = diags_array(shift * form.diagonal)
-        sums = np.abs(form.T.diagonal()) + shift * form.diagonal
-        doubt = csc_array(form.doubt + diags_array(4.0 * EPS * sums))
-        above = _inertia(csc_array(form.T + moved), doubt, form.weights)
-        below = _inertia(csc_array(form.T - moved), doubt, form.weights)
+        shifts = diags_array(shift * form.diagonal)
+        sizes = np.abs(form.T.diagonal()) + shift * form.diagonal
+        doubt = csc_array(form.doubt + diags_array(4.0 * EPS * sizes))
+        above = _inertia(csc_array(form.T + shifts), doubt, form.weights)
+        below = _inertia(csc_array(form.T - shifts), doubt, form.weights)
         if above is None or below is None:
             continue
         gap = (shift - max(above.error, below.error)) * (1.0 - 8.0 * EPS)
@@ -389,14 +407,15 @@ def _inertia_of_all(form: _Form, sigma: float) -> _InertiaOfAll | None:
 
 
 def _schur_complement(form: _Form, border: Floats, gap: float) -> Balls:
-    """-B' T^-1 B with a border B (m, j) of a matrix T none of whose eigenvalues is below the gap.
+    """-B' T^-1 B (j, j) with a border B (m, j) of a matrix T.
 
-    With any Z near T^-1 B and R = B - T Z it is -(Z'B + B'Z - Z'TZ) - R' T^-1 R, where the last
-    term is at most |R_i| |R_j| / gap, in the norm of the weights.
+    In the norm of the weights no eigenvalue of T has an absolute value below the gap. With any Z
+    near T^-1 B and R = B - T Z it is -(Z'B + B'Z - Z'TZ) - R' T^-1 R, where the last term is at
+    most |R_i| |R_j| / gap.
     """
-    factors = _on_diagonal(form.T)
+    factors = _factorised(form.T)
     Z = factors.solve(border)
-    Z += factors.solve(border - form.T @ Z)
+    Z += factors.solve(border - form.T @ Z)  # one step of iterative refinement
     TZ = _sparse_times(form.T, form.doubt, Z)
     Zt = Balls.exact(Z.T)
     ZtB = Zt @ Balls.exact(border)
@@ -419,7 +438,7 @@ def _sparse_times(A: csc_array, doubt: csc_array, Z: Floats) -> Balls:
     return Balls(mid, upper(rad, 4) + terms * TINY)
 
 
-def _negative(S: Balls) -> int | None:
+def _negative_count(S: Balls) -> int | None:
     """Number of negative eigenvalues of all symmetric matrices in the balls, None if unknown.
 
     V' S V with the scaled eigenvectors V is nearly diagonal, with entries of about +-1; by
@@ -439,10 +458,10 @@ def _negative(S: Balls) -> int | None:
 
 
 def _damping(M: csc_array, C: csc_array, K: csc_array) -> _Damping:
-    """Rayleigh's part of C by least squares, and what is left of each row and column.
+    """Split C into Rayleigh's part alpha M + beta K, by least squares, and local damping C'.
 
     alpha and beta solve the normal equations of |C - alpha M - beta K| with each coordinate in
-    units of its mass.
+    units of its mass. C' is bounded by its row and column sums.
     """
     n = M.shape[0]
     if not C.nnz:
@@ -452,11 +471,10 @@ def _damping(M: csc_array, C: csc_array, K: csc_array) -> _Damping:
     mixed = m.multiply(k).sum()
     normal = np.array([[m.multiply(m).sum(), mixed], [mixed, k.multiply(k).sum()]])
     units = np.sqrt(normal.diagonal())
-    sides = np.array([m.multiply(c).sum(), k.multiply(c).sum()]) / units
-    alpha, beta = np.linalg.solve(normal / np.outer(units, units), sides) / units
-    left = abs(C - alpha * M - beta * K)
+    right_side = np.array([m.multiply(c).sum(), k.multiply(c).sum()]) / units
+    alpha, beta = np.linalg.solve(normal / np.outer(units, units), right_side) / units
     sizes = abs(C) + abs(alpha) * abs(M) + abs(beta) * abs(K)
-    bounds = csc_array(left + 8.0 * EPS * sizes)
+    bounds = csc_array(abs(C - alpha * M - beta * K) + 8.0 * EPS * sizes)  # of |C'|
     transposed = csc_array(bounds.T)
     # for a row as for a column, with the few roundings of each entry itself
     terms = _most_in_a_row(bounds) + _most_in_a_row(transposed) + 8
@@ -480,15 +498,16 @@ def _norm_of(sizes: csc_array, weights: Floats, share: float) -> float:
 
 
 def _couplings(matrices: Matrices, X: Floats, MX: Floats, floor: Floats, radius: float) -> Floats:
-    """Bounds (k,) of u' P(lambda) x_j over all |u| = 1 (norm of N >= diag(floor)) with u' MX = 0.
+    """Bounds (k,) of |u' P(lambda) x_j| for |lambda| <= radius and all u with u' MX = 0, |u| = 1.
 
-    A multiple of MX adds nothing, so that the best fit of each product by MX is taken out.
+    Of the products of M, C and K with x_j a multiple of MX adds nothing, so that its best fit by MX
+    is taken out. |u| is the norm of a matrix N >= diag(floor).
     """
-    exact = csc_array(matrices[0].shape)
+    no_doubt = csc_array(matrices[0].shape)
     total = np.zeros(X.shape[1])
     for A, power in zip(matrices, (2, 1, 0), strict=True):
         fit = np.linalg.lstsq(MX, A @ X, rcond=None)[0]
-        product = _sparse_times(A, exact, X)
+        product = _sparse_times(A, no_doubt, X)
         fitted = Balls.exact(MX) @ Balls.exact(fit)
         residual = product.plus(fitted.times(-1.0)).bound()
         scaled = residual / np.sqrt(floor)[:, None]
@@ -498,7 +517,7 @@ def _couplings(matrices: Matrices, X: Floats, MX: Floats, floor: Floats, radius:
 
 
 def _projected(Y: Floats, A: csc_array, X: Floats) -> Balls:
-    """Y' A X."""
+    """Y' A X (k, k)."""
     return Balls.exact(Y.T) @ _sparse_times(A, csc_array(A.shape), X)
 
 

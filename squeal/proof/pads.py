@@ -66,10 +66,18 @@ class Claim:
 class PadProof:
     """What is proved of a pad.
 
-    status: `proved`, `open` or `refuted`; until: the friction up to which the list is proved;
-    places: for each claim up to there the interval in which it is proved; growth_below: nothing
-    else grows faster up to there, 1/s; reason, where: why it is open or refuted, or is not proved
-    beyond `until`, and the friction.
+    Attributes
+    ----------
+    status : str
+        `proved`, `open` or `refuted`.
+    until : float
+        The friction up to which the list is proved.
+    places : tuple of (float, float)
+        For each claim up to `until` the interval of friction in which it is proved.
+    growth_below : float
+        No root beyond those counted grows faster up to `until`, 1/s.
+    reason, where : str, float or None
+        Why the list is open or refuted, or is not proved beyond `until`, and at which friction.
     """
 
     status: Literal["proved", "open", "refuted"]
@@ -81,7 +89,7 @@ class PadProof:
 
 
 class Problem(NamedTuple):
-    """What is open or refuted, and at which friction."""
+    """What is open or refuted, why, and at which friction."""
 
     status: Literal["open", "refuted"]
     reason: str
@@ -101,7 +109,7 @@ class Part(NamedTuple):
     @property
     def friction(self) -> Ball:
         """The friction over all t of the part."""
-        return self.cell.at(_span(self))[FRICTION]
+        return self.cell.at(_t_interval(self))[FRICTION]
 
 
 @dataclass
@@ -170,8 +178,16 @@ class _BranchComparison:
     """The counts of growing roots along the branch against the claims, up to the end of the branch
     or to what is open or refuted.
 
-    `waiting` are the claims not met yet; `until`, `places` and `roots_met` (whether roots meet
-    somewhere without crossing the axis) become the result.
+    Attributes
+    ----------
+    waiting : list of Claim
+        The claims not met yet.
+    until : float
+        The friction reached.
+    places : list of (float, float)
+        The intervals of friction in which claims were met.
+    roots_met : bool
+        Whether roots meet somewhere without crossing the axis.
     """
 
     def __init__(
@@ -192,8 +208,8 @@ class _BranchComparison:
         """Walk along the branch and hold each change of the count of growing roots against the
         printed thresholds.
 
-        Returns what is open or refuted first, None if all is proved. Fills `places`, the intervals
-        of the thresholds met, `until`, the friction reached, and `roots_met`.
+        Returns what is open or refuted first, None if all is proved. `places`, `until` and
+        `roots_met` say how far that came.
         """
         count: int | None = None  # of the last part in which it is known
         open_parts: list[Part] = []  # since that part
@@ -206,7 +222,7 @@ class _BranchComparison:
                 if count is None and open_parts:
                     return Problem("open", COEFFICIENTS_OPEN, self.branch.low)
                 if count is not None and (open_parts or part.growing != count):
-                    event = self._event(open_parts, seam, part, count)
+                    event = self._event_before(part, open_parts, seam, count)
                     problem = self._problem_of_event(event)
                     if problem is not None:
                         return problem
@@ -220,31 +236,37 @@ class _BranchComparison:
                     self.until = self.branch.high
                     return self._problem_at_highest_friction()
             seam = cell.at_end()[FRICTION]
-        if self.branch.turn is not None:
-            low, high = self.branch.turn
-            return self._problem_at_fold(Event(low, high, count or 0, count or 0, [], True))
+        if self.branch.fold_at_contact is not None:
+            low, high = self.branch.fold_at_contact
+            known_count = count or 0
+            fold = Event(low, high, before=known_count, after=known_count, is_fold=True)
+            return self._problem_at_fold(fold)
         if self.branch.reason:
             return Problem("open", self.branch.reason, self.until)
         return Problem("open", COEFFICIENTS_OPEN, self.until)
 
-    def _event(
-        self, open_parts: Sequence[Part], seam: Ball | None, part: Part, count: int
+    def _event_before(
+        self, next_part: Part, open_parts: Sequence[Part], seam: Ball | None, count: int
     ) -> Event:
-        """What happens between the last part with a known `count` and the next such `part`."""
-        balls = [one.friction for one in open_parts]
+        """What happens between the last part with a known `count` and the next such part.
+
+        open_parts: what lies between them; seam: the friction at which a cell began between them.
+        """
+        frictions = [part.friction for part in open_parts]
         if seam is not None:
-            balls.append(seam)
-        if not balls:  # the counts of two parts that meet differ, which cannot be
-            balls.append(part.cell.at(flint.arb(part.low))[FRICTION])
-        low = min(low_end(ball) for ball in balls)
-        high = max(high_end(ball) for ball in balls)
-        event = Event(low, high, count, part.growing or 0, list(open_parts))
-        if any(one.folds for one in open_parts) and not self.branch.model.linear:
-            event.is_fold = bool(part.cell.direction(part.high)[FRICTION] < 0.0)
+            frictions.append(seam)
+        if not frictions:  # the counts of two parts that meet differ, which cannot be
+            frictions.append(next_part.cell.at(flint.arb(next_part.low))[FRICTION])
+        low = min(map(low_end, frictions))
+        high = max(map(high_end, frictions))
+        event = Event(low, high, count, next_part.growing or 0, list(open_parts))
+        det_K_may_vanish = any(part.folds for part in open_parts)
+        if det_K_may_vanish and not self.branch.model.linear:
+            event.is_fold = bool(next_part.cell.direction(next_part.high)[FRICTION] < 0.0)
         return event
 
     def _problem_of_event(self, event: Event) -> Problem | None:
-        """Compare an event with the claims that lie in it.
+        """Compare an event with the claims that lie in it; None if it is as claimed, or a fold.
 
         The count has to rise by as much as they say. An event without claims, in which the count
         does not change, is allowed if its roots grow more slowly than `growth_below`.
@@ -288,41 +310,42 @@ class _BranchComparison:
             return Problem("refuted", "the branch does not turn back", self.fold)
         return None
 
-    def _problem_at_fold(self, turn: Event) -> Problem | None:
+    def _problem_at_fold(self, fold: Event) -> Problem | None:
         """Compare the friction at which the branch turns back with the claimed one."""
-        problem = self._problem_of_passed_claim(turn.low)
+        problem = self._problem_of_passed_claim(fold.low)
         if problem is not None:
             return problem
-        self.until = turn.low
-        reach = SAME * turn.low
-        if self.fold is None or not turn.low - reach <= self.fold <= turn.high + reach:
-            return Problem("refuted", "the branch turns back", turn.low)
-        if turn.high - turn.low > 2.0 * reach:
-            return Problem("open", WIDE_FOLD, turn.low)
+        self.until = fold.low
+        reach = SAME * fold.low
+        if self.fold is None or not fold.low - reach <= self.fold <= fold.high + reach:
+            return Problem("refuted", "the branch turns back", fold.low)
+        if fold.high - fold.low > 2.0 * reach:
+            return Problem("open", WIDE_FOLD, fold.low)
         return None
 
     def _parts_between(self, cell: Cell, low: float, high: float, narrowings: int) -> list[Part]:
-        """The parts from low to high in which no root reaches the axis, and those between them.
+        """The parts of a cell, for t from low to high, in which no root reaches the imaginary axis,
+        and the open ones between them.
 
         A part where the signs stay open is divided again, `narrowings` times at most.
         """
         refined: list[Part] = []
         for part in self._parts_by_signs(cell, low, high):
-            is_slow = part.high - part.low > SLOW * (high - low)
-            narrowings_left = narrowings - (COST_OF_SLOW if is_slow else 1)
-            if (
-                part.growing is None
-                and narrowings_left >= 0
-                and not self.branch.is_sharp(part.friction)
-            ):
-                refined += self._refined(part, narrowings_left)
-            else:
+            if part.growing is not None:
                 refined.append(part)
+                continue
+            narrowings_left = narrowings - 1
+            if part.high - part.low > SLOW * (high - low):
+                narrowings_left = narrowings - COST_OF_SLOW
+            if narrowings_left < 0 or self.branch.is_sharp(part.friction):
+                refined.append(part)
+            else:
+                refined += self._refined(part, narrowings_left)
         return refined
 
     def _parts_by_signs(self, cell: Cell, low: float, high: float) -> list[Part]:
-        """The parts of a cell between low and high, places along it within -1 to 1, cut where the
-        sign of det K or of the condition of pairs changes or is open.
+        """The parts of a cell for t from low to high, cut where a sign changes or is open: that of
+        det K, or of the condition of pairs.
 
         Each has its count of growing roots, None where a sign is open. A root reaches the axis only
         where det K vanishes, at zero, or where the second condition does, as a pair; see the top of
@@ -331,8 +354,8 @@ class _BranchComparison:
         K, C = self._matrices(cell)
         coefficients = _characteristic(self.mass, K, C)
         condition_of_pairs = _hurwitz if self.is_damped else _discriminant
-        signs_of_det_K = signs(_reduced(coefficients[0]), low, high)
-        signs_of_pairs = signs(_reduced(condition_of_pairs(coefficients)), low, high)
+        signs_of_det_K = signs(_truncated(coefficients[0]), low, high)
+        signs_of_pairs = signs(_truncated(condition_of_pairs(coefficients)), low, high)
         edges: set[float] = set()
         for piece in signs_of_det_K + signs_of_pairs:
             edges |= {piece.low, piece.high}
@@ -344,7 +367,7 @@ class _BranchComparison:
             if sign_of_det_K and sign_of_pairs:
                 middle = flint.arb((left + right) / 2.0)
                 values = [coefficient(middle) for coefficient in coefficients]
-                count = _growing(values, sign_of_pairs, self.is_damped)
+                count = _growing_count(values, sign_of_pairs, self.is_damped)
                 parts.append(Part(cell, left, right, count))
             elif parts and parts[-1].growing is None:
                 parts[-1] = parts[-1]._replace(high=right, folds=parts[-1].folds or det_K_is_open)
@@ -381,9 +404,12 @@ class _BranchComparison:
         Where friction falls with the speed of sliding, C has in its first column the loads' slope
         by friction times that fall.
         """
-        K = [[-slope for slope in row[:FRICTION]] for row in cell.slopes]
-        damping = self.branch.model.damping or ((0.0,) * 3,) * 3
-        C = [[flint.arb_poly([float(v)]) for v in row] for row in damping]
+        K = []  # minus the slopes of the loads by x, y and theta
+        for slopes in cell.slopes:
+            K.append([-slope for slope in slopes[:FRICTION]])
+        C = []
+        for row in self.branch.model.damping or ((0.0,) * 3,) * 3:
+            C.append([flint.arb_poly([float(value)]) for value in row])
         if self.branch.fall is not None:
             share, rate = self.branch.fall
             friction = cell.centre[FRICTION] + flint.arb(0, float(cell.radii[FRICTION]))
@@ -392,34 +418,35 @@ class _BranchComparison:
         return K, C
 
     def _is_slow(self, part: Part, count: int) -> bool:
-        """Whether no more than `count` roots grow faster than the rate in a part."""
+        """Whether in a part no more than `count` roots grow faster than `growth_below`."""
         from squeal.proof.pieces import growing_counts
         from squeal.proof.referee import enclosed
 
         K, C = self._matrices(part.cell)
-        span = _span(part)
-        damping = _values_over(C, span)
-        stiffness = _values_over(K, span)
+        t_interval = _t_interval(part)
+        damping = _values_over(C, t_interval)
+        stiffness = _values_over(K, t_interval)
         mass = Balls.exact(np.diag([float(v) for v in self.mass]))
         finding = enclosed(Quadratic(mass, damping, stiffness, AS_GIVEN))
         if finding.failure is not None:
             return False
-        return growing_counts(finding.pieces, self.growth_below)[1] <= count
+        _, most = growing_counts(finding.pieces, self.growth_below)
+        return most <= count
 
 
-def _span(part: Part) -> Ball:
-    """All t of a part."""
+def _t_interval(part: Part) -> Ball:
+    """A ball of all t of a part."""
     return flint.arb(part.low).union(flint.arb(part.high))
 
 
 def _t_in_narrow(narrow: Cell, cell: Cell, t: float) -> float:
-    """The t in -1..1 of a narrow cell that is t in a wide one, of the same pivot."""
+    """The t within -1..1 of a narrow cell at which its pivot has the value that t of `cell` has."""
     t_narrow = float(narrow.t_of(cell.middle + flint.arb(cell.half) * t).mid())
     return min(max(t_narrow, -1.0), 1.0)
 
 
 def _sign_within(pieces: Sequence[Sign], low: float, high: float) -> int:
-    """The sign over an interval that no piece ends within."""
+    """The sign over an interval of t, of whose inside no piece ends; 0 if it is not known."""
     middle = (low + high) / 2.0
     for piece in pieces:
         if piece.low <= middle <= piece.high:
@@ -427,28 +454,31 @@ def _sign_within(pieces: Sequence[Sign], low: float, high: float) -> int:
     return 0
 
 
-def _reduced(polynomial: Polynomial) -> Polynomial:
+def _truncated(polynomial: Polynomial) -> Polynomial:
     """A polynomial with the powers beyond `DEGREE` as a part of the ball of the first one."""
-    known = polynomial.coeffs()
-    if len(known) <= DEGREE + 1:
+    coefficients = polynomial.coeffs()
+    if len(coefficients) <= DEGREE + 1:
         return polynomial
-    rest = sum((abs(c) for c in known[DEGREE + 1 :]), flint.arb(0)).abs_upper()
-    return flint.arb_poly([known[0] + flint.arb(0, rest), *known[1 : DEGREE + 1]])
+    higher = [abs(c) for c in coefficients[DEGREE + 1 :]]
+    bound = sum(higher, flint.arb(0)).abs_upper()  # of the higher powers, as |t| <= 1
+    first = coefficients[0] + flint.arb(0, bound)
+    return flint.arb_poly([first, *coefficients[1 : DEGREE + 1]])
 
 
 def _product(a: Polynomial, b: Polynomial) -> Polynomial:
-    return _reduced(a * b)
+    """The product of two polynomials in t, up to `DEGREE`."""
+    return _truncated(a * b)
 
 
 def _characteristic(
     mass: Sequence[float], K: Sequence[Sequence[Polynomial]], C: Sequence[Sequence[Polynomial]]
 ) -> list[Polynomial]:
-    """Coefficients, by rising power, of det(K - s M) in s, or of det(K + C r + M r^2) in r.
+    """Coefficients, by rising power, of det(K - s M) in s = -r^2, or of det(K + C r + M r^2) in r.
 
-    The former where C is zero. Each is a polynomial in t.
+    The former where C (3, 3) is zero. Each is a polynomial in t. mass: the diagonal (3,) of M.
     """
     is_damped = any(entry.length() for row in C for entry in row)
-    entries: list[list[list[Polynomial]]] = []  # each by powers of s, or of r
+    entries: list[list[list[Polynomial]]] = []  # (3, 3), each by rising powers of s, or of r
     for i in range(3):
         row = []
         for j in range(3):
@@ -461,7 +491,8 @@ def _characteristic(
     determinant: list[Polynomial] = []  # by the first row
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         minor = _minus(_times(entries[1][j], entries[2][k]), _times(entries[1][k], entries[2][j]))
-        determinant = _minus(_times(entries[0][i], minor), [-c for c in determinant])
+        so_far_negated = [-c for c in determinant]  # so that the difference adds it
+        determinant = _minus(_times(entries[0][i], minor), so_far_negated)
     return determinant
 
 
@@ -476,10 +507,9 @@ def _times(a: Sequence[Polynomial], b: Sequence[Polynomial]) -> list[Polynomial]
 
 
 def _minus(a: Sequence[Polynomial], b: Sequence[Polynomial]) -> list[Polynomial]:
-    """The difference of two of these."""
+    """The difference of two polynomials in s whose coefficients are polynomials in t."""
     zero = flint.arb_poly([0])
-    pairs = itertools.zip_longest(a, b, fillvalue=zero)
-    return [x - y for x, y in pairs]
+    return [x - y for x, y in itertools.zip_longest(a, b, fillvalue=zero)]
 
 
 def _discriminant(coefficients: Sequence[Polynomial]) -> Polynomial:
@@ -488,9 +518,10 @@ def _discriminant(coefficients: Sequence[Polynomial]) -> Polynomial:
     d, c, b, a = coefficients
     bc = _product(b, c)
     ad = _product(a, d)
-    first = _product(bc, bc + 18 * ad)
-    cubes = _product(a, _product(c, _product(c, c))) + _product(d, _product(b, _product(b, b)))
-    return first - 4 * cubes - 27 * _product(ad, ad)
+    b_cubed = _product(b, _product(b, b))
+    c_cubed = _product(c, _product(c, c))
+    cubes = _product(a, c_cubed) + _product(d, b_cubed)
+    return _product(bc, bc + 18 * ad) - 4 * cubes - 27 * _product(ad, ad)
 
 
 def _hurwitz(coefficients: Sequence[Polynomial]) -> Polynomial:
@@ -514,7 +545,8 @@ def _determinant(rows: Sequence[Sequence[Polynomial]]) -> Polynomial:
     """The determinant of a square matrix (n, n), by minors of its first rows.
 
     `minors` has those of the rows so far by their columns, so that none is computed twice; the
-    zeros of a Hurwitz matrix are left out.
+    zeros of a Hurwitz matrix are left out. The sign of a term says how many columns of its minor
+    lie behind its own.
     """
     n = len(rows)
     zero = flint.arb_poly([0])
@@ -532,8 +564,8 @@ def _determinant(rows: Sequence[Sequence[Polynomial]]) -> Polynomial:
     return minors.get(tuple(range(n)), zero)
 
 
-def _growing(values: Sequence[Ball], sign_of_pairs: int, is_damped: bool) -> int | None:
-    """How many roots grow, None if a sign is open.
+def _growing_count(values: Sequence[Ball], sign_of_pairs: int, is_damped: bool) -> int | None:
+    """How many roots grow, by the signs of coefficients; None if a sign is open.
 
     Without damping lambda = +-sqrt(-s): a complex pair of s has two growing roots, a negative s
     one, a positive s none.
@@ -548,7 +580,7 @@ def _growing(values: Sequence[Ball], sign_of_pairs: int, is_damped: bool) -> int
         Whether the coefficients are those of lambda.
     """
     if is_damped:
-        return _right_half_plane(values)
+        return _count_in_right_half_plane(values)
     if sign_of_pairs < 0:
         # one s is real; its sign is that of the product of all three, -d / a
         product = values[0] * -values[3]
@@ -556,20 +588,22 @@ def _growing(values: Sequence[Ball], sign_of_pairs: int, is_damped: bool) -> int
             return None
         return 2 if product > 0 else 3
     # three s are real; by Descartes' rule the signs of p(-s) change once for each negative one
-    reflected = [value if k % 2 == 0 else -value for k, value in enumerate(values)]
+    reflected = [values[0], -values[1], values[2], -values[3]]
     if any(value.contains(0) for value in reflected):
         return None
     return _sign_changes(reflected)
 
 
-def _right_half_plane(values: Sequence[Ball]) -> int | None:
-    """How many roots of a polynomial have a positive real part: the changes of sign in the first
-    column of Routh's array. None if one of these signs is open.
+def _count_in_right_half_plane(values: Sequence[Ball]) -> int | None:
+    """How many roots of a polynomial have a positive real part, by Routh's array.
 
-    values: its coefficients, by rising power.
+    They are the changes of sign in its first column. None if one of these signs is open.
+
+    values: the coefficients of the polynomial, by rising power.
     """
-    upper_row = list(values[::-1][::2])
-    lower_row = list(values[::-1][1::2])
+    by_falling_power = values[::-1]
+    upper_row = list(by_falling_power[::2])
+    lower_row = list(by_falling_power[1::2])
     column = [upper_row[0]]
     while lower_row:
         column.append(lower_row[0])
@@ -590,8 +624,11 @@ def _sign_changes(values: Sequence[Ball]) -> int:
 
     Not by products: that of two wide balls may hold zero though neither does.
     """
-    signs_of_values = [1 if value > 0 else -1 for value in values]
-    return sum(1 for a, b in itertools.pairwise(signs_of_values) if a != b)
+    changes = 0
+    for a, b in itertools.pairwise(values):
+        if (a > 0) != (b > 0):
+            changes += 1
+    return changes
 
 
 def _values_over(matrix: Sequence[Sequence[Polynomial]], span: Ball) -> Balls:

@@ -72,20 +72,23 @@ class Failure:
 
 
 def distances(a: NDArray, b: NDArray) -> Floats:
-    """Distances (n, m) of points, a little too small."""
+    """Lower bounds (n, m) of the distances of points a (n,) from points b (m,)."""
     return np.abs(a[:, None] - b[None, :]) * (1.0 - 8.0 * EPS)
 
 
 def touching(a: NDArray, radii_a: Floats, b: NDArray, radii_b: Floats) -> NDArray[np.bool_]:
-    """Which discs (n, m) may meet; those of infinite radius meet all."""
+    """Whether each disc around a (n,) may meet each around b (m,); infinite radii meet all."""
     sums = (radii_a[:, None] + radii_b[None, :]) * (1.0 + 4.0 * EPS)
     return ~(distances(a, b) > sums)
 
 
-def strong_parts(joined: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
-    """Indices of each strong component of a relation (n, n)."""
+def strong_components(joined: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+    """Indices of each strong component of a relation (n, n), by squaring its reachability."""
     n = len(joined)
+    if not n:
+        return []
     others = joined & ~np.eye(n, dtype=bool)
+    # an index without a link to it, or without one from it, is a component by itself
     linked = np.flatnonzero(others.any(axis=0) & others.any(axis=1))
     reach = others[np.ix_(linked, linked)] | np.eye(len(linked), dtype=bool)
     while not reach.all():
@@ -94,16 +97,16 @@ def strong_parts(joined: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
         if np.array_equal(further, reach):
             break
         reach = further
-    first = np.arange(n)
+    first = np.arange(n)  # the first index of the component of each index
     if len(linked):
         first[linked] = linked[(reach & reach.T).argmax(axis=1)]
     order = np.argsort(first, kind="stable")
-    return np.split(order, np.flatnonzero(np.diff(first[order])) + 1) if n else []
+    return np.split(order, np.flatnonzero(np.diff(first[order])) + 1)
 
 
 def clusters(centres: NDArray, radii: Floats) -> list[NDArray[np.intp]]:
     """Indices of the discs of each connected part of their union."""
-    return strong_parts(touching(centres, radii, centres, radii))
+    return strong_components(touching(centres, radii, centres, radii))
 
 
 def pieces_of(
@@ -117,14 +120,21 @@ def pieces_of(
 
     Of a real system a root's mirror image at the real axis is a root; of a Hamiltonian system that
     at the imaginary axis too. Where the image of a disc that holds one root meets no disc but this
-    one, the root is its own image. `real_squares` (n,) says of which discs the roots are real or
-    imaginary anyway.
+    one, the root is its own image, and lies on the axis.
+
+    Parameters
+    ----------
+    centres, radii : ndarray (n,)
+        Discs that together hold all n roots, rad/s.
+    real, hamiltonian : bool
+        Whether the system is.
+    real_squares : ndarray (n,)
+        Of which discs the roots are known to have a real square, so that each is real or imaginary.
     """
     parts = clusters(centres, radii)
-    label = np.empty(len(centres), dtype=int)
+    label = np.empty(len(centres), dtype=int)  # the number of the part of each disc
     for number, part in enumerate(parts):
         label[part] = number
-
     alone = np.bincount(label, minlength=len(parts))[label] == 1
 
     def are_own_images(images: NDArray[np.complex128]) -> NDArray[np.bool_]:
@@ -146,18 +156,18 @@ def pieces_of(
     pieces = []
     for part in parts:
         first = part[0]
-        squares = bool(real_squares[part].all())
+        have_real_squares = bool(real_squares[part].all())
         is_off_real = bool(off_real[part].all())
         is_off_imaginary = bool(off_imaginary[part].all())
         is_on_real_axis: bool | None = None
-        if on_real_axis[first] or (squares and is_off_imaginary):
+        if on_real_axis[first] or (have_real_squares and is_off_imaginary):
             is_on_real_axis = True
         elif is_off_real:
             is_on_real_axis = False
         low = float(lows[part].min())
         high = float(highs[part].max())
         side: Side = "unknown"
-        if on_imaginary_axis[first] or (squares and is_off_real):
+        if on_imaginary_axis[first] or (have_real_squares and is_off_real):
             side = "axis"
             low = 0.0
             high = 0.0
@@ -175,14 +185,17 @@ def growing_counts(pieces: Sequence[Piece], rate: float = 0.0) -> tuple[int, int
 
 
 def growing_of(tallies: Sequence[Tally], rate: float = 0.0) -> tuple[int, int]:
-    """The least and the largest number of roots of tallies that may grow faster than a rate."""
+    """The least and the largest number of roots that may grow faster than a rate (1/s).
+
+    The side of a root, which mirror images may prove, counts beside its bounds where the rate is 0.
+    """
     least = 0
     most = 0
     for number, low, high, side in tallies:
-        surely = low > rate or (rate == 0.0 and side == "grows")
-        never = high <= rate or (rate == 0.0 and side in ("axis", "decays"))
-        if surely:
+        surely_grow = low > rate or (rate == 0.0 and side == "grows")
+        never_grow = high <= rate or (rate == 0.0 and side in ("axis", "decays"))
+        if surely_grow:
             least += number
-        if not never:
+        if not never_grow:
             most += number
     return least, most

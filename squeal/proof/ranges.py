@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.linalg import LinAlgError
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from squeal.proof.balls import (
     AS_GIVEN,
@@ -26,12 +26,12 @@ from squeal.proof.balls import (
     upper,
 )
 from squeal.proof.enclosure import companion
-from squeal.proof.pieces import Failure, growing_of, strong_parts
+from squeal.proof.pieces import Failure, growing_of, strong_components
 from squeal.proof.referee import Proof
 from squeal.proof.segments import (
     Expansion,
     bases,
-    moving,
+    near_diagonal,
     tallies_above,
     tallies_of_squares,
     tallies_of_values,
@@ -52,7 +52,7 @@ AT_END = "a threshold lies at an end of the range, beyond which nothing is count
 CANCELS = "what begins and what ends to grow at one value cancel in the count"
 LONGER = 32.0  # than the last one: a step after one that is proved
 SHORTER = 0.35  # ... and after one that is not
-AHEAD = 8  # values that are looked at beyond a place where no step succeeds
+MOST_VALUES_BEYOND = 8  # at which a refutation is searched where no step succeeds
 INSIDE = 0.4629  # of a gap: where what grows is counted; roots often touch the axis half way
 ASIDE = 1e-3  # of a gap: how far from a threshold that is refuted the search looks again
 FIRST = 1e-8  # of the gap: a step beside a threshold
@@ -89,13 +89,13 @@ class Terms:
     def __post_init__(self) -> None:
         if flint is None:
             raise ImportError("ranges need python-flint", name="flint")
-        balls: dict[str, list[Balls]] = {name: [] for name in "MCK"}
-        for name in "MCK":
+        balls: dict[str, list[Balls]] = {"M": [], "C": [], "K": []}
+        for name, matrices in balls.items():
             for term in getattr(self, name):
                 X = doubles(np.asarray(term.matrix))
                 if not X.imag.any():
                     X = X.real
-                balls[name].append(Balls(X, half_widths(X, self.data)))
+                matrices.append(Balls(X, half_widths(X, self.data)))
         object.__setattr__(self, "_balls", balls)
 
     @property
@@ -104,14 +104,20 @@ class Terms:
         return len(self._balls["M"][0].mid)
 
     @property
+    def _midpoints(self) -> list[NDArray]:
+        """The matrices (n, n) of all terms as they are given."""
+        return [X.mid for matrices in self._balls.values() for X in matrices]
+
+    @property
     def is_real(self) -> bool:
         """True if no entry is complex."""
-        return not any(np.iscomplexobj(X.mid) for name in "MCK" for X in self._balls[name])
+        return not any(map(np.iscomplexobj, self._midpoints))
 
     @property
     def is_symmetric(self) -> bool:
         """True if M and K are symmetric at each value."""
-        return all(np.array_equal(X.mid, X.mid.T) for name in "MK" for X in self._balls[name])
+        M_and_K = self._balls["M"] + self._balls["K"]
+        return all(np.array_equal(X.mid, X.mid.T) for X in M_and_K)
 
     @property
     def is_skew(self) -> bool:
@@ -124,50 +130,65 @@ class Terms:
         return not any(X.mid.any() for X in self._balls["C"])
 
     def components(self) -> list[Terms]:
-        """The terms of each strong component of the pattern of all terms."""
-        pattern = sum(np.abs(X.mid) for name in "MCK" for X in self._balls[name]) > 0.0
-        each = []
-        for rows in strong_parts(pattern):
-            M, C, K = (
-                [
-                    Term(X.mid[np.ix_(rows, rows)], term.factor)
-                    for term, X in zip(getattr(self, name), self._balls[name], strict=True)
-                ]
-                for name in "MCK"
-            )
-            each.append(Terms(M, C, K, self.data))
-        return each
+        """The terms of each strong component of the pattern of all terms.
+
+        Up to a permutation M, C and K are block triangular at each value, so that the roots are
+        those of the diagonal blocks.
+        """
+        pattern = np.zeros((self.n, self.n), dtype=bool)
+        for X in self._midpoints:
+            pattern |= X != 0.0
+        components = []
+        for rows in strong_components(pattern):
+            M, C, K = (self._terms_of_block(name, rows) for name in "MCK")
+            components.append(Terms(M, C, K, self.data))
+        return components
+
+    def _terms_of_block(self, name: str, rows: NDArray[np.intp]) -> list[Term]:
+        """The terms of M, C or K, each with some rows and columns of its matrix."""
+        block = np.ix_(rows, rows)
+        terms = []
+        for term, X in zip(getattr(self, name), self._balls[name], strict=True):
+            terms.append(Term(X.mid[block], term.factor))
+        return terms
 
     def expanded(self, low: float, high: float) -> tuple[Expansion, Expansion, Expansion]:
-        """M, C and K around the middle of two values, with Lagrange's remainder.
+        """M, C and K around the middle of two values of the parameter, with Lagrange's remainder.
 
         Raises ValueError where a factor divides by what may be zero.
         """
+        # p = middle + d to first order in d, and about every value between, for the second order
         middle = flint.arb_series([flint.arb((low + high) / 2.0), 1], prec=2)
         between = flint.arb_series([flint.arb(low).union(flint.arb(high)), 1], prec=3)
-        M, C, K = (self._sum(name, middle, between) for name in "MCK")
+        M, C, K = (self._expansion_of_sum(name, middle, between) for name in "MCK")
         return M, C, K
 
-    def _sum(self, name: str, middle: Any, between: Any) -> Expansion:
-        """The sum of terms; entries that are zero in all of them stay zero."""
-        none = np.zeros((self.n, self.n))
-        value = Balls.exact(none)
-        slope = Balls.exact(none)
-        rest = none
-        for term, X in zip(getattr(self, name), self._balls[name], strict=True):
+    def _expansion_of_sum(self, name: str, middle: Any, between: Any) -> Expansion:
+        """M, C or K, the sum of its terms; entries that are zero in all of them stay zero.
+
+        `middle` and `between` are Taylor series of the parameter: about the middle of an interval,
+        and about all values in it at once.
+        """
+        zeros = np.zeros((self.n, self.n))
+        value = Balls.exact(zeros)
+        slope = Balls.exact(zeros)
+        remainder = zeros
+        matrices = self._balls[name]
+        for term, X in zip(getattr(self, name), matrices, strict=True):
             if term.factor is None:
                 value = value.plus(X)
                 continue
-            level, rise = _coefficients(term.factor(middle))[:2]
-            bend = _coefficients(term.factor(between))[2]
-            value = value.plus(_multiplied(X, level))
-            slope = slope.plus(_multiplied(X, rise))
-            rest = rest + X.bound() * float(np.nextafter(float(bend.abs_upper()), np.inf))
-        used = sum((np.abs(X.mid) for X in self._balls[name]), none) > 0.0
+            factor, factor_slope = _coefficients(term.factor(middle))[:2]
+            half_curvature = _coefficients(term.factor(between))[2]
+            value = value.plus(_multiplied(X, factor))
+            slope = slope.plus(_multiplied(X, factor_slope))
+            largest = float(np.nextafter(float(half_curvature.abs_upper()), np.inf))
+            remainder = remainder + X.bound() * largest
+        is_used = sum((np.abs(X.mid) for X in matrices), zeros) > 0.0
         return Expansion(
-            Balls(value.mid, np.where(used, value.rad, 0.0)),
-            Balls(slope.mid, np.where(used, slope.rad, 0.0)),
-            np.where(used, upper(rest, 2 * len(self._balls[name])), 0.0),
+            value=Balls(value.mid, np.where(is_used, value.rad, 0.0)),
+            slope=Balls(slope.mid, np.where(is_used, slope.rad, 0.0)),
+            remainder=np.where(is_used, upper(remainder, 2 * len(matrices)), 0.0),
         )
 
 
@@ -185,12 +206,13 @@ def _multiplied(X: Balls, factor: Any) -> Balls:
     return Balls(product.mid, upper(product.rad + np.abs(X.mid) * radius + X.rad * radius, 4))
 
 
-class Bounds(NamedTuple):
-    """Numbers of roots over an interval.
+class CountBounds(NamedTuple):
+    """Bounds of numbers of roots, which hold at every value of an interval.
 
-    least, most: bounds of how many grow; doubtful: of so many it is not certain that they grow, and
-    they may grow faster than a rate; not_decaying: at least so many grow, or decay by no more than
-    it. Of complex matrices only roots above the real axis count, as two each.
+    least, most: how many grow; doubtful: of so many it is not certain that they grow, and they may
+    grow faster than a rate; not_decaying: at least so many grow, or decay by no more than that
+    rate; reason: why the count is open where it is. Of complex matrices only roots above the real
+    axis count, as two each.
     """
 
     least: int
@@ -208,163 +230,205 @@ class Bounds(NamedTuple):
         return not self.doubtful and self.allow(unstable) and unstable <= self.not_decaying
 
 
-def bounds_between(terms: Terms, low: float, high: float, rate: float) -> Bounds:
-    """The numbers of one component at all values between two."""
+def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountBounds:
+    """Count the growing roots of one component at all values between two, by Gershgorin's discs.
+
+    The bases of `segments.bases` are tried one after the other until no root is doubtful; each
+    count keeps the best of their bounds. rate: see `CountBounds`, 1/s.
+    """
     roots = 4 * terms.n  # complex ones may all lie above the real axis
-    known = Bounds(0, roots, roots, 0)
+    best = CountBounds(0, roots, roots, 0)
     try:
         M, C, K = terms.expanded(low, high)
     except ValueError:
-        return known._replace(reason="a factor divides by what may be zero")
+        return best._replace(reason="a factor divides by what may be zero")
     half = float(np.nextafter((high - low) / 2.0 * (1.0 + 8.0 * EPS), np.inf))
     A = K
     B = M
     if not terms.is_undamped:
-        A, B = _states(M, C, K)
+        A, B = _first_order_form(M, C, K)
     with np.errstate(all="ignore"), suppress(LinAlgError):
         for basis in bases(A.value.mid, B.value.mid):
-            found = moving(A, B, half, basis)
-            if isinstance(found, Failure):
-                known = known._replace(reason=found.reason)
+            S = near_diagonal(A, B, half, basis)
+            if isinstance(S, Failure):
+                best = best._replace(reason=S.reason)
                 continue
             if not terms.is_real:
-                each = tallies_above(found, half, terms.is_undamped)
+                tallies = tallies_above(S, half, terms.is_undamped)
             elif terms.is_undamped:
-                each = tallies_of_squares(found, half)
+                tallies = tallies_of_squares(S, half)
             else:
-                each = tallies_of_values(found, half, terms.is_symmetric and terms.is_skew)
-            least, most = growing_of(each)
-            doubtful = sum(one.number for one in each if one.side != "grows" and one.high > rate)
-            known = Bounds(
-                max(known.least, least),
-                min(known.most, most),
-                min(known.doubtful, doubtful),
-                max(known.not_decaying, growing_of(each, -rate)[0]),
+                tallies = tallies_of_values(S, half, terms.is_symmetric and terms.is_skew)
+            least, most = growing_of(tallies)
+            not_decaying, _ = growing_of(tallies, -rate)
+            doubtful = 0
+            for tally in tallies:
+                if tally.side != "grows" and tally.high > rate:
+                    doubtful += tally.number
+            best = CountBounds(
+                least=max(best.least, least),
+                most=min(best.most, most),
+                doubtful=min(best.doubtful, doubtful),
+                not_decaying=max(best.not_decaying, not_decaying),
             )
-            if not known.doubtful:
+            if not best.doubtful:
                 break
-    return known
+    return best
 
 
-def _states(M: Expansion, C: Expansion, K: Expansion) -> tuple[Expansion, Expansion]:
-    """A and B (2n, 2n) of the states (q, q' / rate)."""
-    rate = 1.0
-    sizes = float(np.max(M.value.bound())), float(np.max(K.value.bound()))
-    if min(sizes) > 0.0 and np.isfinite(sizes).all():
-        rate = float(2.0 ** np.round(np.log2(sizes[1] / sizes[0]) / 2.0))
-    values = companion(M.value, C.value, K.value, rate)
-    slopes = companion(M.slope, C.slope, K.slope, rate, 0.0)
-    none = np.zeros(M.rest.shape)
-    mass, damping, stiffness = (Balls(none, X.rest) for X in (M, C, K))
-    rests = companion(mass, damping, stiffness, rate, 0.0)
-    parts = zip(values, slopes, rests, strict=True)
-    A, B = (Expansion(value, slope, rest.rad) for value, slope, rest in parts)
+def _first_order_form(M: Expansion, C: Expansion, K: Expansion) -> tuple[Expansion, Expansion]:
+    """A and B (2n, 2n) of B z' = A z in the states z = (q, q' / rate)."""
+    rate = 1.0  # a power of 2 near sqrt(|K| / |M|), so that both halves of z are about as large
+    mass = float(np.max(M.value.bound()))
+    stiffness = float(np.max(K.value.bound()))
+    if min(mass, stiffness) > 0.0 and np.isfinite([mass, stiffness]).all():
+        rate = float(2.0 ** np.round(np.log2(stiffness / mass) / 2.0))
+    A_value, B_value = companion(M.value, C.value, K.value, rate)
+    A_slope, B_slope = companion(M.slope, C.slope, K.slope, rate, 0.0)
+    zeros = np.zeros(M.remainder.shape)
+    A_remainder, B_remainder = companion(
+        Balls(zeros, M.remainder),
+        Balls(zeros, C.remainder),
+        Balls(zeros, K.remainder),
+        rate,
+        0.0,
+    )
+    A = Expansion(A_value, A_slope, A_remainder.rad)
+    B = Expansion(B_value, B_slope, B_remainder.rad)
     return A, B
 
 
-class _Walk:
-    """Intervals of the parameter that are looked at one after the other, at most `most` in all, of
-    a range with these ends."""
+class _RangeProof:
+    """The proof that one number of roots grows between thresholds, by steps over the parameter.
+
+    Parameters
+    ----------
+    terms : Terms
+        The systems.
+    growth_below : float
+        A rate (1/s); see `CountBounds`.
+    most : int
+        How many intervals are looked at before the answer stays open.
+    ends : tuple of 2 floats
+        The ends of the whole range.
+    """
 
     def __init__(
         self, terms: Terms, growth_below: float, most: int, ends: tuple[float, float]
     ) -> None:
         self.components = terms.components()
-        self.moving = self.components
-        """Those whose number of growing roots is looked at, step by step."""
-        self.settled = 0  # roots that grow of the others, at all values between two
+        self.stepped_components = self.components
+        """Those that are looked at step by step: their count is not known over the whole gap."""
+        self.growing_elsewhere = 0  # roots that grow of the other components
         self.data = terms.data
         self.growth_below = growth_below
-        self.left = most
+        self.steps_left = most
         self.ends = ends
 
-    def gap(self, low: float, high: float, unstable: int) -> Proof:
-        """The proof between two values, from both ends to the middle."""
+    def between(self, low: float, high: float, unstable: int) -> Proof:
+        """The proof that so many roots grow at all values of a gap, from both ends to the middle.
+
+        Steps begin at the ends, where thresholds lie and steps must be short.
+        """
         middle = (low + high) / 2.0
         for start in (low, high):
-            self._settle(min(start, middle), max(start, middle))
-            proof = self._steps(start, middle, unstable)
+            self._set_aside(min(start, middle), max(start, middle))
+            proof = self._by_steps(start, middle, unstable)
             if proof.status != "proved":
                 break
-        self.moving = self.components
-        self.settled = 0
+        self.stepped_components = self.components
+        self.growing_elsewhere = 0
         return proof
 
-    def _settle(self, low: float, high: float) -> None:
+    def _set_aside(self, low: float, high: float) -> None:
         """Leave out components of which as many roots grow at all values between two."""
-        self.moving = []
-        self.settled = 0
-        self.left -= 1
+        self.stepped_components = []
+        self.growing_elsewhere = 0
+        self.steps_left -= 1
         for component in self.components:
             bounds = bounds_between(component, low, high, self.growth_below)
             if bounds.least == bounds.most and bounds.prove(bounds.least):
-                self.settled += bounds.least
+                self.growing_elsewhere += bounds.least
             else:
-                self.moving.append(component)
+                self.stepped_components.append(component)
 
-    def _steps(self, start: float, end: float, unstable: int) -> Proof:
-        """The proof from one value to another, above or below it."""
+    def _by_steps(self, start: float, end: float, unstable: int) -> Proof:
+        """The proof from one value to another, above or below it.
+
+        A step is lengthened after one that is proved and shortened after one that is not.
+        """
         narrowest = NARROWEST * max(abs(end - start), abs(start), abs(end))
         length = abs(end - start)
         if start not in self.ends:  # beside a threshold
             length = max(FIRST * length, narrowest)
-        way = 1.0 if end >= start else -1.0
-        at = start
+        sense = 1.0 if end >= start else -1.0
+        reached = start
         while True:
-            beyond = at + way * length
-            if way * (end - beyond) <= 0.25 * length:
-                beyond = end
-            where = (at + beyond) / 2.0
-            if self.left <= 0:
-                return Proof("open", "enclosure", reason=SPENT, where=where)
-            bounds = self.bounds(min(at, beyond), max(at, beyond))
-            self.left -= 1
+            step_end = reached + sense * length
+            if sense * (end - step_end) <= 0.25 * length:  # no short step is left for the end
+                step_end = end
+            middle = (reached + step_end) / 2.0
+            if self.steps_left <= 0:
+                return Proof("open", "enclosure", reason=SPENT, where=middle)
+            bounds = self.bounds(min(reached, step_end), max(reached, step_end))
+            self.steps_left -= 1
             if not bounds.allow(unstable):
-                return self._refuted(bounds, unstable, where)
+                return self._refuted(bounds, unstable, middle)
             if bounds.prove(unstable):
-                if beyond == end:
+                if step_end == end:
                     return Proof("proved", "enclosure", self.growth_below, self.data)
-                at = beyond
+                reached = step_end
                 length *= LONGER
                 continue
-            length = abs(beyond - at) * SHORTER
+            length = abs(step_end - reached) * SHORTER
             if length < narrowest:
-                return self._ahead(at, end, unstable) or Proof(
-                    "open", "enclosure", reason=bounds.reason, where=where
-                )
+                refutation = self._refutation_beyond(reached, end, unstable)
+                if refutation is not None:
+                    return refutation
+                return Proof("open", "enclosure", reason=bounds.reason, where=middle)
 
-    def _ahead(self, at: float, end: float, unstable: int) -> Proof | None:
-        """A refutation by a value between where no step succeeds and the end, if there is one."""
+    def _refutation_beyond(self, reached: float, end: float, unstable: int) -> Proof | None:
+        """A refutation by a single value between where no step succeeds and the end.
+
+        Some values are tried, from the end on nearer and nearer; None if none of them refutes.
+        """
         share = 1.0
-        for _ in range(AHEAD):
+        for _ in range(MOST_VALUES_BEYOND):
             share /= LONGER
-            value = at + share * (end - at)
+            value = reached + share * (end - reached)
             bounds = self.bounds(value, value)
             if not bounds.allow(unstable):
                 return self._refuted(bounds, unstable, value)
         return None
 
-    def _refuted(self, bounds: Bounds, unstable: int, where: float) -> Proof:
+    def _refuted(self, bounds: CountBounds, unstable: int, where: float) -> Proof:
         """Another number of roots grows for certain."""
-        words = f"{bounds.least} to {bounds.most} roots grow, not {unstable}"
+        reason = f"{bounds.least} to {bounds.most} roots grow, not {unstable}"
         if bounds.least == bounds.most:
-            words = f"{bounds.least} roots grow, not {unstable}"
-        return Proof("refuted", "enclosure", data=self.data, reason=words, where=where)
+            reason = f"{bounds.least} roots grow, not {unstable}"
+        return Proof("refuted", "enclosure", data=self.data, reason=reason, where=where)
 
-    def bounds(self, low: float, high: float) -> Bounds:
-        """The numbers over an interval."""
-        settled = Bounds(self.settled, self.settled, 0, self.settled)
-        each = [settled]
-        for component in self.moving:
-            each.append(bounds_between(component, low, high, self.growth_below))
-        vague = next((one for one in each if one.least < one.most), settled)
-        return Bounds(
-            sum(one.least for one in each),
-            sum(one.most for one in each),
-            sum(one.doubtful for one in each),
-            sum(one.not_decaying for one in each),
-            vague.reason,
-        )
+    def bounds(self, low: float, high: float) -> CountBounds:
+        """The sums of the numbers of all components over an interval.
+
+        The reason is that of the first component whose count is open.
+        """
+        elsewhere = self.growing_elsewhere
+        total = CountBounds(elsewhere, elsewhere, 0, elsewhere)
+        reason = ""
+        for component in self.stepped_components:
+            bounds = bounds_between(component, low, high, self.growth_below)
+            if not reason and bounds.least < bounds.most:
+                reason = bounds.reason
+            total = CountBounds(
+                least=total.least + bounds.least,
+                most=total.most + bounds.most,
+                doubtful=total.doubtful + bounds.doubtful,
+                not_decaying=total.not_decaying + bounds.not_decaying,
+            )
+        if reason:
+            return total._replace(reason=reason)
+        return total
 
 
 def prove_thresholds(
@@ -397,36 +461,39 @@ def prove_thresholds(
     most : int
         How many intervals are looked at before the answer stays open.
     """
-    edges = [low, *(end for interval in intervals for end in interval), high]
+    edges = [low]
+    for interval in intervals:
+        edges += interval
+    edges.append(high)
     if any(b < a for a, b in itertools.pairwise(edges)):
         return Proof("refuted", reason="the intervals overlap or leave the range")
     gaps = list(zip(edges[::2], edges[1::2], strict=True))
-    walk = _Walk(terms, growth_below, most, (low, high))
-    found = []
+    range_proof = _RangeProof(terms, growth_below, most, (low, high))
+    counts = []  # growing roots in each gap
     for a, b in gaps:
         inside = a + INSIDE * (b - a)
-        bounds = walk.bounds(inside, inside)
+        bounds = range_proof.bounds(inside, inside)
         if bounds.doubtful:
             return Proof("open", "enclosure", reason=bounds.reason, where=inside)
-        found.append(bounds.least)
-    for number, (below, above) in enumerate(itertools.pairwise(found)):
-        interval = intervals[number]
-        if interval[0] <= low or interval[1] >= high:
+        counts.append(bounds.least)
+    for number, (start, stop) in enumerate(intervals):
+        below, above = counts[number : number + 2]
+        rise = rises[number] if rises is not None else None
+        reason = ""
+        if start <= low or stop >= high:
             reason = AT_END
-        elif rises is not None and below == above and rises[number] == 0:
+        elif below == above and rise == 0:
             reason = CANCELS
-        else:
-            reason = ""
         if reason:
-            where = (interval[0] + interval[1]) / 2.0
+            where = (start + stop) / 2.0
             return Proof("open", "enclosure", data=terms.data, reason=reason, where=where)
-        if below == above or (rises is not None and rises[number] != above - below):
-            words = f"{below} roots grow below a threshold, {above} above"
-            start, stop = gaps[number + 1]
-            where = start + ASIDE * (stop - start)
-            return Proof("refuted", "enclosure", data=terms.data, reason=words, where=where)
-    for number, (a, b) in enumerate(gaps):
-        proof = walk.gap(a, b, found[number])
+        if below == above or (rise is not None and rise != above - below):
+            reason = f"{below} roots grow below a threshold, {above} above"
+            gap_start, gap_end = gaps[number + 1]
+            where = gap_start + ASIDE * (gap_end - gap_start)
+            return Proof("refuted", "enclosure", data=terms.data, reason=reason, where=where)
+    for (a, b), count in zip(gaps, counts, strict=True):
+        proof = range_proof.between(a, b, count)
         if proof.status != "proved":
             return proof
     return Proof("proved", "enclosure", growth_below, terms.data)

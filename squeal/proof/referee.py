@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from squeal.proof.balls import AS_GIVEN, HALF_ULP, Floats, Quadratic, half_widths, upper
 from squeal.proof.enclosure import Guess, components, enclose, scaled
 from squeal.proof.free import with_free_motions
-from squeal.proof.pieces import Failure, Means, Piece, growing_counts, strong_parts, touching
+from squeal.proof.pieces import Failure, Means, Piece, growing_counts, strong_components, touching
 
 Status = Literal["proved", "open", "refuted"]
 LAST_DIGITS = "the answer hangs on the last digits of the entries"
@@ -132,13 +132,20 @@ class Finding:
 
     @property
     def failure(self) -> Failure | None:
-        """The first reason why a component has no pieces."""
-        return next((part for part in self.parts if isinstance(part, Failure)), None)
+        """The first reason why a component has no pieces, None if all have some."""
+        for part in self.parts:
+            if isinstance(part, Failure):
+                return part
+        return None
 
     @property
     def pieces(self) -> list[Piece]:
         """The pieces of all components that have some."""
-        return [piece for part in self.parts if not isinstance(part, Failure) for piece in part]
+        pieces: list[Piece] = []
+        for part in self.parts:
+            if not isinstance(part, Failure):
+                pieces += part
+        return pieces
 
     @property
     def deciding(self) -> list[Piece]:
@@ -151,7 +158,9 @@ class Finding:
     @property
     def by(self) -> Means:
         """The stronger of the means that were needed."""
-        return "exact" if any(piece.by == "exact" for piece in self.pieces) else "enclosure"
+        if any(piece.by == "exact" for piece in self.pieces):
+            return "exact"
+        return "enclosure"
 
 
 def enclosed(system: Quadratic, answer: RootList | None = None) -> Finding:
@@ -201,10 +210,10 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
             parts[number] = exact
         elif isinstance(part, Failure) and part.reason != exact.reason:
             parts[number] = Failure(f"{part.reason}; {exact.reason}")
-    found = Finding(parts, finding.data)
-    if found.by == "exact":
-        return replace(found, data=AS_GIVEN)
-    return found
+    more_exact = Finding(parts, finding.data)
+    if more_exact.by == "exact":
+        return replace(more_exact, data=AS_GIVEN)
+    return more_exact
 
 
 def prove_roots(system: Quadratic, answer: RootList) -> Proof:
@@ -292,19 +301,21 @@ def judge(
 def unstable_count(system: Quadratic) -> Count:
     """How many roots have a positive real part, for every system in the balls or its midpoints."""
     finding = enclosed(system)
-    least, most = _bounds(finding, system.n)
+    least, most = _growing_counts(finding, system.n)
     if least != most:
         finding = _made_exact(system, finding)
-        least, most = _bounds(finding, system.n)
+        least, most = _growing_counts(finding, system.n)
     reason = ""
-    if least != most:
-        reason = finding.failure.reason if finding.failure else LAST_DIGITS
+    if least != most and finding.failure is not None:
+        reason = finding.failure.reason
+    elif least != most:
+        reason = LAST_DIGITS
     by = finding.by if finding.pieces else None
     return Count(least, most, by, finding.data, reason)
 
 
-def _bounds(finding: Finding, n: int) -> tuple[int, int]:
-    """The least and the largest number of growing roots of n rows."""
+def _growing_counts(finding: Finding, n: int) -> tuple[int, int]:
+    """The least and the largest number of growing roots of a system of n rows."""
     least, most = growing_counts(finding.pieces)
     if finding.failure:
         most = 2 * n
@@ -329,8 +340,9 @@ def _open(finding: Finding, reason: str, where: complex | None, errors: Floats) 
 
 
 def growth_bound(pieces: Sequence[Piece]) -> float:
-    """A rate (1/s), at least 0, that only roots of pieces that grow for sure exceed."""
-    return max([0.0, *(piece.high for piece in pieces if piece.side in ("unknown", "free"))])
+    """A rate (1/s), at least 0, that no root exceeds but those that grow for certain."""
+    undecided = [piece.high for piece in pieces if piece.side in ("unknown", "free")]
+    return max([0.0, *undecided])
 
 
 def possible_verdicts(pieces: Sequence[Piece]) -> frozenset[str]:
@@ -361,7 +373,7 @@ def possible_verdicts(pieces: Sequence[Piece]) -> frozenset[str]:
 
 
 def judge_finding(finding: Finding, answer: RootList) -> Proof:
-    """Compare a list and a verdict with what is known of the roots."""
+    """Compare a list of roots and its verdict with what is known of the roots of a system."""
     failure = finding.failure
     if failure is not None:
         return _open(finding, failure.reason, None, np.full(len(answer.values), math.inf))
@@ -407,17 +419,21 @@ class _ListComparison(NamedTuple):
 def _groups(
     pieces: Sequence[Piece], centres: NDArray[np.complex128], radii: Floats
 ) -> NDArray[np.intp]:
-    """The number of the group (k,) of each disc: discs that meet, or are of one piece, are one."""
+    """Number the groups of discs: those that meet, or belong to one piece, are one group.
+
+    Returns the number of its group for each disc (k,); centres and radii (k,) are those of all
+    pieces in their order.
+    """
     piece_of = np.repeat(np.arange(len(pieces)), [piece.count for piece in pieces])
     is_joined = touching(centres, radii, centres, radii) | (piece_of[:, None] == piece_of)
     group_of = np.empty(len(centres), dtype=int)
-    for number, group in enumerate(strong_parts(is_joined)):
+    for number, group in enumerate(strong_components(is_joined)):
         group_of[group] = number
     return group_of
 
 
 def _compare(pieces: Sequence[Piece], answer: RootList) -> _ListComparison:
-    """Assign each listed value to a group of discs that meet, which holds as many roots as discs.
+    """Match each listed value to a group of discs that meet, which holds as many roots as discs.
 
     The list is proved if each group has as many values nearest to it as it has roots, and if no
     root of the group lies farther from its value than the claimed error.
@@ -443,20 +459,20 @@ def _compare(pieces: Sequence[Piece], answer: RootList) -> _ListComparison:
     sizes = np.bincount(group_of)
     is_met = touching(values, answer.errors, centres, radii)  # values by discs
     in_group = group_of[:, None] == np.arange(len(sizes))  # discs by groups
-    reaches = is_met.astype(np.float32) @ in_group.astype(np.float32) > 0.0  # values by groups
-    lost = np.flatnonzero(~reaches.any(axis=1))
-    if lost.size:
-        value = complex(values[lost[0]])
+    may_match = is_met.astype(np.float32) @ in_group.astype(np.float32) > 0.0  # values by groups
+    unmatched = np.flatnonzero(~may_match.any(axis=1))
+    if unmatched.size:
+        value = complex(values[unmatched[0]])
         reason = "no root lies within the error of a listed one"
         return _ListComparison("refuted", reason, value, unproved)
-    lacking = np.flatnonzero(reaches.sum(axis=0) < sizes)
-    if lacking.size:
-        root = complex(centres[group_of == lacking[0]][0])
+    short_of_values = np.flatnonzero(may_match.sum(axis=0) < sizes)
+    if short_of_values.size:
+        root = complex(centres[group_of == short_of_values[0]][0])
         return _ListComparison("refuted", "a root is missing from the list", root, unproved)
     nearest = group_of[np.argmin(distances - radii, axis=1)]
-    unequal = np.flatnonzero(np.bincount(nearest, minlength=len(sizes)) != sizes)
-    if unequal.size:
-        root = complex(centres[group_of == unequal[0]][0])
+    miscounted = np.flatnonzero(np.bincount(nearest, minlength=len(sizes)) != sizes)
+    if miscounted.size:
+        root = complex(centres[group_of == miscounted[0]][0])
         return _ListComparison("open", NOT_TOLD_APART, root, unproved)
     in_nearest = nearest[:, None] == group_of  # values by discs
     errors = upper(np.where(in_nearest, distances + radii, 0.0).max(axis=1, initial=0.0), 8)

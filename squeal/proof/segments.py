@@ -8,8 +8,8 @@ roots are the eigenvalues of S = G^-1 R, and
 
 Over an interval p = m + d, |d| <= h, the matrices are A0 + d A1 but for at most d^2 A2, hence S is
 S0 + d S1 but for at most Q. A second similarity 1 + d Z, with S1 + S0 Z - Z S0 close to zero
-between columns that are apart, lets the vectors move. What is left of order d is the motion of the
-centres, so that the discs hold terms of second order; columns that meet keep their coupling.
+between columns that are apart, lets the vectors move. What is left of order d is L, the motion of
+the centres, and the rest N is of second order; columns that meet keep their coupling in L.
 `docs/proof.md` derives the bounds.
 """
 
@@ -23,9 +23,9 @@ import numpy as np
 from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 
-from squeal.proof.balls import EPS, TINY, Balls, Floats, row_sums, size, upper
+from squeal.proof.balls import EPS, TINY, Balls, Floats, magnitude, row_sums, upper
 from squeal.proof.chains import Chain, find_chains
-from squeal.proof.pieces import Failure, Side, Tally, strong_parts
+from squeal.proof.pieces import Failure, Side, Tally, strong_components
 
 try:
     import flint
@@ -40,22 +40,30 @@ ILL = "the eigenvectors are too ill-conditioned"
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """All matrices (n, n) in `value` + d `slope`, but for at most d^2 `rest`."""
+    """All matrices (n, n) in `value` + d `slope`, but for at most d^2 `remainder` entry by entry.
+
+    d is the distance of the parameter from the middle of the interval.
+    """
 
     value: Balls
     slope: Balls
-    rest: Floats
+    remainder: Floats
 
     @staticmethod
     def constant(X: Balls) -> Expansion:
         """Matrices that do not depend on the parameter."""
-        none = np.zeros(X.mid.shape)
-        return Expansion(X, Balls.exact(none), none)
+        zeros = np.zeros(X.mid.shape)
+        return Expansion(X, Balls.exact(zeros), zeros)
 
 
 class Basis(NamedTuple):
-    """Approximate right vectors X (n, n); the index (n,) of the column that is the conjugate of
-    each, None where that is not known; chains in X in place of vectors; and Y, if it is known."""
+    """Approximate right vectors of a pencil A - s B.
+
+    X (n, n): the vectors, one a column; mirror (n,): the index of the column that is the conjugate
+    of each, itself for a real one, None where that is not known; chains: groups of columns that
+    hold a basis of an invariant subspace in place of vectors; Y (n, n): about (B X)^-1, None if it
+    is still to be computed.
+    """
 
     X: NDArray
     mirror: NDArray[np.intp] | None = None
@@ -77,6 +85,7 @@ def bases(A: NDArray, B: NDArray) -> Iterator[Basis]:
         if chains:
             yield Basis(X, None, chains)
         return
+    # LAPACK puts the conjugate of a pair right behind the one with the positive imaginary part
     mirror = np.arange(len(X))
     first = np.flatnonzero(values.imag > 0.0)
     mirror[first] = first + 1
@@ -92,16 +101,19 @@ def bases(A: NDArray, B: NDArray) -> Iterator[Basis]:
             X = chain.put_into(X)
             chains.append(chain)
         elif values[chain.members].imag.mean() > 0.0:  # the others come with their conjugates
-            other = replace(chain, members=partners, basis=chain.basis.conj())
-            X = other.put_into(chain.put_into(X))
-            chains += [chain, other]
+            conjugate_chain = replace(chain, members=partners, basis=chain.basis.conj())
+            X = conjugate_chain.put_into(chain.put_into(X))
+            chains += [chain, conjugate_chain]
     if chains:
         yield Basis(X, mirror, chains)
 
 
-class Moving(NamedTuple):
-    """Matrices S (n, n) over the interval: S0 + d L but for at most N, S0 and L zero but next to
-    the diagonal and where columns stay together; `is_real` (n,) are the columns of real vectors."""
+class NearDiagonal(NamedTuple):
+    """All matrices S (n, n) with the eigenvalues of a pencil, over |d| <= h: S0 + d L but for N.
+
+    S0 and L are zero but on the diagonal, next to it, and where columns stay together; N bounds the
+    absolute values of the rest; `is_real` (n,) says which columns belong to real vectors.
+    """
 
     S0: NDArray
     L: NDArray
@@ -110,18 +122,23 @@ class Moving(NamedTuple):
 
     @property
     def centres(self) -> NDArray:
-        """Centres of the discs (n,) at the middle."""
+        """Centres of the discs (n,) at the middle of the interval."""
         return self.S0.diagonal()
 
     @property
     def speeds(self) -> NDArray:
-        """How the centres (n,) move with the parameter."""
+        """Derivatives (n,) of the centres by the parameter."""
         return self.L.diagonal()
 
 
-def moving(A: Expansion, B: Expansion, half: float, basis: Basis) -> Moving | Failure:
-    """The pencil A - s B on approximate vectors, which move with the parameter if `half` > 0."""
-    X, mirror, chains, Y = basis
+def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> NearDiagonal | Failure:
+    """The pencil A - s B on approximate vectors: S = (Y B X)^-1 (Y A X), for Gershgorin's theorem.
+
+    With `half`, half the width of the interval, above 0 the vectors move with the parameter. See
+    the top of the module for the symbols.
+    """
+    X = basis.X
+    Y = basis.Y
     n = len(X)
     if Y is None:
         try:
@@ -132,84 +149,98 @@ def moving(A: Expansion, B: Expansion, half: float, basis: Basis) -> Moving | Fa
     right = Balls.exact(X)
     G0 = left @ (B.value @ right)
     R0 = left @ (A.value @ right)
-    together = np.eye(n, dtype=bool)
-    for chain in chains:
-        together[np.ix_(chain.members, chain.members)] = True
-    S0 = Balls.exact(_structured(np.where(together, R0.mid, 0.0), mirror))
+    stay_together = np.eye(n, dtype=bool)  # couplings that S0 and L keep
+    for chain in basis.chains:
+        stay_together[np.ix_(chain.members, chain.members)] = True
+    S0 = Balls.exact(_structured(np.where(stay_together, R0.mid, 0.0), basis.mirror))
     S1 = Balls.exact(np.zeros((n, n)))
-    E = Balls(G0.mid - np.eye(n), upper(G0.rad + EPS * size(G0.mid), 2)).bound()
-    U = _less(R0, G0 @ S0).bound()  # of R - G (S0 + d S1), order by order
+    # |G - 1| <= E, and |R - G (S0 + d S1)| <= U, order by order in d
+    E = Balls(G0.mid - np.eye(n), upper(G0.rad + EPS * magnitude(G0.mid), 2)).bound()
+    U = _difference(R0, G0 @ S0).bound()
     if half > 0.0:
+        sizes_of_X = magnitude(X)
+        sizes_of_Y = magnitude(Y)
+        sizes_of_S0 = magnitude(S0.mid)
         G1 = left @ (B.slope @ right)
-        G2 = half**2 * (size(Y) @ B.rest @ size(X))
+        G2 = half**2 * (sizes_of_Y @ B.remainder @ sizes_of_X)
         E = E + half * G1.bound() + G2
-        first = _less(left @ (A.slope @ right), G1 @ S0)
-        S1 = Balls.exact(_structured(first.mid, mirror))
-        U = U + half * _less(first, G0 @ S1).bound() + half**2 * (size(Y) @ A.rest @ size(X))
-        U = U + G2 @ (size(S0.mid) + half * size(S1.mid)) + half**2 * (G1.bound() @ size(S1.mid))
+        first_order = _difference(left @ (A.slope @ right), G1 @ S0)
+        S1 = Balls.exact(_structured(first_order.mid, basis.mirror))
+        sizes_of_S1 = magnitude(S1.mid)
+        U = U + half * _difference(first_order, G0 @ S1).bound()
+        U = U + half**2 * (sizes_of_Y @ A.remainder @ sizes_of_X)
+        U = U + G2 @ (sizes_of_S0 + half * sizes_of_S1)
+        U = U + half**2 * (G1.bound() @ sizes_of_S1)
     F = inverse_excess(upper(E, 6 * n + 16))
     if F is None:
         return Failure(ILL)
-    N = upper(U + F @ U, 8 * n + 16)
+    N = upper(U + F @ U, 8 * n + 16)  # S - (S0 + d S1) = G^-1 (R - G (S0 + d S1))
     L = S1.mid
     if half > 0.0:
-        rotated = _rotated(S0, S1, N, together, mirror, half)
-        if isinstance(rotated, Failure):
-            return rotated
-        L, N = rotated
+        moved = _with_moving_vectors(S0, S1, N, stay_together, basis.mirror, half)
+        if isinstance(moved, Failure):
+            return moved
+        L, N = moved
     if not np.isfinite(N).all():
         return Failure(BEYOND)
     values = S0.mid
-    for chain in chains:
-        coupling = size(values) + half * size(L) + N
-        shifts = chain.shifts(coupling - np.diag(coupling.diagonal()))
+    for chain in basis.chains:
+        couplings = magnitude(values) + half * magnitude(L) + N
+        shifts = chain.shifts(couplings - np.diag(couplings.diagonal()))
         N = upper(np.ldexp(N, shifts), 1)
         values = values * np.ldexp(1.0, shifts)
         L = L * np.ldexp(1.0, shifts)
-    is_real = np.zeros(n, dtype=bool) if mirror is None else mirror == np.arange(n)
-    return Moving(values, L, N, is_real)
+    is_real = np.zeros(n, dtype=bool)
+    if basis.mirror is not None:
+        is_real = basis.mirror == np.arange(n)
+    return NearDiagonal(values, L, N, is_real)
 
 
-def _rotated(
+def _with_moving_vectors(
     S0: Balls,
     S1: Balls,
     Q: Floats,
-    together: NDArray[np.bool_],
+    stay_together: NDArray[np.bool_],
     mirror: NDArray[np.intp] | None,
     half: float,
 ) -> tuple[NDArray, Floats] | Failure:
-    """L and N after the similarity 1 + d Z of S0 + d S1, known but for Q.
+    """L and N (n, n) after the similarity 1 + d Z of the matrices S0 + d S1, known but for Q.
 
     With V = (1 + d Z)^-1 - 1 it is S0 + d (S1 + [S0, Z]) + d^2 [S1, Z] + V (d [S0, Z] +
-    d^2 [S1, Z]) and what Q becomes; V = -d Z but for terms of second order.
+    d^2 [S1, Z]) and what Q becomes; [S, Z] = S Z - Z S, and V = -d Z but for terms of second order.
+    Columns that `stay_together`, or are too near to each other for Z, keep their coupling.
     """
     centres = S0.mid.diagonal()
     gaps = centres[:, None] - centres
-    near = half * np.abs(S1.mid) > NEAR * np.abs(gaps)
-    together = together | near | near.T
-    block = S0.mid - np.diag(centres)
+    are_near = half * np.abs(S1.mid) > NEAR * np.abs(gaps)
+    stay_together = stay_together | are_near | are_near.T
+    chain_couplings = S0.mid - np.diag(centres)
+    # S1 + S0 Z - Z S0 = 0 entry by entry; couplings in chains make that a fixed-point iteration
     Z = np.zeros_like(S1.mid)
-    for _ in range(3 if block.any() else 1):
-        pull = S1.mid + block @ Z - Z @ block
-        Z = np.where(together, 0.0, -pull / np.where(together, 1.0, gaps))
-    turn = Balls.exact(_structured(Z, mirror))
-    reach = half * size(turn.mid)
-    V = inverse_excess(upper(reach, 1))
+    for _ in range(3 if chain_couplings.any() else 1):
+        right_side = S1.mid + chain_couplings @ Z - Z @ chain_couplings
+        Z = np.where(stay_together, 0.0, -right_side / np.where(stay_together, 1.0, gaps))
+    Z_ball = Balls.exact(_structured(Z, mirror))
+    dZ = half * magnitude(Z_ball.mid)  # bound of |d Z|
+    V = inverse_excess(upper(dZ, 1))
     if V is None:
         return Failure(ILL)
-    zeroth = _less(S0 @ turn, turn @ S0)
-    first = _less(S1 @ turn, turn @ S1)
-    slope = S1.plus(zeroth)
-    L = _structured(np.where(together, slope.mid, 0.0), mirror)
-    second = half**2 * _less(first, turn @ zeroth).bound()
-    third = reach @ (V @ (half * zeroth.bound())) + V @ (half**2 * first.bound())
-    moved = Q @ reach + reach @ Q
-    N = Q + half * _less(slope, Balls.exact(L)).bound() + second + third + moved + V @ moved
+    S0_Z = _difference(S0 @ Z_ball, Z_ball @ S0)
+    S1_Z = _difference(S1 @ Z_ball, Z_ball @ S1)
+    slope = S1.plus(S0_Z)
+    L = _structured(np.where(stay_together, slope.mid, 0.0), mirror)
+    first_order = half * _difference(slope, Balls.exact(L)).bound()
+    second_order = half**2 * _difference(S1_Z, Z_ball @ S0_Z).bound()
+    # V + d Z = -d Z V
+    third_order = dZ @ (V @ (half * S0_Z.bound())) + V @ (half**2 * S1_Z.bound())
+    # (1 + V) Q (1 + d Z) is Q but for (1 + V) (Q d Z - d Z Q)
+    moved_Q = Q @ dZ + dZ @ Q
+    N = Q + first_order + second_order + third_order + moved_Q + V @ moved_Q
     return L, upper(N, 8 * len(Q) + 16)
 
 
-def _less(a: Balls, b: Balls) -> Balls:
-    """The difference."""
+def _difference(a: Balls, b: Balls) -> Balls:
+    """a - b."""
     return a.plus(b.times(-1.0))
 
 
@@ -229,75 +260,98 @@ def inverse_excess(E: Floats) -> Floats | None:
     return upper(E + np.outer(sums, E.max(axis=0)) / (1.0 - e), 6)
 
 
-class Neighbours(NamedTuple):
-    """Discs around moving centres: radii (n,), by how much each two stay apart (n, n), the entries
-    beside the diagonal (n, n), and the union of discs that meet somewhere, by parts."""
+class MovingDiscs(NamedTuple):
+    """Gershgorin's discs around centres that move with the parameter.
+
+    radii (n,); separation (n, n): how far each two stay from each other over the interval, negative
+    where they may meet, inf on the diagonal; off_diagonal (n, n): bounds of the entries of S beside
+    the diagonal, zero on it; parts: the indices of the discs of each connected part of their union.
+    """
 
     radii: Floats
-    room: Floats
-    beside: Floats
+    separation: Floats
+    off_diagonal: Floats
     parts: list[NDArray[np.intp]]
 
 
-def nearest(D: NDArray, V: NDArray, half: float) -> Floats:
+def least_distance(D: NDArray, V: NDArray, half: float) -> Floats:
     """Lower bounds of |D + d V| for |d| <= half."""
-    speed = np.abs(V) ** 2
-    along = (D * V.conj()).real
-    d = np.clip(-along / np.where(speed > 0.0, speed, 1.0), -half, half)
-    return np.abs(D + d * V) - 32.0 * EPS * (np.abs(D) + half * np.abs(V)) - TINY
+    speed_squared = np.abs(V) ** 2
+    projection = (D * V.conj()).real
+    nearest_d = np.clip(
+        -projection / np.where(speed_squared > 0.0, speed_squared, 1.0), -half, half
+    )
+    rounding = 32.0 * EPS * (np.abs(D) + half * np.abs(V))
+    return np.abs(D + nearest_d * V) - rounding - TINY
 
 
-def neighbours(found: Moving, half: float) -> Neighbours:
-    """Gershgorin's discs of the matrices over the interval."""
-    centres = found.centres
-    speeds = found.speeds
-    beside = upper(size(found.S0) + half * size(found.L) + found.N, 4)
-    np.fill_diagonal(beside, 0.0)
-    own = found.N.diagonal()
-    others = row_sums(beside)
-    radii = upper(own + others, 2)
-    gaps = nearest(centres[:, None] - centres, speeds[:, None] - speeds, half)
-    room = gaps - radii[:, None] - radii[None, :]
-    np.fill_diagonal(room, np.inf)
-    isolated = np.all(room > 0.0, axis=1)
-    share = np.max(2.0 * beside.T / np.where(room > 0.0, room, 1.0), axis=1, initial=0.0)
-    share = np.clip(upper(share, 4), 1e-12, None)
-    smaller = upper(own + share * others, 4)
-    radii = np.where(isolated & (share < 1.0), np.minimum(smaller, radii), radii)
-    touching = ~(room > 0.0)
-    np.fill_diagonal(touching, True)
-    return Neighbours(radii, room, beside, strong_parts(touching))
+def moving_discs(S: NearDiagonal, half: float) -> MovingDiscs:
+    """Gershgorin's discs of the matrices over the interval.
+
+    A disc that meets no other is then shrunk by a diagonal similarity, which multiplies its row of
+    S by a share below 1 and its column by the inverse.
+    """
+    centres = S.centres
+    speeds = S.speeds
+    off_diagonal = upper(magnitude(S.S0) + half * magnitude(S.L) + S.N, 4)
+    np.fill_diagonal(off_diagonal, 0.0)
+    diagonal_errors = S.N.diagonal()
+    off_diagonal_sums = row_sums(off_diagonal)
+    radii = upper(diagonal_errors + off_diagonal_sums, 2)
+    distances = least_distance(centres[:, None] - centres, speeds[:, None] - speeds, half)
+    separation = distances - radii[:, None] - radii[None, :]
+    np.fill_diagonal(separation, np.inf)
+    is_isolated = np.all(separation > 0.0, axis=1)
+    # the other discs may grow by half of the separation
+    shares = 2.0 * off_diagonal.T / np.where(separation > 0.0, separation, 1.0)
+    share = np.clip(upper(np.max(shares, axis=1, initial=0.0), 4), 1e-12, None)
+    shrunk = upper(diagonal_errors + share * off_diagonal_sums, 4)
+    radii = np.where(is_isolated & (share < 1.0), np.minimum(shrunk, radii), radii)
+    may_meet = ~(separation > 0.0)
+    np.fill_diagonal(may_meet, True)
+    return MovingDiscs(radii, separation, off_diagonal, strong_components(may_meet))
 
 
-def _stays_within(
-    found: Moving, discs: Neighbours, half: float, turned: NDArray, speeds: NDArray
+def _are_own_images(
+    S: NearDiagonal,
+    discs: MovingDiscs,
+    half: float,
+    image_centres: NDArray,
+    image_speeds: NDArray,
 ) -> NDArray[np.bool_]:
-    """For each part whether its mirror image, around turned centres, meets no other part."""
-    gaps = nearest(turned[:, None] - found.centres, speeds[:, None] - found.speeds, half)
-    label = np.empty(len(turned), dtype=int)
+    """For each part of the discs whether its mirror image meets no other part.
+
+    Then the roots in it are their own mirror images, as a set. `image_centres` and `image_speeds`
+    (n,) are those of the discs in the mirror.
+    """
+    distances = least_distance(
+        image_centres[:, None] - S.centres, image_speeds[:, None] - S.speeds, half
+    )
+    label = np.empty(len(image_centres), dtype=int)
     for number, part in enumerate(discs.parts):
         label[part] = number
-    meets = ~(gaps - discs.radii[:, None] - discs.radii > 0.0) & (label[:, None] != label)
-    return np.array([not meets[part].any() for part in discs.parts])
+    may_meet = ~(distances - discs.radii[:, None] - discs.radii > 0.0)
+    meets_others = may_meet & (label[:, None] != label)
+    return np.array([not meets_others[part].any() for part in discs.parts])
 
 
-def tallies_of_values(found: Moving, half: float, is_hamiltonian: bool) -> list[Tally]:
-    """What all roots lambda, the eigenvalues, do over the interval.
+def tallies_of_values(S: NearDiagonal, half: float, is_hamiltonian: bool) -> list[Tally]:
+    """What all roots lambda, which are the eigenvalues of S, do over the interval.
 
     In a Hamiltonian system a root that equals its mirror image lies on the imaginary axis.
     """
-    discs = neighbours(found, half)
-    lows, highs = _bounds_of(found.centres.real, found.speeds.real, discs.radii, half)
-    is_own = np.zeros(len(discs.parts), dtype=bool)
+    discs = moving_discs(S, half)
+    lows, highs = _bounds_of(S.centres.real, S.speeds.real, discs.radii, half)
+    is_own_image = np.zeros(len(discs.parts), dtype=bool)
     if is_hamiltonian:
-        is_own = _stays_within(found, discs, half, -found.centres.conj(), -found.speeds.conj())
-    each = []
-    for part, own in zip(discs.parts, is_own.tolist(), strict=True):
-        if own and len(part) == 1:
-            each.append(Tally(1, 0.0, 0.0, "axis"))
+        is_own_image = _are_own_images(S, discs, half, -S.centres.conj(), -S.speeds.conj())
+    tallies = []
+    for number, part in enumerate(discs.parts):
+        if is_own_image[number] and len(part) == 1:
+            tallies.append(Tally(1, 0.0, 0.0, "axis"))
             continue
-        each.append(_tally(len(part), float(lows[part].min()), float(highs[part].max())))
-    return each
+        tallies.append(_tally(len(part), float(lows[part].min()), float(highs[part].max())))
+    return tallies
 
 
 def _tally(number: int, low: float, high: float) -> Tally:
@@ -310,31 +364,32 @@ def _tally(number: int, low: float, high: float) -> Tally:
     return Tally(number, low, high, side)
 
 
-def tallies_above(found: Moving, half: float, are_squares: bool) -> list[Tally]:
-    """What those roots lambda of complex matrices do that lie above the real axis; each counts as
-    two, since it stands for a pair.
+def tallies_above(S: NearDiagonal, half: float, are_squares: bool) -> list[Tally]:
+    """What those roots lambda of complex matrices do that lie above the real axis.
 
-    Of eigenvalues s = -lambda^2, if `are_squares`, each has one such root, i sqrt(s), which grows
-    if Im s < 0. Where the eigenvalues are lambda, those that may lie below may not be there.
+    Each counts as two, since it stands for a pair. Of eigenvalues s = -lambda^2, if `are_squares`,
+    each has one such root, i sqrt(s), which grows if Im s < 0. Where the eigenvalues are lambda,
+    those that may lie below the real axis may not count, so that they have no lower bound.
     """
-    discs = neighbours(found, half)
-    lows, highs = _bounds_of(found.centres.real, found.speeds.real, discs.radii, half)
-    bottoms, tops = _bounds_of(found.centres.imag, found.speeds.imag, discs.radii, half)
-    each = []
+    discs = moving_discs(S, half)
+    lows, highs = _bounds_of(S.centres.real, S.speeds.real, discs.radii, half)
+    bottoms, tops = _bounds_of(S.centres.imag, S.speeds.imag, discs.radii, half)
+    tallies = []
     for part in discs.parts:
         low = float(lows[part].min())
         high = float(highs[part].max())
         bottom = float(bottoms[part].min())
         top = float(tops[part].max())
-        slowest = low if bottom > 0.0 else -np.inf
-        fastest = high
         if are_squares:
             slowest = _growth_above(low, high, top)
             fastest = -_growth_above(low, high, -bottom)
         elif top < 0.0:
             continue
-        each.append(_tally(2 * len(part), slowest, fastest))
-    return each
+        else:
+            slowest = low if bottom > 0.0 else -np.inf
+            fastest = high
+        tallies.append(_tally(2 * len(part), slowest, fastest))
+    return tallies
 
 
 def _growth_above(low: float, high: float, top: float) -> float:
@@ -344,86 +399,104 @@ def _growth_above(low: float, high: float, top: float) -> float:
     return -_growth(low, top) * (1.0 + 8.0 * EPS)
 
 
-def tallies_of_squares(found: Moving, half: float) -> list[Tally]:
-    """What all roots lambda do over the interval, of eigenvalues s = -lambda^2."""
-    discs = neighbours(found, half)
-    lows, highs = _bounds_of(found.centres.real, found.speeds.real, discs.radii, half)
-    each: list[Tally] = []
-    for part, (never_real, tall) in zip(discs.parts, heights(found, discs, half), strict=True):
+def tallies_of_squares(S: NearDiagonal, half: float) -> list[Tally]:
+    """What all roots lambda do over the interval, of eigenvalues s = -lambda^2 of S."""
+    discs = moving_discs(S, half)
+    lows, highs = _bounds_of(S.centres.real, S.speeds.real, discs.radii, half)
+    imaginary_parts = imaginary_bounds(S, discs, half)
+    tallies: list[Tally] = []
+    for part, imaginary in zip(discs.parts, imaginary_parts, strict=True):
         low = float(lows[part].min())
         high = float(highs[part].max())
-        each += _of_squares(len(part), low, high, never_real, tall)
-    return each
+        tallies += _tallies_of_square(len(part), low, high, imaginary)
+    return tallies
 
 
-def heights(found: Moving, discs: Neighbours, half: float) -> list[tuple[bool, float]]:
-    """Of the eigenvalues of each part whether none is a real number for certain, and a bound of the
-    imaginary parts, 0 where all are real."""
-    bottoms, tops = _bounds_of(found.centres.imag, found.speeds.imag, discs.radii, half)
+class ImaginaryBound(NamedTuple):
+    """Of the eigenvalues of a part of the discs: whether none is a real number for certain, and a
+    bound of |Im s|, 0 where all are real."""
+
+    never_real: bool
+    largest: float
+
+
+def imaginary_bounds(S: NearDiagonal, discs: MovingDiscs, half: float) -> list[ImaginaryBound]:
+    """What the discs say of the imaginary parts of the eigenvalues of each part.
+
+    A single eigenvalue that is its own conjugate is real. Of two that share a part the discriminant
+    decides.
+    """
+    bottoms, tops = _bounds_of(S.centres.imag, S.speeds.imag, discs.radii, half)
     largest = np.maximum(np.abs(bottoms), np.abs(tops))
-    is_off = (bottoms > 0.0) | (tops < 0.0)
-    is_own = _stays_within(found, discs, half, found.centres.conj(), found.speeds.conj())
-    each = []
-    for part, own in zip(discs.parts, is_own.tolist(), strict=True):
-        if own and len(part) == 1:
-            each.append((False, 0.0))
-        elif own and len(part) == 2 and found.is_real[part].all() and flint is not None:
-            each.append(_height(found, discs, half, part))
+    is_off_axis = (bottoms > 0.0) | (tops < 0.0)
+    is_own_image = _are_own_images(S, discs, half, S.centres.conj(), S.speeds.conj())
+    bounds = []
+    for number, part in enumerate(discs.parts):
+        is_real_pair = len(part) == 2 and bool(S.is_real[part].all())
+        if is_own_image[number] and len(part) == 1:
+            bounds.append(ImaginaryBound(False, 0.0))
+        elif is_own_image[number] and is_real_pair and flint is not None:
+            bounds.append(_imaginary_bound_of_pair(S, discs, half, part))
         else:
-            each.append((bool(is_off[part].all()), float(largest[part].max())))
-    return each
+            never_real = bool(is_off_axis[part].all())
+            bounds.append(ImaginaryBound(never_real, float(largest[part].max())))
+    return bounds
 
 
 def _bounds_of(values: Floats, speeds: Floats, radii: Floats, half: float) -> tuple[Floats, Floats]:
-    """Bounds of values + d speeds +- radii for |d| <= half."""
+    """Lower and upper bounds (n,) of values + d speeds +- radii for |d| <= half."""
     reach = upper(half * np.abs(speeds) + radii, 4) + 2.0 * EPS * np.abs(values)
     return np.nextafter(values - reach, -np.inf), np.nextafter(values + reach, np.inf)
 
 
-def _height(
-    found: Moving, discs: Neighbours, half: float, part: NDArray[np.intp]
-) -> tuple[bool, float]:
-    """Whether two roots s that share a part, of real columns, are no real numbers for certain, and
-    a bound of |Im s|.
+def _imaginary_bound_of_pair(
+    S: NearDiagonal, discs: MovingDiscs, half: float, part: NDArray[np.intp]
+) -> ImaginaryBound:
+    """The bound for two eigenvalues s that share a part, of real columns.
 
     At each d they are roots of (x - s) (y - s) = b c, whose entries are those of S and what the
-    other columns do to them, at most `others`; for real s these are real.
+    other columns do to them, at most `through_others`; for real s these are real.
     """
-    rest = np.ones(len(discs.radii), dtype=bool)
-    rest[part] = False
-    room = discs.room[np.ix_(part, rest)].min(axis=0, initial=np.inf)
-    to_rest = row_sums(discs.beside[np.ix_(part, rest)])
-    from_rest = np.max(discs.beside[np.ix_(rest, part)] / room[:, None], axis=0, initial=0.0)
-    others = upper(np.outer(to_rest, from_rest), 8)
+    is_other = np.ones(len(discs.radii), dtype=bool)
+    is_other[part] = False
+    separation = discs.separation[np.ix_(part, is_other)].min(axis=0, initial=np.inf)
+    to_others = row_sums(discs.off_diagonal[np.ix_(part, is_other)])
+    from_others = np.max(
+        discs.off_diagonal[np.ix_(is_other, part)] / separation[:, None], axis=0, initial=0.0
+    )
+    through_others = upper(np.outer(to_others, from_others), 8)
     block = np.ix_(part, part)
-    extra = upper(found.N[block] + others, 2)
-    numbers = zip(found.S0[block].real.flat, found.L[block].real.flat, extra.flat, strict=True)
+    errors = upper(S.N[block] + through_others, 2)
     interval = flint.arb(0, half)
-    entries = []
-    for value, slope, missed in numbers:
-        entries.append(flint.arb_poly([flint.arb(float(value), float(missed)), float(slope)]))
+    entries = []  # of the block, row by row, as polynomials in d
+    numbers = zip(S.S0[block].real.flat, S.L[block].real.flat, errors.flat, strict=True)
+    for value, slope, error in numbers:
+        entries.append(flint.arb_poly([flint.arb(float(value), float(error)), float(slope)]))
     x, b, c, y = entries
     discriminant = ((x - y) * (x - y) + 4 * b * c)(interval)
     if discriminant > 0:
-        return False, 0.0
+        return ImaginaryBound(False, 0.0)
     # S is real, so that |Im (x - s)| and |Im (y - s)| are |Im s| but for what the others do
     coupled = float((b(interval) * c(interval)).abs_upper())
-    by_coupling = np.sqrt(coupled) + others.max()
-    by_discriminant = (np.sqrt(float(discriminant.abs_upper())) + extra[0, 0] + extra[1, 1]) / 2.0
-    height = min(by_coupling, by_discriminant) * (1.0 + 8.0 * EPS)
-    return bool(discriminant < 0), float(height)
+    by_coupling = np.sqrt(coupled) + through_others.max()
+    root_of_discriminant = np.sqrt(float(discriminant.abs_upper()))
+    by_discriminant = (root_of_discriminant + errors[0, 0] + errors[1, 1]) / 2.0
+    largest = min(by_coupling, by_discriminant) * (1.0 + 8.0 * EPS)
+    return ImaginaryBound(bool(discriminant < 0), float(largest))
 
 
-def _of_squares(count: int, low: float, high: float, never_real: bool, tall: float) -> list[Tally]:
-    """What the roots +-sqrt(-s) do, of s of real parts from low to high and |Im s| <= tall.
+def _tallies_of_square(
+    count: int, low: float, high: float, imaginary: ImaginaryBound
+) -> list[Tally]:
+    """What the roots +-sqrt(-s) of `count` numbers s do, of real parts from low to high.
 
-    Their growth is sqrt((|s| - Re s) / 2); one of each two does not decay.
+    Their growth is +-sqrt((|s| - Re s) / 2); one of each two does not decay.
     """
-    fastest = _growth(low, tall) * (1.0 + 8.0 * EPS)
+    fastest = _growth(low, imaginary.largest) * (1.0 + 8.0 * EPS)
     slowest = _growth(high, 0.0) * (1.0 - 8.0 * EPS)
     if fastest == 0.0:
         return [Tally(2 * count, 0.0, 0.0, "axis")]
-    side: Side = "grows" if never_real or high < 0.0 else "unknown"
+    side: Side = "grows" if imaginary.never_real or high < 0.0 else "unknown"
     return [Tally(count, slowest, fastest, side), Tally(count, -fastest, -slowest, "decays")]
 
 

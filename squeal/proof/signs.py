@@ -42,7 +42,8 @@ def first_with_sign(pieces: Sequence[Sign], sign: int) -> float:
 def signs(polynomial: Polynomial, low: float, high: float) -> list[Sign]:
     """The signs of a polynomial with balls as coefficients, for t from low to high in -1..1.
 
-    It differs from D, the polynomial of the midpoints, by at most the sum of the radii, the
+    The pieces follow each other without gaps, and neighbours have different signs. The polynomial
+    differs from D, the polynomial of the midpoints, by at most the sum of the radii, the
     `uncertainty`. An interval is halved until D is certain there, or monotonic, so that its values
     at the ends decide.
     """
@@ -61,7 +62,8 @@ def signs(polynomial: Polynomial, low: float, high: float) -> list[Sign]:
             waiting += [(middle, right), (left, middle)]
             continue
         pieces += decided
-    pieces += [Sign(left, right, 0) for left, right in waiting[::-1]]
+    for left, right in waiting[::-1]:
+        pieces.append(Sign(left, right, 0))
     joined: list[Sign] = []
     for piece in pieces:
         if joined and joined[-1].sign == piece.sign:
@@ -87,10 +89,10 @@ def _signs_of_part(D: Polynomial, uncertainty: Ball, low: float, high: float) ->
         return [Sign(low, high, 0)]
     if sizes[0] - variation > uncertainty:
         return [Sign(low, high, 1 if centred[0] > 0 else -1)]
-    curvature = flint.arb(0)
+    slope_variation = flint.arb(0)
     for k in range(2, len(sizes)):
-        curvature += k * sizes[k]
-    if len(centred) > 1 and sizes[1] > curvature:
+        slope_variation += k * sizes[k]
+    if len(centred) > 1 and sizes[1] > slope_variation:
         return _signs_where_monotonic(D, uncertainty, low, high)
     if high - low < NEAR:
         return [Sign(low, high, 0)]
@@ -112,7 +114,7 @@ def _signs_where_monotonic(D: Polynomial, uncertainty: Ball, low: float, high: f
         """The double farthest from `inside` at which D has the sign that it has there."""
         while sign:
             t = (inside + outside) / 2.0
-            if t in (inside, outside):
+            if t in (inside, outside):  # no double lies between
                 break
             if sign_at(t) == sign:
                 inside = t
@@ -126,9 +128,8 @@ def _signs_where_monotonic(D: Polynomial, uncertainty: Ball, low: float, high: f
         return [Sign(low, high, first)]
     first_end = last_with_sign(first, low, high)
     last_start = last_with_sign(last, high, low)
-    pieces = [
+    return [
         Sign(low, first_end, first),
         Sign(first_end, last_start, 0),
         Sign(last_start, high, last),
     ]
-    return [piece for piece in pieces if piece.high > piece.low]

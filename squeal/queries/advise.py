@@ -213,9 +213,9 @@ def advise(
     ('a', 'raising', 0.03)
     """
     space = ParameterSpace.of(subject, "advise", high)
-    own = space.subject
+    unchanged = space.subject
     notes: list[str] = []
-    if isinstance(own, TermSystem):
+    if isinstance(unchanged, TermSystem):
         from squeal.queries.systems.seat import (  # no pad needs it
             note_of_seat_parameters,
             seat_note,
@@ -224,59 +224,67 @@ def advise(
         from squeal.queries.systems.system_analysis import file_of
 
         file = file_of(subject)
-        held = seat_parameters(file)
-        values = {name: value for name, value in space.values.items() if name not in held}
+        values = dict(space.values)
+        for name in seat_parameters(file):  # the seat of contact stays, so they have no effect
+            values.pop(name, None)
         space = replace(space, values=values)
         notes = [seat_note(file), note_of_seat_parameters(file)]
     steps = _steps(space, tolerances or {})
-    changes = []  # of each parameter the lowered value, then the raised one
+    # of each parameter the lowered value, then the raised one: all are computed at once
+    changes = []
     for name, step in steps.items():
         changes.append({name: space.values[name] - step})
         changes.append({name: space.values[name] + step})
     warnings: tuple[str, ...] = ()
-    if isinstance(own, TermSystem):
-        answer = thresholds(own, high, band=band, memory=memory, progress=progress)
+    if isinstance(unchanged, TermSystem):
+        answer = thresholds(unchanged, high, band=band, memory=memory, progress=progress)
         nominal = first_loss(answer, high)
-        outcomes = _first_order_outcomes(own, answer, nominal, changes, high)
+        outcomes = _first_order_outcomes(unchanged, answer, nominal, changes, high)
     elif band is not None:
         raise Place("advise").refuse("band: is not allowed with a scene; a system takes it")
     else:
-        nominal = first_loss(thresholds(own, high), high)
+        nominal = first_loss(thresholds(unchanged, high), high)
         outcomes = space.outcomes(changes, high)
-        warnings = _warnings_of_equilibrium(own)
-    changed = []
+        warnings = _warnings_of_equilibrium(unchanged)
+    compared = []  # in the order of the changes
     for outcome, change in zip(outcomes, changes, strict=True):
         (value,) = change.values()
         moved = _change_of_critical(nominal, outcome, high)
-        changed.append(replace(outcome, value=value, change=moved))
+        compared.append(replace(outcome, value=value, change=moved))
     levers = []
-    for (name, step), lowered, raised in zip(
-        steps.items(), changed[::2], changed[1::2], strict=True
-    ):
+    for k, (name, step) in enumerate(steps.items()):
         lever = ParameterEffect(
             parameter=name,
             unit=space.units[name],
             value=space.values[name],
             step=step,
-            lowered=lowered,
-            raised=raised,
+            lowered=compared[2 * k],
+            raised=compared[2 * k + 1],
         )
         levers.append(lever)
-    levers.sort(key=lambda lever: -max(abs(change or 0.0) for change in lever.changes))
+    levers.sort(key=_largest_change, reverse=True)
     return Advice(
         name=space.free,
         mu=space.at,
         mu_max=high,
         nominal=nominal,
         levers=tuple(levers),
-        first_order=isinstance(own, TermSystem),
+        first_order=isinstance(unchanged, TermSystem),
         warnings=warnings,
         notes=tuple(filter(None, notes)),
     )
 
 
+def _largest_change(lever: ParameterEffect) -> float:
+    """The larger of both changes of the critical friction, by size; 0 where none is known."""
+    return max(abs(change or 0.0) for change in lever.changes)
+
+
 def _warnings_of_equilibrium(scene: Scene) -> tuple[str, ...]:
-    """Why the scene's equilibrium is none that the model means; B3 has none to be judged."""
+    """The reasons why the model does not hold at the scene's own sliding equilibrium.
+
+    Model B3 is linear: it is linearised about the origin and has no equilibrium to be judged.
+    """
     if scene.pad_model.linear:
         return ()
     equilibrium, _ = sliding_equilibrium(scene.pad_model)
@@ -290,25 +298,34 @@ def _first_order_outcomes(
     changes: Sequence[Mapping[str, float]],
     high: float,
 ) -> list[Outcome]:
-    """The outcome of each change of one parameter of a system, to first order.
+    """The critical friction of a system after each change of one parameter, to first order.
 
-    Each crossing of the imaginary axis moves by its derivative times the change, and the first
-    crossing then decides.
+    Each crossing at which a mode begins to grow moves by its derivative times the change, and the
+    first of the moved crossings is the new threshold.
 
     Parameters
     ----------
+    system : TermSystem
+        The unchanged system.
     answer, nominal
-        The thresholds of the unchanged system, and the first of them.
+        Its thresholds, and the first of them.
     changes : sequence of mapping
         Each holds the new value of one parameter.
     high : float
         Upper end of the range of the free parameter.
+
+    Returns
+    -------
+    list of Outcome
+        One for each change. All are the nominal one where a mode grows at the lower end of the
+        range, which no crossing tells of, or where no mode begins to grow in it.
     """
     rising = [crossing for crossing in answer.crossings if crossing.direction == "up"]
     if answer.verdict in GROWING or not rising:
         return [nominal] * len(changes)
     from squeal.queries.systems.sensitivity import threshold_slopes  # no pad needs it
 
+    # of each crossing, by parameter: the derivatives of its value and of its frequency in Hz
     slopes = threshold_slopes(system, [(c.mu, c.frequency_hz) for c in rising])
     outcomes = []
     for change in changes:
@@ -321,7 +338,10 @@ def _first_order_outcomes(
             hertz = crossing.frequency_hz + step * slope_of_hertz
             moved.append((mu, crossing.kind, hertz))
         mu, kind, hertz = min(moved)
-        outcomes.append(outcome_at(mu, kind, hertz) if mu <= high else Outcome())
+        outcome = Outcome()  # no threshold in the range
+        if mu <= high:
+            outcome = outcome_at(mu, kind, hertz)
+        outcomes.append(outcome)
     return outcomes
 
 
@@ -335,13 +355,13 @@ def _steps(space: ParameterSpace, tolerances: Mapping[str, float | str]) -> dict
         if value:
             sizes[name] = STEP if space.units[name] == "rad" else f"{100 * STEP}%"
     sizes |= tolerances
-    return {name: _tolerance(space, name, size) for name, size in sizes.items()}
+    return {name: _in_unit(space, name, size) for name, size in sizes.items()}
 
 
-def _tolerance(space: ParameterSpace, name: str, size: float | str) -> float:
-    """A tolerance in the parameter's unit, from a number in it or a share such as "5%".
+def _in_unit(space: ParameterSpace, name: str, size: float | str) -> float:
+    """A tolerance in the parameter's unit, from a number in that unit or a share such as "5%".
 
-    Raises InputError.
+    Raises InputError for a size that is no finite number above 0.
     """
     at = Place(f"tolerance {name}={size}")
     text = str(size)
@@ -358,9 +378,10 @@ def _tolerance(space: ParameterSpace, name: str, size: float | str) -> float:
 
 
 def _change_of_critical(nominal: Outcome, outcome: Outcome, high: float) -> float | None:
-    """By how much the critical friction moved; None if it is unknown.
+    """By how much the critical friction moved from its nominal value; None if it is unknown.
 
-    Without a threshold it counts as high; what rounding may move is no change.
+    Where no threshold lies in the range the critical friction counts as its upper end `high`, so
+    that the change is a lower bound. A difference within rounding is no change.
     """
     if outcome.reason is not None:
         return None

@@ -28,8 +28,8 @@ from squeal.sparse.factor import factorise
 from squeal.sparse.quadratic import ScaledSystem
 
 BELOW = -1e-6  # of the square of the frequency scale: where real modes are searched from
-FREE = 1e3  # roundings of the square of the frequency scale: squares below are mixed by them
-FEWER_FREE = 25  # free motions, up to which enough of the others are found
+FREE = 1e3  # roundings of the square of the frequency scale: a smaller square is a free motion
+FEWER_FREE = 25  # so many free motions at most are searched past
 SLOWEST = 10.0  # m/s: size times the lowest frequency of a plausible part
 FASTEST = 2500.0
 CLEARLY = 1e3  # times as fast as rounding can be: modes that it does not mix with slower ones
@@ -158,15 +158,18 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     >>> found.free, round(2 * np.pi * found.frequencies_hz[0], 6)
     (1, 2.0)
     """
-    pad = subject.pad if isinstance(subject, Scene) else None
-    analysis = SystemAnalysis.of(_linearised(subject) if isinstance(subject, Scene) else subject)
+    pad = None
+    if isinstance(subject, Scene):
+        pad = subject.pad
+        subject = _linearised(subject)
+    analysis = SystemAnalysis.of(subject)
     file = analysis.file
     system = file.system.frozen()
-    squares, noise = _real_modes(system, modes)
-    vibrating = squares[squares > noise]
-    hertz = tuple((np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist())
-    if analysis.joined is not None:  # above the cutoff they are none of the brake
-        hertz = tuple(one for one in hertz if one <= file.assembly.cutoff)
+    squares, errors = _real_modes(system, modes)
+    vibrating = squares[squares > errors]
+    hertz = (np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist()
+    if analysis.joined is not None:  # components were reduced: modes above the cutoff are none
+        hertz = [frequency for frequency in hertz if frequency <= file.assembly.cutoff]
     mass = centre = size = None
     elements = len(file.coordinates.cells) if file.coordinates else 0
     if file.coordinates is not None and analysis.joined is None:
@@ -176,7 +179,9 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         mass = pad.m
         centre = (pad.x0, pad.y0, 0.0)
         size = (2 * pad.w, 2 * pad.h, 0.0)
-    hints = _units(mass, max(size) if size else None, hertz[0] if hertz else None)
+    largest_size = max(size) if size else None
+    lowest_hz = hertz[0] if hertz else None
+    hints = _hints_of_units(mass, largest_size, lowest_hz)
     return Check(
         name=system.name or "system",
         rows=system.n,
@@ -186,9 +191,9 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         centre=centre,
         size=size,
         elements=elements,
-        frequencies_hz=hertz,
-        free=int(np.sum(np.abs(squares) <= noise)),
-        negative=int(np.sum(squares < -noise)),
+        frequencies_hz=tuple(hertz),
+        free=int(np.sum(np.abs(squares) <= errors)),
+        negative=int(np.sum(squares < -errors)),
         hints=tuple(hints),
         reduction=analysis.joined,
     )
@@ -201,17 +206,19 @@ def _linearised(scene: Scene) -> System:
 
 
 def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The lowest real modes without friction and damping.
+    """The lowest real modes, of K x = omega^2 M x without friction and damping.
 
-    Of large systems at least `count` modes with stiffness are found, unless more than count + 24
-    motions are free.
+    All of a small system are computed; of a large one the lowest, by inverse (Lanczos) iteration
+    until `count` of them have stiffness. That search ends without so many where more than
+    count + 24 motions are free. Modes so slow that rounding mixes them are refined.
 
     Returns
     -------
     squares : array (m,)
-        Squares of the angular frequencies.
-    noise : array (m,)
-        The size below which each square is left open by the entries.
+        Squares of the angular frequencies (rad/s)^2, rising; negative of negative stiffness.
+    errors : array (m,)
+        How far the digits of the entries leave each square open: one that is not larger is that
+        of a free motion.
 
     Raises
     ------
@@ -245,7 +252,7 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
             start = np.random.default_rng(0).standard_normal(system.n)
             while np.sum(squares > noise) < count and computed < count + FEWER_FREE:
                 computed += 6
-                # where all modes are one, as of a stiffness for M, it never ends
+                # where all eigenvalues are equal, as with K in place of M, it never converges
                 squares, vectors = eigsh(
                     K, computed, M, shift, OPinv=inverse, maxiter=100, v0=start
                 )
@@ -257,27 +264,29 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     slow = np.abs(squares) <= CLEARLY * noise
     if slow.any():
         squares[slow], shapes[:, slow] = _slow_modes(system, changes, shapes[:, slow])
-    return squares, _open_squares(system, changes, squares, shapes)
+    return squares, _errors_of_squares(system, changes, squares, shapes)
 
 
 def _slow_modes(
     system: TermSystem, changes: Mapping[str, float], shapes: NDArray
 ) -> tuple[NDArray[np.float64], NDArray]:
-    """The squares (k,) and shapes (n, k) of modes that rounding mixes, from their shapes (n, k).
+    """The squares (k,) and shapes (n, k) of slow modes, refined by the Rayleigh-Ritz method.
 
-    Rounding of the product K x would hide squares below that of the fastest mode, so that it is
-    taken in long double.
+    K and M are projected on the computed shapes (n, k), which span the slow modes but are mixed by
+    rounding. The product K x is taken in long double: in double its rounding, which the fastest
+    mode sets, is larger than the squares of slow ones.
     """
     M, _, K = system.at(changes)
     entries = coo_array(K)
     forces = np.zeros(shapes.shape, dtype=np.longdouble)
     terms = entries.data.real.astype(np.longdouble)[:, None] * shapes[entries.col]
     np.add.at(forces, entries.row, terms)
-    own_K = (shapes.T @ forces).astype(float)
-    own_M = shapes.T @ (M.real @ shapes)
-    squares, turn = np.linalg.eig(np.linalg.solve(own_M, (own_K + own_K.T) / 2))
+    projected_K = (shapes.T @ forces).astype(float)
+    projected_M = shapes.T @ (M.real @ shapes)
+    symmetric_K = (projected_K + projected_K.T) / 2
+    squares, combinations = np.linalg.eig(np.linalg.solve(projected_M, symmetric_K))
     order = np.argsort(squares.real)
-    return squares.real[order], shapes @ turn.real[:, order]
+    return squares.real[order], shapes @ combinations.real[:, order]
 
 
 def _all_real_modes(
@@ -294,24 +303,25 @@ def _all_real_modes(
     shapes : array (n, m)
         Their shapes.
     largest : float
-        The largest square of those whose mass is clearly above rounding.
+        The largest square of the motions whose mass is clearly above rounding, 0 without one.
     """
     values, vectors = np.linalg.eig(np.linalg.solve(shifted_K, M))
     theta = values.real
     size = np.abs(theta)
-    clear = shift + 1 / theta[size > CLEAR_MASS * size.max()]
-    massive = size > EPS * size.max()
-    largest = float(np.max(clear, initial=0.0))
-    return shift + 1 / theta[massive], vectors[:, massive], largest
+    has_clear_mass = size > CLEAR_MASS * size.max()
+    largest = float(np.max(shift + 1 / theta[has_clear_mass], initial=0.0))
+    has_mass = size > EPS * size.max()
+    return shift + 1 / theta[has_mass], vectors[:, has_mass], largest
 
 
-def _open_squares(
+def _errors_of_squares(
     system: TermSystem, changes: Mapping[str, float], squares: NDArray[np.float64], shapes: NDArray
 ) -> NDArray[np.float64]:
-    """By how much the digits of files, and half an ulp, change squares of angular frequencies (m,).
+    """Bounds (m,) of the change of each squared frequency, to first order in that of the entries.
 
-    To first order the square of a mode x changes by (x^T dK x - square x^T dM x) / (x^T M x); the
-    bounds of dK and dM are taken with the absolute values of x.
+    An entry may lie off by what the digits of its file leave open, and by half a unit in its last
+    place. The square of a mode x then changes by (x^T dK x - square x^T dM x) / (x^T M x); the
+    bounds of dK and dM are taken with the absolute values of x. Infinite for a mode without mass.
 
     shapes (n, m): of the modes.
     """
@@ -322,8 +332,8 @@ def _open_squares(
     size = np.abs(shapes)
     moved = np.sum(size * (dK @ size + np.abs(squares) * (dM @ size)), axis=0)
     mass = np.abs(np.sum(shapes.conj() * (M @ shapes), axis=0))
-    unknown = np.full(len(squares), np.inf)
-    return np.divide(moved, mass, out=unknown, where=mass > 0.0)
+    infinite = np.full(len(squares), np.inf)
+    return np.divide(moved, mass, out=infinite, where=mass > 0.0)
 
 
 def _half_ulps(X: Matrix) -> csc_array:
@@ -332,20 +342,21 @@ def _half_ulps(X: Matrix) -> csc_array:
     return csc_array((np.spacing(size.data) / 2, size.indices, size.indptr), shape=size.shape)
 
 
-def _units(mass: float | None, size: float | None, hertz: float | None) -> list[str]:
-    """What looks like an error of units, for a brake or its parts.
+def _hints_of_units(mass: float | None, size: float | None, lowest_hz: float | None) -> list[str]:
+    """What looks like an error of units, for a brake or its parts, in sentences.
 
-    Sizes tell metres from millimetres, and mass over size^3, 10 to 10,000 kg/m^3, kilograms from
-    tonnes; the lowest frequency times the size, of brakes and of their parts 50 to 500 m/s, tells
-    whether stiffness fits to mass. Without a size nothing is said of that.
+    The size (largest length) tells metres from millimetres. Mass over size^3, of such parts 10 to
+    10,000 kg/m^3, tells kilograms from tonnes and grams. The lowest frequency times the size, of
+    brakes and their parts 50 to 500 m/s, tells whether stiffness fits to mass. None of an argument
+    that is not known; without a size neither density nor speed is judged.
     """
     hints = []
-    length = 1.0
+    metres_per_unit = 1.0
     if size is not None and mass is not None and size > 0.0 and mass > 0.0:
         if size > 5.0:
-            length = 1e-3
+            metres_per_unit = 1e-3
             hints.append(f"nodes {size:.4g} apart: looks like mm")
-        density = mass / (size * length) ** 3
+        density = mass / (size * metres_per_unit) ** 3
         if density < 2.0:
             hints.append(
                 f"a mass of {mass:.4g} in a box of {size:.4g}: looks like t, which goes with mm, N "
@@ -353,9 +364,12 @@ def _units(mass: float | None, size: float | None, hertz: float | None) -> list[
             )
         elif density > 3e4:
             hints.append(f"a mass of {mass:.4g} in a box of {size:.4g}: looks like g")
-    if hertz is not None and size:  # a slender beam of a metre is slow without any error
-        speed = hertz * size * length
-        if not SLOWEST <= speed <= FASTEST:
-            words = "N/mm beside kg, or times in ms" if speed < SLOWEST else "N/m beside t"
-            hints.append(f"a lowest mode of {hertz:.4g} Hz: looks like {words}")
+    if lowest_hz is not None and size:
+        # limits are wide: a slender beam of a metre is slow without any error
+        speed = lowest_hz * size * metres_per_unit
+        lowest = f"a lowest mode of {lowest_hz:.4g} Hz: looks like"
+        if speed < SLOWEST:
+            hints.append(f"{lowest} N/mm beside kg, or times in ms")
+        elif speed > FASTEST:
+            hints.append(f"{lowest} N/m beside t")
     return hints

@@ -23,9 +23,9 @@ from squeal.results.sources import SystemSource
 from squeal.schema import POSITIVE, Place, Positive, public
 
 FORBIDDEN = 1e6  # cost of a pair beyond the tolerance
-EVEN = 2e-4  # of the frequency: a difference too small to prefer one of two modes
+EQUALLY_NEAR = 2e-4  # of the frequency: a difference too small to prefer one of two modes
 DAMPING = "damping_ratio"
-BESIDE = ("real [1/s]", "error [1/s]", "residual", "condition")  # in a table of eigenvalues
+IGNORED = ("real [1/s]", "error [1/s]", "residual", "condition")  # columns of saved eigenvalues
 
 
 def mac(X: ArrayLike, Y: ArrayLike) -> NDArray[np.float64]:
@@ -57,11 +57,13 @@ def mac(X: ArrayLike, Y: ArrayLike) -> NDArray[np.float64]:
         raise InputError("mac: X and Y: other labels of their rows are not allowed; reindex one")
     units = []
     for name, Z in {"X": X, "Y": Y}.items():
-        columns_of = np.asarray(Z)[:, None] if np.ndim(Z) == 1 else Z
-        shapes = dense(given_matrix(columns_of, f"mac: {name}"))
+        in_columns = Z
+        if np.ndim(Z) == 1:
+            in_columns = np.asarray(Z)[:, None]
+        shapes = dense(given_matrix(in_columns, f"mac: {name}"))
         if not shapes.any(axis=0).all():
             raise InputError(f"mac: {name}: a shape of zeros is not allowed; each must move")
-        scaled = shapes / np.abs(shapes).max(axis=0)  # whose squares are finite at any scale
+        scaled = shapes / np.abs(shapes).max(axis=0)  # squares neither overflow nor vanish
         units.append(scaled / np.linalg.norm(scaled, axis=0))
     x, y = units
     if len(x) != len(y):
@@ -191,14 +193,16 @@ def compare(
         references = read_test(Path(reference), coordinates)
         name = str(reference)
     costs = pairing_costs(references, modes, tolerance)
-    equally_near = _equally_near(costs.cost, EVEN / tolerance)
+    equally_near = _equally_near(costs.cost, EQUALLY_NEAR / tolerance)
     rows = []
     ties = []
     pairs = assigned_pairs(costs, references, modes, tolerance)
     for i, j in pairs:
-        likeness = None if np.isnan(costs.likeness[i, j]) else float(costs.likeness[i, j])
+        mac_of_pair = None
+        if not np.isnan(costs.mac[i, j]):
+            mac_of_pair = float(costs.mac[i, j])
         pair = _pair(references[i], modes[j])
-        rows.append(pair._replace(difference=100 * float(costs.difference[i, j]), mac=likeness))
+        rows.append(pair._replace(difference=100 * float(costs.difference[i, j]), mac=mac_of_pair))
         if len(equally_near[i]) > 1 and j in equally_near[i]:
             numbers = ", ".join(str(modes[k].name) for k in equally_near[i])
             ties.append(
@@ -212,39 +216,45 @@ def compare(
     for j, mode in enumerate(modes):
         if j not in paired_modes:
             rows.append(_pair(None, mode))
-    return Pairs(name, tuple(rows), tolerance, costs.likeness, tuple(ties))
+    return Pairs(name, tuple(rows), tolerance, costs.mac, tuple(ties))
 
 
 class PairingCosts(NamedTuple):
-    """Of each mode of a reference with each computed one (m, k): the difference in frequency, of
-    the reference; the MAC, NaN where no shape is known; and what a pair costs."""
+    """Of each mode of a reference (row) with each computed mode (column), arrays (m, k).
+
+    difference: in frequency, over that of the reference, signed; mac: NaN where no shape is known;
+    cost: of the pair, see `pairing_costs`.
+    """
 
     difference: NDArray[np.float64]
-    likeness: NDArray[np.float64]
+    mac: NDArray[np.float64]
     cost: NDArray[np.float64]
 
 
 def pairing_costs(
     references: Sequence[Mode], modes: Sequence[Mode], tolerance: float
 ) -> PairingCosts:
-    """What pairs cost: their difference in frequency over the tolerance, and 1 - MAC."""
+    """What pairs cost: their difference in frequency over the tolerance, plus 1 - MAC."""
     reference_hz = np.array([mode.frequency_hz for mode in references], float)
     computed_hz = np.array([mode.frequency_hz for mode in modes], float)
-    # of two that diverge neither has a frequency, and they do not differ in it
+    # two modes of frequency 0 do not differ in it
     size = np.where(reference_hz > 0.0, reference_hz, 1.0)
     difference = (computed_hz - reference_hz[:, None]) / size[:, None]
-    likeness = _likeness(references, modes)
-    unlikeness = np.where(np.isnan(likeness), 0.0, 1.0 - likeness)
-    return PairingCosts(difference, likeness, np.abs(difference) / tolerance + unlikeness)
+    macs = _mac_of_modes(references, modes)
+    unlikeness = np.where(np.isnan(macs), 0.0, 1.0 - macs)
+    return PairingCosts(difference, macs, np.abs(difference) / tolerance + unlikeness)
 
 
 def assigned_pairs(
     costs: PairingCosts, references: Sequence[Mode], modes: Sequence[Mode], tolerance: float
 ) -> list[tuple[int, int]]:
-    """The pairs within the tolerance that cost least together; of equal ones those whose signs of
-    damping are the same."""
-    differs_in_sign = _grows(references)[:, None] != _grows(modes)
-    cost = costs.cost + EVEN / tolerance * differs_in_sign
+    """The pairs (i, j) of references[i] and modes[j] within the tolerance that cost least in sum.
+
+    That is the linear assignment problem. Of pairs that are equally near those are preferred in
+    which both modes grow or both decay.
+    """
+    differs_in_growth = _counts_as_growing(references)[:, None] != _counts_as_growing(modes)
+    cost = costs.cost + EQUALLY_NEAR / tolerance * differs_in_growth
     cost = np.where(np.abs(costs.difference) <= tolerance, cost, FORBIDDEN)
     assigned = np.transpose(linear_sum_assignment(cost)).tolist()
     return [(i, j) for i, j in assigned if cost[i, j] < FORBIDDEN]
@@ -268,18 +278,22 @@ def _pair(reference: Mode | None, mode: Mode | None) -> Pair:
 
 def _check_rows(reference: Eigenvalues, computed: Eigenvalues) -> None:
     """Refuse answers whose shapes have different numbers of rows. Raises InputError."""
-    sizes = [{len(root.right) for root in answer.eigenvalues} for answer in (reference, computed)]
-    if len(set.union(*sizes)) > 1:
-        counts = " and ".join(str(*size) for size in sizes)
+    if not reference.eigenvalues or not computed.eigenvalues:
+        return
+    rows_of_reference = len(reference.eigenvalues[0].right)
+    rows = len(computed.eigenvalues[0].right)
+    if rows_of_reference != rows:
+        counts = f"{rows_of_reference} and {rows}"
         raise InputError(f"compare: {counts} rows are not allowed; they must be the same")
 
 
-def _likeness(references: Sequence[Mode], modes: Sequence[Mode]) -> NDArray[np.float64]:
+def _mac_of_modes(references: Sequence[Mode], modes: Sequence[Mode]) -> NDArray[np.float64]:
     """MAC (m, k) of each of m modes of the reference with each of k computed ones.
 
-    It is taken over the rows that were measured, and NaN where one of the shapes is zero there.
+    It is taken over the rows that the reference measured (is not NaN in), and is NaN where one of
+    both shapes is zero in all of these.
     """
-    likeness = np.full((len(references), len(modes)), np.nan)
+    macs = np.full((len(references), len(modes)), np.nan)
     for i, reference in enumerate(references):
         measured = ~np.isnan(reference.shape)
         if not reference.shape[measured].any():
@@ -287,19 +301,22 @@ def _likeness(references: Sequence[Mode], modes: Sequence[Mode]) -> NDArray[np.f
         moving = [j for j, mode in enumerate(modes) if mode.shape[measured].any()]
         if moving:
             shapes = np.array([modes[j].shape[measured] for j in moving]).T
-            likeness[i, moving] = mac(reference.shape[measured, None], shapes)
-    return likeness
+            macs[i, moving] = mac(reference.shape[measured, None], shapes)
+    return macs
 
 
 def _equally_near(cost: NDArray[np.float64], most: float) -> list[NDArray[np.int64]]:
-    """For each row of costs (m, k) the columns whose cost exceeds the least by at most `most`."""
+    """For each mode of the reference the computed modes that cost at most `most` above the least.
+
+    cost (m, k): of pairs, a row for each mode of the reference. Modes are indices of columns.
+    """
     if not cost.shape[1]:
         return []
     return [np.flatnonzero(np.abs(row - row.min()) <= most) for row in cost]
 
 
-def _grows(modes: Sequence[Mode]) -> NDArray[np.bool_]:
-    """Whether each mode grows or its damping is not known, since what squeals is measured."""
+def _counts_as_growing(modes: Sequence[Mode]) -> NDArray[np.bool_]:
+    """Whether each mode (m,) grows. One of unknown damping counts: tests measure what squeals."""
     return np.array([mode.damping is None or mode.damping < 0.0 for mode in modes])
 
 
@@ -316,17 +333,21 @@ def _modes(answer: Eigenvalues, coordinates: Coordinates | None) -> list[Mode]:
 
 
 def read_test(path: Path, coordinates: Coordinates | None) -> list[Mode]:
-    """The modes of a table, with shapes as displacements of nodes, see `Mode`.
+    """Read the modes of a table .csv, each line one mode, with shapes at the nodes, see `Mode`.
 
-    A line may be that of a saved answer, of which the other roots are skipped: the second of a pair
-    and those that do not vibrate. Raises InputError.
+    The table may be that of saved `Eigenvalues`, which has a line for each root. Lines with an
+    imaginary part that is not positive are skipped there: the second root of a pair, and roots that
+    do not vibrate. coordinates: of the nodes that the heads NODE:DOF name, None if there are none.
+    Raises InputError.
     """
     entries = _entries_of_shapes(coordinates)
-    size = 0 if coordinates is None else 3 * len(coordinates.places)
+    size = 0
+    if coordinates is not None:
+        size = 3 * len(coordinates.places)
     modes: dict[str, Mode] = {}
     _, lines = read_table(path, ("frequency_hz",))
     for here, line in lines:
-        cells = {head: cell for head, cell in line.items() if head not in BESIDE}
+        cells = {head: cell for head, cell in line.items() if head not in IGNORED}
         if number_in(cells.pop("imag [rad/s]", "1"), here / "imag") <= 0.0:
             continue
         damping = cells.pop(DAMPING, "")
@@ -335,19 +356,22 @@ def read_test(path: Path, coordinates: Coordinates | None) -> list[Mode]:
         if not name or name in modes:
             raise (here / "name").must_be(name, "a name that no other line has")
         frequency = number_in(cells.pop("frequency_hz"), here / "frequency_hz", POSITIVE)
-        ratio = number_in(damping, here / DAMPING) if damping.strip() else None
-        modes[name] = Mode(name, frequency, ratio, _read_shape(cells, here, entries, size))
+        ratio = None
+        if damping.strip():
+            ratio = number_in(damping, here / DAMPING)
+        shape = _read_shape(cells, here, entries, size)  # in the cells that are left
+        modes[name] = Mode(name, frequency, ratio, shape)
     return list(modes.values())
 
 
 def _entries_of_shapes(coordinates: Coordinates | None) -> dict[tuple[str, int], int]:
-    """By name of a node and direction (0 to 2) the index in the shape (3 nodes,) of a mode."""
+    """The index in the shape (3 nodes,) of a mode, by name of a node and direction (0 to 2)."""
     entries: dict[tuple[str, int], int] = {}
     if coordinates is None:
         return entries
     nodes = coordinates.nodes.tolist()
     for node, direction in zip(nodes, coordinates.directions.tolist(), strict=True):
-        if direction >= 0:
+        if direction >= 0:  # not a rotation
             entries[coordinates.names[node].lower(), direction] = 3 * node + direction
     return entries
 
@@ -367,7 +391,7 @@ def _read_shape(
             allowed = "NODE:DOF of a node with coordinates that x, y or z moves"
             raise (here / head).must_be(head, allowed)
         if cell.strip():
-            with suppress(ValueError):
+            with suppress(ValueError):  # the entry remains NaN, which is refused below
                 shape[entry] = complex(cell.strip())
             if not np.isfinite(shape[entry]):
                 raise (here / head).must_be(cell, "a finite number such as 0.3 or 0.3+0.1j")

@@ -1,9 +1,10 @@
 """The verb `conditions`: what grows at each combination of operating conditions.
 
 Each condition is the subject at other parameters, as `--set` changes them: the equilibrium of a pad
-and the seat of an assembly are found anew. Modes are matched over the conditions as `compare` pairs
-them: those of two conditions that differ by one step along one axis, by frequency and MAC. Pairs
-are united, those of least cost first, unless a mode would then stand twice at one condition.
+and the seat of an assembly are computed anew. Modes are matched over the conditions as `compare`
+pairs them, by frequency and MAC: a link joins the same mode at two neighbouring conditions, which
+differ by one step along one axis. Linked modes are united, those of least cost first, unless one
+condition would then have the united mode twice.
 """
 
 from __future__ import annotations
@@ -36,9 +37,9 @@ if TYPE_CHECKING:  # pads start without the solvers of systems
 MOST = 100_000
 """The largest number of conditions."""
 TOLERANCE = 0.1
-"""What differs by more than this share of its frequency at the next value is another mode."""
+"""Modes of neighbouring conditions whose frequencies differ by a larger share are two modes."""
 UNLIKE = 1.0
-"""The cost of a pair from which on its shapes or frequencies are not those of one mode."""
+"""Pairs of this cost or more differ too much in shape or frequency to be one mode."""
 SERVED = 24
 """The number of conditions at which a reduced system has to be good."""
 AT = Place("conditions", "axes")
@@ -88,8 +89,7 @@ def conditions(
     grid = _combinations(ParameterSpace.of(subject, "conditions", 1.0, "growth"), axes)
     if isinstance(subject, Scene):
         refuse_options("a scene", band=band, memory=memory)
-        solved = (_pad_condition(subject, changes) for changes in grid)
-        return _answer(subject.model, axes, solved)
+        return _answer(subject.model, axes, (_pad_condition(subject, changes) for changes in grid))
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.reduced import basis_of, reduced_for
     from squeal.queries.systems.system_analysis import SystemAnalysis
@@ -106,13 +106,14 @@ def conditions(
     if not seated and not is_small(system):
         served = grid[:: max(1, len(grid) // SERVED)]
         reduction = reduced_for(system, analysis.selection, served, "modal")
-    computed = _system_conditions(analysis, reduction, grid)
-    told = counted(computed, len(grid), PROGRESS.get(), "conditions")
+    solved = counted(
+        _system_conditions(analysis, reduction, grid), len(grid), PROGRESS.get(), "conditions"
+    )
     extent = "" if analysis.selection.band is None else analysis.selection.words()
     return _answer(
         system.name,
         axes,
-        told,
+        solved,
         extent=extent,
         seated=seated,
         basis=basis_of(reduction, analysis.selection) or analysis.joined,
@@ -120,7 +121,10 @@ def conditions(
 
 
 def _combinations(space: ParameterSpace, axes: Mapping[str, Values]) -> list[Changes]:
-    """All combinations of the values of the axes, the last one fastest. Raises InputError."""
+    """All combinations of the values of the axes, the last axis varying fastest.
+
+    Raises InputError for no axis, unknown parameters, repeated values and too many combinations.
+    """
     if not axes:
         raise AT.refuse("none is given; at least one parameter with its values is required")
     count = 1
@@ -141,13 +145,18 @@ def _place(changes: Changes) -> Place:
 
 
 class _Solved(NamedTuple):
-    """A condition, and the modes there with their shapes: their numbers are not known yet."""
+    """A solved condition.
+
+    condition: its rows, one for each mode, have no mode numbers yet; modes: the same modes in the
+    same order, with their shapes, as `compare` pairs them.
+    """
 
     condition: Condition
     modes: Sequence[Mode]
 
 
 def _pad_condition(scene: Scene, changes: Changes) -> _Solved:
+    """Solve a scene at a condition; without an equilibrium the condition has a reason, no modes."""
     with _place(changes).named():
         changed = scene.replace(**changes)
     try:
@@ -161,7 +170,10 @@ def _pad_condition(scene: Scene, changes: Changes) -> _Solved:
 def _system_conditions(
     analysis: SystemAnalysis, reduction: Reduction | None, grid: Sequence[Changes]
 ) -> Iterator[_Solved]:
-    """What happens at each condition, with one thread of BLAS."""
+    """Solve a system at each condition, with one thread of BLAS.
+
+    A condition that cannot be solved has a reason and no modes.
+    """
     with one_thread():
         for changes in grid:
             try:
@@ -175,28 +187,31 @@ def _system_conditions(
 def _system_condition(
     analysis: SystemAnalysis, reduction: Reduction | None, changes: Changes
 ) -> _Solved:
-    """What a system does at a condition: by the reduced one, or solved on its own."""
+    """Solve a system at a condition, on the reduced system if there is one.
+
+    Roots whose backward error is too large are left out.
+    """
     from squeal.queries.systems.known import error_bounds
     from squeal.queries.systems.reduced import estimated_roots
     from squeal.queries.systems.roots import system_roots
-    from squeal.queries.systems.verdicts import verdict_of
+    from squeal.queries.systems.verdicts import verdict_of_some
 
     if reduction is not None:
         roots = estimated_roots(reduction, changes)
         values = np.array([root.value for root in roots])
-        verdict = verdict_of(values, np.array([root.rounding for root in roots]))
-        # of the roots of a band only growth is a verdict
-        return _solved(changes, roots, verdict if verdict in GROWING else None)
+        rounding = np.array([root.rounding for root in roots])
+        return _solved(changes, roots, verdict_of_some(values, rounding))
     file = analysis.file.replaced(changes)
-    found = system_roots(file.system, analysis.selection, bounded=error_bounds(file, file.system))
-    accepted = [root for root in found.every if root.residual <= ACCEPTED]
-    return _solved(changes, accepted, found.verdict)
+    add_errors = error_bounds(file, file.system)
+    solution = system_roots(file.system, analysis.selection, add_errors=add_errors)
+    accepted = [root for root in solution.computed if root.residual <= ACCEPTED]
+    return _solved(changes, accepted, solution.verdict)
 
 
 def _solved(
     changes: Changes, roots: Sequence[Eigenvalue], verdict: str | None, admissible: bool = True
 ) -> _Solved:
-    """A condition from its roots."""
+    """A solved condition from its roots: a row for each mode with Im > 0, and each growing one."""
     rows: list[ModeAtCondition] = []
     modes: list[Mode] = []
     for root in roots:
@@ -204,6 +219,7 @@ def _solved(
         if not grows and root.value.imag <= 0.0:
             continue
         row = ModeAtCondition(root.frequency_hz, root.growth_rate, root.damping_ratio, grows)
+        # pairing prefers modes whose damping has the same sign: rounding makes no sign
         damping = row.damping_ratio if grows else abs(row.damping_ratio)
         modes.append(Mode(len(rows), row.frequency_hz, damping, root.right))
         rows.append(row)
@@ -211,50 +227,62 @@ def _solved(
     return _Solved(condition, modes)
 
 
-ModeOverConditions = dict[int, int]
-"""Which of the modes of a condition a mode is, by the conditions that have it."""
+ModeIndex = tuple[int, int]
+"""A mode at one condition: the index of the condition, and that of the mode's row there."""
+UnitedMode = dict[int, int]
+"""A mode over conditions: by the index of each condition that has it, that of its row there."""
 
 
 class _Link(NamedTuple):
-    """A pair of modes of neighbouring conditions, each by its condition and its place there."""
+    """Two modes of neighbouring conditions that are taken for one, and the cost of the pair."""
 
     cost: float
-    first: tuple[int, int]
-    second: tuple[int, int]
+    first: ModeIndex
+    second: ModeIndex
 
 
-def _links(
+def _conditions_and_links(
     solved: Iterable[_Solved], lengths: Sequence[int]
 ) -> tuple[list[Condition], list[_Link]]:
-    """The conditions over a grid of these lengths, and the pairs between neighbours of it."""
+    """Collect the conditions of a grid, and link the modes of neighbours.
+
+    Parameters
+    ----------
+    solved : iterable of _Solved
+        The conditions as they are solved, the last axis of the grid varying fastest.
+    lengths : sequence of int
+        The number of values on each axis.
+    """
     strides = [math.prod(lengths[axis + 1 :]) for axis in range(len(lengths))]
     conditions: list[Condition] = []
     links: list[_Link] = []
-    modes: dict[int, Sequence[Mode]] = {}
-    for k, (condition, here) in enumerate(solved):
+    modes_of: dict[int, Sequence[Mode]] = {}
+    for k, (condition, modes) in enumerate(solved):
         conditions.append(condition)
-        modes[k] = here
+        modes_of[k] = modes
         for stride, length in zip(strides, lengths, strict=True):
-            if k // stride % length == 0:
+            is_first_of_axis = k // stride % length == 0
+            if is_first_of_axis:
                 continue
-            before = modes[k - stride]
-            costs = pairing_costs(before, here, TOLERANCE)
-            for i, j in assigned_pairs(costs, before, here, TOLERANCE):
+            neighbour = k - stride
+            before = modes_of[neighbour]
+            costs = pairing_costs(before, modes, TOLERANCE)
+            for i, j in assigned_pairs(costs, before, modes, TOLERANCE):
                 cost = float(costs.cost[i, j])
                 if cost < UNLIKE:
-                    links.append(_Link(cost, (k - stride, i), (k, j)))
-        modes.pop(k - strides[0], None)  # whose neighbours are all known
+                    links.append(_Link(cost, (neighbour, i), (k, j)))
+        # no later condition is a neighbour of this one: its shapes are not needed any more
+        modes_of.pop(k - strides[0], None)
     return conditions, links
 
 
-def _united(
-    conditions: Sequence[Condition], links: Sequence[_Link]
-) -> dict[tuple[int, int], ModeOverConditions]:
-    """The mode over all conditions that each mode of a condition, by (condition, row), belongs to.
+def _united_modes(conditions: Sequence[Condition], links: Sequence[_Link]) -> list[UnitedMode]:
+    """Unite linked modes of single conditions to modes over all conditions.
 
-    Links unite modes, the cheapest first, unless a condition would then have two of one mode.
+    Links of least cost come first; one that would give a condition two rows of one mode is left
+    out. A mode without a link stands alone.
     """
-    mode_of: dict[tuple[int, int], ModeOverConditions] = {}
+    mode_of: dict[ModeIndex, UnitedMode] = {}
     for k, condition in enumerate(conditions):
         for row in range(len(condition.rows)):
             mode_of[k, row] = {k: row}
@@ -264,34 +292,36 @@ def _united(
         if first.keys() & second.keys():
             continue
         first.update(second)
-        for place in second.items():
-            mode_of[place] = first
-    return mode_of
+        for index in second.items():
+            mode_of[index] = first
+    # one dictionary stands there once for each of its conditions
+    distinct = {id(mode): mode for mode in mode_of.values()}
+    return list(distinct.values())
 
 
 def _numbered(conditions: Sequence[Condition], links: Sequence[_Link]) -> tuple[Condition, ...]:
-    """The conditions with the numbers of the modes that grow somewhere.
+    """Give the modes that grow at some condition their numbers, in all conditions that have them.
 
-    They are numbered by the lowest frequency at which they grow; other modes have no number.
+    They are numbered by the lowest frequency at which they grow, then by where they grow first.
+    Modes that grow nowhere have no number.
     """
-    lowest: dict[int, float] = {}
-    unstable: dict[int, ModeOverConditions] = {}
-    for (k, row), mode in _united(conditions, links).items():
-        found = conditions[k].rows[row]
-        if found.grows:
-            key = id(mode)
-            unstable[key] = mode
-            lowest[key] = min(lowest.get(key, math.inf), found.frequency_hz)
-    numbers: dict[tuple[int, int], int] = {}
-    for number, key in enumerate(sorted(lowest, key=lambda key: lowest[key]), 1):
-        for place in unstable[key].items():
-            numbers[place] = number
+    unstable: list[tuple[float, ModeIndex, UnitedMode]] = []
+    for mode in _united_modes(conditions, links):
+        growing = [(k, row) for k, row in mode.items() if conditions[k].rows[row].grows]
+        if growing:
+            lowest = min(conditions[k].rows[row].frequency_hz for k, row in growing)
+            unstable.append((lowest, min(growing), mode))
+    unstable.sort(key=lambda entry: entry[:2])
+    number_of: dict[ModeIndex, int] = {}
+    for number, (_, _, mode) in enumerate(unstable, 1):
+        for index in mode.items():
+            number_of[index] = number
     numbered = []
     for k, condition in enumerate(conditions):
-        rows_here = []
-        for row, found in enumerate(condition.rows):
-            rows_here.append(replace(found, mode=numbers.get((k, row))))
-        numbered.append(replace(condition, rows=tuple(rows_here)))
+        rows = []
+        for i, row in enumerate(condition.rows):
+            rows.append(replace(row, mode=number_of.get((k, i))))
+        numbered.append(replace(condition, rows=tuple(rows)))
     return tuple(numbered)
 
 
@@ -303,8 +333,13 @@ def _answer(
     seated: bool = False,
     basis: Mapping[str, Any] | None = None,
 ) -> Conditions:
-    """The answer from conditions as they are solved, in the order of the grid of the axes."""
-    conditions, links = _links(solved, [len(values) for values in axes.values()])
+    """Number the modes of all conditions, and put the answer together.
+
+    solved: the conditions as they are solved, the last axis varying fastest; other arguments as of
+    `Conditions`.
+    """
+    lengths = [len(values) for values in axes.values()]
+    conditions, links = _conditions_and_links(solved, lengths)
     return Conditions(
         name=name,
         axes={axis: tuple(values) for axis, values in axes.items()},

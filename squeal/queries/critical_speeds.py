@@ -1,4 +1,9 @@
-"""Critical speeds of a rotor: where a whirl frequency equals the speed, or a multiple of it."""
+"""The verb `critical_speeds` of a rotor: where a whirl frequency is the speed, or a multiple of it.
+
+The roots at a speed are ranked by frequency. The frequency of a rank is a continuous function of
+the speed, also where two modes cross and exchange their ranks: a change of sign of the frequency
+less a multiple of the speed therefore brackets a critical speed, which Brent's method locates.
+"""
 
 from __future__ import annotations
 
@@ -9,30 +14,41 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from squeal.errors import InputError
 from squeal.io.writing import Answer, Column, Panel, Table, columns
+from squeal.linear.continuation import Bools
+from squeal.linear.matrices import Array
+from squeal.linear.roots import ComplexArray
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.schema import Positive, public
 from squeal.sparse.dense import dense_values
 
-STEPS = 400  # of the range, in each of which an odd number of crossings is located
+STEPS = 400  # of the range of speeds; two crossings of one rank within a step are missed
 SLOPE = 1e-3  # relative step of the speed for the slope of a frequency
 GROWS = 1e-9  # of |lambda|: a growth rate above it is no rounding
-LEVEL = 1e-3  # slope of a frequency over speed below which its sign says nothing of a direction
+LEVEL = 1e-3  # slope of a frequency over the speed, both in rad/s: a lower one has no direction
 
 
 @dataclass(frozen=True)
 class CriticalSpeed:
-    """A speed (rad/s) at which a frequency is `order` times the speed.
+    """A speed at which the frequency of a mode is `order` times the speed.
 
-    direction: forward where the frequency rises with the speed, in the fixed frame, backward where
-    it falls, None where the speed moves it by less than a thousandth of itself. mode: by frequency
-    at this speed.
+    Attributes
+    ----------
+    speed, order, frequency_hz : float
+        The speed in rad/s, the multiple of it, and the frequency there in Hz.
+    mode : int
+        Number of the mode, from 1, by frequency at this speed; modes that do not vibrate do not
+        count.
+    direction : str or None
+        Forward where the frequency rises with the speed, in the fixed frame, backward where it
+        falls; None where its slope over the speed is less than a thousandth.
+    growth_rate, damping_ratio : float
+        Of the mode there, 1/s and 1.
     """
 
     speed: float
@@ -48,8 +64,8 @@ class CriticalSpeed:
 class CriticalSpeeds(Answer):
     """Critical speeds from `low` to `high`, by rising speed.
 
-    speeds (m,) and frequencies_hz (m, n) are the Campbell diagram behind them; growing (m, n) says
-    which modes grow.
+    speeds (m,) and frequencies_hz (m, n) are the Campbell diagram behind them, by rising frequency
+    at each speed; growing (m, n) says which modes grow.
 
     Examples
     --------
@@ -70,9 +86,9 @@ class CriticalSpeeds(Answer):
     high: float
     orders: tuple[float, ...]
     critical: tuple[CriticalSpeed, ...]
-    speeds: NDArray[np.float64] = field(repr=False)
-    frequencies_hz: NDArray[np.float64] = field(repr=False)
-    growing: NDArray[np.bool_] = field(repr=False)
+    speeds: Array = field(repr=False)
+    frequencies_hz: Array = field(repr=False)
+    growing: Bools = field(repr=False)
 
     def table(self) -> Table:
         table = (
@@ -100,39 +116,66 @@ class CriticalSpeeds(Answer):
         }
 
 
-class _Campbell:
-    """Frequencies of a rotor as continuous functions of its speed: by size, (n,) at each speed."""
+class _CampbellDiagram:
+    """The roots of a rotor of n degrees of freedom over its speed (rad/s), ranked by frequency."""
 
     def __init__(self, system: TermSystem) -> None:
         self.system = system
 
     @functools.cache  # noqa: B019  lives as long as one question
-    def roots(self, speed: float) -> NDArray[np.complex128]:
-        """Of each pair of roots the upper one, of real ones each second, by frequency."""
-        found = dense_values(*self.system.arrays({self.system.parameter: speed}))
-        order = np.argsort(-found.imag, kind="stable")[: len(found) // 2]
-        return found[order][::-1]
+    def ranked_roots(self, speed: float) -> ComplexArray:
+        """n of the 2n roots at a speed, rad/s, by rising frequency.
 
-    def gap(self, speed: float, mode: int, order: float) -> float:
-        """A frequency less so many times the speed, rad/s."""
-        return float(self.roots(speed)[mode].imag - order * speed)
+        They are the upper root of each conjugate pair, and half of the real roots.
+        """
+        roots = dense_values(*self.system.arrays({self.system.parameter: speed}))
+        falling = np.argsort(-roots.imag, kind="stable")
+        return roots[falling[: len(roots) // 2]][::-1]
 
-    def critical(self, speed: float, mode: int, order: float) -> CriticalSpeed:
-        """What is said of a critical speed."""
-        root = complex(self.roots(speed)[mode])
+    def gap(self, speed: float, rank: int, order: float) -> float:
+        """The frequency of a rank less `order` times the speed, rad/s."""
+        return float(self.ranked_roots(speed)[rank].imag - order * speed)
+
+    def crossings(self, speeds: Array, order: float) -> list[tuple[float, int]]:
+        """Locate where frequencies are `order` times the speed, as pairs of speed and rank.
+
+        speeds (m,): rising, between which changes of sign are searched.
+        """
+        frequencies = np.array([self.ranked_roots(speed).imag for speed in speeds.tolist()])
+        gaps = frequencies - order * speeds[:, None]
+        crossings = []
+        for k, rank in np.argwhere(gaps == 0.0).tolist():
+            crossings.append((float(speeds[k]), rank))
+        tolerance = 1e-13 * float(speeds[-1])
+        for k, rank in np.argwhere(gaps[:-1] * gaps[1:] < 0.0).tolist():
+            speed = brentq(
+                self.gap,
+                speeds[k],
+                speeds[k + 1],
+                args=(rank, order),
+                xtol=tolerance,
+                rtol=1e-14,
+            )
+            crossings.append((float(speed), rank))
+        return crossings
+
+    def critical_speed(self, speed: float, rank: int, order: float) -> CriticalSpeed:
+        """The mode of a rank at a critical speed, and its direction from the slope there."""
+        roots = self.ranked_roots(speed)
+        root = complex(roots[rank])
         step = SLOPE * speed
-        before = self.roots(speed - step)[mode]
-        after = self.roots(speed + step)[mode]
+        before = self.ranked_roots(speed - step)[rank]
+        after = self.ranked_roots(speed + step)[rank]
         slope = float((after.imag - before.imag) / (2 * step))
         direction = None
         if abs(slope) > LEVEL:
             direction = "forward" if slope > 0.0 else "backward"
-        at_rest = int(np.count_nonzero(self.roots(speed).imag == 0.0))
+        real_roots = int(np.count_nonzero(roots.imag == 0.0))  # which have the lowest ranks
         return CriticalSpeed(
             speed=speed,
             order=order,
             frequency_hz=root.imag / math.tau,
-            mode=mode + 1 - at_rest,
+            mode=rank + 1 - real_roots,
             direction=direction,
             growth_rate=root.real,
             damping_ratio=-root.real / abs(root),
@@ -182,7 +225,8 @@ def critical_speeds(
     >>> gyroscopic = [[0, 2], [-2, 0]]
     >>> tilt = squeal.System([[1, 0], [0, 1]], {"speed": gyroscopic}, [[12, 0], [0, 12]],
     ...     parameter="speed")
-    >>> [(round(one.speed, 9), one.direction) for one in critical_speeds(tilt, 20.0).critical]
+    >>> found = critical_speeds(tilt, 20.0)
+    >>> [(round(mode.speed, 9), mode.direction) for mode in found.critical]
     [(2.0, 'backward')]
     """
     analysis = SystemAnalysis.of(subject, band=band, memory=memory)
@@ -195,32 +239,27 @@ def critical_speeds(
         raise InputError("orders: must be numbers above 0")
     speeds = np.linspace(low, high, STEPS + 1)
     if not is_small(system):
-        system = analysis.reduced(speeds[:: STEPS // 8].tolist())[0].system
-    diagram = _Campbell(system)
-    paths = np.array([diagram.roots(speed) for speed in speeds.tolist()])
-    found = []
+        reduction, _ = analysis.reduced(speeds[:: STEPS // 8].tolist())
+        system = reduction.system
+    diagram = _CampbellDiagram(system)
+    critical = []
     for order in orders:
-        gaps = paths.imag - order * speeds[:, None]
-        places = [(float(speeds[k]), mode) for k, mode in np.argwhere(gaps == 0.0).tolist()]
-        for step, mode in np.argwhere(gaps[:-1] * gaps[1:] < 0.0).tolist():
-            ends = speeds[step], speeds[step + 1]
-            root = brentq(diagram.gap, *ends, args=(mode, order), xtol=1e-13 * high, rtol=1e-14)
-            places.append((float(root), mode))
-        for speed, mode in places:
-            if speed == 0.0:  # which a root at rest meets in every rotor
-                continue
-            one = diagram.critical(speed, mode, order)
-            if band is None or band[0] <= one.frequency_hz <= band[1]:
-                found.append(one)
-    found.sort(key=lambda one: (one.speed, one.mode))
+        for speed, rank in diagram.crossings(speeds, order):
+            if speed == 0.0:
+                continue  # there a frequency of zero is a multiple of the speed, in every rotor
+            crossing = diagram.critical_speed(speed, rank, order)
+            if band is None or band[0] <= crossing.frequency_hz <= band[1]:
+                critical.append(crossing)
+    critical.sort(key=lambda crossing: (crossing.speed, crossing.mode))
+    roots = np.array([diagram.ranked_roots(speed) for speed in speeds.tolist()])  # (speeds, ranks)
     return CriticalSpeeds(
         name=system.name,
         parameter=system.parameter,
         low=float(low),
         high=float(high),
         orders=tuple(float(order) for order in orders),
-        critical=tuple(found),
+        critical=tuple(critical),
         speeds=speeds,
-        frequencies_hz=paths.imag / math.tau,
-        growing=paths.real > GROWS * np.abs(paths),
+        frequencies_hz=roots.imag / math.tau,
+        growing=roots.real > GROWS * np.abs(roots),
     )

@@ -1,4 +1,4 @@
-"""The verb `cycles`: periodic motions of a pad over a parameter, beside its sliding equilibrium."""
+"""The verb `cycles`: periodic motions of a pad over a parameter, and where sliding is stable."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import COORDINATES, Scene, check_simulation
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, number
+from squeal.model.contact import ContactLaw
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.pad import PARAMETERS, at_speed
+from squeal.model.pad import PARAMETERS, Coefficients, at_speed
 from squeal.queries.pads.equilibrium import analyse
 from squeal.schema import Place, public
 from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Shooting
-from squeal.simulation.observers import Extrema, Grid, Read, face_speed
+from squeal.simulation.observers import Extrema, Grid, Read, face_speed, plotted
 from squeal.simulation.run import in_natural_units
 
 WINDOWS = 40  # times the length of the scene in which its motion may settle
 STEP = 0.2  # length of a step along the branch, in natural units
 MOST = 80  # cycles of the branch to each side of the first
-SLIDING = 41  # values at which the sliding equilibrium is judged
-LOCATED = 1e-10  # of the range: to which a change of that verdict is located
+SLIDING = 41  # values at which the stability of sliding is computed
+LOCATED = 1e-10  # of the range: to which a change of that stability is located
 
 
 @dataclass(frozen=True)
@@ -37,9 +38,9 @@ class Orbit:
     Attributes
     ----------
     value : float
-        Of the parameter.
+        The value of the parameter.
     period : float
-        In s.
+        The period in s.
     amplitude : tuple of 3 float
         Half of the range of x, y (m) and theta (rad).
     velocity : float
@@ -47,6 +48,8 @@ class Orbit:
     extrema : dict
         Least and greatest value of each plotted signal, forces over F_n and delta over w; None
         without contact.
+    peak : float
+        Greatest sum of the contact forces over F_n, of both edges in B1; 0 without contact.
     contacts : tuple of str
         Contact states in the order in which they are passed.
     multipliers : tuple of 5 complex
@@ -54,13 +57,14 @@ class Orbit:
     stable : bool or None
         Whether small deviations decay; None where the multipliers do not decide.
     friction, damping : float
-        Work of friction on the pad, and energy that damping takes, J a period.
+        Work of friction on the pad, and energy that damping takes, in J per period.
     face : float or None
         Greatest speed of the lower face while it touches, over V; None without V.
     start : tuple of 6 float
-        A state that is passed: x, y, theta and their rates.
+        A state of the motion: x, y, theta and their rates.
     turn : str
-        What happens here on the branch, see `squeal.simulation.cycles.Cycle`.
+        What happens here on the branch, such as a fold or a period doubling, see
+        `squeal.simulation.cycles.Cycle`; empty for nothing.
     """
 
     value: float
@@ -68,6 +72,7 @@ class Orbit:
     amplitude: tuple[float, ...]
     velocity: float
     extrema: dict[str, tuple[float, float] | None]
+    peak: float
     contacts: tuple[str, ...]
     multipliers: tuple[complex, ...]
     stable: bool | None
@@ -88,12 +93,6 @@ class Orbit:
         return 1.0 / self.period
 
     @property
-    def peak(self) -> float:
-        """Greatest value of the first plotted force over F_n, 0 without contact."""
-        span = next(iter(self.extrema.values()))
-        return span[1] if span else 0.0
-
-    @property
     def multiplier(self) -> float:
         """The greatest absolute value of the multipliers."""
         return abs(self.multipliers[0])
@@ -110,21 +109,22 @@ class Orbit:
         }
 
 
+STABLE_WORDS = {True: "yes", False: "no", None: "?"}
 COLUMNS = (
     Column("period", "s"),
     Column("frequency_hz"),
-    Column("amplitude_x", "m", lambda one: one.amplitude[0], hidden=True),
-    Column("amplitude_y", "m", lambda one: one.amplitude[1]),
-    Column("amplitude_theta", "rad", lambda one: one.amplitude[2], hidden=True),
+    Column("amplitude_x", "m", lambda orbit: orbit.amplitude[0], hidden=True),
+    Column("amplitude_y", "m", lambda orbit: orbit.amplitude[1]),
+    Column("amplitude_theta", "rad", lambda orbit: orbit.amplitude[2], hidden=True),
     Column("velocity", "m/s"),
     Column("peak", "F_n"),
     Column("multiplier"),
-    Column("stable", shown=lambda one: {True: "yes", False: "no", None: "?"}[one.stable]),
+    Column("stable", shown=lambda orbit: STABLE_WORDS[orbit.stable]),
     Column("friction", "J", hidden=True),
     Column("damping", "J", hidden=True),
     Column("face", "V"),
     Column("turn"),
-    Column("contacts", value=lambda one: " ".join(one.contacts)),
+    Column("contacts", value=lambda orbit: " ".join(orbit.contacts)),
 )
 
 
@@ -139,13 +139,14 @@ class Cycles(Answer):
     orbits : tuple of Orbit
         The motions in their order along the branch; empty where there is none, with the `reason`.
     own : int
-        Index of the motion at the scene's own value.
+        Index of the motion at the scene's own value of the parameter.
     ends : (str, str)
         Why the branch ends at its first and at its last motion; empty at the end of the range.
     sliding : tuple of (float, str or None)
-        The verdict on the sliding equilibrium at some values, None where there is none.
+        Values of the parameter, each with the verdict on the sliding equilibrium, None where there
+        is no equilibrium.
     critical : tuple of (float, str or None)
-        Where that verdict changes between two of them, and what it is from there on.
+        Values at which that verdict changes, each with the verdict from there on.
     source : (Shooting, Cycle) or None
         What the motions were computed with, and the first of them in natural units.
 
@@ -176,15 +177,15 @@ class Cycles(Answer):
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
         """Where the branch ends within the range, and how many cycles reach the surface's speed."""
         warnings = []
-        for i, why in zip((0, -1), self.ends, strict=True):
-            if why not in ("", CLOSED_CURVE):
+        for i, reason in zip((0, -1), self.ends, strict=True):  # the first and the last motion
+            if reason not in ("", CLOSED_CURVE):
                 at = f"{self.parameter} = {number(self.orbits[i].value)}"
-                warnings.append(f"the branch ends at {at}: {why}")
-        lost = sum(orbit.sliding_holds is False for orbit in self.orbits)
-        if lost:
+                warnings.append(f"the branch ends at {at}: {reason}")
+        too_fast = sum(orbit.sliding_holds is False for orbit in self.orbits)
+        if too_fast:
             warnings.append(
-                f"in {lost} of {len(self.orbits)} cycles the lower face reaches the speed V of the "
-                "surface, beyond which the equations do not hold"
+                f"in {too_fast} of {len(self.orbits)} cycles the lower face reaches the speed V of "
+                "the surface, beyond which the equations do not hold"
             )
         return tuple(warnings)
 
@@ -253,25 +254,30 @@ class Cycles(Answer):
         >>> found.to_dict()["cycles"]
         []
         """
+        turning_points = []
+        for orbit in self.orbits:
+            if orbit.turn:
+                turning_points.append({"kind": orbit.turn, "value": orbit.value})
         return {
             "model": self.model,
             "parameter": self.parameter,
-            "cycles": [one.to_dict() for one in self.orbits],
+            "cycles": [orbit.to_dict() for orbit in self.orbits],
             "own": self.own if self.orbits else None,
             "reason": self.reason or None,
-            "ends": [why or None for why in self.ends],
-            "turning_points": [
-                {"kind": one.turn, "value": one.value} for one in self.orbits if one.turn
-            ],
-            "sliding": [{"value": value, "verdict": verdict} for value, verdict in self.sliding],
+            "ends": [reason or None for reason in self.ends],
+            "turning_points": turning_points,
+            "sliding": [{"value": at, "verdict": verdict} for at, verdict in self.sliding],
             "sliding_changes": [{"value": at, "verdict": verdict} for at, verdict in self.critical],
         }
 
 
-def _over(scene: Scene, over: tuple[str, float, float] | None) -> tuple[str, float, float]:
-    """The parameter and its range, which holds the scene's value; mu at that if left out.
+def _parameter_range(
+    scene: Scene, over: tuple[str, float, float] | None
+) -> tuple[str, float, float]:
+    """Check the parameter and its range, which must hold the scene's value.
 
-    Raises InputError.
+    Without `over` it is mu, and the range its value alone. Raises InputError for an unknown
+    parameter, and for values that it may not take.
     """
     given = scene.pad.given()
     at = Place("cycles") / "over"
@@ -287,7 +293,10 @@ def _over(scene: Scene, over: tuple[str, float, float] | None) -> tuple[str, flo
 
 
 def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
-    """A cycle in SI units; scale: of the parameter, by which the cycle's value is multiplied."""
+    """Convert a cycle to SI units, and integrate and observe it over its period.
+
+    scale: what the cycle's value of the parameter is multiplied by.
+    """
     model = shooting.model(cycle.value)
     units = shooting.units
     extrema = Extrema(model)
@@ -295,6 +304,7 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     grid = Grid(cycle.segment, 16)
     friction, damping, square = _integrals(model, grid)
     ranges = [grid.ranges(_coordinate(i))[0] for i in range(3)]
+    # units are those of a state: the rates are not used
     half_ranges = np.append(np.ptp(ranges, axis=1) / 2.0, np.zeros(3))
     face = max(float(grid.ranges(face_speed)[0, 1]), 0.0)
     return Orbit(
@@ -303,6 +313,7 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
         amplitude=tuple(units.to_si(half_ranges)[:3].tolist()),
         velocity=float(np.sqrt(square / cycle.period) * units.velocity),
         extrema=extrema.result(),
+        peak=_greatest_contact_force(model.law, grid),
         contacts=tuple(model.state_name(state) for state in cycle.contacts),
         multipliers=tuple(cycle.multipliers.tolist()),
         stable=cycle.stable,
@@ -314,19 +325,29 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     )
 
 
+def _greatest_contact_force(law: ContactLaw, grid: Grid) -> float:
+    """Greatest sum of all contact forces over F_n in a motion, 0 without contact."""
+    is_force = np.array([signal.is_force for signal in law.plotted])
+    signals = plotted(law)
+
+    def whole_force(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
+        return np.asarray(signals(c, states, on)[is_force].sum(axis=0))
+
+    return max(float(grid.ranges(whole_force)[0, 1]), 0.0)
+
+
 def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
-    """Integrals over a motion, in natural units.
+    """Integrate a motion over time, in natural units.
 
     Returns the work of friction on the pad, the energy that damping takes, and the integral of the
-    squared normal velocity over time.
+    squared normal velocity.
     """
     c = model.c
     q = c.place(grid.states[:3])
     velocity = np.array(c.place(grid.states[3:]))
     contact = grid.steps.on[:, None]
-    with_friction = net_loads(
-        np, at_speed(np, c, model.pad.fall, velocity[0]), model.law, q, contact
-    )
+    c_at_speed = at_speed(np, c, model.pad.fall, velocity[0])
+    with_friction = net_loads(np, c_at_speed, model.law, q, contact)
     without_friction = net_loads(np, c._replace(mu=0.0), model.law, q, contact)
     friction = np.subtract(with_friction, without_friction)
     C = np.zeros((3, 3)) if model.damping is None else model.damping
@@ -335,26 +356,39 @@ def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
     power_of_damping = (drag * velocity).sum(axis=0)
     squared_normal_velocity = grid.states[4] ** 2
     integrands = np.array([power_of_friction, power_of_damping, squared_normal_velocity])
-    weighted = integrands * grid.weights[:, None] * grid.steps.h
+    weighted = integrands * grid.weights[:, None] * grid.steps.h  # quadrature over each step
     of_friction, of_damping, square = weighted.sum(axis=(1, 2)).tolist()
     return of_friction, of_damping, square
 
 
 def _coordinate(i: int) -> Read:
-    """The signal of a coordinate of the state."""
+    """The signal of coordinate number i of the state (x, y, theta)."""
     return lambda _c, states, _on: states[i]
 
 
 def _changes_of_sliding(
     sliding: Sequence[tuple[float, str | None]], verdict_at: Callable[[float], str | None]
 ) -> list[tuple[float, str | None]]:
-    """Where the verdict on sliding changes between two neighbouring values, by bisection."""
-    nearest = LOCATED * (sliding[-1][0] - sliding[0][0])
+    """Locate by bisection where the verdict on sliding changes between two neighbouring values.
+
+    Parameters
+    ----------
+    sliding : sequence of (float, str or None)
+        Rising values of the parameter with their verdicts, None without an equilibrium.
+    verdict_at : callable
+        Gives the verdict at a value.
+
+    Returns
+    -------
+    list of (float, str or None)
+        The values of the changes, and the verdicts after them.
+    """
+    tolerance = LOCATED * (sliding[-1][0] - sliding[0][0])
     changes = []
     for (low, before), (high, after) in itertools.pairwise(sliding):
         if before == after:
             continue
-        while high - low > nearest:
+        while high - low > tolerance:
             middle = 0.5 * (low + high)
             if verdict_at(middle) == before:
                 low = middle
@@ -408,10 +442,10 @@ def cycles(
     sliding at mu = 0.1: stable
     """
     check_simulation(scene)
-    name, low, high = _over(scene, over)
+    name, low, high = _parameter_range(scene, over)
     units, _, start, stop = in_natural_units(scene)
     value = getattr(scene.pad, name)
-    scale = 1.0  # of the parameter, which is about one for the continuation
+    scale = 1.0  # the continuation needs a parameter of the order of one, as mu and angles are
     if name != "mu" and not PARAMETERS[name].angle:
         scale = max(abs(low), abs(high)) or 1.0
 
@@ -427,22 +461,29 @@ def cycles(
             return None
 
     shooting = Shooting(model_at, units)
-    first, reason = shooting.settle(start, stop, value / scale, windows)
+    try:
+        first, reason = shooting.settle(start, stop, value / scale, windows)
+    except ComputationError as error:
+        if scene.damping is not None:
+            raise
+        hint = 'nothing damps the pad; try --set "damping.ratios=[0.02, 0.02, 0.02]"'
+        raise ComputationError(f"{error}; {hint}") from None
     if first is None:
         verdict = verdict_at(value)
         if reason == RESTS and verdict in ("flutter", "divergence"):
             reason += f" where sliding is not stable ({verdict}); other initial conditions leave it"
         return Cycles(scene.model, name, reason=reason, sliding=((value, verdict),))
+    # the cycles of the branch from the first one towards smaller and towards larger values
     below: list[Cycle] = []
     above: list[Cycle] = []
     end_below = end_above = ""
     values = {value}
     if over:
-        reach = (low / scale, high / scale)
-        below, end_below = shooting.branch(first, -1.0, reach, STEP, MOST)
+        scaled_range = (low / scale, high / scale)
+        below, end_below = shooting.branch(first, -1.0, scaled_range, STEP, MOST)
         end_above = end_below
-        if end_below != CLOSED_CURVE:
-            above, end_above = shooting.branch(first, 1.0, reach, STEP, MOST)
+        if end_below != CLOSED_CURVE:  # else `below` holds the whole branch
+            above, end_above = shooting.branch(first, 1.0, scaled_range, STEP, MOST)
         values |= set(np.linspace(low, high, SLIDING).tolist())
     branch = (*reversed(below), first, *above)
     sliding = tuple((at, verdict_at(at)) for at in sorted(values))

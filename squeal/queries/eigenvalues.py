@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from squeal.io.scene import Scene
@@ -95,10 +96,10 @@ def eigenvalues(
 
 
 def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
-    """The eigenvalues about the sliding equilibrium of a scene.
+    """Compute the eigenvalues about the sliding equilibrium of a scene, and the verdict on them.
 
-    With `prove` the referee judges them, the matrices taken for known to 12 digits: those of an
-    equilibrium are computed numbers.
+    With `prove` the referee judges the verdict. It takes the matrices as known to 12 digits, since
+    they are computed at an equilibrium that is itself computed.
     """
     analysis = analyse(scene)
     roots = tuple(analysis.spectrum.eigenvalues)
@@ -154,6 +155,7 @@ def _details(analysis: PadAnalysis) -> dict[str, Any]:
 
 
 def _equilibrium_in_words(analysis: PadAnalysis) -> str:
+    """The model, the equilibrium and its contact state, and how it was found, in two lines."""
     coordinates = [
         f"{name} = {number(value)} {unit}"
         for (name, unit), value in zip(COORDINATES.items(), analysis.q, strict=True)
@@ -165,22 +167,27 @@ def _equilibrium_in_words(analysis: PadAnalysis) -> str:
 
 
 def _unstable_modes(scene: Scene, analysis: PadAnalysis) -> tuple[UnstableMode, ...]:
-    """The unstable modes of an analysed scene, the fastest first.
+    """The unstable modes of an analysed scene, the fastest first, with the mu of their onset.
 
-    An onset is None where the mode grows without friction, or where the equilibrium does not lie
-    on the branch that begins there, or lies beyond a fold of it.
+    Onsets are the thresholds along the branch of equilibria that begins at mu = 0. An onset is None
+    where the mode grows without friction already, or where the equilibrium does not lie on that
+    branch or lies beyond a fold of it.
     """
     matrices = analysis.matrices
     mu = scene.pad.mu
     unstable = unstable_modes(lambda _: matrices, mu)
     if not unstable or mu == 0.0 or not analysis.on_branch:
         return unstable
-    system, path = branch_system(scene, mu)
-    if path is not None and path.mu_end < mu:
-        return unstable
+    # B3 has no path of equilibria: it is linear
+    matrices_of_branch, path = branch_system(scene, mu)
+    breakpoints: Sequence[float] = []
+    if path is not None:
+        if path.mu_end < mu:
+            return unstable
+        breakpoints = path.breakpoints
 
     def on_branch(at: float) -> Matrices:
-        return matrices if at == mu else system(at)
+        """M, C, K at a value of mu; at that of the scene those that were analysed."""
+        return matrices if at == mu else matrices_of_branch(at)
 
-    breakpoints = [] if path is None else path.breakpoints
     return unstable_modes(on_branch, mu, thresholds(on_branch, mu, breakpoints))

@@ -1,4 +1,4 @@
-"""Which term feeds a mode: what each named term of M, C and K does to its growth and frequency.
+"""The verb `energy`: what each named term of M, C and K does to the growth and frequency of a mode.
 
 With a root lambda = sigma + i omega and its right vector x the power balance of a cycle,
 Re(conj(lambda) x^H P(lambda) x) = 0, reads sigma D = work of all terms, where
@@ -18,11 +18,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import InputError
@@ -31,7 +30,8 @@ from squeal.io.system import Origin, SystemFile
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number
 from squeal.linear.damping import frictionless
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import SKEW
+from squeal.linear.matrices import SKEW, Array
+from squeal.linear.roots import ComplexArray
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import Term, TermSystem
 from squeal.model.equations import linearise
@@ -50,8 +50,11 @@ NEGLIGIBLE = 1e-3  # of the largest work: terms below it have no words
 
 @dataclass(frozen=True)
 class NamedTerm:
-    """A term at the parameters of a question: `part` M, C or K, its name for people, and its role:
-    friction, friction damping, damping, gyroscopic, circulatory, stiffness or mass."""
+    """A term of M, C or K: factor times matrix (n, n), at some parameters.
+
+    part: M, C or K; name: for people; role: friction, friction damping, damping, gyroscopic,
+    circulatory, stiffness, mass or unsymmetric mass.
+    """
 
     part: str
     name: str
@@ -64,9 +67,21 @@ class NamedTerm:
 class Contribution:
     """What one term does to one mode.
 
-    growth: 1/s, its work over twice the stored energy, None of a root that does not oscillate; the
-    terms of a mode sum to its growth rate. frequency: Hz, the terms sum to the mode's frequency.
-    d_real, d_hz: what 1 % more of the term does, 1/s and Hz, None where modes coalesce.
+    Attributes
+    ----------
+    mode, frequency_hz, growth_rate
+        Of the mode: its number, frequency in Hz and growth rate in 1/s.
+    part, term, role : str
+        Of the term, see `NamedTerm`.
+    growth : float or None
+        Its work over twice the stored energy, 1/s; the terms of a mode sum to its growth rate. None
+        of a root that does not oscillate.
+    frequency : float or None
+        Its share of the frequency, Hz; the terms sum to the mode's frequency. None where modes
+        coalesce.
+    d_real, d_hz : float or None
+        What 1 % more of the term does to growth rate and frequency, 1/s and Hz; None where modes
+        coalesce.
     """
 
     mode: int
@@ -83,8 +98,11 @@ class Contribution:
 
 @dataclass(frozen=True)
 class PartShare:
-    """What one part of the structure does to one mode: the share of the stored energy, and the
-    work of all terms on its rows, 1/s."""
+    """What one part of the structure does to one mode.
+
+    energy: its share of the stored energy; growth: the work of all terms on its rows over twice the
+    stored energy, 1/s; both None of a root that does not oscillate.
+    """
 
     mode: int
     part: str
@@ -119,7 +137,7 @@ class Energy(Answer):
         return sorted(rates, key=lambda mode: -rates[mode])
 
     def sentence(self, mode: int) -> str:
-        """What puts energy into a mode and what takes it, in a line.
+        """Which roles of terms put energy into a mode and which take it, in a line.
 
         Examples
         --------
@@ -147,7 +165,7 @@ class Energy(Answer):
         return f"{head}: {balance}; in all {number(rows[0].growth_rate, 4)} 1/s"
 
     def place(self, mode: int) -> str:
-        """Which parts store the energy of a mode, the largest share first.
+        """Which parts store the energy of a mode, in a line, the largest share first.
 
         Examples
         --------
@@ -164,7 +182,7 @@ class Energy(Answer):
     def table(self) -> Table:
 
         def growth(row: Contribution) -> str:
-            """Without what rounding leaves."""
+            """The growth as a number; a value of the size of rounding as 0."""
             if row.growth is None:
                 return "-"
             rounding = 1e-12 * math.tau * row.frequency_hz
@@ -250,50 +268,75 @@ def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None)
         raise InputError("found: roots of a first look have no vectors; eigenvalues has them")
     contributions: list[Contribution] = []
     part_shares: list[PartShare] = []
-    for group, terms, slopes in _terms_of_roots(found, roots):
-        for k, (mode, root) in enumerate(group):
-            energy_of_mode = _energy_of_mode(terms, root)
-            for i, term in enumerate(terms):
+    for group in _groups_of_roots(found, roots):
+        for k, (mode, root) in enumerate(group.roots):
+            energy_of_mode = _energy_of_mode(group.terms, root)
+            for i, term in enumerate(group.terms):
                 growth = energy_of_mode.growth_of_term(i)
-                contributions.append(_contribution(mode, root, term, growth, slopes[i][k]))
-            for name, rows in _parts(found, parts, root.right.size).items():
+                slope = group.slopes[i][k]
+                contributions.append(_contribution(mode, root, term, growth, slope))
+            for name, rows in _rows_of_parts(found, parts, root.right.size).items():
                 part_shares.append(energy_of_mode.share_of(mode, name, rows))
     return Energy(found.name, tuple(contributions), tuple(part_shares))
 
 
-_Roots = Sequence[tuple[int, Eigenvalue]]
-"""Roots with the numbers of their modes."""
+NumberedRoot = tuple[int, Eigenvalue]
+"""The number of a mode, and its root."""
 
 
-def _terms_of_roots(
-    found: Eigenvalues, roots: _Roots
-) -> Iterator[tuple[_Roots, Sequence[NamedTerm], list[NDArray[np.complex128]]]]:
-    """Groups of roots (m,) with the terms of their matrices, and the derivatives (m,) of these
-    roots by the relative size of each term."""
+class _GroupOfRoots(NamedTuple):
+    """Roots that have the same matrices, and the terms of these.
+
+    Attributes
+    ----------
+    roots : sequence of m NumberedRoot
+        The roots.
+    terms : sequence of NamedTerm
+        The terms of M, C and K.
+    slopes : list of array (m,)
+        For each term the derivatives of the roots by its relative size, rad/s.
+    """
+
+    roots: Sequence[NumberedRoot]
+    terms: Sequence[NamedTerm]
+    slopes: list[ComplexArray]
+
+
+def _groups_of_roots(found: Eigenvalues, roots: Sequence[NumberedRoot]) -> Iterator[_GroupOfRoots]:
+    """All roots with their terms in one group; where matrices follow the frequency, one by one.
+
+    A root has the matrices of its own frequency then.
+    """
     source = found.source
     if isinstance(source, PadSource):
         assert source.analysis is not None
         terms = pad_terms(source.scene.replace(mu=found.value), source.analysis)
-        yield roots, terms, slopes_of(terms, [root for _, root in roots])
+        yield _GroupOfRoots(roots, terms, slopes_of(terms, [root for _, root in roots]))
         return
     assert source is not None
-    file = source.file
-    # of matrices that follow the frequency each root has its own
-    groups = [[root] for root in roots] if file.system.follows else [roots]
+    system = source.file.system
+    groups = [roots]
+    if system.follows:
+        groups = [[root] for root in roots]
     for group in groups:
         omega = max((root.value.imag for _, root in group), default=None)
-        frozen = file.system.frozen(omega)
-        terms = named_terms(frozen, file)
-        yield group, terms, slopes_of(terms, [root for _, root in group], frozen, file.system)
+        frozen = system.frozen(omega)
+        terms = named_terms(frozen, source.file)
+        slopes = slopes_of(terms, [root for _, root in group], frozen, system)
+        yield _GroupOfRoots(group, terms, slopes)
 
 
-def _parts(
+def _rows_of_parts(
     found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None, size: int
 ) -> Mapping[str, Sequence[int]]:
-    """The rows of each part: given ones, else those of components. Raises InputError for rows that
-    a system of this size has not."""
+    """The rows of each part: the given ones, else those of the components of an assembly.
+
+    Raises InputError for rows that a system of this size does not have.
+    """
     if not parts:
-        return component_rows(found.source.file) if isinstance(found.source, SystemSource) else {}
+        if isinstance(found.source, SystemSource):
+            return component_rows(found.source.file)
+        return {}
     for name, rows in parts.items():
         if any(not 0 <= row < size for row in rows):
             words = f"must be rows from 0 to {size - 1}"
@@ -302,54 +345,66 @@ def _parts(
 
 
 def component_rows(file: SystemFile) -> dict[str, range]:
-    """The rows of each component of an assembly; none of other systems."""
+    """The rows of each component of an assembly, by name; none of other systems."""
     rows: dict[str, range] = {}
+    if file.assembly is None:
+        return rows
     start = 0
-    for body in file.assembly.components if file.assembly else ():
+    for body in file.assembly.components:
         rows[body.name] = range(start, start + body.system.n)
         start += body.system.n
     return rows
 
 
 def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
-    """The terms of a system at its parameters, named by factor and file."""
-    nominal = frictionless(system)
-    friction = {name for name in nominal if nominal[name] != system.parameters[name]}
+    """The terms of a system at its parameters, with names by factor and file, and their roles."""
+    at = system.parameters
+    without_friction = frictionless(system)  # the parameters, those of friction set to zero
+    friction = {name for name in without_friction if without_friction[name] != at[name]}
     # terms of joined components are sums over their files
-    files = file.origins if file.assembly is None else ()
-    found = []
+    origins = file.origins if file.assembly is None else ()
+    named = []
     for part, terms in zip("MCK", system.parts, strict=True):
-        origins = [one for one in files if one.part[0] == part]
+        origins_of_part = [origin for origin in origins if origin.part[0] == part]
         for k, term in enumerate(terms):
-            origin = origins[k] if k < len(origins) else None
-            factor = term.factor.value(system.parameters)
-            name = _name_of(term, origin, bool(files))
+            origin = origins_of_part[k] if k < len(origins_of_part) else None
+            factor = term.factor.value(at)
+            name = _name_of(term, origin, bool(origins))
             role = _role_of(part, term, bool(term.factor.names & friction))
-            found.append(NamedTerm(part, name, role, term.matrix, factor))
-    return found
+            named.append(NamedTerm(part, name, role, term.matrix, factor))
+    return named
 
 
 def _name_of(term: Term, origin: Origin | None, from_files: bool) -> str:
-    """The factor of a term, and its file; what a system file adds is damping without a file."""
+    """The file of a term and its factor; of one without a file the factor alone.
+
+    from_files: whether the system was read from files: a term without one is damping then that the
+    system file adds.
+    """
     factor = term.factor.text
     if origin is None and from_files:
         return f"{factor} (damping)"
-    file = origin.file if origin is not None else ""
-    return f"{file}, {factor}" if file and factor != "1" else file or factor
+    if origin is None or not origin.file:
+        return factor
+    if factor == "1":
+        return origin.file
+    return f"{origin.file}, {factor}"
 
 
-def _role_of(part: str, term: Term, friction: bool) -> str:
+def _role_of(part: str, term: Term, has_friction: bool) -> str:
     """What a term does, by its part, its symmetry and whether friction multiplies it."""
     size = abs(term.matrix).max()
     is_skew = size > 0.0 and abs(term.matrix + term.matrix.T).max() <= SKEW * size
+    is_symmetric = abs(term.matrix - term.matrix.T).max() <= SKEW * size
     if part == "C":
         if is_skew:
             return "gyroscopic"
-        return "friction damping" if friction else "damping"
-    # a skew term of a speed is damping that turns with a shaft, or the swirl in a bearing
-    if part == "K" and friction and ("mu" in term.factor.names or not is_skew):
+        return "friction damping" if has_friction else "damping"
+    # a skew term of K whose factor is a speed is no friction: it is damping that turns with a
+    # shaft, or the swirl in a bearing
+    if part == "K" and has_friction and ("mu" in term.factor.names or not is_skew):
         return "friction"
-    if abs(term.matrix - term.matrix.T).max() > SKEW * size:
+    if not is_symmetric:
         return "circulatory" if part == "K" else "unsymmetric mass"
     if np.iscomplexobj(term.matrix) or not isinstance(term.factor, Formula):
         return "damping"
@@ -357,30 +412,45 @@ def _role_of(part: str, term: Term, friction: bool) -> str:
 
 
 def pad_terms(scene: Scene, analysis: PadAnalysis) -> list[NamedTerm]:
-    """The terms of a pad about its equilibrium, which is held: with friction and without."""
+    """The terms of a pad about its equilibrium: those without friction, and what friction adds.
+
+    The equilibrium is that with friction for both.
+    """
     model = damped_model(scene)
     q = np.array(analysis.q)
     frictionless_matrices = linearise(model.replace(mu=0.0), q, analysis.state)
     M, C, K = linearise(model, q, analysis.state)
     terms = (
-        ("M", "mass", "mass", M),
-        ("C", "damping", "damping", frictionless_matrices.C),
-        ("C", "falling friction", "friction damping", C - frictionless_matrices.C),
-        ("K", "springs and contact", "stiffness", frictionless_matrices.K),
-        ("K", "friction", "friction", K - frictionless_matrices.K),
+        NamedTerm("M", "mass", "mass", M, 1.0),
+        NamedTerm("C", "damping", "damping", frictionless_matrices.C, 1.0),
+        NamedTerm("C", "falling friction", "friction damping", C - frictionless_matrices.C, 1.0),
+        NamedTerm("K", "springs and contact", "stiffness", frictionless_matrices.K, 1.0),
+        NamedTerm("K", "friction", "friction", K - frictionless_matrices.K, 1.0),
     )
-    return [NamedTerm(part, name, role, X, 1.0) for part, name, role, X in terms if np.any(X)]
+    return [term for term in terms if np.any(term.matrix)]
 
 
 def slopes_of(
     terms: Sequence[NamedTerm],
     roots: Sequence[Eigenvalue],
-    own: TermSystem | None = None,
+    frozen: TermSystem | None = None,
     system: TermSystem | None = None,
-) -> list[NDArray[np.complex128]]:
-    """Derivatives of roots (m,) by the relative size of each term, from left and right vectors.
+) -> list[ComplexArray]:
+    """Compute the derivatives of roots by the relative size of each term, from both vectors.
 
-    own, system: of matrices that follow the frequency, held at a root and free.
+    Parameters
+    ----------
+    terms : sequence of NamedTerm
+        All terms of M, C and K.
+    roots : sequence of m Eigenvalue
+        The roots, which have these matrices.
+    frozen, system : TermSystem, optional
+        A system with its matrices at the frequency of the roots, and with those that follow it.
+
+    Returns
+    -------
+    list of array (m,)
+        For each term the derivatives, rad/s.
     """
     totals: dict[str, Any] = {"M": None, "C": None, "K": None}
     changes: dict[str, Any] = {}
@@ -391,21 +461,20 @@ def slopes_of(
         totals[term.part] = scaled if total is None else total + scaled
         only_this = {"M": None, "C": None, "K": None, term.part: scaled}
         changes[f"term {k}"] = tuple(only_this.values())
-    if own is not None and system is not None:
-        changes |= {name: own.derivative(name) for name in system.follows}
+    if frozen is not None and system is not None:
+        changes |= {name: frozen.derivative(name) for name in system.follows}
     slopes, _ = sensitivities((totals["M"], totals["C"], totals["K"]), changes, roots)
     if system is not None:
         slopes = at_own_frequency(system, slopes, np.imag)
     return [slopes[f"term {k}"] for k in range(len(terms))]
 
 
-def stored_and_work(
-    term: NamedTerm, root: complex, right: NDArray[np.complex128]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What a term adds to D and to the work of a cycle (see the module), row by row (n,).
+def stored_and_work(term: NamedTerm, root: complex, right: ComplexArray) -> tuple[Array, Array]:
+    """What a term adds to D and to the work of a cycle (see the module), each row by row (n,).
 
-    With A the term's matrix and x the mode shape they are parts of x^H A x: that of the Hermitian
-    part of A is stored by M and K and taken by C, that of the skew part does work by M and K.
+    With A the term's matrix and x the mode shape (`right`) they are parts of x^H A x: that of the
+    Hermitian part of A is stored by M and K and taken by C, that of the skew-Hermitian part does
+    work by M and K.
     """
     image = term.factor * (term.matrix @ right)  # A x
     adjoint_image = np.conj(term.factor) * (term.matrix.conj().T @ right)  # A^H x
@@ -415,25 +484,33 @@ def stored_and_work(
         return 0.0 * hermitian, -hermitian
     if term.part == "M":
         return hermitian, root.imag * skew
-    square = abs(root) ** 2 or 1.0
+    square = abs(root) ** 2 or 1.0  # of a root of zero anything: it does not oscillate
     return hermitian / square, -root.imag * skew / square
 
 
 class _EnergyOfMode(NamedTuple):
-    """stored (n,): energy by rows, up to a factor; growths: of each term what it adds to the growth
-    rate by rows (n,), 1/s; none of a mode that does not oscillate."""
+    """Stored energy of a mode, and what its terms add to its growth rate, both row by row.
 
-    stored: NDArray[np.float64]
-    growths: list[NDArray[np.float64]]
+    Attributes
+    ----------
+    stored : array (n,)
+        Energy of each row, up to a factor.
+    growths : list of array (n,)
+        For each term what it adds to the growth rate, 1/s; empty for a mode that does not
+        oscillate.
+    """
+
+    stored: Array
+    growths: list[Array]
 
     def growth_of_term(self, k: int) -> float | None:
-        """What a term adds to the growth rate, 1/s."""
+        """What term number k adds to the growth rate, 1/s."""
         if not self.growths:
             return None
         return float(self.growths[k].sum())
 
     def share_of(self, mode: int, part: str, rows: Sequence[int]) -> PartShare:
-        """What the rows of a part have of the stored energy and of the growth rate."""
+        """The share of a part, which has these rows, in the stored energy and the growth rate."""
         if not self.growths:
             return PartShare(mode, part, None, None)
         index = list(rows)
@@ -443,7 +520,7 @@ class _EnergyOfMode(NamedTuple):
 
 
 def _energy_of_mode(terms: Sequence[NamedTerm], root: Eigenvalue) -> _EnergyOfMode:
-    """The stored energy of a mode and the work of its terms over that."""
+    """Compute the stored energy of a mode, and the work of each of its terms over that."""
     stored = np.zeros(root.right.size)
     magnitude = 0.0
     works = []
@@ -453,6 +530,7 @@ def _energy_of_mode(terms: Sequence[NamedTerm], root: Eigenvalue) -> _EnergyOfMo
         magnitude += abs(float(stored_in_term.sum()))
         works.append(work)
     total = float(stored.sum())
+    # kinetic and potential energies that cancel are those of a root that does not oscillate
     if root.value.imag <= 0.0 or abs(total) <= NO_CYCLE * magnitude:
         return _EnergyOfMode(stored, [])
     return _EnergyOfMode(stored, [work / total for work in works])
@@ -461,8 +539,19 @@ def _energy_of_mode(terms: Sequence[NamedTerm], root: Eigenvalue) -> _EnergyOfMo
 def _contribution(
     mode: int, root: Eigenvalue, term: NamedTerm, growth: float | None, slope: complex
 ) -> Contribution:
-    """What a term does to a mode; slope: the derivative of the root by its relative size."""
-    row = Contribution(
+    """The row of a term and a mode.
+
+    growth: what the term adds to the growth rate, 1/s; slope: the derivative of the root by the
+    term's relative size, rad/s, not finite where modes coalesce.
+    """
+    frequency = None
+    d_real = None
+    d_hz = None
+    if np.isfinite(slope):
+        frequency = float(FREQUENCY_WEIGHT[term.part] * slope.imag) / math.tau
+        d_real = float(0.01 * slope.real)
+        d_hz = float(0.01 * slope.imag) / math.tau
+    return Contribution(
         mode=mode,
         frequency_hz=root.frequency_hz,
         growth_rate=root.growth_rate,
@@ -470,15 +559,7 @@ def _contribution(
         term=term.name,
         role=term.role,
         growth=growth,
-        frequency=None,
-        d_real=None,
-        d_hz=None,
-    )
-    if not np.isfinite(slope):
-        return row
-    return replace(
-        row,
-        frequency=float(FREQUENCY_WEIGHT[term.part] * slope.imag) / math.tau,
-        d_real=float(0.01 * slope.real),
-        d_hz=float(0.01 * slope.imag) / math.tau,
+        frequency=frequency,
+        d_real=d_real,
+        d_hz=d_hz,
     )

@@ -1,5 +1,7 @@
-"""Which term feeds each mode at each value of a sweep: energies as `squeal.queries.energy` has
-them, with the numbers that modes have over the sweep."""
+"""The verb `energy_sweep`: what each term does to each mode at each value of a sweep.
+
+The contributions are those of `squeal.queries.energy`, with the mode numbers of the sweep.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,11 @@ TABLES = 3  # modes that have a table for people
 
 
 class SweptContribution(NamedTuple):
-    """What a term does to a mode at a value; mode: its number in the sweep, None if not known."""
+    """What a term does to a mode at a value of the parameter.
+
+    mode: its number over the sweep, None where it is not known; of_term: the row of `energy`, with
+    the number that the mode has at this value alone.
+    """
 
     value: float
     mode: int | None
@@ -90,20 +96,20 @@ class EnergySweep(Answer):
         """
         rates: dict[float, float] = {}
         rounding = 0.0
-        terms: dict[str, dict[float, float]] = {}
+        growth_of_terms: dict[str, dict[float, float]] = {}  # by term and value
         for value, number, row in self.contributions:
             if number == mode:
                 rates[value] = row.growth_rate
                 rounding = max(rounding, ROUNDING * math.tau * row.frequency_hz)
                 growth = np.nan if row.growth is None else row.growth
-                terms.setdefault(f"{row.part}: {row.term}", {})[value] = growth
+                growth_of_terms.setdefault(f"{row.part}: {row.term}", {})[value] = growth
         values = sorted(rates)
-        added = {}
-        for term, at in terms.items():
-            growths = [at.get(value, 0.0) for value in values]
+        terms = {}
+        for term, growth_at in growth_of_terms.items():
+            growths = [growth_at.get(value, 0.0) for value in values]
             if max(map(abs, growths)) > rounding:
-                added[term] = growths
-        return values, [rates[value] for value in values], added
+                terms[term] = growths
+        return values, [rates[value] for value in values], terms
 
     def table(self) -> Table:
         others = [Column("mode")]
@@ -153,15 +159,15 @@ def energy_sweep(swept: Sweep) -> EnergySweep:
     [0.204, 0.348]
     """
     contributions: list[SweptContribution] = []
-    for step, found in _solved(swept):
-        numbers = _numbers(step, found)
-        for row in energy(found).contributions:
-            contributions.append(SweptContribution(step.value, numbers.get(row.mode), row))
+    for step, eigenvalues in _eigenvalues_of_steps(swept):
+        number_of = _numbers_in_sweep(step, eigenvalues)
+        for row in energy(eigenvalues).contributions:
+            contributions.append(SweptContribution(step.value, number_of.get(row.mode), row))
     return EnergySweep(swept.name, swept.parameter, tuple(contributions))
 
 
-def _solved(swept: Sweep) -> Iterator[tuple[Step, Eigenvalues]]:
-    """Each value that has roots, with the eigenvalues and vectors there."""
+def _eigenvalues_of_steps(swept: Sweep) -> Iterator[tuple[Step, Eigenvalues]]:
+    """Solve each step of a sweep that has roots anew, for their vectors."""
     steps = [step for step in swept.steps if step.roots is not None]
     source = swept.source
     if isinstance(source, PadSource):
@@ -177,11 +183,15 @@ def _solved(swept: Sweep) -> Iterator[tuple[Step, Eigenvalues]]:
         yield step, system_eigenvalues(analysis, step.value, prove=False)
 
 
-def _numbers(step: Step, found: Eigenvalues) -> dict[int, int | None]:
-    """The number that a sweep gives each mode, by its number at this value alone."""
+def _numbers_in_sweep(step: Step, eigenvalues: Eigenvalues) -> dict[int, int | None]:
+    """The number of each mode over the sweep, by its number at this value alone.
+
+    Roots are matched with those of the step, the nearest in sum; None where the sweep does not
+    know the number.
+    """
     assert step.roots is not None
-    distances = np.abs(found.values[:, None] - step.roots)
-    numbers: dict[int, int | None] = {}
+    distances = np.abs(eigenvalues.values[:, None] - step.roots)
+    number_of: dict[int, int | None] = {}
     for k, nearest in np.transpose(linear_sum_assignment(distances)).tolist():
-        numbers.setdefault(int(found.modes[k]), step.numbers[nearest])
-    return numbers
+        number_of.setdefault(int(eigenvalues.modes[k]), step.numbers[nearest])
+    return number_of

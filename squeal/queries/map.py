@@ -74,7 +74,11 @@ def map(
 
 
 def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, workers: int) -> Map:
-    """The verdict on the selected roots over two named parameters."""
+    """Compute the verdict on the selected roots of a system over two named parameters.
+
+    Up to 400 rows every point is solved in full; of a larger system a reduced one is computed, made
+    to be good at `CORNERS` values a side of the chart.
+    """
     from squeal.io.processes import counted, mapped
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.reduced import basis_of, reduced_for
@@ -93,7 +97,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
         reduction = reduced_for(system, selection, corners, "modal")
     points = _points(axes, [axis.values for axis in axes])
     computed = mapped(_verdict_and_growth, points, workers, (system, selection, reduction))
-    cells = list(counted(computed, len(points), PROGRESS.get(), "points"))
+    cells = list(counted(computed, len(points), PROGRESS.get(), "points"))  # as the points
     verdicts = [verdict for verdict, _ in cells]
     names = (*VERDICTS, NO_ROOT)
     shape = (axes[0].n, axes[1].n)
@@ -119,7 +123,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
 def _check_names(system: System, axes: tuple[Axis, Axis]) -> None:
     """Raises InputError for what is no parameter, or one that no matrix depends on."""
     names = [axis.name for axis in axes]
-    system.values(dict.fromkeys(names, 0.0))
+    system.values(dict.fromkeys(names, 0.0))  # refuses what is no parameter
     for name in names:
         if name not in system.names:
             used = ", ".join(sorted(system.names)) or "no parameter"
@@ -139,21 +143,26 @@ def _points(axes: tuple[Axis, Axis], values: list[np.ndarray]) -> list[dict[str,
 def _verdict_and_growth(
     common: tuple[System, EigenvalueSelection, Reduction | None], at: Mapping[str, float]
 ) -> tuple[str, float]:
-    """The verdict and the largest growth rate at one point of a chart."""
+    """The verdict and the largest growth rate (1/s, NaN without a root) at one point of a chart.
+
+    A task of a process: `common` is what all points share, `at` the values of both parameters.
+    """
     from squeal.queries.systems.all_roots import roots_of_all
     from squeal.queries.systems.verdicts import rounding_of, verdict_of
     from squeal.sparse.first_look import FirstLook
 
     system, selection, reduction = common
-    errors = np.zeros(1)
+    errors = np.zeros(1)  # of a first look: NaN for roots that clearly decay, which fmax ignores
     if isinstance(reduction, FirstLook):
-        found = reduction.estimate(at, deciding=True)
-        roots = found.values
-        errors = found.errors
+        estimate = reduction.estimate(at, deciding=True)
+        roots = estimate.values
+        errors = estimate.errors
     elif reduction is not None:
         roots = reduction.values(at)
     else:
         roots = roots_of_all(system, selection, at)
     rounding = np.fmax(errors, rounding_of(system, roots))
-    growth = float(roots.real.max()) if len(roots) else np.nan
+    growth = np.nan
+    if len(roots):
+        growth = float(roots.real.max())
     return verdict_of(roots, rounding), growth

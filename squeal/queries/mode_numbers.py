@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,45 +16,53 @@ MANY = 10**6
 """At so many values between those of a sweep roots may be computed."""
 
 
+class NumberedSteps(NamedTuple):
+    """The steps of a sweep with the numbers of their modes.
+
+    steps: each with the numbers (m,) of the modes of its roots, 0 where one is not known; losses:
+    where it is not known which mode is which; reference: the step by whose frequencies modes are
+    numbered.
+    """
+
+    steps: list[Step]
+    losses: tuple[Loss, ...]
+    reference: Step
+
+
 def assign_mode_numbers(
     steps: Sequence[Step],
-    at: Callable[[float], SpectrumAtParameter] | None,
+    spectrum_at: Callable[[float], SpectrumAtParameter] | None,
     own_value: float,
-    spare: int = MANY,
-) -> tuple[list[Step], tuple[Loss, ...], Step]:
+    most_between: int = MANY,
+) -> NumberedSteps:
     """Number the modes of a sweep, so that each mode has one number at all values.
 
-    Numbers are those by rising frequency at the reference value: the subject's own value if the
-    sweep has it, else the first one. Modes that are not there follow as they appear.
+    The modes are followed from step to step as eigenvalue paths. A path then has the number that
+    its root has by rising frequency at the reference value: the subject's own value if the sweep
+    has it, else the first one. Modes that are not there get the next numbers as they appear.
 
     Parameters
     ----------
     steps : sequence of Step
         The sweep, by rising value.
-    at : callable or None
-        The roots at a value, which are followed between the steps; None of a single step.
+    spectrum_at : callable or None
+        The spectrum at a value, to follow the roots between the steps; None of a single step.
     own_value : float
         The subject's own value of the parameter.
-    spare : int
-        At how many values between the steps `at` may be evaluated.
-
-    Returns
-    -------
-    numbered : list of Step
-        The steps with the numbers (m,) of their modes, 0 where one is not known.
-    losses : tuple of Loss
-        Where it is not known which mode is which.
-    reference : Step
-        The step at the reference value.
+    most_between : int
+        At how many values between the steps the spectrum may be computed.
     """
-    if at is None:
+    paths: list[Indices]  # of each step the path (m,) that each of its roots lies on, 0 if unknown
+    if spectrum_at is None:
         paths = [mode_numbers(np.asarray(step.roots)) for step in steps]
         losses: list[Loss] = []
     else:
-        tracked, losses = track_modes(at, [step.value for step in steps], spare)
+        tracked, losses = track_modes(spectrum_at, [step.value for step in steps], most_between)
         paths = []
-        for step, numbers in zip(steps, tracked, strict=True):
-            paths.append(mode_numbers_at(at(step.value), numbers, np.asarray(step.roots)))
+        for step, path_of_root in zip(steps, tracked, strict=True):
+            # the roots of a step may be fewer, or in another order, than those of the spectrum
+            spectrum = spectrum_at(step.value)
+            paths.append(mode_numbers_at(spectrum, path_of_root, np.asarray(step.roots)))
     reference = 0
     for k, step in enumerate(steps):
         if step.value == own_value:
@@ -67,22 +76,23 @@ def assign_mode_numbers(
     losses_by_number = []
     for loss in losses:
         modes = sorted(number_of[path] for path in loss.modes if path in number_of)
+        # a path that no step has is left out: of two that meet one then remains, without doubt
         fewest = 2 if loss.kind == "meet" else 1
         if len(modes) >= fewest:
             losses_by_number.append(loss._replace(modes=tuple(modes)))
-    return numbered, tuple(losses_by_number), numbered[reference]
+    return NumberedSteps(numbered, tuple(losses_by_number), numbered[reference])
 
 
 def _number_of_paths(paths: Sequence[Indices], reference: int, step: Step) -> dict[int, int]:
-    """The number of the mode of each eigenvalue path.
+    """The mode number of each eigenvalue path, by the path.
 
     Parameters
     ----------
     paths : sequence of array of int (m,)
         Of each step the paths of its roots, 0 where one is not known.
     reference : int
-        The index of the step whose modes are numbered by rising frequency; others follow as they
-        appear.
+        The index of the step whose modes are numbered by rising frequency. Paths that it has not
+        get the next numbers as they appear.
     step : Step
         That step.
     """

@@ -126,7 +126,7 @@ class Optimum(Answer):
         before, after = self.growth
         least = after - ACTIVE * abs(before - after)
         active = []
-        for root in self.after.every:
+        for root in self.after.computed:
             if root.value.imag >= 0.0 and root.growth_rate >= least:
                 active.append(root)
         return tuple(active)
@@ -164,12 +164,12 @@ class Optimum(Answer):
 
 def _largest_growth(roots: SystemRoots) -> float:
     """The largest growth rate in 1/s, NaN without a root."""
-    return max((root.growth_rate for root in roots.every), default=math.nan)
+    return max((root.growth_rate for root in roots.computed), default=math.nan)
 
 
 @dataclass(frozen=True, eq=False)
 class _Evaluation:
-    """The fastest growing roots at q (p,).
+    """The m <= `LEADING` fastest growing roots at q (p,).
 
     rates (m,): their growth rates in 1/s, falling; slopes (m, p): derivatives of these by q.
     """
@@ -212,12 +212,12 @@ class _Search:
 
         Raises ComputationError if no root lies in the band.
         """
-        for evaluation in self.evaluations[:-4:-1]:
+        for evaluation in self.evaluations[:-4:-1]:  # SLSQP asks for values and slopes apart
             if np.array_equal(evaluation.q, q):
                 return evaluation
         parameters = self.parameters(q)
         roots = self._roots(parameters)
-        upper = roots[roots.imag >= 0.0]
+        upper = roots[roots.imag >= 0.0]  # of a pair one
         if not len(upper):
             where = ", ".join(f"{name} = {value:.6g}" for name, value in parameters.items())
             raise ComputationError(f"no root lies in the band at {where}; a wider band is required")
@@ -237,16 +237,19 @@ class _Search:
     def _with_slopes(
         self, q: Array, parameters: Mapping[str, float], leading: ComplexArray
     ) -> _Evaluation:
-        """The growth rates of leading roots (m,) at q, and their derivatives by q."""
+        """The growth rates of leading roots (m,) at q, and their derivatives by q.
+
+        Vectors of these roots are computed first: a derivative is y^H (dT/dp) x over y^H T' x.
+        """
         model = self.model
         if isinstance(model, Reduction):
             system = model.system.replace(parameters)
             matrices = system.arrays()
-            modes = model.roots(parameters, True, leading)
+            modes = model.roots(parameters, left=True, values=leading)
         else:
             system = model.replace(parameters)
             matrices = system.arrays()
-            modes = roots_at(*matrices, leading, True)
+            modes = roots_at(*matrices, leading, left=True)
         eigenvalues = []
         for value, right, left in zip(modes.values, modes.right.T, modes.left.T, strict=True):
             eigenvalues.append(Eigenvalue(value, right, left, math.nan, math.nan))
@@ -258,12 +261,12 @@ class _Search:
         return _Evaluation(q.copy(), modes.values.real[falling], slopes[falling])
 
     def minimise_from(self, start: Array) -> _Evaluation:
-        """The evaluation of the least largest growth rate that a search from q = start comes to.
+        """Minimise the largest growth rate from q = start, and return the best evaluation.
 
         The largest of several rates has kinks where the leading root changes. So the limit t is
-        minimised under the constraints t >= g_i(q) of all leading roots, which are smooth. The
-        unknowns v = (q, t) hold t in units of the steepest slope at the start, so that all of them
-        are about one.
+        minimised under the constraints t >= g_i(q) of all leading roots, which are smooth, by
+        sequential quadratic programming. The unknowns v = (q, t) hold t in units of the steepest
+        slope at the start, so that all of them are about one.
         """
         from scipy.optimize import minimize
 
@@ -274,7 +277,7 @@ class _Search:
         unit = float(steepest) or 1.0
 
         def slack(v: Array) -> Array:
-            """t - g_i(q) (LEADING,), which must not be negative; 1 of roots that there are not."""
+            """t - g_i(q) (LEADING,), which must not be negative; 1 where fewer roots exist."""
             rates = self.evaluate(v[:-1]).rates
             slack = np.ones(LEADING)
             slack[: len(rates)] = v[-1] - rates / unit
@@ -373,20 +376,22 @@ def optimise(
     system.at()  # refuses matrices at the frequency of each root
     if not is_small(system) and selection.rectangle is None:
         raise InputError("band: is missing; a large system is optimised in a band or a region")
-    result = _searched(system, selection, ranges, starts, seed)
+    result = _best_of_searches(system, selection, ranges, starts, seed)
     PROGRESS.get()("the full system before and after")
     before = system_roots(system, selection)
     after = system_roots(system, selection, result.parameters)
     if result.residual > TOLERANCE:
         words = f"a residual of {result.residual:.2g} in the full problem, {TOLERANCE:g} is wanted"
         Place("optimise").warn(f"the reduced system has {words}; the result may be improved")
-    held = [seat_note(analysis.file), note_of_seat_parameters(analysis.file)]
-    for note in filter(None, held):
-        Place("optimise").warn(note)
+    for note in (seat_note(analysis.file), note_of_seat_parameters(analysis.file)):
+        if note:
+            Place("optimise").warn(note)
     changed = []
     for name, (low, high) in ranges.items():
-        own = system.parameters[name]
-        changed.append(Bounded(name, low, high, before=own, after=result.parameters[name]))
+        bounded = Bounded(
+            name, low, high, before=system.parameters[name], after=result.parameters[name]
+        )
+        changed.append(bounded)
     assumptions = analysis.file.assumptions
     return Optimum(
         name=system.name,
@@ -432,40 +437,41 @@ class _SearchResult:
     residual: float
 
 
-def _searched(
+def _best_of_searches(
     system: TermSystem,
     selection: EigenvalueSelection,
     bounds: Mapping[str, Band],
     starts: int,
     seed: int,
 ) -> _SearchResult:
-    """Search from the own parameters and from random ones, `starts` of them in all.
+    """Search from the own parameters and from random ones, `starts` searches in all.
 
-    A reduced system is made for these and for the corners of the bounds. Where its residual at the
-    result is large, it is made anew with the result, and searched from there.
+    A large system is searched on a reduced one, made at these starting points and, of few
+    parameters, at the corners of the bounds. Where its residual at the result is large, it is made
+    anew with the result as a further point, and searched from there.
     """
     search = _Search(system, selection, bounds)
-    own = np.array([system.parameters[name] for name in bounds])
-    starting_points = [np.clip((own - search.low) / search.width, 0.0, 1.0)]
+    nominal = np.array([system.parameters[name] for name in bounds])
+    starting_points = [np.clip((nominal - search.low) / search.width, 0.0, 1.0)]
     starting_points += list(np.random.default_rng(seed).random((starts - 1, len(bounds))))
-    served = list(starting_points)
+    points_of_basis = list(starting_points)
     if len(bounds) <= CORNERS:
-        served += map(np.array, itertools.product((0.0, 1.0), repeat=len(bounds)))
+        points_of_basis += map(np.array, itertools.product((0.0, 1.0), repeat=len(bounds)))
     reduction = None
     for _ in range(REDUCTIONS):
         residual = 0.0
         if not is_small(system):
-            reduction = reduced_for(system, selection, [{}, *map(search.parameters, served)])
+            changes = [search.parameters(point) for point in points_of_basis]
+            reduction = reduced_for(system, selection, [{}, *changes])  # {}: the own parameters
             search = _Search(reduction, selection, bounds)
         ends = [search.minimise_from(point) for point in starting_points]
         best = min(ends, key=attrgetter("largest"))
         parameters = search.parameters(best.q)
         if reduction is not None:
-            _, residuals, _ = reduction.modes(parameters)
-            residual = float(residuals.max())
+            residual = float(reduction.modes(parameters).residuals.max())
         if residual <= TOLERANCE:
             break
-        served.append(best.q)
+        points_of_basis.append(best.q)
         starting_points = [best.q]
     return _SearchResult(
         parameters=parameters,

@@ -10,14 +10,20 @@ import numpy as np
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear.system import System
-from squeal.schema import Place, Whole
+from squeal.schema import Kind, Place, Whole
 
 Progress = Callable[[str], None]
 Modes = Annotated[int, Whole(1, 10**6)]
 Workers = Annotated[int, Whole(1, 256)]
 Band = tuple[float, float]
 Region = tuple[float, float, float, float]
-RandomNumbers: TypeAlias = int | np.random.Generator
+RandomNumbers: TypeAlias = Annotated[
+    int | np.random.Generator,
+    Kind(
+        "a whole number, which draws the same each time, or a numpy.random.Generator",
+        lambda given: given if isinstance(given, (int, np.random.Generator)) else None,
+    ),
+]
 SEED = Whole(0, 2**32 - 1)
 
 if TYPE_CHECKING:

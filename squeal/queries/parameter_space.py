@@ -133,7 +133,7 @@ class ParameterSpace:
         InputError
             For an argument that is none of these, or that has no parameter to vary.
         """
-        subject = getattr(argument, "system", argument)  # of a system file
+        subject = getattr(argument, "system", argument)  # a system file holds its system
         place = Place(verb)
         if isinstance(subject, Scene):
             MU_MAX.read(high, place / "high")
@@ -233,13 +233,18 @@ class ParameterSpace:
     def _outcomes_of_stack(
         self, scene: Scene, changed: Mapping[int, Scene], high: float
     ) -> dict[int, Outcome]:
-        """The outcomes of changed scenes, by the number of the change, as far as a stack of their
-        pads can tell."""
+        """The outcomes of changed scenes, computed together as a stack of pads.
+
+        changed: scenes by the number of the change. The outcomes have the same numbers; those that
+        the stack cannot decide are missing.
+        """
         names = tuple(self.values)  # all of them: some may follow others
-        rows = [[getattr(one.pad, name) for one in changed.values()] for name in names]
+        rows = []  # of each parameter its values in all pads
+        for name in names:
+            rows.append([getattr(changed_scene.pad, name) for changed_scene in changed.values()])
         try:
             losses = PadStack.of(scene, names, np.array(rows)).first_losses(high)
-        except ComputationError:  # for one of them; each says why
+        except ComputationError:  # one pad failed: a query of each then says which and why
             return {}
         outcomes = {}
         for k, number in enumerate(changed):

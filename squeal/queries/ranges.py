@@ -1,10 +1,14 @@
-"""What the referee says of thresholds: of a pad up to its first loss, of a small system of all."""
+"""The referee's statements on thresholds: of a pad up to its first loss, of a small system on all.
+
+A proof encloses the parameter in balls (midpoint and radius): on each interval between thresholds
+the number of growing roots is shown to stay as it is. Counts prove the number at single values.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -18,27 +22,33 @@ from squeal.linear.system import Term as SystemTerm
 from squeal.linear.system import TermSystem
 from squeal.model.equations import PadModel
 from squeal.numerics.differentiation import Formula
-from squeal.queries.systems.proofs import HALF_ULP, Statement
+from squeal.queries.systems.proofs import (
+    AS_GIVEN,
+    HALF_ULP,
+    Statement,
+    as_complex,
+    dense_matrices,
+)
 from squeal.results.columns import OPEN
 
 if TYPE_CHECKING:  # scenes start without the referee
+    from squeal.proof.pads import PadProof
     from squeal.proof.ranges import Factor, Term, Terms
     from squeal.proof.referee import Count, Proof
 
 NO_BALLS = "python-flint is not installed (`pip install 'squeal[proof]'` brings it)"
-RATE = 1e-6  # of a root: growth below which a mode is not told from a marginal one
+RATE = 1e-6  # of a root: slower growth is not excluded by a proof
 WIDTH = 1e-10  # of a threshold: by how much the interval is widened in which it is proved
-VAGUE = 1e-3  # of the range: an interval that is wider may hold more than its threshold
+VAGUE = 1e-3  # of the range: a wider interval may hold more than its threshold
 IS_VAGUE = "a threshold is known to an interval only that may hold more"
 BEYOND_FOLD = 1.05  # of the friction at a fold: how far a branch would be followed
-AS_GIVEN = "as given"  # the entries of pads
 DISAGREES = "the referee disagrees: "
 PROVED_ROWS = 40  # up to which thresholds of systems are proved without being asked for
-INTERVALS = 1000  # of the parameter that are enclosed at most, in a system of few rows
-LARGE = 40.0  # states of a system for which enclosing an interval costs twice as much; unless a
-# proof was asked for, it then gets so many fewer
+INTERVALS = 1000  # into which a proof may divide the range, in a system of few rows
+LARGE = 40.0  # states of a system of which an interval costs twice as much, so that a proof that
+# was not requested may divide the range into half as many
 BESIDE = (1e-8, 1e-6)  # of a threshold: distances from it at which growing roots are counted
-ASIDE = 1e-3  # of half the gap: how far from a threshold that is refuted the search looks again
+ASIDE = 1e-3  # of half the gap to the next threshold: how far from a refuted one to search again
 SEARCHES = 4  # in all, where the referee refutes each but the last
 
 Interval = tuple[float, float]
@@ -76,13 +86,7 @@ class RangeStatement(Statement):
     def words(self) -> str:
         """The statement in a line below a list."""
         if self.status == "proved":
-            words = "proved: no other mode grows"
-            if self.growth_below:
-                words += f" by more than {self.growth_below:.3g} 1/s"
-            words += f" up to {self.parameter} = {self.until:.9g}"
-            if self.data != HALF_ULP:
-                words += " (entries as given)"
-            return words
+            return self.words_of_proof(f" up to {self.parameter} = {self.until:.9g}")
         if self.status == "counted":
             return f"counted, not proved: {self.reason}"
         words = f"{OPEN}{self.reason}"
@@ -104,23 +108,24 @@ class RangeStatement(Statement):
 
 
 def _statement_of(proof: Proof, parameter: str, low: float, high: float) -> RangeStatement:
-    """What a proof says of the range; what is refuted is open to the user, with the reason."""
-    is_proved = proof.status == "proved"
+    """The statement of a proof on a range from low to high.
+
+    A refuted list has an open statement, whose reason says that the referee disagrees.
+    """
+    statement = RangeStatement(
+        "open", proof.by, data=proof.data, parameter=parameter, low=low, until=high, high=high
+    )
+    if proof.status == "proved":
+        return replace(statement, status="proved", growth_below=proof.growth_below)
+    return _with_reason(statement, proof)
+
+
+def _with_reason(statement: RangeStatement, proof: Proof | PadProof) -> RangeStatement:
+    """An open statement, with the reason why the proof is open or refuted, and where."""
     reason = proof.reason
     if proof.status == "refuted":
         reason = f"{DISAGREES}{reason}"
-    return RangeStatement(
-        status="proved" if is_proved else "open",
-        by=proof.by,
-        growth_below=proof.growth_below if is_proved else None,
-        data=proof.data,
-        reason=reason,
-        where=None if proof.where is None else complex(proof.where),
-        parameter=parameter,
-        low=low,
-        until=high,
-        high=high,
-    )
+    return replace(statement, reason=reason, where=as_complex(proof.where))
 
 
 def _intervals_of(
@@ -128,7 +133,8 @@ def _intervals_of(
 ) -> list[Interval]:
     """Disjoint intervals within the range that hold the crossings, ascending.
 
-    share: of the value of a crossing, by which its interval is widened to either side.
+    Those of crossings that overlap are merged. share: by which share of the value of a crossing its
+    interval is widened to either side.
     """
     intervals: list[Interval] = []
     for crossing in sorted(crossings, key=attrgetter("mu")):
@@ -147,7 +153,7 @@ def _intervals_of(
 
 
 def _margin(interval: Interval, low: float, high: float, share: float) -> float:
-    """A share of the value of a crossing, or of a thousandth of the range if that is larger."""
+    """A share of the value of a crossing, but at least of a thousandth of the range."""
     start, stop = interval
     return share * max(abs(start), abs(stop), 1e-3 * (high - low))
 
@@ -161,9 +167,10 @@ def pad_statement(
     fastest: float,
     fold: float | None,
 ) -> tuple[RangeStatement, list[Interval]]:
-    """What is proved of a pad along its branch of equilibria, and the intervals of its thresholds.
+    """Prove the thresholds of a pad along its branch of equilibria, at least up to the first loss.
 
-    The proof reaches beyond the first loss of stability at least.
+    Returns the statement, and the intervals in which the thresholds are proved; none without a
+    proof.
 
     Parameters
     ----------
@@ -176,11 +183,12 @@ def pad_statement(
     high : float
         The end of the range.
     first : float or None
-        The first threshold at which a mode begins to grow.
+        The first threshold at which a mode begins to grow; None if none does.
     fastest : float
-        The fastest root without friction, rad/s.
+        The largest |lambda| without friction, rad/s; growth below a millionth of it is not
+        excluded.
     fold : float or None
-        The friction at which the branch of equilibria turns back.
+        The friction at which the branch of equilibria turns back; None if it does not.
     """
     from squeal.proof.branches import PadBranch
     from squeal.proof.pads import Claim, prove_pad
@@ -193,24 +201,20 @@ def pad_statement(
     except ImportError:
         return RangeStatement("open", None, reason=NO_BALLS, until=high, high=high), []
     proof = prove_pad(branch, claims, fold, first, RATE * fastest)
-    words = proof.reason
-    if proof.status == "refuted":
-        words = f"{DISAGREES}{words}"
+    statement = RangeStatement("open", "enclosure", data=AS_GIVEN, until=high, high=high)
     if proof.status != "proved":
-        where = None if proof.where is None else complex(proof.where)
-        statement = RangeStatement(
-            "open", "enclosure", data=AS_GIVEN, reason=words, where=where, until=high, high=high
-        )
-        return statement, []
-    until = min(proof.until, high)
-    statement = RangeStatement(
-        "proved", "enclosure", proof.growth_below, AS_GIVEN, until=until, high=high
+        return _with_reason(statement, proof), []
+    proved = replace(
+        statement,
+        status="proved",
+        growth_below=proof.growth_below,
+        until=min(proof.until, high),
     )
-    return statement, list(proof.places)
+    return proved, list(proof.places)
 
 
 def _rise(crossing: Crossing) -> int:
-    """By how much the number of growing roots rises at a crossing."""
+    """By how much the number of growing roots rises at a crossing: by 2 for a pair that grows."""
     roots = 2 if crossing.kind == "flutter" else 1
     return roots if crossing.direction == "up" else -roots
 
@@ -222,7 +226,10 @@ def _rise_within(crossings: Sequence[Crossing], interval: Interval) -> int:
 
 
 def _terms(term: SystemTerm, system: TermSystem) -> Iterator[Term]:
-    """A term as one over balls of the parameter; that of a modulus and that of its loss."""
+    """Convert a term of a system to terms of the referee: matrix times function of the parameter.
+
+    A modulus with a loss factor gives two, the elastic one and the imaginary one of the loss.
+    """
     from squeal.proof.ranges import Term
 
     factor = term.factor
@@ -239,7 +246,10 @@ def _terms(term: SystemTerm, system: TermSystem) -> Iterator[Term]:
 
 
 def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
-    """A product of formulas as a function of the parameter, of balls; None where it is 1."""
+    """A product of formulas as a function of a ball of the parameter; None where it is 1.
+
+    The other parameters have the system's values. Power series of balls give derivatives too.
+    """
     if all(not formula.names and formula.value({}) == 1.0 for formula in formulas):
         return None
     import flint
@@ -250,8 +260,9 @@ def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
         return x if isinstance(x, flint.arb_series) else flint.arb(x)
 
     def product(ball: Any) -> Any:
-        factors = [each.over(values | {system.parameter: ball}, as_ball) for each in formulas]
-        return math.prod(factors[1:], start=factors[0])
+        at = values | {system.parameter: ball}
+        first, *others = [formula.over(at, as_ball) for formula in formulas]
+        return math.prod(others, start=first)
 
     return product
 
@@ -263,9 +274,9 @@ def _has_table(term: SystemTerm) -> bool:
 
 
 def vague_interval(intervals: Iterable[Interval], extent: float) -> Interval | None:
-    """The first interval that is wide beside a range of this extent, None if there is none.
+    """The first interval that is wide compared with a range of this extent; None if there is none.
 
-    What changes twice within it would be seen by no count beside it.
+    Two crossings within it may cancel, which counts at its ends do not show.
     """
     for low, high in intervals:
         if high - low > VAGUE * extent:
@@ -281,11 +292,25 @@ def system_statement(
     sizes: Sequence[float],
     at_any_cost: bool,
 ) -> tuple[RangeStatement, list[Interval]]:
-    """What is proved of all thresholds of a small system, and the intervals in which they lie.
+    """Prove all thresholds of a small system, that is the number of growing roots between them.
 
-    sizes: of roots, rad/s, ascending; excluded is growth by more than a share of the first, or of a
-    later one where rounding, as of free motions, hides so little. at_any_cost: whether as many
-    intervals are looked at as of a system of few rows. Without a proof there are no intervals.
+    Returns the statement, and the intervals in which the thresholds are proved; none without a
+    proof.
+
+    Parameters
+    ----------
+    system : TermSystem
+        The system.
+    crossings : sequence of Crossing
+        All listed crossings of the imaginary axis.
+    low, high : float
+        The range of the free parameter.
+    sizes : sequence of float
+        |lambda| of some roots, rad/s, ascending. Growth by more than a share of the first is
+        excluded, or of a later one where the rounding of entries leaves no less open, as of free
+        motions.
+    at_any_cost : bool
+        Whether the range may be divided into as many intervals as that of a system of few rows.
     """
     from squeal.proof.ranges import SPENT, prove_thresholds
     from squeal.proof.referee import Proof
@@ -294,6 +319,7 @@ def system_statement(
     rises = [_rise_within(crossings, interval) for interval in intervals]
 
     def prove(growth_below: float) -> Proof:
+        """Try to exclude growth by more than so much, 1/s, beside the listed crossings."""
         if any(_has_table(term) for term in system.terms):
             return Proof("open", reason="tables over a parameter have no enclosure")
         try:
@@ -315,7 +341,7 @@ def system_statement(
     for size in sizes:
         proof = prove(RATE * size)
         if proof.status != "open" or proof.reason == SPENT:
-            break
+            break  # one that is out of intervals will be so again
     statement = _statement_of(proof, system.parameter, low, high)
     if proof.status != "proved":
         return statement, []
@@ -323,7 +349,7 @@ def system_statement(
 
 
 def _terms_in_balls(system: TermSystem) -> Terms:
-    """M, C and K over the parameter, each entry known to half a unit in its last place.
+    """M, C and K as functions of the parameter, entries known to half a unit in the last place.
 
     Raises ImportError without the library of ball arithmetic.
     """
@@ -331,7 +357,10 @@ def _terms_in_balls(system: TermSystem) -> Terms:
 
     parts = []
     for terms in system.parts:
-        parts.append([each for term in terms for each in _terms(term, system)])
+        part: list[Term] = []
+        for term in terms:
+            part += _terms(term, system)
+        parts.append(part)
     M, C, K = parts
     return Terms(M, C, K, HALF_ULP)
 
@@ -339,11 +368,10 @@ def _terms_in_balls(system: TermSystem) -> Terms:
 def doubt_of_counts(
     system: TermSystem, crossings: Sequence[Crossing], low: float, high: float, is_complete: bool
 ) -> tuple[str, float | None]:
-    """What the referee's counts of growing roots leave in doubt of the thresholds of a small
-    system.
+    """Compare the thresholds of a small system with the referee's counts of growing roots.
 
-    Counted is on both sides of each threshold and, if the list is said to be complete, at both ends
-    of the range.
+    The referee counts on both sides of each threshold and, if the list is said to be complete, at
+    both ends of the range. Its counts are bounds, which rounding may leave apart.
 
     Parameters
     ----------
@@ -365,6 +393,7 @@ def doubt_of_counts(
         refute none.
     """
     doubt = ""
+    ends_are_clear = True
     intervals = _intervals_of(crossings, low, high, share=0.0)
     for k, (start, stop) in enumerate(intervals):
         end_before = low if k == 0 else intervals[k - 1][1]
@@ -372,21 +401,23 @@ def doubt_of_counts(
         half_gap_below = (start - end_before) / 2.0
         half_gap_above = (start_after - stop) / 2.0
         if min(half_gap_below, half_gap_above) <= 0.0:
-            is_complete = False  # at an end of the range, beyond which nothing is counted
+            # at an end of the range, beyond which nothing is counted
+            ends_are_clear = False
             continue
-        for share in BESIDE:
+        for share in BESIDE:  # first nearby, then where rounding hides less
             margin = _margin((start, stop), low, high, share)
             below = _count(system, start - min(margin, half_gap_below))
             above = _count(system, stop + min(margin, half_gap_above))
-            if below.is_certain and above.is_certain:
+            is_certain = below.is_certain and above.is_certain
+            if is_certain:
                 break
-        else:
+        if not is_certain:
             middle = (start + stop) / 2.0
             doubt = f"the referee cannot count what grows on both sides of {middle:.9g}"
         if not _may_rise(below, above, _rise_within(crossings, (start, stop))):
             words = f"{below.lower} roots grow below {start:.9g} and {above.lower} above"
             return f"{DISAGREES}{words}", stop + ASIDE * half_gap_above
-    if is_complete:
+    if is_complete and ends_are_clear:
         below = _count(system, low)
         above = _count(system, high)
         if not _may_rise(below, above, _rise_within(crossings, (low, high))):
@@ -396,7 +427,7 @@ def doubt_of_counts(
 
 
 def _may_rise(below: Count, above: Count, rise: int) -> bool:
-    """True if the number of growing roots may rise by so much from one count to the other."""
+    """True if the bounds of two counts allow that the number of growing roots rises by so much."""
     return above.lower - below.upper <= rise <= above.upper - below.lower
 
 
@@ -405,6 +436,5 @@ def _count(system: TermSystem, value: float) -> Count:
     from squeal.proof.balls import Quadratic
     from squeal.proof.referee import unstable_count
 
-    M, C, K = system.arrays({system.parameter: value})
-    damping = None if C is None else dense(C)
-    return unstable_count(Quadratic.of(dense(M), damping, dense(K), HALF_ULP))
+    arrays = dense_matrices(*system.arrays({system.parameter: value}))
+    return unstable_count(Quadratic.of(*arrays, HALF_ULP))

@@ -21,7 +21,7 @@ from squeal.schema import Place, read_content
 
 
 def digest_of_question(subject: Scene | TermSystem, options: Sequence[object]) -> str:
-    """What tells one question from another: a digest of the subject and of all options."""
+    """A digest of the subject and of all options, different for each question."""
     from scipy.sparse import csc_array
 
     identity: object = subject
@@ -56,7 +56,7 @@ def read_or_begin(path: Path, question: str) -> dict[int, list[Sample]]:
     try:
         if path.exists():
             text = read_content(path, at).decode()
-        if not text:
+        if not text:  # a new file, or one that no line was written to
             text = f"{question}\n"
         head, *lines = text.split("\n")
         if head != question:

@@ -95,16 +95,19 @@ def parameters_at(
     The coordinate of a point is the probability that its parameter is smaller. Raises InputError
     for a spread that does not fit its parameter.
     """
-    columns = []
+    columns = []  # the values (n,) of each parameter
     for (name, spread), probabilities in zip(spreads.items(), points.T, strict=True):
-        columns.append(_values_at(space, name, spread, probabilities).tolist())
-    return [dict(zip(spreads, values, strict=True)) for values in zip(*columns, strict=True)]
+        columns.append(_values_at(space, name, spread, probabilities))
+    samples = []
+    for values in np.transpose(columns).tolist():
+        samples.append(dict(zip(spreads, values, strict=True)))
+    return samples
 
 
 def _values_at(
     space: ParameterSpace, name: str, spread: Spread, probabilities: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The values (n,) of one parameter that a sample lies below with given probabilities (n,)."""
+    """The quantiles (n,) of a parameter's distribution at probabilities (n,) between 0 and 1."""
     from scipy.special import ndtri
 
     ((kind, size),) = spread.items()

@@ -61,7 +61,10 @@ class ThresholdSamples:
     def samples(self, changes: Sequence[Changes]) -> list[Sample]:
         """The sample of each change of parameters."""
         outcomes = self.space.outcomes(changes, self.high, self.band)
-        return [_at_loss(values, loss) for values, loss in zip(changes, outcomes, strict=True)]
+        samples = []
+        for values, outcome in zip(changes, outcomes, strict=True):
+            samples.append(_threshold_sample(values, outcome))
+        return samples
 
 
 @dataclass(frozen=True)
@@ -80,16 +83,21 @@ class ReducedThresholdSamples:
         return [self._sample(values) for values in changes]
 
     def _sample(self, values: Changes) -> Sample:
+        """The sample at changed parameters, with the residual of the reduced system there."""
         try:
             reduction = self.reduction.replaced(values)
             system = reduction.scaled.system
-            found = system_thresholds(system, self.high, wanted=self.selection, served=reduction)
+            search = system_thresholds(
+                system, self.high, selection=self.selection, served=reduction
+            )
         except (InputError, ComputationError) as error:
             return _refused(values, error)
-        loss = first_loss(found.answer, self.high)
-        at = self.high if loss.critical is None else loss.critical
-        _, residuals, _ = reduction.modes({found.answer.parameter: at})
-        return _at_loss(values, loss, float(np.max(residuals, initial=0.0)))
+        outcome = first_loss(search.answer, self.high)
+        at = self.high
+        if outcome.critical is not None:
+            at = outcome.critical
+        residuals = reduction.modes({search.answer.parameter: at}).residuals
+        return _threshold_sample(values, outcome, float(np.max(residuals, initial=0.0)))
 
 
 @dataclass(frozen=True)
@@ -104,22 +112,23 @@ class GrowthSamples:
         return [self._sample(values) for values in changes]
 
     def _sample(self, values: Changes) -> Sample:
+        """The sample at changed parameters: its verdict, and the mode that grows fastest."""
         try:
-            found = self._roots(values)
+            selected = self._roots(values)
         except (InputError, ComputationError) as error:
             return _refused(values, error)
-        roots = found.roots
+        roots = selected.roots
         if not len(roots):
             return Sample(values, reason="no root lies in the band")
-        unstable = roots[(roots.real > found.rounding) & (roots.imag >= 0.0)]
+        unstable = roots[(roots.real > selected.rounding) & (roots.imag >= 0.0)]
         fastest = roots[np.argmax(roots.real)]
         residual = None
-        if found.residuals is not None:
-            residual = float(np.max(found.residuals, initial=0.0))
+        if selected.residuals is not None:
+            residual = float(np.max(selected.residuals, initial=0.0))
         return Sample(
             parameters=values,
             value=float(fastest.real),
-            kind=decide(roots, found.rounding).verdict,
+            kind=decide(roots, selected.rounding).verdict,
             frequency_hz=abs(float(fastest.imag)) / math.tau,
             unstable=len(unstable),
             propensity=math.fsum(unstable.real / np.abs(unstable)),
@@ -135,11 +144,11 @@ class GrowthSamples:
         if isinstance(subject, TermSystem):
             roots = roots_of_all(subject, self.selection, values)
             return _RootsOfSample(roots, rounding_of(subject, roots))
-        found = estimated_roots(subject, values)
+        estimated = estimated_roots(subject, values)
         return _RootsOfSample(
-            roots=np.array([root.value for root in found]),
-            rounding=np.array([root.rounding for root in found]),
-            residuals=np.array([root.residual for root in found]),
+            roots=np.array([root.value for root in estimated]),
+            rounding=np.array([root.rounding for root in estimated]),
+            residuals=np.array([root.residual for root in estimated]),
         )
 
 
@@ -161,20 +170,20 @@ def _samples(computer: SampleComputer, changes: Sequence[Changes]) -> list[Sampl
 
 
 def _refused(values: Changes, error: InputError | ComputationError) -> Sample:
-    """A sample that is no pad at all, or that could not be computed."""
+    """A sample without a result: parameters that no pad can have, or a failed computation."""
     kind = NO_PAD if isinstance(error, InputError) else None
     return Sample(values, kind=kind, reason=str(error))
 
 
-def _at_loss(values: Changes, loss: Outcome, residual: float | None = None) -> Sample:
-    """A sample whose value is the critical friction, NaN if stability is not lost."""
+def _threshold_sample(values: Changes, outcome: Outcome, residual: float | None = None) -> Sample:
+    """A sample whose value is the critical friction of an outcome, NaN if there is none."""
     return Sample(
         parameters=values,
-        value=math.nan if loss.critical is None else loss.critical,
-        kind=loss.kind,
-        frequency_hz=loss.frequency_hz,
+        value=math.nan if outcome.critical is None else outcome.critical,
+        kind=outcome.kind,
+        frequency_hz=outcome.frequency_hz,
         residual=residual,
-        reason=loss.reason,
+        reason=outcome.reason,
     )
 
 
@@ -285,13 +294,13 @@ def scatter(
     require_spreads(plan.spreads)
     space = ParameterSpace.of(subject, "scatter", high, of)
     changes = parameters_at(space, plan.spreads, plan.points())
-    computer = _computer(space, of, high, EigenvalueSelection(band, None, None), changes)
+    computer = _sample_computer(space, of, high, EigenvalueSelection(band, None, None), changes)
     question = (of, high, band, plan.spreads, plan.design, plan.seed, plan.indices, plan.samples)
-    rows = _computed(space.subject, changes, computer, workers, journal, question, progress)
+    rows = _compute_all(space.subject, changes, computer, workers, journal, question, progress)
     sobol: tuple[Index, ...] = ()
     if plan.indices:
         sobol = _indices_of(rows, plan, high)
-        rows = rows[: 2 * plan.samples]  # A and B are the samples, the others repeat their columns
+        rows = rows[: 2 * plan.samples]  # A and B; the points AB_i are no independent samples
     computed = [row for row in rows if row.reason is None]
     if not computed:
         raise ComputationError(f"no sample can be computed: {_first_reason(rows)}")
@@ -320,7 +329,7 @@ def scatter(
 
 
 def _first_reason(rows: Sequence[Sample]) -> str:
-    """Why the first sample that is a pad at all could not be computed."""
+    """Why the first possible pad or system was not computed, for a message; none was."""
     for row in rows:
         if row.kind != NO_PAD:
             return row.reason or NO_EQUILIBRIUM
@@ -335,14 +344,14 @@ def _is_stable(row: Sample, of: Literal["threshold", "growth"], mu: float) -> bo
 
 
 def _indices_of(rows: Sequence[Sample], plan: _Plan, high: float) -> tuple[Index, ...]:
-    """Sobol indices from the samples at A, B and each AB_i, `plan.samples` of each in turn.
+    """Sobol indices from the samples at A, then B, then each AB_i, `plan.samples` of each.
 
     A threshold beyond `high` counts as `high`; what could not be computed is left out.
     """
     values = []
     for row in rows:
         if row.reason is not None:
-            values.append(math.inf)
+            values.append(math.inf)  # which `sobol_indices` leaves out
         elif math.isnan(row.value):
             values.append(high)
         else:
@@ -365,7 +374,7 @@ def _interval_of_share(stable: int, unknown: int, count: int) -> tuple[float, fl
     return float(low), float(high)
 
 
-def _computed(
+def _compute_all(
     subject: Scene | TermSystem,
     changes: Sequence[Changes],
     computer: SampleComputer,
@@ -374,10 +383,10 @@ def _computed(
     question: Sequence[object],
     progress: Callable[[int, int], None] | None,
 ) -> list[Sample]:
-    """The samples of all changes, in their order, computed chunk by chunk.
+    """Compute the samples of all changes, chunk by chunk, and return them in their order.
 
-    question: what tells this run from others; chunks that a journal of the same question holds are
-    not computed again.
+    question: the options that decide the samples. Chunks that a journal holds for the same subject
+    and question are not computed again. progress: called with (samples done, samples in all).
     """
     size = CHUNK if isinstance(subject, Scene) else 1
     chunks = [changes[start : start + size] for start in range(0, len(changes), size)]
@@ -401,14 +410,16 @@ def _computed(
     return in_order
 
 
-def _computer(
+def _sample_computer(
     space: ParameterSpace,
     of: Literal["threshold", "growth"],
     high: float,
     selection: EigenvalueSelection,
     changes: Sequence[Changes],
 ) -> SampleComputer:
-    """What computes the samples; for a large system that is a reduced one, made from some of them.
+    """What computes the samples; of a large system with a reduced one.
+
+    The reduced system is made at the own parameters and at some `SERVED` of the changes.
 
     Raises InputError for a band with a scene, and for a large system without one.
     """
@@ -421,20 +432,20 @@ def _computer(
         return GrowthSamples(subject, selection)
     if selection.band is None:
         raise InputError(NO_BAND)
-    served = [{}, *changes[:: max(1, len(changes) // SERVED)]]
+    points_of_basis = [{}, *changes[:: max(1, len(changes) // SERVED)]]
     if of == "growth":
-        return GrowthSamples(reduced_for(subject, selection, served, "modal"), selection)
-    # each at another value of the range
-    values = np.linspace(0.0, high, len(served) + 1)[1:].tolist()
+        return GrowthSamples(reduced_for(subject, selection, points_of_basis, "modal"), selection)
+    # a search passes through the whole range: each point lies at another value of it
+    values = np.linspace(0.0, high, len(points_of_basis) + 1)[1:].tolist()
     spread_over_range = []
-    for parameters, value in zip(served, values, strict=True):
+    for parameters, value in zip(points_of_basis, values, strict=True):
         spread_over_range.append({**parameters, space.free: value})
     reduction = reduced_for(subject, selection, spread_over_range, "reduced")
     return ReducedThresholdSamples(reduction, selection, high)
 
 
 def _basis(computer: SampleComputer, computed: Sequence[Sample]) -> dict[str, Any] | None:
-    """The reduced system, if one served, with the largest residual over all samples."""
+    """The reduced system with the largest residual over all samples; None without one."""
     if isinstance(computer, ThresholdSamples):
         return None
     if isinstance(computer, ReducedThresholdSamples):

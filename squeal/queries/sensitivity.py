@@ -52,7 +52,7 @@ def sensitivity(
         Changes of a system that are no parameters: a name for each, and by the keys ``"M"``,
         ``"C"`` and ``"K"`` what it adds to these (n, n), arrays or names of files.
     known : Eigenvalues or Thresholds, optional
-        The answer to differentiate, where it is known already.
+        The answer to differentiate, if it was computed before.
 
     Returns
     -------
@@ -83,7 +83,8 @@ def sensitivity(
     """
     of_threshold = of == "threshold"
     if known is not None:
-        kind_of(Thresholds if of_threshold else Eigenvalues).read(known, Place("known"))
+        expected = Thresholds if of_threshold else Eigenvalues
+        kind_of(expected).read(known, Place("known"))
     known_thresholds = known if isinstance(known, Thresholds) else None
     known_eigenvalues = known if isinstance(known, Eigenvalues) else None
     if isinstance(subject, Scene):
@@ -97,7 +98,9 @@ def sensitivity(
             matrices=matrices,
         )
         if of_threshold:
-            return loss_sensitivity(subject, known_thresholds or critical_friction(subject, high))
+            if known_thresholds is None:
+                known_thresholds = critical_friction(subject, high)
+            return loss_sensitivity(subject, known_thresholds)
         if known_eigenvalues is None:
             return pad_root_sensitivity(subject, analyse(subject))
         source = known_eigenvalues.source
@@ -116,8 +119,11 @@ def sensitivity(
     analysis = SystemAnalysis.of(subject, band, region, modes, memory, progress)
     system = with_matrices(analysis.file, matrices or {})
     if of_threshold:
-        found = known_thresholds or system_thresholds_with_proof(analysis, high, low, prove=False)
-        moved = threshold_sensitivity(system, found)
+        if known_thresholds is None:
+            known_thresholds = system_thresholds_with_proof(analysis, high, low, prove=False)
+        answer = threshold_sensitivity(system, known_thresholds)
     else:
-        moved = root_sensitivity(system, known_eigenvalues or system_eigenvalues(analysis))
-    return moved.without(seat_parameters(analysis.file), note_of_seat_parameters(analysis.file))
+        if known_eigenvalues is None:
+            known_eigenvalues = system_eigenvalues(analysis)
+        answer = root_sensitivity(system, known_eigenvalues)
+    return answer.without(seat_parameters(analysis.file), note_of_seat_parameters(analysis.file))

@@ -93,7 +93,8 @@ def state_space(subject: Subject, mu: float | None = None, loop: str | None = No
         return _of_system(system, changes, ports)
     if loop in changes:
         raise InputError(f"mu: is not allowed with loop={loop!r}; its value is the loop's gain")
-    return _of_system(system, changes | {loop: 0.0}, _ports_of_loop(system, loop, changes))
+    ports = _ports_of_loop(system, loop, changes)
+    return _of_system(system, changes | {loop: 0.0}, ports)  # at 0 the terms of the loop vanish
 
 
 def _of_pad(scene: Scene, mu: float | None) -> StateSpace:
@@ -115,7 +116,10 @@ class _Ports(NamedTuple):
 
 
 def _ports_of_loop(system: System, loop: str, changes: dict[str, float]) -> _Ports:
-    """Ports between which a parameter is the gain: its terms are forces times what is read.
+    """Ports between which a parameter p is the gain of a loop.
+
+    The terms of p in K q + C q' are p times one matrix (n, 2 n) of (q, q'). Its factors of full
+    rank r are the forces (n, r) and what is measured (r, 2 n).
 
     Raises InputError where K and C are not linear in it, or M depends on it.
     """
@@ -143,10 +147,10 @@ def _refuse_unless_linear(term: Term, loop: str, parameters: dict[str, float]) -
 
 
 def _factored(matrix: Array) -> tuple[Array, Array]:
-    """Factors (n, r) and (r, m) of a matrix of rank r, by elimination with complete pivoting.
+    """Factors (n, r), (r, m) of a matrix (n, m) of rank r, by elimination with complete pivoting.
 
     Singular vectors would fill rows and columns of zeros with rounding, from which python-control
-    makes zeros of the transfer function that there are not.
+    computes zeros of the transfer function that do not exist.
     """
     left = []
     right = []
@@ -161,11 +165,14 @@ def _factored(matrix: Array) -> tuple[Array, Array]:
 
 
 def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> StateSpace:
-    """The system between its ports. Raises InputError.
+    """The state space of a system between its ports.
 
     In the singular vectors of M, q = V1 a + V2 b: the m motions a have mass, motions b have none.
     With z = (a, a', b) the system is E z' = A z + B u, its first rows saying that a' is the rate of
     a. The states are a, a' and those of b that a damper holds.
+
+    Raises InputError for complex matrices, for a loop that damps motions without mass, and where E
+    has no full rank and motions without a rate do not follow from the others.
     """
     M, C, K = system.arrays(changes)
     n = system.n
@@ -175,10 +182,10 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
         raise InputError(f"{system.name}: complex matrices have no real state space")
     left, masses, right = np.linalg.svd(M)
     m = rank_of(masses)
-    if m == n:  # the rows themselves serve
+    if m == n:  # M is regular: the rows themselves are the motions a
         left = np.eye(n)
         right = np.eye(n)
-    unit = masses[0] or 1.0
+    unit = masses[0] or 1.0  # all matrices are divided by it, so that E is about one
     mass, damping, stiffness = (left.T @ (matrix / unit) @ right.T for matrix in (M, C, K))
     displacements = ports.displacements @ right.T
     velocities = ports.velocities @ right.T
@@ -198,10 +205,10 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
         B=np.vstack([np.zeros((m, ports.forces.shape[1])), left.T @ (ports.forces / unit)]),
         outputs=np.hstack([displacements[:, :m], velocities[:, :m], displacements[:, m:]]),
     )
-    rates = 2 * m + _rank_in(damping, damping[m:, m:])
-    if rates == n + m:
-        return _solved(descriptor, system.name)
-    return _condensed(descriptor, rates, stiffness, system.name)
+    rank_of_E = 2 * m + _rank_in(damping, damping[m:, m:])
+    if rank_of_E == n + m:
+        return _from_regular(descriptor, system.name)
+    return _condensed(descriptor, rank_of_E, stiffness, system.name)
 
 
 class _Descriptor(NamedTuple):
@@ -213,41 +220,45 @@ class _Descriptor(NamedTuple):
     outputs: Array
 
 
-def _solved(given: _Descriptor, name: str) -> StateSpace:
-    """The state space where E is regular."""
-    A = np.linalg.solve(given.E, given.A)
-    B = np.linalg.solve(given.E, given.B)
-    return control.ss(A, B, given.outputs, np.zeros((len(given.outputs), B.shape[1])), name=name)
+def _from_regular(descriptor: _Descriptor, name: str) -> StateSpace:
+    """The state space of a descriptor system whose E is regular."""
+    A = np.linalg.solve(descriptor.E, descriptor.A)
+    B = np.linalg.solve(descriptor.E, descriptor.B)
+    outputs = descriptor.outputs
+    return control.ss(A, B, outputs, np.zeros((len(outputs), B.shape[1])), name=name)
 
 
-def _condensed(given: _Descriptor, rank: int, stiffness: Array, name: str) -> StateSpace:
-    """Without the states that have no rate, where E has that rank and they follow from the others.
+def _condensed(descriptor: _Descriptor, rank: int, stiffness: Array, name: str) -> StateSpace:
+    """The state space of a descriptor system whose E has the given rank, below its size.
 
-    Raises InputError.
+    In the singular vectors of E the last states have no rate. Their rows are algebraic equations,
+    0 = A21 z1 + A22 z2 + B2 u, which are solved for z2 (a Schur complement of A22).
+
+    Raises InputError where A22 is singular, compared with the stiffness (n, n).
     """
-    left, rates, right = np.linalg.svd(given.E)
-    A = left.T @ given.A @ right.T
-    B = left.T @ given.B
-    outputs = given.outputs @ right.T
-    held = A[rank:, rank:]
-    if _rank_in(stiffness, held) < len(held):
+    left, rates, right = np.linalg.svd(descriptor.E)
+    A = left.T @ descriptor.A @ right.T
+    B = left.T @ descriptor.B
+    outputs = descriptor.outputs @ right.T
+    A22 = A[rank:, rank:]
+    if _rank_in(stiffness, A22) < len(A22):
         raise InputError(
             f"{name}: some motion has neither mass, damper nor spring of its own (a Lagrange "
             "multiplier, for example); a state space needs it eliminated"
         )
-    following = -np.linalg.solve(held, A[rank:, :rank])
-    pushed = -np.linalg.solve(held, B[rank:])
+    z2_by_z1 = -np.linalg.solve(A22, A[rank:, :rank])
+    z2_by_input = -np.linalg.solve(A22, B[rank:])
     return control.ss(
-        (A[:rank, :rank] + A[:rank, rank:] @ following) / rates[:rank, None],
-        (B[:rank] + A[:rank, rank:] @ pushed) / rates[:rank, None],
-        outputs[:, :rank] + outputs[:, rank:] @ following,
-        outputs[:, rank:] @ pushed,
+        (A[:rank, :rank] + A[:rank, rank:] @ z2_by_z1) / rates[:rank, None],
+        (B[:rank] + A[:rank, rank:] @ z2_by_input) / rates[:rank, None],
+        outputs[:, :rank] + outputs[:, rank:] @ z2_by_z1,
+        outputs[:, rank:] @ z2_by_input,
         name=name,
     )
 
 
 def _rank_in(whole: NDArray, block: NDArray) -> int:
-    """The rank of a block: what is small beside the whole matrix is rounding."""
+    """The rank of a block of a matrix, to rounding of the whole matrix."""
     if not block.size:
         return 0
     return rank_of(np.linalg.svd(block, compute_uv=False), float(np.linalg.norm(whole, 2)))

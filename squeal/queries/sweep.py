@@ -100,10 +100,14 @@ def sweep(
 
 
 def pad_sweep(scene: Scene, values: Sequence[float]) -> Sweep:
-    """The eigenvalues of a pad at each mu along the branch from mu = 0."""
+    """Compute the eigenvalues of a pad at each mu along the branch of equilibria from mu = 0.
+
+    A step where the branch does not reach has no roots. B3 is linearised about the origin and has
+    no branch.
+    """
     values = MUS.read(values, Place("sweep", "values"))
     model = damped_model(scene)
-    system, path = branch_system(scene, max(values))
+    matrices_of_branch, path = branch_system(scene, max(values))
     reached: dict[float, Step] = {}
     for mu in values:
         if path is None:
@@ -116,23 +120,26 @@ def pad_sweep(scene: Scene, values: Sequence[float]) -> Sweep:
             )
             reached[mu] = _step(mu, analysis)
     losses: tuple[Loss, ...] = ()
-    own = None
+    reference = None
     if reached:
         rising = sorted(reached)
-        # one value spans no range
-        continuation = continued(system, rising).at if len(rising) > 1 else None
-        numbered, losses, own = assign_mode_numbers(
-            [reached[mu] for mu in rising], continuation, scene.pad.mu
-        )
-        reached = dict(zip(rising, numbered, strict=True))
+        spectrum_at = None
+        if len(rising) > 1:
+            spectrum_at = continued(matrices_of_branch, rising).at
+        steps_by_mu = [reached[mu] for mu in rising]
+        numbered = assign_mode_numbers(steps_by_mu, spectrum_at, scene.pad.mu)
+        reached = dict(zip(rising, numbered.steps, strict=True))
+        losses = numbered.losses
+        reference = numbered.reference
     steps = []
     for mu in values:
         not_reached = Step(value=mu, roots=None, residuals=None, verdict=None, admissible=False)
         steps.append(reached.get(mu, not_reached))
-    return Sweep(scene.model, "mu", tuple(steps), losses, own, source=PadSource(scene))
+    return Sweep(scene.model, "mu", tuple(steps), losses, reference, source=PadSource(scene))
 
 
 def _step(mu: float, analysis: PadAnalysis) -> Step:
+    """The step of a sweep at mu, from the analysis of the equilibrium there."""
     spectrum = analysis.spectrum
     return Step(
         value=mu,
@@ -148,7 +155,10 @@ def _step(mu: float, analysis: PadAnalysis) -> Step:
 def _system_sweep(
     analysis: SystemAnalysis, values: Sequence[float], method: str | None, workers: int
 ) -> Sweep:
-    """The roots at values of the parameter, on the system itself or on a reduced one."""
+    """Compute the roots of a system at values of the parameter, and number the modes.
+
+    method: full, reduced or modal, see `sweep`; None: full up to 400 rows, else modal.
+    """
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.known import sweep_as_known
     from squeal.queries.systems.reduced import basis_of
@@ -162,13 +172,15 @@ def _system_sweep(
     reduction = None
     if method != "full":
         reduction, _ = analysis.reduced(values, method, CHECKED)
-    steps, losses, own = track_modes(analysis.file, analysis.selection, values, reduction, workers)
+    steps, losses, reference = track_modes(
+        analysis.file, analysis.selection, values, reduction, workers
+    )
     answer = Sweep(
         name=system.name,
         parameter=system.parameter,
         steps=steps,
         losses=losses,
-        own=own,
+        reference=reference,
         basis=basis_of(reduction, analysis.selection) or analysis.joined,
         source=SystemSource(analysis.file, analysis.selection, reduction),
         note=seat_note(analysis.file),
@@ -191,21 +203,24 @@ def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
     own_value = source.file.system.parameters[found.parameter]
     if low < own_value < high:  # there modes are numbered
         values = np.union1d(values, own_value)
-    steps, losses, own = track_modes(
-        source.file, source.selection, values.tolist(), source.reduction
-    )
-    return Sweep(found.name, found.parameter, steps, losses, own)
+    drawn = values.tolist()
+    steps, losses, reference = track_modes(source.file, source.selection, drawn, source.reduction)
+    return Sweep(found.name, found.parameter, steps, losses, reference)
 
 
 def _pad_paths(scene: Scene, found: Thresholds, low: float, high: float) -> Sweep:
+    """The eigenvalues of a pad at values of mu that a figure needs, with each threshold.
+
+    Raises ComputationError if the branch of equilibria ends before `low`.
+    """
     if found.high <= low:
         raise ComputationError(f"no equilibrium at mu = {low:.9g}: {found.end}")
     share = np.linspace(0.0, 1.0, DRAWN_OF_PADS)
     stop = min(found.high, high)
     if any(point.kind == "fold" for point in found.points):
-        # a frequency falls there as a fourth root: the values crowd
+        # towards a fold a frequency falls as the fourth root of the distance: crowd the values
         share = 1.0 - (1.0 - share) ** 2
-        stop = stop * (1.0 - 1e-9)
+        stop = stop * (1.0 - 1e-9)  # at the fold itself the tangent stiffness is singular
     values = [*(low + (stop - low) * share), *(point.mu for point in found.points)]
     values.append(scene.pad.mu)  # where modes are numbered
     return pad_sweep(scene, np.unique(np.clip(values, low, stop)).tolist())

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.equilibrium import Path
 from squeal.equilibrium.damping import damped_model
@@ -19,7 +18,7 @@ from squeal.linear import GROWING, CriticalPoint, Crossing, SystemFunction
 from squeal.linear import thresholds as located_thresholds
 from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.matrices import checked, reduce
-from squeal.linear.roots import STIFF, hides_slow_roots
+from squeal.linear.roots import STIFF, ComplexArray, hides_slow_roots
 from squeal.linear.system import TermSystem
 from squeal.queries.options import (
     Band,
@@ -40,7 +39,7 @@ if TYPE_CHECKING:  # pads start without the referee and the solvers of systems
 
 MU_MAX = Number(low=0.0, high=1000.0)
 ADMISSIBLE_TO = 1e-9  # relative: to which the end of the admissible range is located
-NEAR_FOLD = 1e-9  # relative: so close to a fold rounding makes thresholds
+NEAR_FOLD = 1e-9  # relative: closer to a fold rounding makes spurious thresholds
 GROWS_OUTSIDE = "what grows outside of the band or region may enter it while it grows"
 
 Located = TypeVar("Located", CriticalPoint, Crossing)
@@ -97,7 +96,7 @@ def thresholds(
 
 
 def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = False) -> Thresholds:
-    """Thresholds of the scene's pad along the branch of equilibria from mu = 0.
+    """Locate the thresholds of a scene's pad along the branch of equilibria from mu = 0.
 
     The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
     the last entry. B3 is linearised about the origin and has no branch.
@@ -109,9 +108,9 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     high : float
         Upper end of the friction.
     prove : bool, optional
-        Whether the referee judges the list, which it does too if this is None. Its `proof` says up
-        to where, and thresholds get the intervals in which they are proved. If it refutes the list,
-        the search is repeated once with a step that ends at the friction in question.
+        Whether the referee judges the list; None counts as True. Its `proof` says up to where, and
+        thresholds get the intervals in which they are proved. If it refutes the list, the search is
+        repeated once with a step that ends at the friction in question.
 
     Raises
     ------
@@ -130,13 +129,13 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     answer = _without_proof(scene, high, system, path)
     if prove is False:
         return answer
-    fastest = math.sqrt(float(np.linalg.norm(np.linalg.solve(M, K), 2)))
-    proved, refuted_at = _proved(scene, path, answer, fastest)
+    fastest = math.sqrt(float(np.linalg.norm(np.linalg.solve(M, K), 2)))  # rad/s, undamped
+    judged, refuted_at = _judged(scene, path, answer, fastest)
     if refuted_at is None:
-        return proved
-    again = _without_proof(scene, high, system, path, [refuted_at])
-    proved_again, refuted_again_at = _proved(scene, path, again, fastest)
-    return proved if refuted_again_at is not None else proved_again
+        return judged
+    answer_again = _without_proof(scene, high, system, path, [refuted_at])
+    judged_again, refuted_again_at = _judged(scene, path, answer_again, fastest)
+    return judged_again if refuted_again_at is None else judged
 
 
 def _without_proof(
@@ -144,103 +143,106 @@ def _without_proof(
     high: float,
     system: SystemFunction,
     path: Path | None,
-    looked_at: Sequence[float] = (),
+    step_ends: Sequence[float] = (),
 ) -> Thresholds:
-    """The thresholds of a pad as they are located, without a proof.
+    """Locate the thresholds of a pad; the referee is not asked.
 
     Parameters
     ----------
+    scene : Scene
+        The scene.
+    high : float
+        Upper end of the friction.
     system : SystemFunction
         mu -> (M, C, K) about the equilibrium.
     path : Path or None
         The branch of equilibria; None of a model that is linearised about the origin.
-    looked_at : sequence of float
+    step_ends : sequence of float
         Values of friction at which steps of the search end.
     """
     _, at_zero = roots_and_verdict(*checked(*system(0.0)))
-    if path is None:
-        located = located_thresholds(system, high, [*looked_at])
-        return Thresholds(
-            name=scene.model,
-            parameter="mu",
-            low=0.0,
-            high=high,
-            verdict=at_zero.verdict,
-            points=tuple(located.points),
-            crossings=tuple(located.crossings),
-            end=f"mu = {high:g} is reached",
-            certified=located.certified,
-            details={"admissible_to": high},
-            source=PadSource(scene),
-        )
-    reach = path.mu_end
-    if path.fold is not None:
-        # nearer to it rounding makes thresholds, and at it the contact may have changed
-        reach = max(path.fold * (1 - NEAR_FOLD) - path.error(path.fold), path.fold / 2)
-    located = located_thresholds(system, reach, [*path.breakpoints, *looked_at])
-    points = located.points
+    end_of_search = high if path is None else path.mu_end
+    if path is not None and path.fold is not None:
+        # closer to it rounding makes spurious thresholds, and at it the contact may have changed
+        end_of_search = max(path.fold * (1 - NEAR_FOLD) - path.error(path.fold), path.fold / 2)
+    breakpoints = () if path is None else path.breakpoints
+    located = located_thresholds(system, end_of_search, [*breakpoints, *step_ends])
+    answer = Thresholds(
+        name=scene.model,
+        parameter="mu",
+        low=0.0,
+        high=high,
+        verdict=at_zero.verdict,
+        points=tuple(located.points),
+        crossings=tuple(located.crossings),
+        end=f"mu = {high:g} is reached",
+        certified=located.certified,
+        details={"admissible_to": high},
+        source=PadSource(scene, branch=path),
+    )
+    return answer if path is None else _on_branch(answer, scene, path)
+
+
+def _on_branch(answer: Thresholds, scene: Scene, path: Path) -> Thresholds:
+    """Take into located thresholds where the branch of equilibria ends, and its limits.
+
+    A fold is the last threshold. Thresholds at changes of contact get their intervals.
+    """
+    points = list(answer.points)
     admissible_to, warnings = _admissible(path)
     if path.fold is not None:
         interval = (path.fold, path.fold)
         points.append(CriticalPoint(path.fold, "fold", 0.0, interval, True))
-        if path.fold < scene.pad.mu <= high:
+        if path.fold < scene.pad.mu <= answer.high:
             warnings.append(
                 f"the scene's mu = {scene.pad.mu:g} lies beyond a fold: the branch from mu = 0 "
                 f"turns back at mu = {path.fold:.9g}"
             )
-    return Thresholds(
-        name=scene.model,
-        parameter="mu",
-        low=0.0,
+    return replace(
+        answer,
         high=path.mu_end,
-        verdict=at_zero.verdict,
         points=tuple(_widened_by_rounding(point, path) for point in points),
-        crossings=tuple(_widened_by_rounding(crossing, path) for crossing in located.crossings),
+        crossings=tuple(_widened_by_rounding(crossing, path) for crossing in answer.crossings),
         end=path.end,
-        certified=located.certified,
         warnings=tuple(warnings),
         details={"admissible_to": min(admissible_to, path.mu_end)},
-        source=PadSource(scene, branch=path),
     )
 
 
-def _proved(
+def _judged(
     scene: Scene, path: Path | None, answer: Thresholds, fastest: float
 ) -> tuple[Thresholds, float | None]:
-    """The answer with what the referee says of it, and the friction at which it is refuted.
+    """Let the referee judge the thresholds of a pad.
 
-    fastest: the largest |lambda| without friction, rad/s. The friction is None if nothing is
-    refuted.
+    fastest: the largest |lambda| without friction, rad/s. Returns the answer with the referee's
+    statement, and the friction at which the referee refutes it, None if it does not.
     """
     from squeal.queries.ranges import pad_statement  # here, since few answers need it
 
-    start = np.zeros(3)
+    start = np.zeros(3)  # a model without a branch is linearised about the origin
+    fold = None
     if path is not None:
         at_rest = path.equilibrium(0.0)
         assert at_rest is not None
         start = np.array(at_rest.q)
+        fold = path.fold
     losses = [point.mu for point in answer.points if point.kind in GROWING]
-    statement, places = pad_statement(
-        damped_model(scene),
-        start,
-        answer.crossings,
-        answer.high,
-        losses[0] if losses else None,
-        fastest,
-        None if path is None else path.fold,
+    first_loss = losses[0] if losses else None
+    statement, intervals = pad_statement(
+        damped_model(scene), start, answer.crossings, answer.high, first_loss, fastest, fold
     )
-    return with_statement(answer, statement, places), statement.refuted_at
+    return with_statement(answer, statement, intervals), statement.refuted_at
 
 
 def with_statement(
     answer: Thresholds, statement: RangeStatement, intervals: Sequence[tuple[float, float]]
 ) -> Thresholds:
-    """The answer with the referee's statement on it.
+    """Take the referee's statement into an answer, which is certified if it is proved.
 
-    intervals: those in which thresholds are proved; a threshold in one of them gets it as its own.
+    intervals: those in which thresholds are proved, each threshold gets the one that holds it.
     """
 
-    def widened(located: Located) -> Located:
+    def with_proved_interval(located: Located) -> Located:
         for low, high in intervals:
             if low <= located.mu <= high:
                 return replace(located, interval=(low, high))
@@ -249,7 +251,7 @@ def with_statement(
     proved = statement.status == "proved"
     notes = answer.notes
     details = {**answer.details}
-    if proved:
+    if proved:  # nothing is missed
         notes = tuple(note for note in notes if not note.endswith(MISSED))
     if "doubts" in details:
         details["doubts"] = [] if proved else [statement.reason]
@@ -257,8 +259,8 @@ def with_statement(
         answer,
         notes=notes,
         details=details,
-        points=tuple(map(widened, answer.points)),
-        crossings=tuple(map(widened, answer.crossings)),
+        points=tuple(map(with_proved_interval, answer.points)),
+        crossings=tuple(map(with_proved_interval, answer.crossings)),
         certified=proved,
         proof=statement.to_dict(),
         proof_line=statement.words,
@@ -266,27 +268,31 @@ def with_statement(
 
 
 def _widened_by_rounding(located: Located, path: Path) -> Located:
-    """A fold or a change of contact with the interval in which rounding leaves it."""
+    """Give a fold or a change of contact the interval in which rounding leaves it.
+
+    Other thresholds are returned as they are.
+    """
     error = path.error(located.mu)
     if not error:
         return located
     interval = (located.mu - error, located.mu + error)
     if isinstance(located, Crossing):
         return replace(located, interval=interval)
-    converged = 2 * error <= ContinuationOptions.same * located.mu
+    converged = 2 * error <= ContinuationOptions.event_tolerance * located.mu
     return replace(located, interval=interval, converged=converged)
 
 
 def _admissible(path: Path) -> tuple[float, list[str]]:
-    """The mu up to which equilibria satisfy all limits of the model, to nine digits.
+    """Locate by bisection up to which mu equilibria satisfy all limits of the model (nine digits).
 
-    Also a sentence for each limit that is exceeded from there on; none if the branch ends before.
+    Returns it, and a sentence for each limit that is exceeded from there on; none if the branch
+    ends before.
     """
 
     def beyond_limit(z: np.ndarray, touching: np.ndarray) -> np.ndarray:
-        """Which of m equilibria z (4, m), touching (points, m), exceed a limit: their numbers."""
-        at = excursion(path.statics, z, touching)
-        return np.flatnonzero(at.beyond().any(axis=0) & (at.reaction > 0.0))
+        """Numbers of those of m equilibria z (4, m), touching (points, m), that exceed a limit."""
+        excursions = excursion(path.statics, z, touching)
+        return np.flatnonzero(excursions.beyond().any(axis=0) & (excursions.reaction > 0.0))
 
     outside = beyond_limit(path.branch.z, path.branch.touching)
     if not outside.size:
@@ -313,10 +319,10 @@ def system_thresholds_with_proof(
     workers: int = 1,
     prove: bool | None = None,
 ) -> Thresholds:
-    """Every threshold of the selected roots of a system, and what the referee says of them.
+    """Locate every threshold of the selected roots of a system, and let the referee judge them.
 
-    The referee proves the thresholds of a system of few rows whose entries are given, and
-    counts growing roots beside those of other small real systems. If it refutes the list, the
+    The referee proves the thresholds of a system of few rows whose entries are given, and counts
+    growing roots on both sides of those of other small real systems. If it refutes the list, the
     search is repeated with a step that ends at the value in question.
 
     Parameters
@@ -362,33 +368,36 @@ def system_thresholds_with_proof(
             f"prove: all thresholds of real systems of up to {ALL_ROWS} rows can be proved, "
             "without a band or a region"
         )
-    proof_is_wanted = prove is True or (prove is None and system.n <= PROVED_ROWS)
+    proof_is_requested = prove is True or (prove is None and system.n <= PROVED_ROWS)
     analysis.warn_of_unused_parameter()
-    looked_at: list[float] = []
+    step_ends: list[float] = []
     for _ in range(SEARCHES):
-        answer, every = system_thresholds(
-            system, high, low, selection, workers, looked_at=looked_at
+        answer, all_crossings = system_thresholds(
+            system, high, low, selection, workers, step_ends=step_ends
         )
+        # a proof where one is possible, else the referee's counts beside each threshold
         refuted_at = None
-        if can_be_proved and every is not None and proof_is_wanted:
-            answer, refuted_at = _proved_system(system, selection, answer, every, prove is True)
+        if can_be_proved and all_crossings is not None and proof_is_requested:
+            answer, refuted_at = _proved_system(
+                system, selection, answer, all_crossings, prove is True
+            )
         elif is_small(system) and system.real and prove is not False:
             answer, refuted_at = _counted_system(system, answer, lists_all)
         if refuted_at is None:
             break
-        looked_at.append(refuted_at)
+        step_ends.append(refuted_at)
     if answer.certified and answer.proof is None and is_small(system):
         answer = _counted_not_proved(answer)
     if analysis.joined:
         answer = widened_by_reduction(system, analysis.file.assembly, answer)
     if is_small(system) and prove is not False and answer.verdict != NO_ROOT:
-        answer = replace(answer, verdict=_judged_start(analysis, answer.low))
+        answer = replace(answer, verdict=_verdict_at_start(analysis, answer.low))
     answer = thresholds_as_seated(analysis.file, answer)
     return thresholds_as_known(analysis.file, selection, answer)
 
 
-def _judged_start(analysis: SystemAnalysis, low: float) -> str | None:
-    """The verdict at the lower end of the range, as `eigenvalues` has it there."""
+def _verdict_at_start(analysis: SystemAnalysis, low: float) -> str | None:
+    """The verdict at the lower end of the range, which the referee judges as for `eigenvalues`."""
     from squeal.queries.systems.known import data_of, error_bounds
     from squeal.queries.systems.roots import system_roots
 
@@ -396,13 +405,15 @@ def _judged_start(analysis: SystemAnalysis, low: float) -> str | None:
     system = file.system
     changes = {system.parameter: low}
     data = data_of(file, system)
-    bounded = error_bounds(file, system)
-    return system_roots(system, analysis.selection, changes, bounded, data).verdict
+    add_errors = error_bounds(file, system)
+    return system_roots(system, analysis.selection, changes, add_errors, data).verdict
 
 
 def _counted_not_proved(answer: Thresholds) -> Thresholds:
-    """The answer of a system so small that a proof is expected: not certified by counts alone,
-    since a mode may grow between two values at which growing roots were counted."""
+    """Withdraw the certificate of a small system, of which a proof is expected, not counts alone.
+
+    A mode may grow between two values at which growing roots were counted.
+    """
     from squeal.queries.ranges import RangeStatement
 
     statement = RangeStatement(
@@ -421,15 +432,32 @@ def _proved_system(
     system: TermSystem,
     selection: EigenvalueSelection,
     answer: Thresholds,
-    every: Sequence[Crossing],
+    all_crossings: Sequence[Crossing],
     at_any_cost: bool,
 ) -> tuple[Thresholds, float | None]:
-    """The answer with what the referee says of its whole range, and where it is refuted.
+    """Let the referee prove the thresholds of a small system on their whole range.
 
     The referee counts all roots: of a band nothing is proved while others grow, which may enter it.
 
-    every: all crossings, of which the answer may list those of a band or region; at_any_cost:
-    whether the proof was asked for, however long it takes.
+    Parameters
+    ----------
+    system : TermSystem
+        The system.
+    selection : EigenvalueSelection
+        The band or region that the answer is about.
+    answer : Thresholds
+        The located thresholds.
+    all_crossings : sequence of Crossing
+        All crossings of the system, of which the answer may list those of a band or region.
+    at_any_cost : bool
+        Whether the proof was requested, however long it takes.
+
+    Returns
+    -------
+    answer : Thresholds
+        The thresholds with the referee's statement.
+    refuted_at : float or None
+        The value of the parameter at which the referee refutes them; None if it does not.
     """
     from squeal.queries.ranges import system_statement
     from squeal.queries.systems.all_roots import roots_of_all
@@ -442,12 +470,12 @@ def _proved_system(
     fastest = float(np.max(sizes, initial=0.0))
     slowest = float(np.min(sizes[oscillates], initial=fastest))
     statement, intervals = system_statement(
-        system, every, answer.low, answer.high, (slowest, fastest), at_any_cost
+        system, all_crossings, answer.low, answer.high, (slowest, fastest), at_any_cost
     )
     doubts = list(answer.details["unconfirmed"])
     selected = roots_of_all(system, selection, changes)
     grows_outside = _number_growing(system, roots) > _number_growing(system, selected)
-    if grows_outside or len(every) > len(answer.crossings):
+    if grows_outside or len(all_crossings) > len(answer.crossings):
         doubts.append(GROWS_OUTSIDE)
     if statement.status == "proved" and doubts:
         words = "; ".join(doubts)
@@ -455,7 +483,7 @@ def _proved_system(
     return with_statement(answer, statement, intervals), statement.refuted_at
 
 
-def _number_growing(system: TermSystem, roots: NDArray[np.complex128]) -> int:
+def _number_growing(system: TermSystem, roots: ComplexArray) -> int:
     """How many modes grow by more than rounding may move them."""
     from squeal.queries.systems.verdicts import rounding_of
 
@@ -466,8 +494,11 @@ def _number_growing(system: TermSystem, roots: NDArray[np.complex128]) -> int:
 def _counted_system(
     system: TermSystem, answer: Thresholds, is_complete: bool
 ) -> tuple[Thresholds, float | None]:
-    """The answer, certified only if the counts of the referee agree with it, and where they refute
-    it; `is_complete` says that all thresholds are listed, not those of a band or region alone."""
+    """Certify the thresholds of a small system only if the referee's counts agree with them.
+
+    is_complete: whether all thresholds are listed, not those of a band or region alone. Returns the
+    answer, and the value of the parameter at which the counts refute it, None if they do not.
+    """
     from squeal.queries.ranges import doubt_of_counts
 
     doubt, refuted_at = doubt_of_counts(

@@ -68,21 +68,21 @@ def sobol_indices(
         Place("indices").warn(words)
         return ()
     random = np.random.default_rng([seed, RESAMPLED])
-    resampled = []
+    resampled = []  # bootstrap: of each repetition the shares (2, d)
     for _ in range(RESAMPLED):
         drawn = random.integers(n, size=n)
         resampled.append(_shares_of_variance(known[:, drawn]))
     tails = [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2]
-    low, high = np.nanquantile(resampled, tails, axis=0).tolist()
+    (first_low, total_low), (first_high, total_high) = np.nanquantile(resampled, tails, axis=0)
     first, total = _shares_of_variance(known).tolist()
     indices = []
     for k, name in enumerate(names):
         index = Index(
             parameter=name,
             first=first[k],
-            first_interval=(low[0][k], high[0][k]),
+            first_interval=(float(first_low[k]), float(first_high[k])),
             total=total[k],
-            total_interval=(low[1][k], high[1][k]),
+            total_interval=(float(total_low[k]), float(total_high[k])),
         )
         indices.append(index)
     return tuple(sorted(indices, key=lambda index: -index.total))

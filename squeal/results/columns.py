@@ -31,17 +31,17 @@ ERROR = Column("error", "1/s", shown=lambda e: "-" if e.error is None else numbe
 
 
 def rounded_growth(row: Any) -> float:
-    """The growth rate in three digits, by which long tables show rows."""
+    """The growth rate in three digits: of a long table the rows of the largest are shown."""
     return float(number(row.growth_rate, 3))
 
 
 def parameter_entry(parameter: str, value: float | None) -> dict[str, Any]:
-    """The value of the parameter as answers hold it; `mu` is its key for scripts."""
+    """Name and value of the parameter as JSON holds them; whatever its name, `mu` has the value."""
     return {"parameter": parameter, "value": value, "mu": value}
 
 
 def parameter_heading(name: str, others: Collection[str]) -> str:
-    """The head of a parameter's column: parameter.NAME if another column has its name."""
+    """The head of a parameter's column: its name, parameter.NAME if another column has that."""
     return f"parameter.{name}" if name in others else name
 
 
@@ -60,8 +60,18 @@ def onset_column(parameter: str) -> Column:
 
 
 def basis_text(basis: Mapping[str, Any], errors: bool = False, counted: bool = False) -> str:
-    """A reduced system for people; `errors`: whether those of components are given beside it,
-    `counted`: whether roots of the full system are."""
+    """Describe a reduced system for people.
+
+    Parameters
+    ----------
+    basis : mapping
+        The reduced system as JSON holds it: its method, "components", "modal" or "reduced", its
+        size, the rows of the full system, and what else the method has.
+    errors : bool
+        Whether the text beside it gives the errors of reduced components.
+    counted : bool
+        Whether the roots of the full system were counted.
+    """
     method = basis["method"]
     size = basis["size"]
     rows = basis["rows"]
@@ -70,7 +80,9 @@ def basis_text(basis: Mapping[str, Any], errors: bool = False, counted: bool = F
             f"{size} rows reduced from {rows}, modes of components up to "
             f"{basis['cutoff_hz']:g} Hz; counts are of the reduced system"
         )
-        return text if errors else f"{text}\n{MOVED}"
+        if not errors:
+            text += f"\n{MOVED}"
+        return text
     if method == "modal":
         text = (
             f"first look: real modes up to {basis['real_modes_hz']:.4g} Hz and their corrections, "

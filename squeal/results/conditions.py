@@ -9,7 +9,7 @@ from operator import attrgetter
 from typing import Any
 
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
-from squeal.results.columns import basis_text, parameter_heading
+from squeal.results.columns import basis_text, parameter_heading, rounded_growth
 
 
 def at_parameters(parameters: Mapping[str, float]) -> str:
@@ -61,8 +61,8 @@ class Condition:
 
     @property
     def rank(self) -> float:
-        """The growth rate in three digits, by which long tables show rows."""
-        return float(number(self.worst.growth_rate, 3)) if self.worst else -math.inf
+        """The growth rate in three digits: of a long table the rows of the largest are shown."""
+        return rounded_growth(self.worst) if self.worst else -math.inf
 
 
 def _of_worst(name: str, unit: str = "", percent: bool = False) -> Column:
@@ -75,7 +75,7 @@ def _of_worst(name: str, unit: str = "", percent: bool = False) -> Column:
 
 
 def _value_of(parameter: str) -> Callable[[Condition], float]:
-    """What gives the value of a parameter at a condition."""
+    """A function that gives the value of a parameter at a condition."""
     return lambda condition: condition.parameters[parameter]
 
 
@@ -148,7 +148,8 @@ class Conditions(Answer):
 
     @property
     def modes(self) -> list[ModePropensity]:
-        """The modes that grow somewhere, by number: by their lowest frequency where they grow."""
+        """The modes that grow at some condition, by their number, each with how often it grows."""
+        # by mode: the conditions at which it grows, with the mode there
         grown: dict[int, list[tuple[Condition, ModeAtCondition]]] = {}
         for condition in self.conditions:
             for row in condition.modes:
@@ -156,7 +157,7 @@ class Conditions(Answer):
                 grown.setdefault(row.mode, []).append((condition, row))
         modes = []
         for mode in sorted(grown):
-            at, fastest = max(grown[mode], key=lambda place: place[1].growth_rate)
+            at, fastest = max(grown[mode], key=lambda pair: pair[1].growth_rate)
             hertz = [row.frequency_hz for _, row in grown[mode]]
             propensity = ModePropensity(
                 mode=mode,
@@ -175,12 +176,12 @@ class Conditions(Answer):
     @property
     def solved(self) -> int:
         """At how many conditions roots are known."""
-        return sum(one.reason is None for one in self.conditions)
+        return sum(condition.reason is None for condition in self.conditions)
 
     @property
     def unstable(self) -> int:
         """At how many conditions some mode grows."""
-        return sum(bool(one.modes) for one in self.conditions)
+        return sum(bool(condition.modes) for condition in self.conditions)
 
     @property
     def propensity(self) -> float | None:
@@ -190,8 +191,8 @@ class Conditions(Answer):
     @property
     def worst(self) -> Condition | None:
         """The condition of the fastest growth; None where nothing grows."""
-        growing = [one for one in self.conditions if one.modes]
-        return max(growing, key=lambda one: one.modes[0].growth_rate, default=None)
+        growing = [condition for condition in self.conditions if condition.modes]
+        return max(growing, key=lambda condition: condition.modes[0].growth_rate, default=None)
 
     @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -205,10 +206,10 @@ class Conditions(Answer):
             lines.append(self._warning(inadmissible, "have no equilibrium that the model means"))
         return tuple(lines)
 
-    def _warning(self, found: Sequence[Condition], words: str) -> str:
-        """What is to be said of some conditions, with their number and the first of them."""
-        count = f"{len(found)} of {len(self.conditions)} conditions"
-        first = at_parameters(found[0].parameters)
+    def _warning(self, concerned: Sequence[Condition], words: str) -> str:
+        """A warning of some conditions: how many, the first of them, and what they have."""
+        count = f"{len(concerned)} of {len(self.conditions)} conditions"
+        first = at_parameters(concerned[0].parameters)
         return f"conditions: {count}, the first of them {first}, {words}"
 
     @property
@@ -272,7 +273,8 @@ class Conditions(Answer):
         rows = []
         for condition in self.conditions:
             row: dict[str, Any] = {"parameters": dict(condition.parameters)}
-            row |= Table(OUTCOME, [condition]).records()[0]
+            (outcome,) = Table(OUTCOME, [condition]).records()
+            row |= outcome
             row["modes"] = Table(GROWTH, condition.modes).records()
             rows.append(row | picked(condition, "admissible reason"))
         axes = [{"name": name, "values": list(values)} for name, values in self.axes.items()]

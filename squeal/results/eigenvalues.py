@@ -46,12 +46,19 @@ class ModeShape:
 
 
 def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape, ...]:
-    """The shape of each mode: of a pair of eigenvalues, and of half of the real ones, rounded up.
+    """The shape of each mode, by rising frequency.
 
-    levers (n,): lengths that make the coordinates comparable, (1, 1, w) of a pad, whose angle moves
-    an edge by w; 1 if left out. Two real eigenvalues make one mode: shown is the half that grows
-    faster, as it may become unstable. The real ones come first, as their frequency is 0; the
-    spectrum has the pairs by rising frequency. Solvers set the imaginary part of real ones to 0.
+    A mode is a pair of complex eigenvalues, or two real ones. Of all real ones the half that grows
+    faster (rounded up) is shown, as one of it may become unstable; the real ones come first, as
+    their frequency is 0.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        Eigenvalues by rising frequency; solvers set the imaginary part of real ones to 0.
+    levers : array_like (n,)
+        Lengths that make the coordinates comparable, (1, 1, w) of a pad, whose angle moves an edge
+        by w; 1 if left out.
     """
     real = [root for root in spectrum.eigenvalues if root.value.imag == 0.0]
     real.sort(key=lambda root: -root.growth_rate)
@@ -61,19 +68,18 @@ def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape,
     for number_of_mode, root in enumerate(shown, 1):
         lengths = np.asarray(levers) * root.right
         largest = int(np.argmax(np.abs(lengths)))
-        shapes.append(
-            ModeShape(
-                number=number_of_mode,
-                frequency_hz=root.frequency_hz,
-                growth_rate=root.growth_rate,
-                shape=root.right / lengths[largest],  # lengths as levered, entries as they are
-            )
+        mode = ModeShape(
+            number=number_of_mode,
+            frequency_hz=root.frequency_hz,
+            growth_rate=root.growth_rate,
+            shape=root.right / lengths[largest],  # coordinates, not lengths: levers only scale
         )
+        shapes.append(mode)
     return tuple(shapes)
 
 
 def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:
-    """Mode shapes as a JSON object."""
+    """Mode shapes as a JSON object; names: of the coordinates, rule: how shapes are scaled."""
     rows = []
     for mode in shapes:
         row = {"mode": mode.number} | picked(mode, "frequency_hz growth_rate")
@@ -85,8 +91,8 @@ def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> 
 class KnowsOnsets(Protocol):
     """A sweep or thresholds: answers that say from which value on a mode grows."""
 
-    def onsets(self, found: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
-        """`onset` and `interval` of those of its unstable modes for which they are known."""
+    def onsets(self, eigenvalues: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
+        """`onset` and `interval` of those of the unstable modes for which they are known."""
         ...
 
 
@@ -157,7 +163,7 @@ class Eigenvalues(Answer):
             return ""
         mode = "mode" if len(numbers) == 1 else "modes"
         within = "the error of the reduction"
-        known_by = self.details.get("known_by")
+        known_by = self.details.get("known_by")  # the digits of files, in words
         if known_by:
             within = f"what {known_by} leave open"
         return f"growth of {mode} {', '.join(map(str, numbers))} is within {within}"
@@ -212,8 +218,9 @@ class Eigenvalues(Answer):
         write_shapes(Path(path), coordinates, sorted(first_of_mode.items()))
 
     def with_onsets(self, others: KnowsOnsets) -> Eigenvalues:
-        """The eigenvalues with the onset of each mode that grows, where the onset is not known, as
-        a sweep or the thresholds tell it.
+        """The eigenvalues with the onsets of unstable modes from a sweep or from thresholds.
+
+        An onset that is known already stays.
 
         Examples
         --------
@@ -280,7 +287,9 @@ class Eigenvalues(Answer):
         if self.certified:
             return "certified by a count"
         doubts = self.details.get("doubts")
-        return f"not certified: {'; '.join(doubts)}" if doubts else UNSURE
+        if doubts:
+            return f"not certified: {'; '.join(doubts)}"
+        return UNSURE
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -296,8 +305,8 @@ class Eigenvalues(Answer):
 
     @property
     def growing(self) -> Table:
-        """The modes that grow, with the error of a reduction if it is known."""
-        table = [
+        """The table of the modes that grow, with the error of a reduction if it is known."""
+        heads = [
             Column("mode", value=self.mode_of),
             *columns("kind frequency_hz"),
             Column("growth_rate", "1/s"),
@@ -310,12 +319,12 @@ class Eigenvalues(Answer):
             def error_of(mode: UnstableMode) -> str:
                 return errors.get(self.mode_of(mode), "-")
 
-            table.append(replace(ERROR, shown=error_of))
-        table += columns("damping_ratio%")
+            heads.append(replace(ERROR, shown=error_of))
+        heads += columns("damping_ratio%")
         if self.depends:
-            table.append(onset_column(self.parameter))
+            heads.append(onset_column(self.parameter))
         nothing = "no unstable mode is listed"
-        return Table(tuple(table), self.unstable, "unstable modes", nothing, rounded_growth)
+        return Table(tuple(heads), self.unstable, "unstable modes", nothing, rounded_growth)
 
     def parts(self) -> Sequence[str | Table]:
         count = f"{len(self.eigenvalues)} roots, {self.completeness}"
@@ -323,6 +332,7 @@ class Eigenvalues(Answer):
         if limit is not None:
             count += f"; roots that grow by more than {number(limit, 4)} 1/s are not among them"
         head = f"{self.name}\n{self.conclusion}\n{self.beside}".rstrip()
+        # the first note says of what these are the eigenvalues: it stands above them
         notes = []
         if self.open and self.unstable:
             notes.append(self.open)
@@ -334,13 +344,13 @@ class Eigenvalues(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         document = {"name": self.name} | parameter_entry(self.parameter, self.value)
-        document |= picked(self, "details")["details"]
+        document |= picked(self, "details")["details"]  # copies of them
         document["eigenvalues"] = Table(self.columns, self.eigenvalues).records()
         document |= picked(self, "verdict criterion certified count")
         if self.proof is not None:
             document["proof"] = dict(self.proof)
-        document["unstable"] = [
-            {"mode": self.mode_of(mode)} | asdict(mode) for mode in self.unstable
-        ]
+        document["unstable"] = []
+        for mode in self.unstable:
+            document["unstable"].append({"mode": self.mode_of(mode)} | asdict(mode))
         document["mode_shapes"] = picked(self, "shapes")["shapes"]
         return document

@@ -103,10 +103,13 @@ class Map(Answer):
     def share(self) -> dict[str, float]:
         """Share of the area for each verdict."""
         counts = np.bincount(self.codes.ravel(), minlength=len(self.verdicts))
-        pairs = zip(self.verdicts, counts.tolist(), strict=True)
-        return {name: count / self.codes.size for name, count in pairs}
+        shares = {}
+        for verdict, count in zip(self.verdicts, counts.tolist(), strict=True):
+            shares[verdict] = count / self.codes.size
+        return shares
 
     def table(self) -> Table:
+        # name, unit and values (n1, n2) of the columns behind those of both parameters
         columns = [("verdict", "", np.array(self.verdicts)[self.codes])]
         if self.quantity is not None:
             columns.append(self.quantity)
@@ -116,7 +119,7 @@ class Map(Answer):
         first, second = self.axes
         grid = np.meshgrid(first.values, second.values, indexing="ij")
         heads = []
-        cells = []
+        cells = []  # of each column the values of all points
         for axis, unit, values in zip(self.axes, self.units, grid, strict=True):
             heads.append((parameter_heading(axis.name, names), unit))
             cells.append(values.ravel().tolist())

@@ -5,18 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from squeal.io.writing import Answer, Mark, Panel, Table, in_order, number, picked
 from squeal.results.columns import parameter_heading
+from squeal.schema import instance
 
 LEVELS = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)  # of the quantiles that are reported
 CONFIDENCE = 0.95
 
-Spread: TypeAlias = Mapping[str, float | Sequence[float]]
+Spread: TypeAlias = Annotated[
+    Mapping[str, float | Sequence[float]],
+    instance(Mapping, "a mapping such as {'relative': 0.05}, or of absolute, within or between"),
+]
 """One of the keys relative, absolute, within and between, with its size."""
 
 
@@ -214,15 +218,15 @@ class Scatter(Answer):
         """
         results = ["kind", "frequency_hz"]
         if self.of == "growth":
-            value = ("growth_rate", "1/s")
+            head_of_value = ("growth_rate", "1/s")
             results += ["unstable", "propensity", "residual"]
         else:
-            value = (self.name, "")
+            head_of_value = (self.name, "")
             if self.basis is not None:
                 results.append("residual")
-        others = [value[0], "share", *results]
+        others = [head_of_value[0], "share", *results]
         parameters = [parameter_heading(name, others) for name in self.spreads]
-        heads = [value, ("share", "")]
+        heads = [head_of_value, ("share", "")]
         heads += [(name, "") for name in results + parameters]
         rows = []
         for rank, sample in enumerate(self.rows, 1):

@@ -20,8 +20,11 @@ STEP = 0.01  # of a parameter's value: the small step whose effect is shown
 
 
 class _EffectOnMode(NamedTuple):
-    """What a small step of a parameter does to a mode, as a row of the table has it; `change` is
-    the step in words, `rank` tells which rows of a long table are shown."""
+    """What a small step of a parameter does to a mode: a row of the table.
+
+    change: the step in words; growth_change (1/s), frequency_change (Hz): what the step adds to
+    both; rank: of a long table the rows of the highest are shown.
+    """
 
     mode: int
     frequency_hz: float
@@ -104,8 +107,10 @@ class Sensitivity(Answer):
         rows = []
         for i in by_growth.tolist():
             for k, effect in enumerate(self._effects_on_mode(i)):
-                # of a long table the strongest effects on growing modes are shown
-                rank = (True, -k) if effect.growth_rate > 0.0 else (False, effect.growth_rate)
+                # of a long table first the strongest effects on growing modes are shown
+                rank = (False, effect.growth_rate)
+                if effect.growth_rate > 0.0:
+                    rank = (True, -k)
                 rows.append(effect._replace(rank=rank))
         heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s")]
         heads += [("parameter", ""), ("change", ""), ("dRe", "1/s"), ("df", "Hz")]
@@ -114,7 +119,10 @@ class Sensitivity(Answer):
         return Table(in_order(heads), rows, title, nothing, attrgetter("rank"))
 
     def _effects_on_mode(self, i: int) -> list[_EffectOnMode]:
-        """What a small step of each parameter does to the eigenvalue i, the strongest first."""
+        """What a small step of each parameter does to the mode of eigenvalue i, strongest first.
+
+        The derivative by the parameter times the step; NaN where eigenvalues coalesce.
+        """
         root = complex(self.at[i])
         mode = int(mode_numbers(np.asarray(self.at, complex))[i])
         effects = []
@@ -151,18 +159,21 @@ class Sensitivity(Answer):
                 rows.append((name, words, value_change, frequency_change))
         rows.sort(key=lambda row: _strength(row[2]))
         if self.at is None:
-            moved = ("dRe", "1/s")
+            head_of_change = ("dRe", "1/s")
             title = "stability is not lost: nothing moves its loss"
             if_empty = title
         else:
-            moved = (f"d {self.parameter}", "")
+            head_of_change = (f"d {self.parameter}", "")
             title = f"what moves the first loss ({self.kind} at {self.parameter} = {self.at:.6g})"
             if_empty = "no other parameter"
-        heads = [("parameter", ""), ("change", ""), moved, ("df", "Hz")]
+        heads = [("parameter", ""), ("change", ""), head_of_change, ("df", "Hz")]
         return Table(in_order(heads), rows, title, if_empty)
 
     def step(self, name: str) -> tuple[float, str]:
         """A small step of a parameter in its unit, and in words.
+
+        1 degree of an angle, 1 per cent of the value, 1 of what is 0 and has no unit. The step is 0
+        for a parameter with a unit that is 0, which then has no row in the table.
 
         Examples
         --------
@@ -224,20 +235,25 @@ class Sensitivity(Answer):
             if not self.slopes:
                 return {"sensitivity": None}
             loss: dict[str, Any] = {"mu": self.at, "value": self.at, "kind": self.kind}
-            for k, key in enumerate(("parameters", "frequency_hz")):
-                loss[key] = {name: plain(float(pair[k])) for name, pair in self.slopes.items()}
+            loss["parameters"] = {}  # derivatives of the value at the loss
+            loss["frequency_hz"] = {}  # and of the frequency there
+            for name, (value_slope, frequency_slope) in self.slopes.items():
+                loss["parameters"][name] = plain(float(value_slope))
+                loss["frequency_hz"][name] = plain(float(frequency_slope))
             return {"sensitivity": loss}
         rows = []
         for name, slopes in self.slopes.items():
-            moved: list[dict[str, float] | None] = []
+            derivatives: list[dict[str, float] | None] = []
             for slope in slopes.astype(complex).tolist():
                 if cmath.isfinite(slope):
-                    moved.append({"real": slope.real, "imag": slope.imag})
+                    derivatives.append({"real": slope.real, "imag": slope.imag})
                 else:
-                    moved.append(None)
-            rows.append({"parameter": name, "unit": self.units[name], "eigenvalues": moved})
-        condition = [None if c == math.inf else c for c in np.asarray(self.condition).tolist()]
-        return {"sensitivity": rows, "sensitivity_condition": condition}
+                    derivatives.append(None)
+            rows.append({"parameter": name, "unit": self.units[name], "eigenvalues": derivatives})
+        conditions: list[float | None] = []  # JSON cannot say infinite
+        for condition in np.asarray(self.condition).tolist():
+            conditions.append(None if condition == math.inf else condition)
+        return {"sensitivity": rows, "sensitivity_condition": conditions}
 
 
 def _strength(change: float) -> float:

@@ -74,9 +74,9 @@ class EigenvalueSelection:
 
     @property
     def rectangle(self) -> Rectangle | None:
-        """The region, or that of the band; None if neither is given.
+        """The region, or that of the band, in the complex plane; None if neither is given.
 
-        What begins or ends on the real axis holds it.
+        An edge on the real axis is moved a little beyond it, so that real roots lie inside.
         """
         region = self.region
         if self.band is not None:
@@ -85,10 +85,10 @@ class EigenvalueSelection:
             region = band(*self.band)
         if region is None or (region.low_imag and region.high_imag):
             return region
-        edge = 1e-6 * max(region.high_imag, -region.low_imag)
-        return replace(
-            region, low_imag=region.low_imag or -edge, high_imag=region.high_imag or edge
-        )
+        margin = 1e-6 * max(region.high_imag, -region.low_imag)
+        if not region.low_imag:
+            return replace(region, low_imag=-margin)
+        return replace(region, high_imag=margin)
 
     def words(self, count: int | None = None) -> str:
         """The selection in words, for people; of the lowest modes the `count` that were found."""
@@ -105,8 +105,11 @@ class EigenvalueSelection:
 
 @dataclass(frozen=True, eq=False)
 class PadSource:
-    """A pad; of eigenvalues with the `analysis` about its equilibrium, of thresholds with the
-    branch of equilibria, which a model that is linearised about the origin has not."""
+    """A pad as the source of an answer.
+
+    analysis: about its equilibrium, of eigenvalues; branch: of equilibria, of thresholds, None for
+    B3, which is linearised about the origin.
+    """
 
     scene: Scene
     analysis: PadAnalysis | None = None

@@ -90,32 +90,41 @@ class Step:
             return ()
         no_vector = np.empty(0, dtype=complex)
         rounding = np.zeros_like(self.residuals) if self.rounding is None else self.rounding
-        found = []
+        eigenvalues = []
         for k, root in enumerate(self.roots.tolist()):
-            residual = float(self.residuals[k])
-            found.append(
-                Eigenvalue(root, no_vector, no_vector, residual, math.nan, float(rounding[k]))
+            eigenvalue = Eigenvalue(
+                root,
+                right=no_vector,
+                left=no_vector,
+                residual=float(self.residuals[k]),
+                condition=math.nan,
+                rounding=float(rounding[k]),
             )
-        return tuple(found)
+            eigenvalues.append(eigenvalue)
+        return tuple(eigenvalues)
 
     @property
-    def fastest(self) -> tuple[float, float] | None:
-        """The largest growth rate and what rounding leaves of it, 1/s; None without a root."""
-        rates = [(root.growth_rate, root.rounding) for root in self.eigenvalues]
-        return max(rates, default=None)
+    def fastest(self) -> Eigenvalue | None:
+        """The root that grows fastest, of equal ones the least certain; None without a root."""
+        return max(self.eigenvalues, key=attrgetter("growth_rate", "rounding"), default=None)
+
+    def largest_growth(self) -> float | None:
+        """The largest growth rate, 1/s; None without a root."""
+        return None if self.fastest is None else self.fastest.growth_rate
 
     def error_text(self) -> str:
         """What rounding leaves of the largest growth rate, for people."""
         if self.fastest is None:
             return "0"
-        _, error = self.fastest
-        return number(error, 2)
+        return number(self.fastest.rounding, 2)
 
     def verdict_text(self) -> str:
         """The verdict for people, or why there is none."""
         if self.verdict:
             return self.verdict
-        return "no equilibrium on the branch" if self.roots is None else "-"
+        if self.roots is None:
+            return "no equilibrium on the branch"
+        return "-"
 
     @property
     def unstable_count(self) -> int:
@@ -140,7 +149,10 @@ class Step:
         return "estimated"
 
     def frequencies(self, only_growing: bool) -> str:
-        """Frequencies of the upper roots that vibrate, or of those that grow, in a line."""
+        """Frequencies (Hz) of the modes that vibrate, or of those that grow, in a line.
+
+        Real roots that grow have the frequency 0. After `LISTED` frequencies a count follows.
+        """
         hertz = []
         for root in self.eigenvalues:
             if only_growing:
@@ -202,7 +214,11 @@ class SweptMode:
 
     @staticmethod
     def of(mode: int, path: Sequence[tuple[float, Eigenvalue]]) -> SweptMode:
-        """A mode from its values of the parameter, rising, and the root at each."""
+        """The mode of a number from its path: rising values of the parameter, and the root at each.
+
+        Its growth begins between the first two values at which it does not grow, and grows; there
+        the growth rate is interpolated linearly to zero.
+        """
         at, fastest = max(path, key=lambda pair: pair[1].growth_rate)
         onset = None
         interval = None
@@ -251,10 +267,11 @@ def _of_root(column: Column) -> Column:
 class Sweep(Answer):
     """Eigenvalues at values of the parameter.
 
-    A mode keeps its number, which it has by frequency at the row `own`, that of the subject's own
-    value if this lies between the others, else the first one; losses: where that is in doubt;
-    names: of modes by number; basis tells of a reduced system that served, note of contact whose
-    seat stays.
+    steps: the roots at each value. A mode keeps its number over all of them: that by rising
+    frequency at the step `reference`, of the subject's own value if the sweep has it, else of the
+    lowest value; None where no value has roots. losses: where it is not known which mode is which;
+    names: of modes by number; basis: the reduced system that served; note: on contact whose seat
+    stays.
 
     Examples
     --------
@@ -272,7 +289,7 @@ class Sweep(Answer):
     parameter: str
     steps: tuple[Step, ...]
     losses: tuple[Loss, ...] = ()
-    own: Step | None = None
+    reference: Step | None = None
     names: Mapping[int, str] = field(default_factory=dict)
     basis: Mapping[str, Any] | None = None
     source: Source | None = None
@@ -292,7 +309,7 @@ class Sweep(Answer):
         return tuple(lines)
 
     def _warning(self, values: Sequence[float], words: str) -> str:
-        """What is to be said of some values, with their number and the first of them."""
+        """A warning of some values: how many, the first of them, and what they have."""
         count = f"{len(values)} of {len(self.steps)} values of {self.parameter}"
         return f"sweep: {count}, the first of them {values[0]:.6g}, {words}"
 
@@ -311,18 +328,21 @@ class Sweep(Answer):
 
     @property
     def modes(self) -> tuple[SweptMode, ...]:
-        """Each mode by its number."""
+        """Each mode by its number, with its onset and its fastest growth."""
         steps = {step.value: step for step in self.steps}
-        if self.own is not None:
-            steps[self.own.value] = self.own
+        if self.reference is not None:
+            steps[self.reference.value] = self.reference
         paths: dict[int, list[tuple[float, Eigenvalue]]] = {}
         for value, step in sorted(steps.items()):
             for mode, root in step.root_of_mode().items():
                 paths.setdefault(mode, []).append((value, root))
         return tuple(SweptMode.of(mode, path) for mode, path in sorted(paths.items()))
 
-    def onsets(self, found: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
-        """Where modes that grow at the own value began to.
+    def onsets(self, eigenvalues: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
+        """Where unstable modes began to grow, by the modes of the sweep.
+
+        Of each mode `onset` and `interval`, see `SweptMode`. Empty unless the modes are numbered at
+        the value of the eigenvalues, so that numbers mean the same in both.
 
         Examples
         --------
@@ -333,12 +353,12 @@ class Sweep(Answer):
         >>> onset["interval"]
         (0.5, 1.0)
         """
-        if self.own is None or found.value != self.own.value:
+        if self.reference is None or eigenvalues.value != self.reference.value:
             return {}
         known = {mode.mode: picked(mode, "onset interval") for mode in self.modes}
         onsets = {}
-        for unstable in found.unstable:
-            number_of_mode = found.mode_of(unstable)
+        for unstable in eigenvalues.unstable:
+            number_of_mode = eigenvalues.mode_of(unstable)
             if number_of_mode in known:
                 onsets[unstable] = known[number_of_mode]
         return onsets
@@ -387,14 +407,17 @@ class Sweep(Answer):
         return columns
 
     def _table_of_values(self) -> Table:
-        """A row for each value; a long table shows those beside a change of the unstable count."""
+        """A row for each value, for people.
+
+        Of a long table the rows on both sides of a change of the unstable count are shown first.
+        """
         table = [Column(self.parameter, value=attrgetter("value"))]
         if any(step.contact is not None for step in self.steps):
             table.append(Column("contact"))
         table += [
             Column("frequencies, Hz", value=lambda step: step.frequencies(only_growing=False)),
             Column("growing, Hz", value=lambda step: step.frequencies(only_growing=True)),
-            Column("largest real, 1/s", value=lambda step: step.fastest and step.fastest[0]),
+            Column("largest real, 1/s", value=Step.largest_growth),
         ]
         if self.is_first_look:
             table += [
@@ -426,8 +449,8 @@ class Sweep(Answer):
             onset_column(self.parameter),
         ]
         title = "modes"
-        if self.own is not None:
-            title += f", numbered as at {self.parameter} = {number(self.own.value)}"
+        if self.reference is not None:
+            title += f", numbered as at {self.parameter} = {number(self.reference.value)}"
         return Table(tuple(table), self.modes, title, rank=rounded_growth)
 
     def parts(self) -> Sequence[str | Table]:
@@ -457,7 +480,9 @@ class Sweep(Answer):
         return lines
 
     def to_dict(self) -> dict[str, Any]:
-        modes = [asdict(mode) | {"name": self.names.get(mode.mode)} for mode in self.modes]
+        modes = []
+        for mode in self.modes:
+            modes.append(asdict(mode) | {"name": self.names.get(mode.mode)})
         return {
             "parameter": self.parameter,
             "sweep": [step.to_dict(self.parameter) for step in self.steps],

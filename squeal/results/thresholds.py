@@ -67,9 +67,11 @@ class Thresholds(Answer):
         """The first threshold at which stability or the equilibrium is lost."""
         return next((point for point in self.points if point.kind != "restabilised"), None)
 
-    def onsets(self, found: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
-        """Where modes that grow began to: the crossings nearest in frequency, if as many lead up to
-        there as modes grow; none where that is not so.
+    def onsets(self, eigenvalues: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
+        """Where unstable modes began to grow: at the crossings that are nearest in frequency.
+
+        Of each mode `onset` and `interval`. Empty where crossings do not tell: where some up to the
+        value of the eigenvalues lead back, or there are not as many as modes that grow.
 
         Examples
         --------
@@ -80,8 +82,8 @@ class Thresholds(Answer):
         >>> round(onset["onset"], 9)
         0.75
         """
-        modes = found.unstable
-        begun = [crossing for crossing in self.crossings if crossing.mu <= found.value]
+        modes = eigenvalues.unstable
+        begun = [crossing for crossing in self.crossings if crossing.mu <= eigenvalues.value]
         all_upwards = all(crossing.direction == "up" for crossing in begun)
         if not modes or len(begun) != len(modes) or not all_upwards:
             return {}
@@ -94,19 +96,21 @@ class Thresholds(Answer):
         return onsets
 
     def table(self) -> Table:
-        # crossings and changes of the verdict; what is both is one row
-        changes = {point.mu: point.kind for point in self.points}
-        crossed = {c.mu for c in self.crossings if c.changes_verdict}
+        # rows are crossings, and changes of the verdict that are none, such as a fold
+        verdict_from = {point.mu: point.kind for point in self.points}
+        crossed = {crossing.mu for crossing in self.crossings if crossing.changes_verdict}
         rows: list[CriticalPoint | Crossing] = list(self.crossings)
         rows += [point for point in self.points if point.mu not in crossed]
         rows.sort(key=attrgetter("mu"))
 
-        def change(row: CriticalPoint | Crossing) -> str | None:
+        def new_verdict(row: CriticalPoint | Crossing) -> str | None:
+            """The verdict from this row on; None where it stays."""
             if isinstance(row, Crossing) and not row.changes_verdict:
                 return None
-            return changes.get(row.mu)
+            return verdict_from.get(row.mu)
 
         def error(row: CriticalPoint | Crossing) -> float:
+            """The largest distance of the value from the ends of its interval."""
             low, high = row.interval
             return max(high - row.mu, row.mu - low)
 
@@ -115,7 +119,7 @@ class Thresholds(Answer):
             Column("kind"),
             Column("direction", value=lambda row: getattr(row, "direction", None)),
             Column("frequency_hz"),
-            Column("verdict", value=change),
+            Column("verdict", value=new_verdict),
             Column("low", value=lambda row: row.interval[0], hidden=True),
             Column("high", value=lambda row: row.interval[1], hidden=True),
             Column("error", value=error, shown=lambda row: number(error(row), 2)),
@@ -134,13 +138,17 @@ class Thresholds(Answer):
         head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict or 'open'}"
         return [head, self.table(), "\n".join([*self.notes, *self.seat, proof, end])]
 
-    def _rows(self, located: Sequence[CriticalPoint | Crossing]) -> list[dict[str, Any]]:
-        return [parameter_entry(self.parameter, one.mu) | asdict(one) for one in located]
+    def _entries(self, points: Sequence[CriticalPoint | Crossing]) -> list[dict[str, Any]]:
+        """Critical points or crossings as JSON holds them."""
+        entries = []
+        for point in points:
+            entries.append(parameter_entry(self.parameter, point.mu) | asdict(point))
+        return entries
 
     def to_dict(self) -> dict[str, Any]:
         document = picked(self, "name parameter end certified") | {
-            "critical": self._rows(self.points),
-            "crossings": self._rows(self.crossings),
+            "critical": self._entries(self.points),
+            "crossings": self._entries(self.crossings),
             "verdict_at_start": self.verdict,
             "verdict_at_zero": self.verdict if self.low == 0.0 else None,
             "mu_start": self.low,

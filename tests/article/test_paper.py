@@ -136,3 +136,12 @@ def test_no_clause_is_a_number():
     for text in PAPER.values():
         for _, key in values.VAL_MACRO.findall(text):
             assert not key.endswith(("measured", "statement", "outcome"))
+
+
+def test_the_page_of_the_article_has_the_verdicts_of_the_paper():
+    in_paper = re.findall(r"^(.*?) & \\verdict\{(.*?)\} &", PAPER["report.tex"], re.M)
+    page = (ROOT / "docs" / "report.md").read_text(encoding="utf-8")
+    table = page.split("| the article concludes | verdict |\n|---|---|\n")[1].split("\n\n")[0]
+    on_page = re.findall(r"^\| (.*) \| (.*) \|$", table, re.M)
+    assert on_page == in_paper
+    assert len(on_page) == 10

@@ -158,7 +158,6 @@ def test_the_examples_of_help_run(capsys, tmp_path, monkeypatch, command):
         Path("samples.yaml").write_text("spreads: {mu: {relative: 0.1}}\nsamples: 40\n")
     Path("brake.yaml").write_text(BRAKE)
     Path("rotor.yaml").write_text(TILT)
-    Path("spreads.yaml").write_text("spreads: {k1: {relative: 0.1}}\nsamples: 40\n")
     lines = parser_of(command)[1].epilog.splitlines()[1:]
     for line in lines:
         assert run(capsys, *shlex.split(line)[1:])[0] == 0, line

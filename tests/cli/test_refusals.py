@@ -25,6 +25,7 @@ FILES = {
     "plain.yaml": "M: [[1]]\nK0: [[1]]\nK1: [[1]]\n",
     "nested.json": 100_000 * "[",
     "comma.yaml": "M: [[1]]\nparameters: {mu: 0,4}\nK: [[1]]\n",
+    "comma_of_pad.yaml": "model: B1\nparameters: {m: 0.2, k1: 2,0e7}\n",
     "nul.yaml": 'M: {file: "a\\0b"}\nK: [[1]]\n',
     "placed.yaml": PAIR + "coordinates: {file: nodes.csv}\n",
     "nodes.csv": "node,dof,x,y,z\n1,x,0,0,0\n2,x,1,0,0\n",
@@ -72,6 +73,7 @@ eigenvalues pair.yaml --set nu=1 | --set nu=1
 eigenvalues pair.yaml --set mu=1 --at 2 | --at 2
 eigenvalues pair.yaml --set gap=0,55 | 0.55
 check comma.yaml | comma.yaml: line 2
+check comma_of_pad.yaml | the key 0.0 is not a word; decimals follow a point
 check nul.yaml | nul.yaml: M.file:
 check typed.yaml | typed.yaml: K.2.facter: unknown key; did you mean factor
 eigenvalues pair.yaml --memory 0 | --memory 0
@@ -104,8 +106,8 @@ map b3.yaml --first k1:0:1e10:log | --first k1:0:1e10:log
 map b3.yaml --first k1:1:1e10:lin | --first k1:1:1e10:lin
 map b3.yaml --pdf x.jpg | --pdf x.jpg
 map b3.yaml --csv loop.csv | --csv loop.csv
-map pair.yaml --first mu:0:1 | alpha2
-map pair.yaml --quantity growth | quantity
+map pair.yaml --first mu:0:1 | --second: missing
+map pair.yaml --quantity growth --first mu:0:1 --second gap:0:1 | quantity
 export pair.yaml --output out --method reduced | band
 export pair.yaml --output out --band 1:2 | --band 1:2
 export pair.yaml --output pair.yaml/below | below: cannot be written

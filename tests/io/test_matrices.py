@@ -98,6 +98,17 @@ def test_every_double_comes_back_from_text(tmp_path_factory, values):
         assert np.array_equal(read_matrix(path).matrix.toarray(), matrix)
 
 
+def test_an_array_of_numpy_is_a_matrix_if_it_has_two_dimensions(tmp_path):
+    np.save(tmp_path / "K.npy", np.array([[4.0, -1.0], [-1.0, 2.0]]))
+    assert read_matrix(tmp_path / "K.npy").matrix.toarray().tolist() == [[4.0, -1.0], [-1.0, 2.0]]
+    np.save(tmp_path / "v.npy", np.ones(3))
+    with pytest.raises(InputError, match="an array of 1 dimensions; a matrix has two"):
+        read_matrix(tmp_path / "v.npy")
+    np.save(tmp_path / "o.npy", np.array([[None]]), allow_pickle=True)
+    with pytest.raises(InputError, match="no readable NumPy matrix"):
+        read_matrix(tmp_path / "o.npy")
+
+
 def test_keys_pick_one_of_several_in_the_case_written(tmp_path, matrix):
     savemat(tmp_path / "s.mat", {"M": np.eye(3), "Kaa": matrix, "kaa": np.eye(2), "note": "text"})
     np.savez(tmp_path / "s.npz", M=np.eye(3), K=np.ones((3, 3)))

@@ -81,7 +81,9 @@ def test_imports_are_those_that_python_parses():
         found = room._imports(path)
         expected = parsed(path.read_text(encoding="utf-8"))
         assert found >= expected, path
-        homes = set(room._homes().values())  # of names that the package loads when they are used
+        homes = set(
+            room._modules_of_offers().values()
+        )  # of names that the package loads when they are used
         assert found - expected <= homes, path
 
 

@@ -11,7 +11,7 @@ from squeal.errors import InputError, InputWarning
 from squeal.io.cells import CELLS as SOLIDS
 from squeal.io.cells import outer_faces
 from squeal.io.coordinates import read_coordinates, read_elements
-from squeal.io.shapes import displacements
+from squeal.io.shapes import unit_displacements
 from squeal.io.system_files import read_system
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
@@ -61,7 +61,7 @@ def cubes(tmp_path):
 
 
 def expected(file, mode):
-    u = displacements(file.coordinates, mode.right)
+    u = unit_displacements(file.coordinates, mode.right)
     assert np.linalg.norm(u, axis=1).max() == pytest.approx(1.0)
     return dict(zip(file.coordinates.names, u, strict=True))
 
@@ -270,7 +270,9 @@ def test_faces_of_a_solid_close_it(name):
 def test_rotations_and_internal_rows_move_no_node(tmp_path):
     (tmp_path / "nodes.csv").write_text("node,x,y,z\n7,0,0,0\n9,1,0,0\n")
     labels = [(7, 1), (7, 4), (9, 2), (-3, 1), (9, 6)]
-    found = displacements(read_coordinates(tmp_path / "nodes.csv", 5, labels), np.arange(1.0, 6))
+    found = unit_displacements(
+        read_coordinates(tmp_path / "nodes.csv", 5, labels), np.arange(1.0, 6)
+    )
     assert (found != 0).sum() == 2
     assert found[0, 0] / found[1, 1] == pytest.approx(1 / 3)
 
@@ -279,7 +281,7 @@ def test_real_parts_of_displacements_are_as_large_as_any_turn_makes_them(cubes):
     file = read_system(cubes)
     rng = np.random.default_rng(4)
     shape = rng.normal(size=24) + 0.3j * rng.normal(size=24)
-    found = displacements(file.coordinates, np.exp(1.1j) * shape)
+    found = unit_displacements(file.coordinates, np.exp(1.1j) * shape)
     turned = found * np.exp(1j * np.linspace(0.1, 3.0, 30))[:, None, None]
     assert np.all(np.linalg.norm(turned.real, axis=(1, 2)) < np.linalg.norm(found.real))
 

@@ -215,7 +215,7 @@ def test_a_growing_verdict_has_its_modes(K, kind, number, damping):
     given = eye, damping * eye, K
     roots = system_roots(system_of(*given))
     assert roots.verdict == kind == judge(*given).verdict
-    for values in (roots.every, complex_eigenvalues(*given).eigenvalues):
+    for values in (roots.computed, complex_eigenvalues(*given).eigenvalues):
         assert [mode.kind for mode in growing(values)] == [kind] * number
 
 

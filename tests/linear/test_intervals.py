@@ -260,7 +260,7 @@ def test_a_window_in_a_band_of_a_large_system_is_found(damping):
     K1 = csc_array(block_diag([FOUR[1], csc_array((rest, rest))]))
     eye = csc_array(eye_array(rest + 4))
     system = affine(eye, K0, K1, damping * eye if damping else None)
-    result = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(0.2, 2.0))).answer
+    result = system_thresholds(system, 1.0, selection=EigenvalueSelection(band=(0.2, 2.0))).answer
     assert [c.direction for c in result.crossings] == ["up", "down"]
     assert [c.mu for c in result.crossings] == pytest.approx(
         ends_of_growth(*FOUR, damping), rel=1e-9

@@ -97,7 +97,7 @@ def test_a_threshold_of_a_band_with_damping_of_what_is_light():
     """Flutter begins where (4 mu / 3 - 1) = 2 c^2."""
     for m in (1e-8, 1e-11, 0.0):
         found = system_thresholds(
-            system(m, c=1e-2), 1.0, wanted=EigenvalueSelection(band=(0.05, 1.0))
+            system(m, c=1e-2), 1.0, selection=EigenvalueSelection(band=(0.05, 1.0))
         ).answer
         (point,) = found.points
         assert found.certified is not False

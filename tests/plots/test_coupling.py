@@ -21,7 +21,7 @@ def test_the_background_changes_at_the_threshold_and_the_growing_mode_is_said():
     pair = squeal.System([[1, 0], [0, 1]], K=K)
     sweep = squeal.sweep(pair, np.linspace(0.0, 1.0, 101).tolist())
     found = squeal.thresholds(pair, 1.0)
-    figure = sweep_drawing("pair", sweep, found, own=0.6).figure
+    figure = sweep_drawing("pair", sweep, found, own_value=0.6).figure
     shaded = artists(figure, "flutter")
     assert len(shaded) == 2  # of frequency and growth
     for span in shaded:

@@ -9,11 +9,22 @@ from squeal.queries.cycles import Cycles, Orbit
 
 def orbit(mu: float, y: float, stable: bool | None, face: float = 0.5, turn: str = "") -> Orbit:
     """A cycle of amplitude y (micrometres)."""
-    size = (0.0, 1e-6 * y, 0.0)
-    multipliers = (0.5 + 0j,) * 5
-    work = (0.0, 0.0)
-    start = (0.0,) * 6
-    return Orbit(mu, 1e-3, size, 0.1, {}, ("FC",), multipliers, stable, *work, face, start, turn)
+    return Orbit(
+        value=mu,
+        period=1e-3,
+        amplitude=(0.0, 1e-6 * y, 0.0),
+        velocity=0.1,
+        extrema={},
+        peak=1.0,
+        contacts=("FC",),
+        multipliers=(0.5 + 0j,) * 5,
+        stable=stable,
+        friction=0.0,
+        damping=0.0,
+        face=face,
+        start=(0.0,) * 6,
+        turn=turn,
+    )
 
 
 BRANCH = (

@@ -7,7 +7,7 @@ import pytest
 
 from squeal.io.coordinates import Coordinates
 from squeal.io.scene import read_scene
-from squeal.io.shapes import displacements
+from squeal.io.shapes import unit_displacements
 from squeal.plots import modes
 from squeal.plots.modes import shape_drawing
 from squeal.queries.pads.equilibrium import analyse
@@ -62,13 +62,13 @@ def _shape(values):
 
 
 def test_displacements_are_scaled_and_turned():
-    u = displacements(WHERE, 7j * _shape(np.cos(2 * T)))
+    u = unit_displacements(WHERE, 7j * _shape(np.cos(2 * T)))
     assert np.allclose(u[:, :2], 0)
     assert np.allclose(np.abs(u[:, 2].real), np.abs(np.cos(2 * T)))
     assert np.allclose(u.imag, 0, atol=1e-12)  # a standing wave has one phase
-    travelling = displacements(WHERE, _shape(np.exp(2j * T)))
+    travelling = unit_displacements(WHERE, _shape(np.exp(2j * T)))
     assert np.allclose(np.abs(travelling[:, 2]), 1)
-    assert np.all(displacements(WHERE, _shape(0 * T)) == 0)
+    assert np.all(unit_displacements(WHERE, _shape(0 * T)) == 0)
 
 
 def test_a_still_figure_shows_two_phases():
@@ -76,7 +76,7 @@ def test_a_still_figure_shows_two_phases():
     for axes, turn in zip(figure.axes, (1.0, 1j), strict=False):
         drawn: Any = axes.collections[0]
         heights = np.asarray(drawn._offsets3d[2])
-        u = displacements(WHERE, _shape(np.exp(2j * T)))[:, 2]
+        u = unit_displacements(WHERE, _shape(np.exp(2j * T)))[:, 2]
         assert np.allclose(heights, modes.LARGEST_OF_NODES * 0.4 * (u * turn).real, rtol=1e-2)
     for axes in figure.axes[:2]:  # both panels show the same box
         assert axes.get_xlim() == pytest.approx((-0.232, 0.232), rel=1e-2)

@@ -231,7 +231,7 @@ def test_the_chart_has_the_numbers_and_the_frequencies_of_the_text():
         (mode,) = report.eigenvalues.unstable
         number_of_mode = report.eigenvalues.mode_of(mode)
         chart = reports._chart(report)
-        assert chart.own.value == mu
+        assert chart.reference.value == mu
         growing = [one.mode for one in chart.modes if one.growth_rate > 1e-3]
         assert growing == [number_of_mode]
         assert chart.names[number_of_mode] == f"mode {number_of_mode}, {mode.frequency_hz:.4g} Hz"

@@ -13,7 +13,7 @@ from squeal.equilibrium.damping import damped_model, without_friction
 from squeal.io.scene import Damping
 from squeal.model.equations import linearise
 from squeal.proof.branches import PadBranch
-from squeal.proof.pads import Claim, _growing, _right_half_plane, prove_pad
+from squeal.proof.pads import Claim, _count_in_right_half_plane, _growing_count, prove_pad
 from squeal.proof.signs import signs
 from squeal.queries.thresholds import critical_friction
 from squeal.results.sources import PadSource
@@ -72,14 +72,14 @@ def test_wide_balls_have_the_count_of_each_polynomial_in_them():
         squares = rng.uniform(0.1, 1.0, 3) * rng.choice([-1.0, 1.0], 3)
         coefficients = -np.poly(squares)[::-1]
         balls = [flint.arb(float(c), 0.99 * abs(float(c))) for c in coefficients]
-        found = _growing(balls, 1, is_damped=False)
+        found = _growing_count(balls, 1, is_damped=False)
         if found is not None:
             counted += 1
             assert found == np.sum(squares < 0.0)
         roots = np.roots(rng.uniform(0.1, 1.0, 4) * rng.choice([-1.0, 1.0], 4))
         coefficients = np.poly(roots)[::-1]
         balls = [flint.arb(float(c), 1e-3 * abs(float(c))) for c in coefficients]
-        found = _right_half_plane(balls)
+        found = _count_in_right_half_plane(balls)
         if found is not None:
             counted += 1
             assert found == np.sum(roots.real > 0.0)

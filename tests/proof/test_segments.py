@@ -9,7 +9,7 @@ from squeal.proof.balls import Balls, Quadratic
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import Failure, growing_of
 from squeal.proof.ranges import Term, Terms, bounds_between
-from squeal.proof.segments import Expansion, bases, moving, tallies_of_squares
+from squeal.proof.segments import Expansion, bases, near_diagonal, tallies_of_squares
 
 pytest.importorskip("flint")
 
@@ -99,7 +99,7 @@ def test_discs_hold_terms_of_second_order():
     basis = next(bases(K0, np.eye(10)))
     widths = []
     for half in (2.0**-10, 2.0**-11):
-        found = moving(A, B, half, basis)
+        found = near_diagonal(A, B, half, basis)
         assert not isinstance(found, Failure)
         widths.append(found.N.sum(axis=1).max())
         order = np.argsort(found.centres)
@@ -119,7 +119,7 @@ def test_a_pair_that_meets_is_decided_by_its_discriminant():
         B = Expansion.constant(Balls.exact(np.eye(2)))
         counts = []
         for basis in bases(at.mid, np.eye(2)):
-            found = moving(A, B, half, basis)
+            found = near_diagonal(A, B, half, basis)
             assert not isinstance(found, Failure)
             counts.append(growing_of(tallies_of_squares(found, half)))
         assert ((0, 0) if side > 0.0 else (2, 2)) in counts

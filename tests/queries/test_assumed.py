@@ -83,18 +83,18 @@ def test_a_root_within_its_error_of_the_end_is_listed_and_not_certified(rows, si
     M = diags_array(np.ones(rows)).tocsc()
     system = TermSystem((Term(M),), (), (Term(K),))
 
-    def bounded(roots):
+    def add_errors(roots):
         return tuple(replace(root, error=2e-3, rounding=2e-3) for root in roots)
 
     end = 5.0 + side * 1e-3
     wanted = EigenvalueSelection((0.5 / (2 * np.pi), end / (2 * np.pi)))
-    found = system_roots(system, wanted, bounded=bounded)
+    found = system_roots(system, wanted, add_errors=add_errors)
     assert [e.value.imag for e in found.eigenvalues] == pytest.approx([1, 2, 3, 4, 5])
     assert not found.certified
     assert "0.795775 Hz" in found.doubts[0]  # 5 rad/s
     assert found.count == (5 if side > 0 else 4)
     far = system_roots(
-        system, replace(wanted, band=(0.5 / 2 / np.pi, 5.4 / 2 / np.pi)), None, bounded
+        system, replace(wanted, band=(0.5 / 2 / np.pi, 5.4 / 2 / np.pi)), None, add_errors
     )
     assert far.certified
     assert far.count == len(far.eigenvalues) == 5
@@ -115,10 +115,13 @@ def test_data_frames_have_the_same_labels_everywhere():
         (K[names[::-1]], "columns of K"),
         (pandas.DataFrame(K.to_numpy()), "index of K"),
     ):
-        with pytest.raises(InputError, match=f"{words} is not the index of M"):
+        with pytest.raises(InputError, match=f"{words}: other labels"):
             squeal.System(M, K=other)
-    with pytest.raises(InputError, match="index of C is not"):
+    with pytest.raises(InputError, match="index of C: other labels"):
         squeal.System(M, turned, K)
+    twice = pandas.DataFrame(np.eye(2), ["a", "a"], ["a", "a"])
+    with pytest.raises(InputError, match="index of M: the label a stands there 2 times"):
+        squeal.System(twice, K=twice)
 
 
 def test_labels_name_the_rows_of_vectors(tmp_path):
@@ -153,7 +156,7 @@ def test_changes_of_matrices_stand_on_the_rows_that_their_labels_name(tmp_path):
         assert slopes[1.0] == pytest.approx(0.5j)
         assert slopes[2.0] == pytest.approx(0.0)
     turned = dK.loc[rows[::-1], rows[::-1]]
-    with pytest.raises(InputError, match=r"q\.K: the index is not the rows"):
+    with pytest.raises(InputError, match=r"q\.K: .*other labels"):
         squeal.sensitivity(system, matrices={"q": {"K": turned}})
 
 
@@ -191,5 +194,5 @@ def test_data_arrays_are_taken_by_their_labels():
     for entries in (K, csc_array(K)):
         values = squeal.eigenvalues(squeal.System(M, K=DataArray(entries, **names))).values
         assert values.imag[values.imag > 0] == pytest.approx(exact)
-    with pytest.raises(InputError, match="index of K is not the index of M"):
+    with pytest.raises(InputError, match="index of K: other labels"):
         squeal.System(M, K=DataArray(K, row=["b", "a"], column=["b", "a"]))

@@ -87,7 +87,7 @@ def test_follower_forces_on_a_free_chain_begin_no_growth_at_zero():
     pull = np.r_[1e3 * np.array([1.0, -1.0, -1.0, 1.0]), 1e3, -1e3]  # rows sum to zero
     forces = entries(pull, [3, 3, 9, 9, 5, 5], [0, 1, 0, 1, 7, 8], "mu")
     system = chains(more=(forces,))
-    located = system_thresholds(system, 1.0, wanted=SLOW).answer
+    located = system_thresholds(system, 1.0, selection=SLOW).answer
     assert (located.verdict, located.crossings) == ("marginal", ())
     assert located.details["unconfirmed"] == []
     full = system_roots(system, SLOW, {"mu": 1.0})
@@ -116,7 +116,7 @@ def test_so_many_lowest_modes_are_listed_as_are_requested(modes):
     turn = np.sqrt(decay**2 / 4 - 1 + 0j)
     upper = np.sort(np.abs(np.r_[omega * (turn - decay / 2), (-omega * (turn + decay / 2))[:3]]))
     assert (len(lowest.eigenvalues), lowest.certified) == (modes, True)
-    listed = np.sort([abs(e.value) for e in lowest.every])
+    listed = np.sort([abs(e.value) for e in lowest.computed])
     assert listed == pytest.approx(upper[: len(listed)], rel=1e-9)
 
 
@@ -146,7 +146,7 @@ def test_a_band_of_a_small_system_is_judged_as_that_of_its_large_twin(c):
     wanted = EigenvalueSelection(band=(100.0, 200.0))
     exact = math.sqrt(5e4**2 + c**2 * 1.05e6) / 1e5
     for rows, outside in ((10, 1), (N, None)):
-        located = system_thresholds(two_pairs(rows, c), 1.0, wanted=wanted).answer
+        located = system_thresholds(two_pairs(rows, c), 1.0, selection=wanted).answer
         assert located.verdict == ("stable" if c else "marginal")
         assert [p.kind for p in located.points] == ["flutter"]
         assert located.points[0].mu == pytest.approx(exact, rel=1e-9)

@@ -51,7 +51,9 @@ def test_equally_damped_modes_flutter_where_they_have_parted_by_their_damping(pl
     mean = s.mean()
     g = half / place
     system = beside(np.diag(s), np.array([[0.0, g], [-g, 0.0]]), c)
-    found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(100.0, 200.0))).answer
+    found = system_thresholds(
+        system, 1.0, selection=EigenvalueSelection(band=(100.0, 200.0))
+    ).answer
     assert_threshold(found, "flutter", math.sqrt(half**2 + c**2 * mean) / g)
     assert found.crossings[0].frequency_hz == pytest.approx(math.sqrt(mean) / (2 * math.pi))
 
@@ -59,7 +61,7 @@ def test_equally_damped_modes_flutter_where_they_have_parted_by_their_damping(pl
 @pytest.mark.parametrize(("place", "c"), [(0.25, 0.1), (0.7, 5.0)])
 def test_a_damped_root_diverges_where_its_stiffness_ends(place, c):
     system = beside(np.diag([4.0, 900.0]), np.diag([-4.0 / place, 0.0]), c)
-    found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(0.0, 20.0))).answer
+    found = system_thresholds(system, 1.0, selection=EigenvalueSelection(band=(0.0, 20.0))).answer
     assert_threshold(found, "divergence", place)
 
 
@@ -83,7 +85,7 @@ def test_a_root_that_leaves_the_band_crosses_the_axis_before():
     less = csc_array(([-1.0 / exact], ([0], [0])), shape=(ROWS, ROWS))
     system = TermSystem(system.M, (*system.C, Term(less, MU)), system.K)
     edge = math.sqrt(1e6 + rise * leaves) / (2 * math.pi)
-    found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(100.0, edge))).answer
+    found = system_thresholds(system, 1.0, selection=EigenvalueSelection(band=(100.0, edge))).answer
     assert [c.direction for c in found.crossings] == ["up"]
     assert found.crossings[0].mu == pytest.approx(exact)
 
@@ -91,14 +93,14 @@ def test_a_root_that_leaves_the_band_crosses_the_axis_before():
 @pytest.mark.parametrize(("band", "verdict"), [((500.0, 600.0), "no root"), ((100, 200), "stable")])
 def test_a_band_without_a_root_has_no_threshold(band, verdict):
     system = beside(np.diag([1e6, 1.2e6]), np.diag([1e3, 0.0]), 1.0)
-    found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=band)).answer
+    found = system_thresholds(system, 1.0, selection=EigenvalueSelection(band=band)).answer
     assert (found.verdict, found.crossings, found.certified) == (verdict, (), True)
 
 
 def test_a_structural_loss_factor_flutters_where_it_is_known_to(monkeypatch):
     system, mu, omega = large.with_loss_factor(np.random.default_rng(4), 42)  # reduced
     region = EigenvalueSelection(region=Rectangle(-60.0, 60.0, 350.0, 600.0))
-    found = system_thresholds(system, 1.4, wanted=region).answer
+    found = system_thresholds(system, 1.4, selection=region).answer
     assert_threshold(found, "flutter", mu)
     assert found.points[0].frequency_hz == pytest.approx(omega / (2 * np.pi), rel=1e-10)
     with pytest.raises(InputError, match="band: is missing"):
@@ -108,7 +110,7 @@ def test_a_structural_loss_factor_flutters_where_it_is_known_to(monkeypatch):
     monkeypatch.setattr(
         critical, "modes_in", lambda *given, **more: replace(whole(*given, **more), count=None)
     )
-    found = system_thresholds(system, 1.4, wanted=region).answer
+    found = system_thresholds(system, 1.4, selection=region).answer
     assert found.certified is False
     assert found.points[0].mu == pytest.approx(mu, rel=1e-10)
 
@@ -119,7 +121,7 @@ def test_a_band_of_a_dense_system_has_its_known_thresholds(seed):
     rng = np.random.default_rng([seed, 70])
     band = (0.0, 0.8)
     system, known = known_system(int(rng.integers(41, 71)), rng, damped=bool(seed % 2))
-    found = system_thresholds(system, 2.0, wanted=EigenvalueSelection(band=band)).answer
+    found = system_thresholds(system, 2.0, selection=EigenvalueSelection(band=band)).answer
     known = [row for row in known if row[3] <= 2 * math.pi * band[1]]
     assert [c.mu for c in found.crossings] == pytest.approx([row[0] for row in known], rel=1e-8)
     ways = [(c.kind, c.direction) for c in found.crossings]
@@ -130,7 +132,7 @@ def test_a_gyroscopic_band_flutters_where_two_frequencies_meet():
     """q'' + 2 J q' = s q, s = 0.1 + mu: lambda^4 + (4 - 2 s) lambda^2 + s^2 = 0, square at 1."""
     turn = csc_array(([2.0, -2.0], ([0, 1], [1, 0])), shape=(ROWS, ROWS))
     system = replace(beside(-0.1 * np.eye(2), -np.eye(2), 0.0), C=(Term(turn),))
-    found = system_thresholds(system, 2.0, wanted=EigenvalueSelection(band=(0.03, 0.5))).answer
+    found = system_thresholds(system, 2.0, selection=EigenvalueSelection(band=(0.03, 0.5))).answer
     assert found.points[0].mu == pytest.approx(0.9, rel=1e-9)
     assert [c.frequency_hz for c in found.crossings] == pytest.approx([1 / (2 * math.pi)])
     assert found.certified
@@ -143,7 +145,9 @@ def test_growth_of_a_billionth_of_the_frequency_is_counted():
     K = diags_array([[2.0] * n, [-1.0] * n, [-1.0] * n], offsets=[0, 1, -1], shape=(n, n))
     D = csc_array(diags_array(rate * np.random.default_rng(0).uniform(0.5, 1.5, n)))
     system = affine(eye_array(n, format="csc"), csc_array(K), C0=0.5 * D, C1=-D)
-    found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(0.016, 0.032))).answer
+    found = system_thresholds(
+        system, 1.0, selection=EigenvalueSelection(band=(0.016, 0.032))
+    ).answer
     hertz = np.sin(np.arange(1, n + 1) * np.pi / (2 * n + 2)) / np.pi
     hertz = hertz[(hertz > 0.016) & (hertz < 0.032)]
     assert sorted(c.frequency_hz for c in found.crossings) == pytest.approx(hertz)
@@ -174,7 +178,7 @@ def test_of_a_band_what_happens_at_an_end_is_listed_once_and_the_fastest_named(
     others = np.diag(np.r_[np.zeros(3), np.full(6, 0.3)])
     K = np.diag((2 * np.pi * HERTZ) ** 2)
     system = affine(np.eye(9), K, C0=others - at * D, C1=D)
-    found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(0.5, 5.0))).answer
+    found = system_thresholds(system, 1.0, selection=EigenvalueSelection(band=(0.5, 5.0))).answer
     assert [c.mu for c in found.crossings] == pytest.approx([at] * len(hertz), rel=1e-12)
     assert sorted(c.frequency_hz for c in found.crossings) == pytest.approx(sorted(hertz))
     ways = {round(c.frequency_hz): c.direction for c in found.crossings}
@@ -224,7 +228,7 @@ def test_growth_that_no_crossing_explains_is_not_certified(monkeypatch):
     monkeypatch.setattr(critical, "crossings_along", lambda *_: ((), ()))
     block, pushed = (coupled(mu)[2] for mu in (0.0, 1.0))  # flutters from mu = 3/4 on
     system = beside(block, pushed - block, 1e-2)
-    answer = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(0.05, 1.0))).answer
+    answer = system_thresholds(system, 1.0, selection=EigenvalueSelection(band=(0.05, 1.0))).answer
     assert not answer.certified
     assert "flutter at mu = 0.7" in answer.details["unconfirmed"][0]
     assert answer.details["doubts"] == answer.details["unconfirmed"]

@@ -12,7 +12,14 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.queries.cycles import Cycles
 from squeal.queries.thresholds import critical_friction
-from squeal.simulation.cycles import CLOSED_CURVE, SIGNS, Cycle, Point, Shooting, _first_return
+from squeal.simulation.cycles import (
+    CLOSED_CURVE,
+    TEST_FUNCTIONS,
+    Cycle,
+    Point,
+    Shooting,
+    _first_return,
+)
 from squeal.simulation.hybrid import Segment
 from squeal.simulation.run import in_natural_units
 from tests.conftest import ROOT, hammering_scene, needs_heyoka
@@ -61,6 +68,17 @@ def test_the_branch_of_cycles_starts_where_the_equilibrium_begins_to_flutter(ans
     assert last.value == pytest.approx(critical_friction(HAMMERS, 1.0).first.mu, rel=1e-6)
     assert last.multiplier == pytest.approx(1.0, abs=1e-4)
     assert [one.turn for one in answer.orbits if one.turn] == ["grazing", "fold"]
+
+
+def test_the_peak_is_that_of_both_edges_together(answer):
+    """Against the densely sampled motion of one period."""
+    orbit = answer.orbits[answer.own]
+    scene = dataclasses.replace(HAMMERS, initial=orbit.start, stop=orbit.period, samples=200_001)
+    scene = dataclasses.replace(scene, outputs=("history",))
+    history = squeal.simulate(scene).history
+    together = history["F3"] + history["F4"]
+    assert orbit.peak == pytest.approx(together.max(), rel=1e-5)
+    assert orbit.peak > 1.01 * max(history["F3"].max(), history["F4"].max())
 
 
 def test_sliding_changes_where_thresholds_say(answer):
@@ -170,8 +188,8 @@ def test_multipliers_that_leave_the_unit_circle_name_the_turn(kind, inside, outs
     cycle_inside: Any = SimpleNamespace(multipliers=np.array(inside, complex).tolist())
     cycle_outside: Any = SimpleNamespace(multipliers=np.array(outside, complex).tolist())
     for name in ("period doubling", "torus"):
-        before = SIGNS[name](cycle_inside, None)
-        after = SIGNS[name](cycle_outside, None)
+        before = TEST_FUNCTIONS[name](cycle_inside, None)
+        after = TEST_FUNCTIONS[name](cycle_outside, None)
         assert (before != after) == (name == kind)
 
 

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.conftest import ROOT
 from workflow.release.links import wrong
 
 
@@ -47,3 +48,9 @@ def test_links_that_lead_nowhere_are_named(tmp_path, link, words):
     page(tmp_path, "start.html", f'<a href="{link}">x</a>')
     (found,) = wrong(tmp_path)
     assert found.startswith(f"start.html: {link}: {words}")
+
+
+def test_no_page_has_the_name_of_one_that_sphinx_makes():
+    """Sphinx writes its search form and its index over such a page."""
+    made = {"search", "genindex", "py-modindex", "objects"}
+    assert not made & {page.stem for page in (ROOT / "docs").glob("*.md")}

@@ -38,7 +38,7 @@ def test_console_blocks_show_what_the_commands_print(folder):
         "example",
         "check",
         "eigenvalues",
-        "thresholds",
+        "eigenvalues",
         "report",
     ]
     for command, shown in pairs:

@@ -36,9 +36,9 @@ time: {stop: 0.01, samples: 2001}       # only `simulate` needs it
 _SYSTEM = """\
 # System files
 
-A linear system M q'' + C q' + K q = 0 in place of a scene, for `eigenvalues`, `critical-friction`,
-`map` and `export`. M, C and K are rows of numbers, files, or lists of terms with a factor each, a
-formula of named numbers with + - * / ** and parentheses:
+A linear system M q'' + C q' + K q = 0 in place of a scene, for every command but those of motions
+(`simulate`, `cycles`) and of the article. M, C and K are rows of numbers, files, or lists of terms
+with a factor each, a formula of named numbers with + - * / ** and parentheses:
 
 ```yaml
 name: brake

@@ -57,7 +57,11 @@ def text(record: Claims, others: Mapping[str, Claims]) -> str:
         sets_of_all = f"{count} of {len(every)}"
         rows.append((c.id, c.statement, c.verdict, f"{c.margin:+.3g}", sets_of_all, c.measured))
     held = sum(c.holds for c in record.claims)
-    return f"{table(rows, right=False)}\n\n{held} of {len(record.claims)} reproduced"
+    total = (
+        f"{held} of {len(record.claims)} reproduced. Reproduced is not confirmed: these scenes "
+        "were fitted to the statements"
+    )
+    return f"{table(rows, right=False)}\n\n{total}"
 
 
 def run(given: argparse.Namespace) -> Reply:

@@ -1,6 +1,7 @@
 """`squeal article sliding`: Eq. (22), the bounds (23a, b), and all sliding equilibria.
 
 squeal article sliding pad.yaml
+squeal article sliding b3.yaml --figure fig13.png
 """
 
 import argparse
@@ -23,6 +24,7 @@ from squeal.io.writing import aligned as table
 from squeal.linear import Judgement, judge
 from squeal.queries.pads.equilibrium import at_equilibrium
 
+SAME = 1e-9  # of h K11: within rounding of K
 UNITS = {"x": "m", "y": "m", "theta": "rad", "R_n": "N", "delta": "m"}
 UNITS |= dict.fromkeys(("contact", "verdict", "admissible"), "")
 COLUMNS = [Column(name, unit, itemgetter(name)) for name, unit in UNITS.items()]
@@ -94,9 +96,12 @@ def data(scene: Scene) -> dict[str, Any]:
 
 
 def _moment_entry(answer: dict[str, Any]) -> str:
-    """K31 over h K11 in words."""
+    """K31 over h K11 in words, and what follows where the two differ."""
     missed = answer["K31_mismatch"]
-    return "K11 = 0" if missed is None else f"K31 = {number(1.0 + missed)} h K11"
+    if missed is None:
+        return "K11 = 0"
+    words = f"K31 = {number(1.0 + missed)} h K11"
+    return words if abs(missed) < SAME else f"{words}, so that there is no such state"
 
 
 def text(answer: dict[str, Any]) -> str:
@@ -108,6 +113,7 @@ def text(answer: dict[str, Any]) -> str:
         return "none (K21 = 0)" if answer[key] is None else f"mu < {number(answer[key])}"
 
     yes = {True: "yes", False: "no"}
+    printed = yes[answer["holds_as_printed"]]
     nothing = answer["bound_23a"] is None and answer["bound_23b"] is None
     parts = [
         "K of Eq. (22), N/m, N and N m\n" + table([("  ", *row) for row in K]),
@@ -117,8 +123,7 @@ def text(answer: dict[str, Any]) -> str:
         ),
         (
             f"(23a) {bound('bound_23a')}; (23b) {bound('bound_23b')}; "
-            f"hold as printed: {yes[answer['holds_as_printed']]}"
-            f"{', since nothing is bounded' if nothing else ''}\n"
+            f"hold as printed: {'nothing is bounded' if nothing else printed}\n"
             f"complete necessary conditions hold: {yes[answer['holds_sign_aware']]}; their state, "
             f"with y = theta = delta = 0, needs K31 = h K11 under friction; here "
             f"{_moment_entry(answer)}"
@@ -150,7 +155,8 @@ def _warnings(answer: dict[str, Any]) -> list[str]:
 
 def options(parser: Parser) -> None:
     """Options of `squeal sliding`."""
-    take_files(parser, table="the equilibria")
+    map_of_angles = "where (23a, b) hold over both spring angles, as in Fig. 13,"
+    take_files(parser, table="the equilibria", figure=map_of_angles)
 
 
 def run(given: argparse.Namespace) -> Reply:
@@ -162,6 +168,11 @@ def run(given: argparse.Namespace) -> Reply:
             "which has no equilibria to write; a scene of B1 or B2 is allowed"
         )
     answer = data(scene)
+    if given.figure is not None:
+        from squeal.article.figures.quasi_static import draw_conditions  # loads matplotlib
+        from squeal.plots.style import save
+
+        save(draw_conditions(scene.pad), given.figure)
     if given.table is not None:
         Table(COLUMNS, answer["equilibria"]).save(given.table)
     return Reply(lambda: answer, lambda: text(answer), warnings=_warnings(answer))

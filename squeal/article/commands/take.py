@@ -49,7 +49,9 @@ def run(given: argparse.Namespace) -> Reply:
     """List what can be taken, or take it."""
     if given.name is None:
         listed = names()
-        return Reply(lambda: {"names": listed}, lambda: table(list(listed.items()), right=False))
+        words = "each is taken from a build: run `make report` in a clone, then this command there"
+        rows = table(list(listed.items()), right=False)
+        return Reply(lambda: {"names": listed}, lambda: f"{rows}\n\n{words}")
     build = build_folder(given.build)
     try:
         taken = take(given.name, build, given.to)

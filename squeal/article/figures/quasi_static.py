@@ -1,6 +1,6 @@
 """Fig. 13: where the conditions (23a, b) for quasi-static sliding hold, and what slides there."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,10 +10,15 @@ from matplotlib.figure import Figure
 from squeal.article.cases import CASES
 from squeal.article.outline import Outline, angle_axes_of_pi, draw_areas
 from squeal.article.studies.angles import PARTIAL, Angles
-from squeal.article.studies.quasi_static import QuasiStatic
+from squeal.article.studies.quasi_static import QuasiStatic, quasi_static
+from squeal.model.pad import Pad
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 RED = "#C8380E"
+BLACK = ("white", "black")  # colours of the two codes of a map
+GREY = ("white", "0.8")
+MapPanel = tuple[str, Outline, tuple[str, str]]
+"""Title, areas, and the colours of their codes."""
 Marks = Mapping[str, tuple[float, float]]
 """Letters of cases with their (alpha1, alpha2) in rad."""
 
@@ -28,6 +33,8 @@ def _mark_beside(axes: Axes, marks: Marks) -> None:
         at = (place[0] / np.pi, place[1] / np.pi)
         dot: Any = {"marker": "o", "ms": 3.5, "mfc": "white", "mec": RED, "mew": 0.9}
         axes.plot(*at, **dot, clip_on=False, zorder=6)
+        if not name:
+            continue
         box = {"boxstyle": "circle,pad=0.1", "fc": "white", "ec": RED, "lw": 0.9}
         line = {"arrowstyle": "-", "color": RED, "lw": 0.9, "shrinkA": 0.0, "shrinkB": 0.0}
         look: Any = {"ha": "center", "va": "center", "fontsize": 8, "zorder": 5}
@@ -44,18 +51,24 @@ def quasi_static_figure(record: QuasiStatic, angles: Angles, marks: Marks) -> Fi
     """
     quiet = np.arange(4) >= PARTIAL
     equilibria = angles.b2.regrouped(quiet.astype(int))
+    of_b2 = (f"(d) B2, no growth: {100 * angles.share.quiet:.1f} %", equilibria, BLACK)
+    return _drawn((*_panels_of_conditions(record), of_b2), record, marks)
+
+
+def _panels_of_conditions(record: QuasiStatic) -> tuple[MapPanel, MapPanel, MapPanel]:
     share = record.share
-    black = ("white", "black")
-    grey = ("white", "0.8")
-    panels: tuple[tuple[str, Outline, tuple[str, str]], ...] = (
-        (f"(a) as printed: {100 * share.as_printed:.1f} %", record.as_printed, black),
-        (f"(b) complete conditions: {100 * share.complete:.1f} %", record.complete, black),
-        ("(c) the state itself: a curve", record.complete, grey),
-        (f"(d) B2, no growth: {100 * angles.share.quiet:.1f} %", equilibria, black),
+    return (
+        (f"(a) as printed: {100 * share.as_printed:.1f} %", record.as_printed, BLACK),
+        (f"(b) complete conditions: {100 * share.complete:.1f} %", record.complete, BLACK),
+        ("(c) the state itself: a curve", record.complete, GREY),
     )
+
+
+def _drawn(panels: Sequence[MapPanel], record: QuasiStatic, marks: Marks) -> Figure:
+    """Panels side by side with the places of pads; on the third the curve of the state."""
     with style():
-        figure = Figure(figsize=(DOUBLE, 2.3))
-        axes = figure.subplots(1, 4, sharey=True)
+        figure = Figure(figsize=(DOUBLE * len(panels) / 4, 2.3))
+        axes = figure.subplots(1, len(panels), sharey=True)
         for one, (title, outline, colours) in zip(axes, panels, strict=True):
             draw_areas(one, outline, colours, np.pi)
             _mark_beside(one, marks)
@@ -82,6 +95,20 @@ def alternative_text(record: QuasiStatic, angles: Angles) -> str:
         "in grey; (d) where model B2 has a sliding equilibrium about which no mode grows, "
         f"{quiet}. Letters mark the cases."
     )
+
+
+def draw_conditions(pad: Pad) -> Drawing:
+    """Fig. 13 of any pad, whose place is a dot; the first three maps, which need no equilibria."""
+    record = quasi_static(pad)
+    share = record.share
+    alternative = (
+        "Three maps over the spring angles alpha1 and alpha2 from 0 to pi at the friction "
+        f"coefficient {record.mu:g}. Black: (a) where the conditions (23a) and (23b) hold as "
+        f"printed, {100 * share.as_printed:.1f} % of the map; (b) where the complete necessary "
+        f"conditions hold, {100 * share.complete:.1f} %; (c) the curve on which their state exists."
+    )
+    figure = _drawn(_panels_of_conditions(record), record, {"": (pad.alpha1, pad.alpha2)})
+    return Drawing(figure, alternative, "Map of quasi-static sliding", origin(__name__))
 
 
 def draw(record: QuasiStatic, angles: Angles, marks: Marks = CASES) -> Drawing:

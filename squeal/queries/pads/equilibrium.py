@@ -1,4 +1,4 @@
-"""One pad about its sliding equilibrium, and along the branch of equilibria from mu = 0."""
+"""Eigenvalues of a pad about its sliding equilibrium; its matrices along the branch from mu = 0."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def analyse(scene: Scene) -> PadAnalysis:
 
 
 def analyse_about_origin(model: PadModel) -> PadAnalysis:
-    """A model in full contact, linearised about the origin."""
+    """Eigenvalues of a linear model, in full contact about the origin, and the verdict."""
     matrices = about_origin(model)
     spectrum, judgement = roots_and_verdict(*matrices)
     return PadAnalysis(
@@ -54,7 +54,10 @@ def analyse_about_origin(model: PadModel) -> PadAnalysis:
 
 
 def analyse_equilibrium(model: PadModel, equilibrium: Equilibrium, how: str) -> PadAnalysis:
-    """A model about an equilibrium, at the friction of that; `how` it was found, in words."""
+    """Eigenvalues of a model about one of its equilibria, at the friction there, and the verdict.
+
+    how: the way in which the equilibrium was found, in words.
+    """
     matrices = at_equilibrium(model.replace(mu=equilibrium.mu), equilibrium)
     spectrum, judgement = roots_and_verdict(*matrices)
     return PadAnalysis(
@@ -74,14 +77,15 @@ def analyse_equilibrium(model: PadModel, equilibrium: Equilibrium, how: str) -> 
 def roots_and_verdict(
     M: ArrayLike, C: ArrayLike | None, K: ArrayLike
 ) -> tuple[Spectrum, Judgement]:
-    """All eigenvalues of matrices (n, n) and the verdict on them.
+    """Compute all eigenvalues of matrices (n, n) and the verdict on them.
 
-    Raises ComputationError where rounding of a stiffness or damping hides the slow ones, which is
-    not asked where a coordinate is free.
+    Raises ComputationError where rounding of a large stiffness or damping hides the slow
+    eigenvalues, unless a coordinate is free: its eigenvalues are zero.
     """
     mass, damping, stiffness = checked(M, C, K)
     reduced = reduce(mass, damping, stiffness)
-    squares = np.abs(np.diag(reduced.A))  # of the frequencies of each coordinate alone
+    # squared frequencies of each coordinate with the others held
+    squares = np.abs(np.diag(reduced.A))
     # upright springs hold nothing along the surface: k cos^2 of a rounded 90 degrees is 1e-33 k
     has_free_coordinate = squares.min() <= EPS**2 * squares.max()
     if not has_free_coordinate and hides_slow_roots(reduced, damping, stiffness):

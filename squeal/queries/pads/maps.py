@@ -45,9 +45,9 @@ QUANTITIES = {
 """What may stand beside the verdicts: its name in words, and its unit."""
 POINTS_AT_ONCE = 10_000  # whose verdicts are computed together; bounds the memory
 COMPILED_FROM = 20_000  # points of a map that earn what compiling costs
-QUANTITY_POINTS = 2_000  # that are followed together
+QUANTITY_POINTS = 2_000  # whose branches are followed together
 HIGH = 2.0  # up to which critical frictions are searched
-HALVINGS = 40  # of the distance of two neighbouring points of the map
+HALVINGS = 40  # by which a point of a curve is located between two neighbours of the map
 
 
 def angle_axes(n: int) -> tuple[Axis, Axis]:
@@ -58,9 +58,14 @@ def angle_axes(n: int) -> tuple[Axis, Axis]:
 class PointVerdicts(NamedTuple):
     """Verdicts and equilibria at n points of a map.
 
-    codes (n,): the verdicts, indices into `NAMES`; contact (n,): indices into the model's contact
-    states, no contact beyond a fold; beyond (3, n) of bool: which of the three `LIMITS` of an
-    equilibrium are exceeded.
+    Attributes
+    ----------
+    codes : array (n,)
+        The verdicts, indices into `NAMES`.
+    contact : array (n,)
+        Indices into the model's contact states; no contact beyond a fold.
+    beyond : array (3, n) of bool
+        Which of the three `LIMITS` of an equilibrium are exceeded.
     """
 
     codes: np.ndarray
@@ -71,10 +76,10 @@ class PointVerdicts(NamedTuple):
 def codes_at(
     scene: Scene, names: Names, values: np.ndarray, compiled: bool = False
 ) -> PointVerdicts:
-    """The verdict on each of n pads: that of a scene with some parameters replaced.
+    """Compute the verdict at each of n points: of a scene's pad with some parameters replaced.
 
-    Each is that on the equilibrium on the branch from mu = 0 (B3: about the origin). Modal damping
-    ratios refer to the modes without friction of each point's own pad.
+    It is that on the equilibrium on the branch from mu = 0 (B3: about the origin). Modal damping
+    ratios refer to the modes without friction of the pad at each point.
 
     Parameters
     ----------
@@ -85,7 +90,7 @@ def codes_at(
     values : array (p, n)
         Their values, SI units.
     compiled : bool
-        Whether machine code is worth its compilation.
+        Whether the equilibria are computed in machine code, which many points earn.
 
     Raises
     ------
@@ -96,8 +101,8 @@ def codes_at(
     equilibria, unknown = stack.at_mu()
     codes = np.where(unknown, UNKNOWN, BEYOND_FOLD).astype(np.int8)
     existing = np.flatnonzero(equilibria.exists)
-    at = equilibria.some(existing)
-    A, B = stack.matrices(existing, at)
+    at_existing = equilibria.some(existing)
+    A, B = stack.matrices(existing, at_existing)
     codes[existing] = verdicts(A, B)
     states = list(scene.pad_model.states)
     contact = np.full(stack.n, states.index(scene.pad_model.none), dtype=np.int8)
@@ -106,19 +111,31 @@ def codes_at(
         contact[equilibria.exists & in_state] = i
     beyond = np.zeros((3, stack.n), dtype=bool)
     if not stack.linear:
+        statics = stack.statics.pick(existing)
         with np.errstate(all="ignore"):
-            beyond[:, existing] = excursion(
-                stack.statics.pick(existing), at.z, at.touching
-            ).beyond()
+            excursions = excursion(statics, at_existing.z, at_existing.touching)
+            beyond[:, existing] = excursions.beyond()
     return PointVerdicts(codes, contact, beyond)
 
 
 def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) -> PointVerdicts:
-    """The verdicts, contact states and exceeded limits on a grid of two parameters.
+    """Compute the verdicts, contact states and exceeded limits on a grid of two parameters.
 
-    `names` are those of the parameters, x (n1,) and y (n2,) their values. The arrays of the answer
-    have the two axes (n1, n2) in place of the one over points. Some values of x are computed at a
-    time, to bound the memory.
+    Some values of x are computed at a time, to bound the memory.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    names : (str, str)
+        The two parameters.
+    x, y : array (n1,), array (n2,)
+        Their values, SI units.
+
+    Returns
+    -------
+    PointVerdicts
+        Its arrays have two axes (n1, n2) in place of the one over points.
     """
     rows = max(1, POINTS_AT_ONCE // len(y))
     compiled = len(x) * len(y) >= COMPILED_FROM
@@ -126,7 +143,9 @@ def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) 
     for start in range(0, len(x), rows):
         grid = np.meshgrid(x[start : start + rows], y, indexing="ij")
         parts.append(codes_at(scene, names, np.reshape(grid, (2, -1)), compiled))
-    codes, contact, beyond = (np.concatenate(each, axis=-1) for each in zip(*parts, strict=True))
+    codes = np.concatenate([part.codes for part in parts])
+    contact = np.concatenate([part.contact for part in parts])
+    beyond = np.concatenate([part.beyond for part in parts], axis=1)
     shape = (len(x), len(y))
     return PointVerdicts(codes.reshape(shape), contact.reshape(shape), beyond.reshape(3, *shape))
 
@@ -158,7 +177,7 @@ def stability_map(
     quantity: str | None = None,
     curves: bool = False,
 ) -> Map:
-    """The verdict over two parameters of a scene's pad.
+    """Compute the map of verdicts over two parameters of a scene's pad.
 
     Parameters
     ----------
@@ -219,18 +238,25 @@ def stability_map(
 
 
 def _inadmissible(codes: np.ndarray, beyond: np.ndarray) -> list[str]:
-    """A sentence for each reason why points are inadmissible; fields as in `PointVerdicts`."""
+    """A sentence for each reason why points are inadmissible, with their share.
+
+    codes (n1, n2), beyond (3, n1, n2): as of `PointVerdicts`, on the grid of the map.
+    """
     reasons = {
         "lie beyond a fold or the end of the branch": codes == BEYOND_FOLD,
         "could not be decided": codes == UNKNOWN,
     }
     for limit, points in zip(LIMITS._fields, beyond, strict=True):
         reasons[f"exceed the limit of {limit}"] = points
-    return [f"{_share(points)} {words}" for words, points in reasons.items() if points.any()]
+    sentences = []
+    for words, points in reasons.items():
+        if points.any():
+            sentences.append(f"{_share(points)} {words}")
+    return sentences
 
 
 def _span(values: np.ndarray, unit: str) -> str:
-    """The range of the values that are finite, in words."""
+    """The range of the finite values, with its unit, in words."""
     finite = values[np.isfinite(values)]
     if not finite.size:
         return "nowhere"
@@ -243,7 +269,10 @@ def _share(is_point: np.ndarray) -> str:
 
 
 def _quantity(scene: Scene, axes: tuple[Axis, Axis], name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Values (n1, n2) of one of the `QUANTITIES` over two axes, and where (n1, n2) unknown."""
+    """Compute one of the `QUANTITIES` over two axes.
+
+    Returns its values (n1, n2), NaN where there is none, and where (n1, n2) it is unknown.
+    """
     grid = np.array(np.meshgrid(axes[0].values, axes[1].values, indexing="ij"))
     points = grid.reshape(2, -1)
     values = []
@@ -257,8 +286,11 @@ def _quantity(scene: Scene, axes: tuple[Axis, Axis], name: str) -> tuple[np.ndar
             unknown.append(losses.unknown)
         else:
             fastest, undecided = stack.fastest()
-            hertz = np.where(fastest.real > 0.0, np.abs(fastest.imag) / math.tau, np.nan)
-            values.append(fastest.real if name == "growth" else hertz)
+            if name == "growth":
+                values.append(fastest.real)
+            else:  # only an unstable mode has a frequency in the map
+                hertz = np.abs(fastest.imag) / math.tau
+                values.append(np.where(fastest.real > 0.0, hertz, np.nan))
             unknown.append(undecided)
     shape = grid[0].shape
     return np.concatenate(values).reshape(shape), np.concatenate(unknown).reshape(shape)
@@ -267,7 +299,10 @@ def _quantity(scene: Scene, axes: tuple[Axis, Axis], name: str) -> tuple[np.ndar
 def threshold_curves(
     scene: Scene, axes: tuple[Axis, Axis], codes: np.ndarray
 ) -> list[dict[str, Any]]:
-    """The curves on which stability is lost: between stable or marginal points and the others.
+    """Trace the curves on which stability is lost: between stable or marginal points and others.
+
+    contourpy joins the lines between neighbouring points that a curve crosses; each crossing is
+    then located by halving its line, all of them at once.
 
     Parameters
     ----------
@@ -281,10 +316,10 @@ def threshold_curves(
     Returns
     -------
     list of dict
-        Of each curve its `kind`, what happens there; whether it is `closed`; its `points`, pairs of
-        both parameters; and at each of them `frequency_hz` of the mode that starts to grow, 0 where
-        none vibrates. Curves end beside unknown points, at the outermost points, and where
-        something else happens.
+        For each curve its `kind` (flutter, divergence, contact or fold), whether it is `closed`,
+        its `points`, pairs of both parameters, and for each of them `frequency_hz` of the mode that
+        begins to grow, 0 where none vibrates. Curves end next to unknown points, at the edges of
+        the map, and where the kind changes.
     """
     stable = np.isin(codes, STABLE_OR_MARGINAL)
     decided = codes != UNKNOWN
@@ -293,17 +328,18 @@ def threshold_curves(
     from contourpy import contour_generator  # a fifth of a query's time, which draws no curve
 
     names = (axes[0].name, axes[1].name)
+    # 1 at stable points, 0 at others: the level 0.5 passes halfway between two neighbours
     field = np.ma.masked_array(1.0 * stable, ~decided)
     traced: Any = contour_generator(z=field, corner_mask=False).lines(0.5)
     shares_stable, shares_other = _ends_across(traced, stable)
-    for _ in range(HALVINGS):
+    for _ in range(HALVINGS):  # bisection of all lines between neighbours at once
         middle = (shares_stable + shares_other) / 2
         codes_in_middle = codes_at(scene, names, _values_at(axes, middle)).codes
         is_stable = np.isin(codes_in_middle, STABLE_OR_MARGINAL)
         shares_stable[:, is_stable] = middle[:, is_stable]
         shares_other[:, ~is_stable] = middle[:, ~is_stable]
     points = _values_at(axes, shares_stable)
-    before = codes_at(scene, names, points)
+    before = codes_at(scene, names, points)  # on the stable side of the curve
     behind = codes_at(scene, names, _values_at(axes, shares_other))
     kinds = np.where(behind.codes == VERDICTS.index("divergence"), "divergence", "flutter")
     kinds[before.contact != behind.contact] = "contact"
@@ -314,7 +350,8 @@ def threshold_curves(
     hertz = np.where(kinds == "flutter", stack.frequency_at_onset(A, B), 0.0)
     curves = []
     ends_of_lines = np.cumsum([len(line) for line in traced])
-    for line in np.split(np.arange(points.shape[1]), ends_of_lines[:-1]):
+    numbers_of_lines = np.split(np.arange(points.shape[1]), ends_of_lines[:-1])
+    for line in numbers_of_lines:
         for part, closed in _parts_of_one_kind(line, points, kinds):
             curve = {
                 "kind": str(kinds[part[0]]),
@@ -332,12 +369,12 @@ def _values_at(axes: tuple[Axis, Axis], shares: np.ndarray) -> np.ndarray:
 
 
 def _ends_across(traced: Sequence[np.ndarray], stable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The two neighbouring points of the map on both sides of each traced point.
+    """The two neighbouring points of the map between which each traced point lies.
 
     Parameters
     ----------
     traced : sequence of array (k, 2)
-        Lines of points halfway between two neighbours, as (column, row) of the map.
+        Lines of k points halfway between two neighbours, as (column, row) of the map.
     stable : array (n1, n2) of bool
         Which points of the map are stable or marginal.
 
@@ -346,11 +383,12 @@ def _ends_across(traced: Sequence[np.ndarray], stable: np.ndarray) -> tuple[np.n
     shares_stable, shares_other : array (2, points)
         The stable neighbour and the other one, as shares of the two axes from 0 to 1.
     """
-    middle = np.concatenate(traced)[:, ::-1].T  # of a point and its neighbour along an axis
+    middle = np.concatenate(traced)[:, ::-1].T  # (row, column) of all points, one of them halfway
     below = np.floor(middle).astype(int)
     above = np.ceil(middle).astype(int)
     below_is_stable = stable[tuple(below)]
     size = np.array(stable.shape)[:, None]
+    # the points of a map lie in the middle of its cells
     shares_stable = (np.where(below_is_stable, below, above) + 0.5) / size
     shares_other = (np.where(below_is_stable, above, below) + 0.5) / size
     return shares_stable, shares_other
@@ -359,21 +397,27 @@ def _ends_across(traced: Sequence[np.ndarray], stable: np.ndarray) -> tuple[np.n
 def _parts_of_one_kind(
     line: np.ndarray, points: np.ndarray, kinds: np.ndarray
 ) -> list[tuple[np.ndarray, bool]]:
-    """A line cut where its kind changes: each part of two points or more, and whether it is closed.
+    """Cut a line where its kind changes.
 
     Parameters
     ----------
     line : array (k,)
-        Numbers of points, along the line.
+        Numbers of points, along the line; a closed one ends with the point that it begins with.
     points : array (2, points)
         Both parameters of all points.
     kinds : array (points,)
         What happens at each point.
+
+    Returns
+    -------
+    list of (array, bool)
+        The numbers of the points of each part that has two or more, and whether it is closed.
     """
     cuts = _changes_of(kinds[line])
     closed = np.array_equal(points[:, line[0]], points[:, line[-1]])
     if closed and cuts.size:
-        opened = np.roll(line[:-1], -cuts[0])  # begins where the kind changes
+        # begun anew where the kind changes, so that no part runs over the end of the line
+        opened = np.roll(line[:-1], -cuts[0])
         parts = np.split(opened, _changes_of(kinds[opened]))
     else:
         parts = np.split(line, cuts)

@@ -1,4 +1,4 @@
-"""What moves the eigenvalues and thresholds of a pad: exact derivatives by its parameters.
+"""Derivatives of the eigenvalues and thresholds of a pad by its parameters, exact to rounding.
 
 A parameter changes the matrices directly and by shifting the equilibrium about which they are
 taken; both are in the derivatives below. Damping by ratios or Rayleigh's factors follows the pad, a
@@ -36,16 +36,16 @@ from squeal.results.thresholds import Thresholds
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """Derivatives by one parameter p, in SI units per unit of p.
+    """Derivatives by one parameter p about an equilibrium, in SI units per unit of p.
 
     Attributes
     ----------
     loads : array (3,)
-        Of the forces and the moment (Fx, Fy, M) on the pad, held where it is.
+        Of the forces and the moment (Fx, Fy, M) on the pad, which is held at the equilibrium.
     M, C, K : array (3, 3)
-        Of the matrices about the equilibrium, which moves with p.
+        Of the matrices, taken about the equilibrium that moves with p.
     gaps : array (points,)
-        Of the gaps of the contact points there.
+        Of the gaps of the contact points at that equilibrium.
     """
 
     loads: np.ndarray
@@ -56,11 +56,12 @@ class Change:
 
 
 def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
-    """Derivatives by the parameter `name` about an equilibrium, exact to rounding.
+    """Compute the derivatives by one parameter p about an equilibrium, exact to rounding.
 
-    The equilibrium moves by dq with loads(q, p) = 0, so that K dq = d loads / dp where the pad is
-    held. At a fold, where K is singular, it moves infinitely fast and only `loads` is finite. A
-    linear model stays where it is.
+    Dual numbers (value and derivative by p) carry p through the model; the derivatives by the
+    coordinates are complex steps. The equilibrium moves by dq with loads(q, p) = 0, so that
+    K dq = d loads / dp where the pad is held. At a fold, where K is singular, it moves infinitely
+    fast and only `loads` is finite. A linear model stays at the origin.
 
     Parameters
     ----------
@@ -71,21 +72,25 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
     state : State
         Its contact state.
     name : str
-        The parameter.
+        The parameter p.
     """
     pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), 1.0)})
     c = coefficients(dual, pad, model.law.absolute_gap)
 
-    def slopes(at: np.ndarray, dq: np.ndarray, speed: complex | None = None) -> np.ndarray:
-        """d loads / dp where the pad is at `at` and moves by dq; at a sliding speed if given."""
+    def load_slopes(at: np.ndarray, dq: np.ndarray, speed: complex | None = None) -> np.ndarray:
+        """d loads / dp (3,) of the pad at the position `at` (3,), which moves by dq (3,) per p.
+
+        speed: of the pad along the surface, at which friction is taken; it is at rest if left out.
+        """
         c_at_speed = c if speed is None else at_speed(dual, c, pad.fall, speed)
         loads = net_loads(dual, c_at_speed, model.law, _moving(at, dq), state)
-        # each as long as `at`, also where it does not depend on it
-        each = [dual.dual(load).slope + 0.0 * at[0] for load in loads]
-        return np.array(np.broadcast_arrays(*each))
+        # complex steps take several positions at once: a constant slope is repeated for each
+        slopes = [dual.dual(load).slope + 0.0 * at[0] for load in loads]
+        return np.array(np.broadcast_arrays(*slopes))
 
-    dq = np.zeros(3)
-    loads = slopes(q, dq)
+    held = np.zeros(3)
+    loads = load_slopes(q, held)
+    dq = held
     if not model.linear:
         try:
             dq = np.linalg.solve(linearise(model, q, state).K, loads)
@@ -96,24 +101,36 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
     dC = np.zeros((3, 3))
     # friction that falls with the sliding speed damps x_dot; dampers are added in `_changes`
     if pad.fall is not None:
-        still = q.astype(complex)
-        dC[:, :1] = -complex_step(lambda v: slopes(still, dq, v[0]), np.zeros(1))
-    dK = -complex_step(lambda at: slopes(at, dq), q)
+        complex_q = q.astype(complex)
+        dC[:, :1] = -complex_step(lambda v: load_slopes(complex_q, dq, v[0]), np.zeros(1))
+    dK = -complex_step(lambda at: load_slopes(at, dq), q)
     dgaps = np.array([float(dual.dual(gap).slope) for gap in gaps])
     return Change(loads, dM, dC, dK, dgaps)
 
 
 def _moving(q: np.ndarray, dq: np.ndarray) -> tuple[Dual, Dual, Dual]:
-    """A place (x, y, theta) that moves by dq (3,)."""
+    """A position (x, y, theta) as dual numbers: q (3,) with the derivative dq (3,)."""
     x, y, theta = map(Dual, q, dq)
     return x, y, theta
 
 
 def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict[str, Change]:
-    """Derivatives by each parameter about an equilibrium q (3,) of the scene's model.
+    """Compute the derivatives by each parameter about an equilibrium q (3,), with the damping.
 
     Damping by ratios or Rayleigh's factors is C = M^1/2 B(A) M^1/2 with A = M^-1/2 K M^-1/2 of the
-    pad without friction, and so follows M and K; its derivative is added to that of C.
+    pad without friction, and so follows M and K; its derivative, by the product rule, is added to
+    that of C. A damping matrix is constant.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its damping.
+    model : PadModel
+        Its model, at the friction of the equilibrium.
+    q : array (3,)
+        The equilibrium.
+    state : State
+        Its contact state.
     """
     with np.errstate(invalid="ignore"):  # at a fold the equilibrium moves infinitely fast
         changes = {name: change(model, q, state, name) for name in parameters(model)}
@@ -126,50 +143,67 @@ def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict
     root = np.outer(np.sqrt(masses), np.sqrt(masses))
     A = K / root
     B, _ = normalised_damping(damping, A)
-    for name in changes.keys() - {"mu"}:
+    for name in changes.keys() - {"mu"}:  # the pad without friction does not depend on mu
         by = change(at_rest, q_at_rest, state_at_rest, name)
-        relative = np.diag(by.M) / (2 * masses)  # derivative of the root of each mass, over it
-        of_root = np.add.outer(relative, relative)
-        dA = by.K / root - of_root * A
-        dC = root * (normalised_damping_slope(damping, A, dA) + of_root * B)
+        # d root / root: (d m / 2 m)_i + (d m / 2 m)_j
+        half_relative = np.diag(by.M) / (2 * masses)
+        relative_root = np.add.outer(half_relative, half_relative)
+        dA = by.K / root - relative_root * A
+        dC = root * (normalised_damping_slope(damping, A, dA) + relative_root * B)
         changes[name] = replace(changes[name], C=changes[name].C + dC)
     return changes
 
 
 def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, float]]:
-    """How a threshold on the branch of equilibria moves with each parameter but mu.
+    """Compute the derivatives of a threshold on the branch of equilibria by each parameter but mu.
 
     A threshold is where a function g(mu, p) vanishes, so that d mu / dp = -g_p / g_mu. At a change
     of contact g is the gap that closes or opens, at a fold the loads along the left singular vector
     of K; neither has a frequency. Elsewhere it is the real part of the root on the imaginary axis
-    (`crossing_slopes`). Returns for each parameter the derivatives of the friction and of the
-    frequency in Hz, NaN if there is none.
+    (`crossing_slopes`). A threshold at mu = 0 stays there for all parameters, since without
+    friction nothing grows.
 
-    Raises ComputationError where no such function is known, for an exchange of growth rates. A
-    threshold at mu = 0 stays there for all parameters, since without friction nothing grows; with a
-    damping matrix it is refused.
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    point : CriticalPoint
+        The threshold.
+
+    Returns
+    -------
+    dict of str to (float, float)
+        For each parameter the derivatives of the friction, and of the frequency in Hz, NaN if there
+        is none.
+
+    Raises
+    ------
+    ComputationError
+        Where no function g is known: for an exchange of growth rates, and at mu = 0 with a damping
+        matrix, by which modes may grow without friction.
     """
     if point.mu == 0.0:
         if scene.damping is not None and scene.damping.matrix is not None:
             raise ComputationError("with a damping matrix a threshold at mu = 0 has no derivatives")
-        still = (0.0, math.nan)
-        return {name: still for name in parameters(scene.pad_model) if name != "mu"}
+        fixed = (0.0, math.nan)
+        return {name: fixed for name in parameters(scene.pad_model) if name != "mu"}
     model = scene.pad_model.replace(mu=point.mu)
     if model.linear:
         q = np.zeros(3)
         state = model.full
         contact_changes = []
     else:
-        path = Path.of(scene.pad_model, point.mu * (1 + 1e-6))
+        path = Path.of(scene.pad_model, point.mu * (1 + 1e-6))  # a little beyond the threshold
         z, state = path.at(min(point.mu, path.mu_end))
         q = path.statics.to_si(z)
         contact_changes = path.breakpoints
     changes = _changes(scene, model, q, state)
     M, C, K = linearise(model, q, state)
-    unit = np.sqrt(np.outer(1.0 / np.diag(M), 1.0 / np.diag(M)))  # makes the mass matrix one
+    inverse_masses = 1.0 / np.diag(M)
+    unit = np.sqrt(np.outer(inverse_masses, inverse_masses))  # M^-1/2 M M^-1/2 is M * unit
     matrices = M * unit, (C + damping_matrix(scene)) * unit, K * unit
     if any(abs(mu - point.mu) <= 1e-12 * point.mu for mu in contact_changes):
-        changing = int(np.argmin(np.abs(model.gaps(q))))
+        changing = int(np.argmin(np.abs(model.gaps(q))))  # the gap that closes or opens
         return _without_frequency({name: by.gaps[changing] for name, by in changes.items()})
     if point.kind == "fold":
         left = np.sqrt(np.diag(unit)) * Singular.of(matrices, 0j).left.conj()
@@ -182,23 +216,27 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
     return crossing_slopes(crossing, matrices, scaled_by_mu, scaled)
 
 
-def _without_frequency(slopes: dict[str, complex]) -> dict[str, tuple[float, float]]:
-    """-g_p / g_mu of each parameter p but mu, from the derivatives of g by all, beside NaN."""
-    moved = {}
-    for name, slope in slopes.items():
+def _without_frequency(g_slopes: dict[str, complex]) -> dict[str, tuple[float, float]]:
+    """d mu / dp = -g_p / g_mu for each parameter p but mu, with NaN for the frequency.
+
+    g_slopes: the derivatives of g by each parameter, mu among them.
+    """
+    slopes = {}
+    for name, g_p in g_slopes.items():
         if name != "mu":
             # 0.0 is added to make a zero positive
-            moved[name] = (-float((slope / slopes["mu"]).real) + 0.0, math.nan)
-    return moved
+            slopes[name] = (-float((g_p / g_slopes["mu"]).real) + 0.0, math.nan)
+    return slopes
 
 
 def pad_root_sensitivity(scene: Scene, analysis: PadAnalysis) -> Sensitivity:
-    """What moves the eigenvalues about an equilibrium of a scene at its friction.
+    """Compute the derivatives of the eigenvalues about an equilibrium of a scene by each parameter.
 
-    The slopes are rad/s per unit of p in SI units, with all other parameters and what the scene's
-    damping names held fixed (I too, unless it was left out and so follows m, w and h); infinite at
-    a coalescence, NaN where modes of one frequency have different damping ratios. Where an edge
-    only just touches, a derivative is that within the present contact state.
+    They are rad/s per unit of a parameter in SI units. All other parameters are held fixed (I too,
+    unless it was left out and so follows m, w and h), and so are the numbers of the scene's
+    damping. They are infinite at a coalescence, and NaN where modes of one frequency have different
+    damping ratios. Where an edge only just touches, they are those within its present contact
+    state.
     """
     changes = _changes(scene, scene.pad_model, np.array(analysis.q), analysis.state)
     by_parameter = {name: (by.M, by.C, by.K) for name, by in changes.items()}
@@ -218,7 +256,10 @@ def pad_root_sensitivity(scene: Scene, analysis: PadAnalysis) -> Sensitivity:
 
 
 def loss_sensitivity(scene: Scene, answer: Thresholds) -> Sensitivity:
-    """What moves the first loss of stability of a scene; no slopes where stability is not lost."""
+    """Compute the derivatives of the first loss of stability of a scene by each parameter.
+
+    There are none where stability is not lost.
+    """
     loss = answer.first
     slopes = {}
     if loss is not None:
@@ -236,7 +277,7 @@ def loss_sensitivity(scene: Scene, answer: Thresholds) -> Sensitivity:
 
 
 def _values_and_units(scene: Scene) -> tuple[dict[str, float], dict[str, str]]:
-    """Of each parameter that equilibria and matrices depend on its value, and its unit."""
+    """The value and the unit of each parameter that equilibria and matrices depend on."""
     names = parameters(scene.pad_model)
     values = {name: getattr(scene.pad, name) for name in names}
     units = {name: PARAMETERS[name].unit for name in names}

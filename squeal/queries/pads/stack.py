@@ -1,10 +1,10 @@
 """Many pads at once that differ in a few parameters: equilibria, verdicts, critical friction.
 
-Maps, contours and studies of random pads rest on it. Equilibria are those of the branches that a
-query follows, verdicts those of the array kernels of `squeal.linear`.
+Maps, contours and studies of random pads rest on it. Equilibria are those on the branches from
+mu = 0, verdicts those of the array kernels of `squeal.linear`.
 
-Shapes: a stack has n pads; k cases are chosen from them, each a pad at some friction, where a pad
-may occur several times. `pad` (k,) are then the numbers of the pads.
+Shapes: a stack has n pads. A computation takes k cases, each of them a pad at some friction: `pad`
+(k,) are the numbers of the pads, of which one may occur several times.
 """
 
 from collections.abc import Callable
@@ -32,7 +32,7 @@ StiffnessAndDamping = tuple[np.ndarray, np.ndarray | None]
 STABLE_OR_MARGINAL = [VERDICTS.index("stable"), VERDICTS.index("marginal")]
 GRID_POINTS = 64  # values of mu, between 0 and its end, at which verdicts are computed at least
 HALVINGS = 44  # of the interval in which stability is lost: to rounding
-SHRINKS = 25  # by golden section, of an interval in which a margin of stability has its least value
+SHRINKS = 25  # of an interval, by golden section, in which a margin of stability has its minimum
 GOLDEN = (3.0 - 5.0**0.5) / 2.0
 AT_ONCE = 50_000  # matrices that are judged together; bounds the memory
 FOLD, BRANCH_END = "fold", "end of the branch"
@@ -43,9 +43,10 @@ def parameters(model: PadModel) -> Names:
     uses = contact_model(model.name).uses
     names = []
     for name in PARAMETERS:
-        # the speed of the surface counts where friction falls with it
+        is_given = getattr(model.pad, name) is not None
+        # the speed of the surface counts only where friction falls with it
         is_without_effect = name == "V" and model.pad.fall is None
-        if uses(name) and getattr(model.pad, name) is not None and not is_without_effect:
+        if uses(name) and is_given and not is_without_effect:
             names.append(name)
     return tuple(names)
 
@@ -53,21 +54,23 @@ def parameters(model: PadModel) -> Names:
 class _Intervals(NamedTuple):
     """The branches of n pads from mu = 0 up, cut into m intervals between their nodes.
 
+    Within an interval the contact state stays, so that the matrices are smooth in mu.
+
     Attributes
     ----------
     pad, start, stop : array (m,)
-        Pad of each interval, and mu at its ends.
+        Number of the pad of each interval, and mu at its ends.
     begins_at_change : array (m,) of bool
         Whether contact changes at its start.
     at : callable
-        The equilibria of pads (k,) at mu (k,).
+        Gives the equilibria of pads (k,) at mu (k,).
     mu_end : array (n,)
         Where the branch ends; NaN if it reaches the end of the range, 0 for a pad without an
         equilibrium at mu = 0.
     ends : list of n str
-        What happens there.
+        What happens there: a fold, or another end of the branch.
     lost : array (n,) of bool
-        Whether the branch could not be continued.
+        Whether the branch could not be continued numerically.
     no_start : array (n,) of bool
         Pads without an equilibrium in contact at mu = 0.
     """
@@ -83,11 +86,15 @@ class _Intervals(NamedTuple):
     no_start: np.ndarray
 
 
-class _Judged(NamedTuple):
+class _Stability(NamedTuple):
     """Stability of k cases.
 
-    no_unstable_mode (k,): whether all modes are stable or marginal; margins (2, k): numbers that
-    vanish where a pair, and where a real root, begins to grow, see the function `margins`.
+    Attributes
+    ----------
+    no_unstable_mode : array (k,) of bool
+        Whether all modes are stable or marginal.
+    margins : array (2, k)
+        Numbers that vanish where a pair, and where a real root, begins to grow; see `margins`.
     """
 
     no_unstable_mode: np.ndarray
@@ -95,10 +102,16 @@ class _Judged(NamedTuple):
 
 
 class _FrictionGrid(NamedTuple):
-    """k values of mu on all intervals, at which verdicts are computed.
+    """k values of mu on all intervals, at which verdicts are computed, interval by interval.
 
-    interval (k,): number of the interval; number (k,): that of the value within it, from 0;
-    mu (k,): the value.
+    Attributes
+    ----------
+    interval : array (k,)
+        Number of the interval in which the value lies.
+    number : array (k,)
+        Number of the value within its interval, from 0.
+    mu : array (k,)
+        The value.
     """
 
     interval: np.ndarray
@@ -109,13 +122,13 @@ class _FrictionGrid(NamedTuple):
 def _friction_grid(intervals: _Intervals, mu_max: float) -> _FrictionGrid:
     """Even values in each interval with both its ends, `GRID_POINTS` or more over 0 to mu_max."""
     widths = intervals.stop - intervals.start
-    parts = np.maximum(np.ceil(widths / mu_max * GRID_POINTS), 2).astype(int)
-    counts = parts + 1
+    steps = np.maximum(np.ceil(widths / mu_max * GRID_POINTS), 2).astype(int)
+    counts = steps + 1
     interval = np.repeat(np.arange(len(counts)), counts)
     first_of_interval = np.cumsum(counts) - counts
     number = np.arange(interval.size) - np.repeat(first_of_interval, counts)
-    # just before the end, where contact is still that of the interval
-    share = np.minimum(number / parts[interval], 1.0 - 1e-9)
+    # the last value lies just before the end, where contact is still that of the interval
+    share = np.minimum(number / steps[interval], 1.0 - 1e-9)
     mu = intervals.start[interval] + share * widths[interval]
     return _FrictionGrid(interval, number, mu)
 
@@ -154,14 +167,16 @@ def compiled_statics(statics: Statics, n: int) -> Statics:
 
 
 def normalised(pad: Pad, X: np.ndarray) -> np.ndarray:
-    """Matrices X (3, 3, n) of n pads, mass-normalised: M^-1/2 X M^-1/2, (n, 3, 3)."""
-    unit = 1.0 / np.sqrt(np.broadcast_arrays(pad.m, pad.m, pad.I, X[0, 0])[:3])
+    """Mass-normalise matrices X (3, 3, n) of n pads: M^-1/2 X M^-1/2, (n, 3, 3)."""
+    # each mass once for each pad, as X[0, 0] (n,) has an entry
+    masses = np.broadcast_arrays(pad.m, pad.m, pad.I, X[0, 0])[:3]
+    unit = 1.0 / np.sqrt(masses)
     return np.moveaxis(X * (unit[:, None] * unit), -1, 0)
 
 
 @dataclass(frozen=True, eq=False)
 class PadStack:
-    """n pads: that of a scene with some parameters replaced.
+    """n pads, each of them that of a scene with some parameters replaced.
 
     Attributes
     ----------
@@ -172,8 +187,8 @@ class PadStack:
     values : array (p, n)
         Their values in each pad, SI units.
     statics : Statics
-        The statics of all pads, in units of the scene's own pad. B3, which is linearised about the
-        origin, has no branches of equilibria.
+        The statics of all pads, in natural units of the scene's own pad. B3, which is linearised
+        about the origin, has no branches of equilibria.
     """
 
     scene: Scene
@@ -219,33 +234,37 @@ class PadStack:
         return rests(self.statics, self.n)
 
     def branches(self, mu_max: np.ndarray) -> tuple[Branches, np.ndarray]:
-        """The branches from mu = 0 to mu_max (n,), and pads (n,) whose branch was lost."""
+        """Follow the branches of equilibria from mu = 0 to mu_max (n,).
+
+        The second array (n,) of bool says which of them could not be continued numerically.
+        """
         branches = follow(self.statics, self.without_friction, mu_max)
         return branches, branches.end == BranchEnd.LOST
 
     def origin(self, mu: np.ndarray) -> Equilibria:
-        """Full contact about the origin at frictions mu (k,)."""
+        """Full contact about the origin at frictions mu (k,), as if an equilibrium."""
         z = np.zeros((4, mu.size))
         z[3] = mu
-        on = np.ones((self.statics.model.law.points, mu.size), dtype=bool)
-        return Equilibria(z, on, np.ones(mu.size, dtype=bool))
+        touching = np.ones((self.statics.model.law.points, mu.size), dtype=bool)
+        return Equilibria(z, touching, np.ones(mu.size, dtype=bool))
 
     def at_mu(self) -> tuple[Equilibria, np.ndarray]:
-        """The equilibria of the n pads, each at its own friction, and where (n,) one is unknown.
+        """Compute the equilibria of the n pads, each at its own friction.
 
-        There is none where the branch from mu = 0 ends before. It is unknown where the branch was
-        lost, and where rounding hides the contact forces.
+        The second array (n,) of bool says where it is unknown whether there is one: where the
+        branch was lost, and where rounding hides the contact forces. There is none where the branch
+        from mu = 0 ends before.
         """
-        at = self.origin(self.mu)
         if self.linear:
-            return at, np.zeros(self.n, dtype=bool)
-        branches, unknown = self.branches(self.mu)
-        if not branches.owner.size:  # none rests anywhere
-            return at._replace(exists=np.zeros(self.n, dtype=bool)), unknown
-        at = branches.at(np.arange(self.n), self.mu)
-        hidden = at.exists & self.statics.unresolved(at.z)
-        touches = at.touching.any(axis=0)
-        return at._replace(exists=at.exists & touches & ~hidden), unknown | hidden
+            return self.origin(self.mu), np.zeros(self.n, dtype=bool)
+        branches, lost = self.branches(self.mu)
+        if not branches.owner.size:  # no pad has an equilibrium without friction
+            nowhere = np.zeros(self.n, dtype=bool)
+            return self.origin(self.mu)._replace(exists=nowhere), lost
+        at_mu = branches.at(np.arange(self.n), self.mu)
+        hidden = at_mu.exists & self.statics.unresolved(at_mu.z)
+        touches = at_mu.touching.any(axis=0)
+        return at_mu._replace(exists=at_mu.exists & touches & ~hidden), lost | hidden
 
     @cached_property
     def damping(self) -> np.ndarray | None:
@@ -259,17 +278,17 @@ class PadStack:
         if damping is None:
             return None
         if damping.matrix is not None:
-            levers = np.array([1.0, 1.0, 1.0 / units.length])
+            levers = np.array([1.0, 1.0, 1.0 / units.length])  # theta in rad becomes a length
             C = np.array(damping.matrix) * np.outer(levers, levers) * units.time / units.mass
-            of_each = np.broadcast_to(C[:, :, None], (3, 3, self.n))
-            return normalised(self.statics.model.pad, of_each)
-        scaled = damping
+            same_for_all = np.broadcast_to(C[:, :, None], (3, 3, self.n))
+            return normalised(self.statics.model.pad, same_for_all)
+        in_natural_units = damping  # as ratios are
         if damping.rayleigh is not None:
             alpha, beta = damping.rayleigh
-            scaled = Damping(rayleigh=(alpha * units.time, beta / units.time))
-        B, stable = normalised_damping(scaled, self._stiffness_without_friction)
+            in_natural_units = Damping(rayleigh=(alpha * units.time, beta / units.time))
+        B, stable = normalised_damping(in_natural_units, self._stiffness_without_friction)
         if not self.linear:
-            stable |= ~self.without_friction.exists  # of a pad that rests nowhere no mode is damped
+            stable |= ~self.without_friction.exists  # without an equilibrium there is no mode
         if not stable.all():
             values = self.values[:, int(np.argmin(stable))]
             texts = []
@@ -280,36 +299,40 @@ class PadStack:
 
     @cached_property
     def _stiffness_without_friction(self) -> np.ndarray:
-        """Mass-normalised stiffness (n, 3, 3) without friction."""
+        """Mass-normalised stiffness (n, 3, 3) without friction.
+
+        Pads without an equilibrium have that of full contact, which no answer shows.
+        """
         if self.linear:
             at = self.origin(np.zeros(self.n))
         else:
-            # pads that rest nowhere as if in full contact
-            at = self.without_friction
-            at = at._replace(touching=at.touching | ~at.exists)
+            rest = self.without_friction
+            at = rest._replace(touching=rest.touching | ~rest.exists)
         stiffness, _ = self._matrices(np.arange(self.n), at)
         return stiffness
 
     def _matrices(self, pad: np.ndarray, at: Equilibria) -> StiffnessAndDamping:
-        """Mass-normalised stiffness, and the damping that falling friction makes, each (k, 3, 3).
+        """Linearise pads (k,) about k equilibria, without the damping that the scene names.
 
-        Both are derivatives of the loads: by the coordinates q (3, k), and by the velocity. Without
-        falling friction the damping is None.
+        Returns the mass-normalised stiffness, and the damping that falling friction makes, each
+        (k, 3, 3): derivatives of the loads by the coordinates and by the velocities, the latter by
+        complex steps. Without falling friction the damping is None.
         """
-        part = self.statics.pick(pad)
+        statics = self.statics.pick(pad)
         contact = 1.0 * at.touching
-        K = part.stiffness(at.z, contact)
-        if part.model.pad.mu_s is None:
-            return normalised(part.model.pad, K), None
-        model = part.model.replace(mu=at.z[3])
-        q = part.place(at.z)
+        K = statics.stiffness(at.z, contact)
+        if statics.model.pad.mu_s is None:
+            return normalised(statics.model.pad, K), None
+        model = statics.model.replace(mu=at.z[3])
+        q = statics.place(at.z)
         C = -complex_step(partial(model.loads, q, contact), np.zeros(q.shape))
         return normalised(model.pad, K), normalised(model.pad, C)
 
     def matrices(self, pad: np.ndarray, at: Equilibria) -> StiffnessAndDamping:
-        """Mass-normalised stiffness A and damping B (k, 3, 3) of pads (k,) about k equilibria.
+        """Linearise pads (k,) about k equilibria: z'' + B z' + A z = 0.
 
-        The damping is None where no pad has any.
+        Returns the mass-normalised stiffness A and damping B (k, 3, 3); B is None where no pad has
+        any damping.
         """
         A, B = self._matrices(pad, at)
         if self.damping is not None:
@@ -317,11 +340,11 @@ class PadStack:
         return A, B
 
     def fastest(self) -> tuple[np.ndarray, np.ndarray]:
-        """The fastest growing eigenvalue (n,) of each pad at its own friction, in rad/s.
+        """Compute the eigenvalue (n,) of largest real part of each pad at its own friction, rad/s.
 
-        It is NaN without an equilibrium; the second array (n,) says where it is unknown. Without
-        damping, real parts of the size of rounding (next to a coalescence, of its square root) are
-        zero.
+        It is NaN without an equilibrium; the second array (n,) of bool says where it is unknown
+        whether there is one. Without damping, real parts of the size of rounding (next to a
+        coalescence, of its square root) are set to zero.
         """
         equilibria, unknown = self.at_mu()
         existing = np.flatnonzero(equilibria.exists)
@@ -333,14 +356,17 @@ class PadStack:
             values.real[values.real <= 1e-8 * size] = 0.0
         else:
             values = np.linalg.eigvals(first_order(A, B, 1.0)[0]).astype(complex)
-        # of several that grow alike the one of largest frequency
-        best = np.lexsort((np.abs(values.imag), values.real), axis=1)[:, -1]
+        # of those with the largest real part the one of largest frequency
+        leading = np.lexsort((np.abs(values.imag), values.real), axis=1)[:, -1]
         fastest = np.full(self.n, np.nan, dtype=complex)
-        fastest[existing] = values[np.arange(existing.size), best] / self.statics.units.time
+        fastest[existing] = values[np.arange(existing.size), leading] / self.statics.units.time
         return fastest, unknown
 
     def _intervals(self, mu_max: float) -> _Intervals:
-        """The branches of all pads from mu = 0 to mu_max, or to their end, as intervals."""
+        """Follow the branches of all pads from mu = 0 to mu_max or to their end, as intervals.
+
+        A linear model has one interval for each pad, about the origin.
+        """
         if self.linear:
             return _Intervals(
                 pad=np.arange(self.n),
@@ -358,7 +384,7 @@ class PadStack:
         mu_end = np.where(no_start, 0.0, branches.mu_end)
         mu_end[branches.end == BranchEnd.REACHED] = np.nan
         nodes = np.arange(len(branches.owner))
-        starts = nodes[nodes < branches.last[branches.owner]]
+        starts = nodes[nodes < branches.last[branches.owner]]  # all nodes but the last of each pad
         return _Intervals(
             pad=branches.owner[starts],
             start=branches.z[3, starts],
@@ -371,45 +397,47 @@ class PadStack:
             no_start=no_start,
         )
 
-    def _judge(self, intervals: _Intervals, pad: np.ndarray, mu: np.ndarray) -> _Judged:
-        """The stability of pads (k,) at mu (k,) on their branches, some of them at a time."""
+    def _judge(self, intervals: _Intervals, pad: np.ndarray, mu: np.ndarray) -> _Stability:
+        """The stability of pads (k,) at mu (k,) on their branches, computed some at a time."""
         no_unstable_mode = np.empty(pad.size, dtype=bool)
-        margin = np.empty((2, pad.size))
+        margins_of_cases = np.empty((2, pad.size))
         for first in range(0, pad.size, AT_ONCE):
             part = slice(first, first + AT_ONCE)
             equilibria = intervals.at(pad[part], mu[part])
             A, B = self.matrices(pad[part], equilibria)
             no_unstable_mode[part] = np.isin(verdicts(A, B), STABLE_OR_MARGINAL) & equilibria.exists
-            margin[:, part] = margins(A, B)
-        return _Judged(no_unstable_mode, margin)
+            margins_of_cases[:, part] = margins(A, B)
+        return _Stability(no_unstable_mode, margins_of_cases)
 
     def first_losses(self, mu_max: float) -> Losses:
-        """Where each pad first loses stability or its equilibrium, as friction rises from 0.
+        """Locate where each pad first loses stability or its equilibrium, as friction rises from 0.
 
-        Verdicts are computed at `GRID_POINTS` values of mu or more between all nodes of the branch,
-        in the contact state there, and the first step with a change is halved. Steps within which a
-        margin of stability comes close to zero are searched too; a narrower interval of
-        instability may be missed.
+        Verdicts are computed on a grid of `GRID_POINTS` values of mu or more, with all nodes of the
+        branch, and the step to the first unstable value is halved. Steps within which a margin of
+        stability comes close to zero are searched too; a narrower interval of instability may be
+        missed.
         """
         intervals = self._intervals(mu_max)
         grid = _friction_grid(intervals, mu_max)
         pad = intervals.pad[grid.interval]
-        judged = self._judge(intervals, pad, grid.mu)
-        for which in range(len(judged.margins)):
-            self._search_between_points(intervals, grid, judged, which)
-        unstable = np.flatnonzero(~judged.no_unstable_mode)
+        stability = self._judge(intervals, pad, grid.mu)
+        for which in range(len(stability.margins)):
+            self._search_between_points(intervals, grid, stability, which)
+        unstable = np.flatnonzero(~stability.no_unstable_mode)
         losing, index = np.unique(pad[unstable], return_index=True)
-        first = unstable[index]  # the first unstable point of the grid of each losing pad
+        first = unstable[index]  # of each pad that loses stability its first unstable point
         last_stable = grid.mu[np.maximum(first - 1, 0)]
         first_unstable = grid.mu[first]
-        # where stability is lost at once, or with a change of contact, it is lost at that point
-        at_change = intervals.begins_at_change[grid.interval[first]]
-        is_lost_there = (grid.number[first] == 0) & ((first_unstable == 0.0) | at_change)
+        # a pad that is unstable at mu = 0, or from a change of contact on, loses stability there:
+        # nothing is to be halved
+        begins_at_change = intervals.begins_at_change[grid.interval[first]]
+        is_at_start = grid.number[first] == 0
+        is_lost_there = is_at_start & ((first_unstable == 0.0) | begins_at_change)
         last_stable = np.where(is_lost_there, first_unstable, last_stable)
-        loss = self._halve(intervals, losing, last_stable, first_unstable, narrow=4e-16 * mu_max)
+        loss = self._bisect(intervals, losing, last_stable, first_unstable, narrow=4e-16 * mu_max)
         return self._losses(intervals, losing, loss)
 
-    def _halve(
+    def _bisect(
         self,
         intervals: _Intervals,
         pad: np.ndarray,
@@ -417,9 +445,23 @@ class PadStack:
         unstable: np.ndarray,
         narrow: float,
     ) -> np.ndarray:
-        """Where (k,) pads (k,) lose stability between two values of mu each, to `narrow`.
+        """Locate by bisection where k pads lose stability, each between two values of mu.
 
-        stable, unstable (k,): the values, at which all modes are stable or marginal, or not.
+        Parameters
+        ----------
+        intervals : _Intervals
+            The branches.
+        pad : array (k,)
+            Numbers of the pads.
+        stable, unstable : array (k,)
+            A value of mu at which all modes are stable or marginal, and a larger one at which not.
+        narrow : float
+            The distance of the two at which bisection ends.
+
+        Returns
+        -------
+        array (k,)
+            The least value of mu that was seen to be unstable.
         """
         low = stable.copy()
         high = unstable.copy()
@@ -434,8 +476,11 @@ class PadStack:
         return high
 
     def _losses(self, intervals: _Intervals, losing: np.ndarray, mu: np.ndarray) -> Losses:
-        """What happens first to each of the n pads: to some of them, numbers `losing` (k,), a loss
-        of stability at mu (k,), to the others the end of their branch, if it has one."""
+        """Name what happens first to each of the n pads, and its frequency.
+
+        Pads of the numbers `losing` (k,) lose stability at mu (k,), the others their equilibrium at
+        the end of the branch, if it has one.
+        """
         loss = intervals.mu_end.copy()
         loss[losing] = mu
         kinds = list(intervals.ends)
@@ -446,11 +491,11 @@ class PadStack:
         frequencies = self.frequency_at_onset(A, B)
         for i, pad in enumerate(losing):
             if not equilibria.exists[i] or codes[i] in STABLE_OR_MARGINAL:
-                continue  # halving led to the end of the branch
+                continue  # bisection led to the end of the branch
             kinds[pad] = VERDICTS[codes[i]]
             hertz[pad] = frequencies[i] if kinds[pad] == "flutter" else 0.0
-        lost_before = intervals.lost & ~np.isin(np.arange(self.n), losing)
-        unknown = lost_before | self._slow_modes_hidden()
+        lost_while_stable = intervals.lost & ~np.isin(np.arange(self.n), losing)
+        unknown = lost_while_stable | self._slow_modes_hidden()
         return Losses(
             mu=np.where(unknown, np.nan, loss),
             kinds=kinds,
@@ -460,18 +505,18 @@ class PadStack:
         )
 
     def _search_between_points(
-        self, intervals: _Intervals, grid: _FrictionGrid, judged: _Judged, which: int
+        self, intervals: _Intervals, grid: _FrictionGrid, stability: _Stability, which: int
     ) -> None:
         """Search for instability between stable points of a grid, where a margin nearly vanishes.
 
-        A margin that is lower at a point than at both neighbours has its least value between these.
-        That is searched by golden section. Where an unstable case is found the point is moved
-        there: `grid.mu` and `judged.no_unstable_mode` are changed in place.
+        A margin that is lower at a point than at both neighbours has its minimum between these,
+        which golden section searches. If it meets an unstable case the point of the grid is moved
+        there: `grid.mu` and `stability.no_unstable_mode` are changed in place.
 
         which: the margin, 0 of pairs and 1 of real roots.
         """
-        margin = judged.margins[which]
-        stable = judged.no_unstable_mode
+        margin = stability.margins[which]
+        stable = stability.no_unstable_mode
         mu = grid.mu
         interval = grid.interval
         pad = intervals.pad[interval]
@@ -479,10 +524,10 @@ class PadStack:
         before = margin[i - 1]
         here = margin[i]
         after = margin[i + 1]
-        with np.errstate(all="ignore"):  # the least value of the parabola through the three
-            least = here - (after - before) ** 2 / (8 * (before - 2 * here + after))
-        # one that stays above half of the lowest point is far from vanishing
-        is_low = (here < before) & (here < after) & (least < here / 2)
+        with np.errstate(all="ignore"):  # the minimum of the parabola through the three points
+            minimum = here - (after - before) ** 2 / (8 * (before - 2 * here + after))
+        # a minimum above half of the lowest point is far from vanishing
+        is_low = (here < before) & (here < after) & (minimum < here / 2)
         same_interval = (interval[i - 1] == interval[i]) & (interval[i] == interval[i + 1])
         all_stable = stable[i - 1] & stable[i] & stable[i + 1]
         j = i[same_interval & all_stable & is_low]
@@ -495,7 +540,7 @@ class PadStack:
             left = low + GOLDEN * width
             right = high - GOLDEN * width
             inner = self._judge(intervals, np.tile(pad[j], 2), np.concatenate([left, right]))
-            # an unstable case attracts the search
+            # an unstable case counts as the lowest margin, so that the search stays with it
             margins_inside = np.where(inner.no_unstable_mode, inner.margins[which], -np.inf)
             at_left, at_right = margins_inside.reshape(2, -1)
             keep_left = at_left <= at_right
@@ -508,26 +553,27 @@ class PadStack:
         stable[j[unstable]] = False
 
     def _slow_modes_hidden(self) -> np.ndarray:
-        """Where (n,) rounding of one stiffness or damping may hide the slow modes."""
-        sizes = np.linalg.svd(self._stiffness_without_friction, compute_uv=False)
-        largest = sizes[:, 0]
+        """Where (n,) rounding of a very large stiffness or damping may hide the slow modes."""
+        singular_values = np.linalg.svd(self._stiffness_without_friction, compute_uv=False)
+        largest = singular_values[:, 0]
         if self.damping is not None:
             rates = np.linalg.norm(self.damping, 2, axis=(1, 2))
             largest = np.maximum(largest, rates**2)
-        return sizes[:, -1] <= 1e-12 * largest
+        return singular_values[:, -1] <= 1e-12 * largest
 
     def frequency_at_onset(self, A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
-        """Frequency (k,) in Hz of the pair that flutters next, of z'' + B z' + A z = 0.
+        """Compute the frequency (k,) in Hz of the pair that is about to flutter.
 
         Without damping that is the mean of the two frequencies that are nearest to each other and
         so coalesce, else the frequency of the pair that grows most or decays least.
 
-        A, B : stacks (k, 3, 3) of mass-normalised stiffness and damping.
+        A, B: mass-normalised stiffness and damping (k, 3, 3) of z'' + B z' + A z = 0; B None
+        without damping.
         """
         rows = np.arange(len(A))
         if B is None or not B.any():
             squares = np.linalg.eigvals(A).astype(complex)  # of the three frequencies
-            i, j = np.triu_indices(3, 1)
+            i, j = np.triu_indices(3, 1)  # the three pairs of them
             nearest = np.argmin(np.abs((squares[:, i] - squares[:, j]).real), axis=1)
             first = np.sqrt(squares[rows, i[nearest]])
             second = np.sqrt(squares[rows, j[nearest]])
@@ -540,7 +586,10 @@ class PadStack:
 
 
 def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
-    """Verdict codes (k,), indices into `VERDICTS`, of z'' + B z' + A z = 0, stacks (k, 3, 3)."""
+    """Verdicts (k,), indices into `VERDICTS`, on z'' + B z' + A z = 0 with A, B (k, 3, 3).
+
+    B may be None. Cases without damping get the verdict on undamped systems.
+    """
     if B is None or not B.any():
         return undamped_verdicts(A)
     codes = np.empty(len(A), dtype=np.int8)
@@ -551,13 +600,13 @@ def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
 
 
 def margins(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
-    """Two margins (2, k) of stability of z'' + B z' + A z = 0, stacks (k, 3, 3).
+    """Compute two margins (2, k) of stability of z'' + B z' + A z = 0 with A, B (k, 3, 3).
 
     Both are smooth and positive where nothing grows. The first vanishes where a pair begins to
-    grow: without damping the discriminant of det(A + s), which vanishes where two frequencies
+    grow: without damping it is the discriminant of det(A + s), which vanishes where two frequencies
     coalesce, else the product of the sums of two roots, which is the last Hurwitz determinant but
-    one up to its sign (Orlando's formula). The second vanishes where a real root begins to grow:
-    the determinant of A, the product of all roots.
+    one up to its sign (Orlando's formula). The second vanishes where a real root begins to grow: it
+    is the determinant of A, the product of all roots.
     """
     det = np.linalg.det(A)
     if B is None or not B.any():

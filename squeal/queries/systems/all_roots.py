@@ -1,4 +1,4 @@
-"""Small systems, of which all roots are computed, and these roots without their vectors."""
+"""Small systems, of which all eigenvalues are computed: which they are, and the values alone."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-from squeal.linear.roots import ordered
+from squeal.linear.roots import ComplexArray, ordered
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import assumed_rounding
 from squeal.queries.systems.matrices import ALL_ROWS
@@ -23,19 +22,37 @@ NO_BAND = (
 
 
 def is_small(system: TermSystem) -> bool:
-    """True if all roots of a system are computed."""
+    """True if all roots of a system are computed: few rows, and no matrix follows the frequency."""
     return system.n <= ALL_ROWS and not system.follows
 
 
 def roots_of_all(
     system: TermSystem, selection: EigenvalueSelection, changes: Changes
-) -> NDArray[np.complex128]:
-    """The roots of a small system in the band or region, by rising frequency, values alone."""
+) -> ComplexArray:
+    """Compute all roots of a small system and select those of a band or region, without vectors.
+
+    Parameters
+    ----------
+    system : TermSystem
+        A small system (see `is_small`).
+    selection : EigenvalueSelection
+        The band or region; its number of modes is left to the caller.
+    changes : mapping
+        Parameters that do not have the system's own values.
+
+    Returns
+    -------
+    array (m,)
+        Roots in rad/s by rising frequency. Of complex matrices only those with Im >= 0 describe a
+        motion.
+    """
     roots = dense_values(*system.arrays(changes))
-    if not system.real:  # rounding may put a real one below
-        roots = np.where(np.abs(roots.imag) <= assumed_rounding(roots, True), roots.real, roots)
+    if not system.real:
+        # a real root that rounding puts below the real axis would be lost
+        is_real = np.abs(roots.imag) <= assumed_rounding(roots, True)
+        roots = np.where(is_real, roots.real, roots)
         roots = roots[roots.imag >= 0.0]
-    if selection.band is not None:  # of any real part
+    if selection.band is not None:  # a band bounds the frequency, not the growth rate
         low, high = selection.band
         inside = (roots.imag >= math.tau * low) & (roots.imag <= math.tau * high)
         roots = roots[inside]

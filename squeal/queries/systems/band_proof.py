@@ -1,4 +1,4 @@
-"""What is proved of the modes of a band of a larger system, on request."""
+"""The referee's proof that the modes of a band of a larger system are complete, on request."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.io.system import SystemFile
-from squeal.queries.systems.proofs import Statement, with_proved_errors
+from squeal.queries.systems.proofs import Statement, as_complex, with_proved_errors
 from squeal.queries.systems.roots import SystemRoots
 from squeal.results.sources import EigenvalueSelection
 
@@ -19,10 +19,11 @@ ALLOWED = "above 400 rows the modes of a band of real matrices can be proved"
 def with_band_proof(
     file: SystemFile, selection: EigenvalueSelection, roots: SystemRoots
 ) -> SystemRoots:
-    """The modes of a band with what the referee says of them.
+    """Let the referee judge the computed modes of a band, and add its statement to them.
 
-    What it proves stands in place of the count. Where it leaves the list open the count still
-    holds, and a note says why. Raises InputError for what it cannot be asked.
+    A proved or refuted list gets the referee's statement in place of the count. An open one keeps
+    the count, and a note says why nothing is proved. Raises InputError for systems of which the
+    referee proves nothing.
     """
     from squeal.proof.bands import prove_modes
 
@@ -31,17 +32,19 @@ def with_band_proof(
         raise InputError(f"prove: {ALLOWED}")
     if file.assembly is not None or file.assumptions:
         raise InputError(f"prove: components and guessed matrices have no proof; {ALLOWED}")
-    low, high = (math.tau * hertz for hertz in selection.band)
+    low_hertz, high_hertz = selection.band
+    low = math.tau * low_hertz
+    high = math.tau * high_hertz
     values = np.array([root.value for root in roots.eigenvalues], dtype=complex)
-    rate = math.inf if roots.growth_limit is None else roots.growth_limit
-    proof = prove_modes(*system.at(), values, low, high, rate)
+    growth_limit = math.inf if roots.growth_limit is None else roots.growth_limit
+    proof = prove_modes(*system.at(), values, low, high, growth_limit)
     if proof.status == "open":
         return replace(roots, notes=(*roots.notes, f"not proved: {proof.reason}"))
-    where = None if proof.where is None else complex(proof.where)
     if proof.status == "refuted":
         reason = f"the referee disagrees: {proof.reason}"
+        where = as_complex(proof.where)
         statement = Statement("open", proof.by, None, proof.data, reason, where)
         return replace(roots, judged_by=statement)
-    known = with_proved_errors(roots.eigenvalues, proof.errors)
+    eigenvalues = with_proved_errors(roots.eigenvalues, proof.errors)
     statement = Statement("proved", proof.by, proof.growth_below, proof.data)
-    return replace(roots, eigenvalues=known, judged_by=statement)
+    return replace(roots, eigenvalues=eigenvalues, judged_by=statement)

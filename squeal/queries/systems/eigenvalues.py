@@ -1,4 +1,4 @@
-"""The eigenvalues of a system at one value of its parameter, and what is said of them."""
+"""The verb `eigenvalues` of a system: its roots at one value of the parameter, and the answer."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ ONSET_ROWS = 40
 SHOWN_ROWS = 100
 """Matrices and mode shapes of systems with more rows are not printed."""
 SAME = 1e-6
-"""Two roots within this share of |lambda| are one, computed in two ways."""
+"""Two roots within this share of |lambda| are one root, computed in two ways."""
 
 
 def system_eigenvalues(
@@ -51,7 +51,7 @@ def system_eigenvalues(
     look: Sweep | None = None,
     prove: bool | None = None,
 ) -> Eigenvalues:
-    """The selected eigenvalues at a value of the parameter, and what shows that none is missing.
+    """Compute the selected eigenvalues at a value of the parameter, and count or prove them.
 
     Parameters
     ----------
@@ -60,48 +60,53 @@ def system_eigenvalues(
     at : float, optional
         Value of the free parameter; the system's own if left out.
     look : Sweep, optional
-        A sweep that was computed before. If it is a first look at a large system, by estimates
-        on a reduced basis, the roots come from that basis too.
+        An earlier sweep of the system. If that was a first look (estimates of a large system on a
+        basis of real modes), the roots are estimated on the same basis, and nothing counts them.
     prove : bool, optional
         Whether the referee (`squeal.proof`) judges the roots. Left out, it judges all roots of a
         small system; with True also the modes of a band of a larger one.
     """
     if at is None:
-        return _eigenvalues(analysis, look, prove, seat="")
+        return _eigenvalues(analysis, look, prove, contact_note="")
     analysis.warn_of_unused_parameter()
     system = analysis.system.replace({analysis.system.parameter: at})
     file = replace(analysis.file, system=system)
-    return _eigenvalues(replace(analysis, file=file), look, prove, seat=seat_note(file))
+    return _eigenvalues(replace(analysis, file=file), look, prove, contact_note=seat_note(file))
 
 
 def _eigenvalues(
-    analysis: SystemAnalysis, look: Sweep | None, prove: bool | None, seat: str
+    analysis: SystemAnalysis, look: Sweep | None, prove: bool | None, contact_note: str
 ) -> Eigenvalues:
-    """The eigenvalues at the system's own value; `seat`: a note on its contact, or nothing."""
+    """Compute the roots at the system's own parameters, and put the answer together.
+
+    look, prove: as of `system_eigenvalues`. contact_note: at which value of the parameter contact
+    was closed, empty if at the present one.
+    """
     file = analysis.file
     system = analysis.system
     roots = _roots(analysis, look, prove)
     doubts = [*roots.doubts, *file.assumptions]
     criterion = roots.criterion
-    if roots.verdict is None:  # perhaps because the files print too few digits
-        criterion = open_by_digits(file, roots.every) or criterion
+    if roots.verdict is None:
+        # files that print too few digits for a verdict are named in place of the criterion
+        criterion = open_by_digits(file, roots.computed) or criterion
     outside = _outside(analysis, roots)
     extent = ""
     if roots.region is not None:
         extent = analysis.selection.words(len(roots.eigenvalues))
     statement = roots.statement
-    if doubts and roots.certified:  # nothing is proved of what was guessed
+    if doubts and roots.certified:  # what is proved of assumed entries is not proved of real ones
         statement = Statement("open", statement.by, reason="; ".join(doubts))
     proof_line = statement.words
     if analysis.joined or doubts:
-        # of joined components the count is that of the reduced system, as its own words say; what
-        # was guessed has a line of its own
+        # joined components: the count is that of the reduced system, which the description says;
+        # doubts: each has a line of its own
         proof_line = ""
     notes = [
         _description(analysis, roots),
         *roots.notes,
-        seat,
-        accuracy_by_digits(file, roots.every),
+        contact_note,
+        accuracy_by_digits(file, roots.computed),
     ]
     return Eigenvalues(
         name=system.name,
@@ -126,7 +131,7 @@ def _eigenvalues(
 
 
 def _shapes(system: System, roots: SystemRoots) -> dict[str, Any] | None:
-    """The mode shapes of a system of few rows."""
+    """The mode shapes as JSON holds them; None of a system with too many rows to print."""
     if system.n > SHOWN_ROWS:
         return None
     modes = mode_shapes(Spectrum(roots.eigenvalues))
@@ -134,7 +139,12 @@ def _shapes(system: System, roots: SystemRoots) -> dict[str, Any] | None:
 
 
 def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> SystemRoots:
-    """The selected roots: of a large system with a first look those that the look estimates."""
+    """Compute the selected roots by the solver that serves the system, and have them judged.
+
+    Of a large system whose earlier sweep `look` was a first look they are estimates on its basis.
+    Other systems are solved. The referee judges small ones unless `prove` is False, and bands of
+    larger ones if it is True.
+    """
     file = analysis.file
     system = analysis.system
     if look is not None and isinstance(look.source, SystemSource) and not is_small(system):
@@ -143,8 +153,8 @@ def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> 
             changes = {system.parameter: system.parameters[system.parameter]}
             return roots_of_first_look(reduction, analysis.selection, changes)
     data = None if prove is False else data_of(file, system)
-    bounded = error_bounds(file, system)
-    roots = system_roots(system, analysis.selection, bounded=bounded, data=data)
+    add_errors = error_bounds(file, system)
+    roots = system_roots(system, analysis.selection, add_errors=add_errors, data=data)
     if prove and not is_small(system):
         return with_band_proof(file, analysis.selection, roots)
     return roots
@@ -154,13 +164,13 @@ def _outside(analysis: SystemAnalysis, roots: SystemRoots) -> tuple[complex, ...
     """Growing roots outside of the region, the fastest first; None if nothing is known of them."""
     if not roots.outside or not analysis.joined:
         return roots.outside
-    # roots above the cutoff decide nothing
+    # components that were reduced are not valid above their cutoff frequency
     cutoff = math.tau * analysis.file.assembly.cutoff
     return tuple(root for root in roots.outside if abs(root) < cutoff)
 
 
 def _region_entry(region: Rectangle | Disc | None) -> dict[str, float] | None:
-    """A region as JSON holds it: a radius, or the four ends of a rectangle."""
+    """A region as JSON holds it: the radius of a disc, or the four ends of a rectangle."""
     if region is None:
         return None
     if isinstance(region, Disc):
@@ -174,7 +184,11 @@ def _details(
     outside: tuple[complex, ...] | None,
     doubts: list[str],
 ) -> dict[str, Any]:
-    """What the JSON object says of the system and of how its roots were found."""
+    """Describe the system, and how its roots were computed, as the JSON object holds it.
+
+    outside: growing roots outside of the region, the fastest first, None if nothing is known of
+    them; doubts: why the list of roots is not certified.
+    """
     file = analysis.file
     system = analysis.system
     details: dict[str, Any] = {
@@ -204,28 +218,28 @@ def _details(
 
 
 def _description(analysis: SystemAnalysis, roots: SystemRoots) -> str:
-    """The system, its matrices and its contact in lines for people."""
+    """Describe the system, its matrices and its contact in lines for people."""
     file = analysis.file
     system = analysis.system
     values = []
     for name, value in system.parameters.items():
         if name == system.parameter and not analysis.depends_on_parameter:
             continue
+        # a parameter that is the frequency has no value of its own
         text = "that of each root" if name in system.follows else f"{value:g}"
         values.append(f"{name} = {text}")
-    freedom = "degree" if system.n == 1 else "degrees"
-    lines = [", ".join([f"{system.n} {freedom} of freedom", *values])]
+    degrees = "degree" if system.n == 1 else "degrees"
+    lines = [", ".join([f"{system.n} {degrees} of freedom", *values])]
     if analysis.joined:
         errors_are_known = any(root.error is not None for root in roots.eigenvalues)
         lines.append(f"  {basis_text(analysis.joined, errors_are_known)}")
     for matrix in matrix_list(file):
-        read = matrix["file"] or "rows"
-        lines.append(
-            f"  {matrix['part']}: {read}, factor {matrix['factor']}, {matrix['nonzeros']} non-zeros"
-        )
+        source = matrix["file"] or "rows"  # rows: entries that stand in the system file
+        size = f"{matrix['nonzeros']} non-zeros"
+        lines.append(f"  {matrix['part']}: {source}, factor {matrix['factor']}, {size}")
     if file.damped:
-        damped = [f"{term.of} by {term.by} {term.value!s:.60}" for term in file.damped]
-        lines.append(f"  damped terms: {', '.join(damped)}")
+        damped_terms = [f"{term.of} by {term.by} {term.value!s:.60}" for term in file.damped]
+        lines.append(f"  damped terms: {', '.join(damped_terms)}")
     for name, text in system_checks(system).items():
         lines.append(f"  {name}: {text}")
     if file.assembly is not None:
@@ -234,37 +248,41 @@ def _description(analysis: SystemAnalysis, roots: SystemRoots) -> str:
 
 
 def _growth_outside(analysis: SystemAnalysis, outside: tuple[complex, ...] | None) -> str:
-    """What grows outside of the region in a line; empty if no such root is known."""
+    """Report the growing roots outside of the region in a line; empty if no such root is known.
+
+    outside: these roots, the fastest first; None if nothing is known of them.
+    """
     if not outside:
         return ""
     hertz = number(abs(outside[0].imag) / math.tau, 5)
     mode = f"at {hertz} Hz by {number(outside[0].real, 3)} 1/s"
     region = "band" if analysis.selection.band else "region"
-    if analysis.joined or not is_small(analysis.system):  # only those that the search came upon
+    if analysis.joined or not is_small(analysis.system):
+        # not all roots were computed: these are the ones that the search came upon
         return f"Outside of the {region} nothing was searched, but growth was seen, such as {mode}"
     count = "1 mode grows" if len(outside) == 1 else f"{len(outside)} modes grow"
     return f"Outside of the {region} {count}, the fastest {mode}"
 
 
 def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, ...]:
-    """The growing modes among the roots, of a small system each with its onset.
+    """The growing modes among the roots, the fastest first, of a small system with their onsets.
 
-    The onset is the value of the parameter from which on the mode grows. It is None where it cannot
-    be computed, or where no followed root is that of the mode.
+    The onset is the value of the parameter from which on the mode grows, read on its eigenvalue
+    path from zero. It is None where no paths are computed, or where none ends at the mode.
     """
     value = system.parameters[system.parameter]
-    unstable = growing(roots.every)
+    unstable = growing(roots.computed)
     if not (unstable and system.real and value > 0.0 and system.n <= ONSET_ROWS):
         return unstable
     try:
-        known = unstable_modes(system, value, linear_thresholds(system, value))
-    except InputError:  # no way from zero: a factor divides by the parameter, M has no factor
+        on_paths = unstable_modes(system, value, linear_thresholds(system, value))
+    except InputError:  # no paths: a factor divides by the parameter, or M is not positive definite
         return unstable
     with_onsets = []
     for mode in unstable:
-        nearest = min(known, key=lambda other: abs(other.root - mode.root), default=mode)
         onset = None
-        if abs(nearest.root - mode.root) <= SAME * abs(mode.root):
+        nearest = min(on_paths, key=lambda other: abs(other.root - mode.root), default=None)
+        if nearest is not None and abs(nearest.root - mode.root) <= SAME * abs(mode.root):
             onset = nearest.onset
         with_onsets.append(replace(mode, onset=onset))
     return tuple(with_onsets)

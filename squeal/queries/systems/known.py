@@ -1,4 +1,5 @@
-"""What files and components leave open of the roots of a system, and of what proves them."""
+"""How precisely a system is known, by the digits of its files, by the reduction of its components
+and by what was assumed of it; and how that qualifies roots, verdicts, thresholds and sweeps."""
 
 from __future__ import annotations
 
@@ -14,17 +15,22 @@ from squeal.linear.digits import data_errors, has_digits, known_to_digits, round
 from squeal.linear.matrices import dense
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
-from squeal.queries.systems.proofs import Data
-from squeal.queries.systems.roots import Known, system_roots
+from squeal.queries.systems.proofs import Data, EigenvalueTuple
+from squeal.queries.systems.roots import system_roots
 from squeal.results.columns import OPEN
 from squeal.results.sources import EigenvalueSelection
 from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 
 
-def error_bounds(file: SystemFile, system: TermSystem) -> Callable[[Known], Known] | None:
-    """What gives roots of a system the error of the reduction of its components, or of the digits
-    of its files; None where nothing but rounding moves them."""
+def error_bounds(
+    file: SystemFile, system: TermSystem
+) -> Callable[[EigenvalueTuple], EigenvalueTuple] | None:
+    """The function that adds to roots (m,) how far their true values may be off, 1/s.
+
+    The error is that of the reduction of components, else that by the digits of the files. None
+    where the entries are exact and nothing was reduced, so that only rounding moves the roots.
+    """
     if file.assembly is not None and file.assembly.reduction:
         return partial(file.assembly.bounded, system)
     if has_digits(system) and not system.follows:
@@ -33,20 +39,26 @@ def error_bounds(file: SystemFile, system: TermSystem) -> Callable[[Known], Know
 
 
 def data_of(file: SystemFile, system: TermSystem) -> Data | None:
-    """What the referee assumes of the entries of a system at its parameters; None of the roots of
-    joined components, which it is not asked of, since nobody gave their matrices."""
+    """How precisely the referee may take the entries of M, C and K for known.
+
+    They are known to the digits of the files, else to the rounding of sums of terms, else exactly
+    as given. None for reduced components, of which it proves nothing: nobody gave their matrices.
+    """
     if file.assembly is not None and file.assembly.reduction:
         return None
     if system.follows:
         return Data()
-    if not has_digits(system):
-        radii = rounding_of_sums(system) if is_small(system) else None
-        if radii is None or not any(radius.any() for radius in radii):
-            return Data()  # each entry is one given number
-        return Data(radii=radii, keeps_structure=_has_structure(system))
-    fewest = min(term.digits for term in system.terms if term.digits is not None)
-    errors = (X.toarray() for X in data_errors(system))
-    return Data(f"{fewest} digits", tuple(errors))
+    if has_digits(system):
+        fewest = min(term.digits for term in system.terms if term.digits is not None)
+        M_errors, C_errors, K_errors = data_errors(system)
+        radii = (M_errors.toarray(), C_errors.toarray(), K_errors.toarray())
+        return Data(f"{fewest} digits", radii)
+    if not is_small(system):
+        return Data()
+    radii = rounding_of_sums(system)
+    if not any(radius.any() for radius in radii):
+        return Data()  # each entry is one given number
+    return Data(radii=radii, keeps_structure=_has_structure(system))
 
 
 def _has_structure(system: TermSystem) -> bool:
@@ -63,50 +75,63 @@ def _has_structure(system: TermSystem) -> bool:
 
 
 def digits_of_files(file: SystemFile) -> str:
-    """The digits of the files of a system in words."""
-    known = {one.file: one.digits for one in file.origins if one.digits is not None}
-    each = [f"the {digits} digits of {name}" for name, digits in known.items()]
-    return " and ".join(each) or "the digits of the matrices"
+    """The digits of the files of a system in words, such as "the 6 digits of K.mtx"."""
+    digits_of = {one.file: one.digits for one in file.origins if one.digits is not None}
+    words = [f"the {digits} digits of {name}" for name, digits in digits_of.items()]
+    return " and ".join(words) or "the digits of the matrices"
 
 
-def open_by_digits(file: SystemFile, roots: Known) -> str:
-    """Why the verdict is open where it hangs on the digits of files; empty if it does not."""
-    unsure = [root for root in roots if root.open]
-    if not unsure or not has_digits(file.system):
+def open_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:
+    """Say why the verdict is open if the digits of files leave the sign of a growth rate open.
+
+    Empty if they do not.
+    """
+    sign_open = [root for root in roots if root.open]
+    if not sign_open or not has_digits(file.system):
         return ""
-    farthest = max(root.error or 0.0 for root in unsure)
-    count = "1 root is" if len(unsure) == 1 else f"{len(unsure)} roots are"
+    farthest = max(root.error or 0.0 for root in sign_open)
+    count = "1 root is" if len(sign_open) == 1 else f"{len(sign_open)} roots are"
     return (
         f"{OPEN}{count} known to {number(farthest, 2)} 1/s by {digits_of_files(file)}, and neither "
         "grow nor decay as far as these say"
     )
 
 
-def accuracy_by_digits(file: SystemFile, roots: Known) -> str:
-    """To what share of their size the digits of files give the roots that are not open."""
-    known = [root for root in roots if root.error is not None and not root.open]
-    if not known or not has_digits(file.system):
+def accuracy_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:
+    """Say to what share of |lambda| the digits of files determine the roots of decided sign.
+
+    Empty where the files hold all digits, or where no root has both an error and a decided sign.
+    """
+    decided = [root for root in roots if root.error is not None and not root.open]
+    if not decided or not has_digits(file.system):
         return ""
-    share = max((root.error or 0.0) / abs(root.value) for root in known if root.value)
+    share = max((root.error or 0.0) / abs(root.value) for root in decided if root.value)
     return f"roots that are not open are known to {number(share, 2)} by {digits_of_files(file)}"
 
 
 def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> str:
-    """Why the verdict at a value of the parameter is open by the digits of files; empty if not."""
+    """Say why the digits of files leave the verdict at a value of the parameter open.
+
+    Empty if they do not, and for large systems.
+    """
     system = file.system.replace({file.system.parameter: value})
-    bounded = error_bounds(file, system)
-    if bounded is None or not has_digits(system) or not is_small(system):
+    add_errors = error_bounds(file, system)
+    if add_errors is None or not has_digits(system) or not is_small(system):
         return ""
-    roots = system_roots(system, selection, bounded=bounded)
-    reason = open_by_digits(file, roots.every) if roots.verdict is None else ""
-    return reason.removeprefix(OPEN)
+    roots = system_roots(system, selection, add_errors=add_errors)
+    if roots.verdict is not None:
+        return ""
+    return open_by_digits(file, roots.computed).removeprefix(OPEN)
 
 
 def thresholds_as_known(
     file: SystemFile, selection: EigenvalueSelection, answer: Thresholds
 ) -> Thresholds:
-    """Thresholds that are not certified where something was assumed or the digits of files leave
-    growth open at the lower end, where there is then no verdict."""
+    """Withdraw the certificate of thresholds where something was assumed of the system.
+
+    Likewise where the digits of files leave the verdict at the lower end of the range open: there
+    is none then.
+    """
     reason = _open_at(file, selection, answer.low)
     doubts = list(file.assumptions)
     if reason:
@@ -118,8 +143,8 @@ def thresholds_as_known(
 
 
 def with_doubts(answer: Thresholds, doubts: Sequence[str]) -> Thresholds:
-    """Thresholds that some doubts keep from being certified or proved."""
-    known_doubts = answer.details.get("doubts") or []
+    """The thresholds, neither certified nor proved any more, with the doubts as the reason."""
+    earlier_doubts = answer.details.get("doubts") or []
     proof = None
     proof_line = ""
     if answer.proof is not None:
@@ -129,22 +154,26 @@ def with_doubts(answer: Thresholds, doubts: Sequence[str]) -> Thresholds:
     return replace(
         answer,
         certified=False,
-        details={**answer.details, "doubts": [*known_doubts, *doubts]},
+        details={**answer.details, "doubts": [*earlier_doubts, *doubts]},
         proof=proof,
         proof_line=proof_line,
     )
 
 
 def sweep_as_known(file: SystemFile, selection: EigenvalueSelection, answer: Sweep) -> Sweep:
-    """A sweep none of whose values is certified where something was assumed, and of a reduced
-    system without a verdict where the digits of files leave growth open."""
-    rows = []
+    """Withdraw the certificates of a sweep where something was assumed of the system.
+
+    Verdicts from a reduced system, which knows nothing of digits, are withdrawn where the digits of
+    files leave them open.
+    """
+    steps = []
     for step in answer.steps:
         certified = step.certified
         verdict = step.verdict
-        if certified is None and _open_at(file, selection, step.value):
+        is_of_reduced_system = certified is None
+        if is_of_reduced_system and _open_at(file, selection, step.value):
             verdict = None
-        if file.assumptions and certified is not None:
+        if file.assumptions and not is_of_reduced_system:
             certified = False
-        rows.append(replace(step, certified=certified, verdict=verdict))
-    return replace(answer, steps=tuple(rows))
+        steps.append(replace(step, certified=certified, verdict=verdict))
+    return replace(answer, steps=tuple(steps))

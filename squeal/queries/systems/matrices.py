@@ -29,29 +29,38 @@ def is_symmetric(matrix: Matrix) -> bool:
     return bool(difference <= 1e-12 * abs(matrix).max())
 
 
-def _words(matrix: Matrix) -> str:
-    """Symmetry of M or K in words; of a small one whether it is definite, and its condition."""
+def _properties(matrix: Matrix) -> str:
+    """Symmetry of M or K in words; of a small one whether it is definite, and its condition.
+
+    Definiteness and condition are those of the matrix scaled to a unit diagonal, which do not
+    depend on the units of its rows.
+    """
     if np.iscomplexobj(matrix):
         return "complex"
-    parts = ["symmetric" if is_symmetric(matrix) else "not symmetric"]
+    symmetric = is_symmetric(matrix)
+    properties = ["symmetric" if symmetric else "not symmetric"]
     if matrix.shape[0] <= ALL_ROWS:
-        X = unit_diagonal(dense(matrix))
-        reciprocal = float(1 / np.linalg.cond(X))
-        if reciprocal <= 4 * EPS:
-            parts.append("numerically singular")
-        elif parts[0] == "symmetric" and np.linalg.eigvalsh(X)[0] > 0.0:
-            parts.append("positive definite")
+        scaled = unit_diagonal(dense(matrix))
+        reciprocal_condition = float(1 / np.linalg.cond(scaled))
+        if reciprocal_condition <= 4 * EPS:
+            properties.append("numerically singular")
+        elif symmetric and np.linalg.eigvalsh(scaled)[0] > 0.0:
+            properties.append("positive definite")
         else:
-            parts.append("regular")
-        parts.append(f"reciprocal condition {reciprocal:.2g}")
-    return ", ".join(parts)
+            properties.append("regular")
+        properties.append(f"reciprocal condition {reciprocal_condition:.2g}")
+    return ", ".join(properties)
 
 
 def system_checks(system: TermSystem) -> dict[str, str]:
-    """What is to be said of M, C and K at the system's parameters."""
+    """Properties of M, K and, if there is damping, C in words, at the system's parameters.
+
+    They are symmetry, definiteness, condition, and rows of K that are empty.
+    """
     M, C, K = system.frozen().at()
-    checks = {"M": _words(M), "K": _words(K)}
-    empty = np.flatnonzero(np.diff(csr_array(K).indptr) == 0)
+    checks = {"M": _properties(M), "K": _properties(K)}
+    entries_of_row = np.diff(csr_array(K).indptr)
+    empty = np.flatnonzero(entries_of_row == 0)
     if empty.size:
         checks["K"] += f", {empty.size} rows without an entry, the first is row {empty[0] + 1}"
     if C is not None and norm_of(C):
@@ -60,8 +69,11 @@ def system_checks(system: TermSystem) -> dict[str, str]:
 
 
 def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
-    """Each matrix of a system file: its part, file and how that was read, factor, size, symmetry
-    and fingerprint."""
+    """A row for each matrix of a system file, as the JSON object holds it.
+
+    It has the part (M, C or K) that the matrix belongs to, its file and how that was read, factor,
+    size, symmetry, and the fingerprint of its entries.
+    """
     rows = []
     for origin in file.origins:
         matrix = origin.matrix
@@ -90,18 +102,18 @@ def write_system(
     Parameters
     ----------
     folder : Path
-        Where, made if it is not there.
+        The folder that receives the files; made if it is not there.
     system : TermSystem
-        What is written.
+        The system.
     suffix : str
-        Of the files of matrices, which says their format: mtx, mat or npz.
+        Suffix of the matrix files, which says their format: mtx, mat or npz.
     **more
         Further keys of the system file.
 
     Returns
     -------
     list of dict
-        Of each matrix its part (M, C or K), file, factor and fingerprint.
+        For each matrix its part (M, C or K), file, factor and fingerprint.
 
     Raises
     ------
@@ -110,11 +122,11 @@ def write_system(
     """
     rows = []
     document = _keys_of_parameters(system)
-    with whole_folder(folder) as place:
+    with whole_folder(folder) as target:  # all files or none
         for part, terms in zip("MCK", system.parts, strict=True):
             for i, term in enumerate(terms):
                 file = f"{part}{i}.{suffix}"
-                write_matrix(place / file, term.matrix, part)
+                write_matrix(target / file, term.matrix, part)
                 row = {
                     "part": part,
                     "file": file,
@@ -122,13 +134,13 @@ def write_system(
                     "fingerprint": fingerprint(term.matrix),
                 }
                 rows.append(row)
-                entry = {"file": file} | _write_factor(place, f"{part}{i}.csv", term)
+                entry = {"file": file} | _write_factor(target, f"{part}{i}.csv", term)
                 is_structural_damping = isinstance(term.factor, Modulus) and term.factor.imaginary
-                if is_structural_damping:
+                if is_structural_damping:  # an imaginary stiffness, which has its own key
                     document.setdefault("damping", {}).setdefault("K4", []).append(entry)
                 else:
                     document.setdefault(part, []).append(entry)
-        write_text(place / "system.yaml", document_text(document | more))
+        write_text(target / "system.yaml", document_text(document | more))
     return rows
 
 
@@ -137,6 +149,7 @@ def _keys_of_parameters(system: TermSystem) -> dict[str, Any]:
     document: dict[str, Any] = {"name": system.name}
     parameters = {}
     for name, value in system.parameters.items():
+        # a file without a free parameter is read with this one, which no matrix depends on
         is_default = name == system.parameter and name not in system.names and value == 0.0
         if name not in system.follows and not is_default:
             parameters[name] = value
@@ -148,9 +161,10 @@ def _keys_of_parameters(system: TermSystem) -> dict[str, Any]:
 
 
 def _write_factor(folder: Path, file: str, term: Term) -> dict[str, Any]:
-    """The keys of a system file that give the factor of a term.
+    """The keys of a system file that give the factor of a term: a modulus, a table or a formula.
 
-    A table that the factor has is written to `file` in the folder.
+    A table of a modulus over the frequency, or of a factor over a parameter, is written to `file`
+    in the folder.
     """
     factor = term.factor
     if isinstance(factor, Modulus):
@@ -160,8 +174,8 @@ def _write_factor(folder: Path, file: str, term: Term) -> dict[str, Any]:
         table = factor.table
         if table:
             keys["modulus"] = {"file": file}
-            lines = zip(table.frequencies, table.storage, table.loss, strict=True)
-            write_csv(folder / file, ["frequency", "storage", "loss"], lines)
+            moduli = zip(table.frequencies, table.storage, table.loss, strict=True)
+            write_csv(folder / file, ["frequency", "storage", "loss"], moduli)
         return keys
     if isinstance(factor, Tabulated):
         pairs = zip(factor.places, factor.quantities, strict=True)
@@ -185,15 +199,20 @@ def write_components(
         for row in written:
             row["file"] = f"{body.name}/{row['file']}"
         rows += written
+        # generalised coordinates of a reduced component have neither a node nor a direction
         nodes = [node or "-" for node in body.nodes.tolist()]
         dofs = ["xyz-"[direction] for direction in body.directions]
-        places = np.zeros((len(nodes), 3)) if body.places is None else body.places
-        table = zip(nodes, dofs, *places.T.tolist(), strict=True)
+        positions = np.zeros((len(nodes), 3)) if body.places is None else body.places
+        table = zip(nodes, dofs, *positions.T.tolist(), strict=True)
         write_csv(home / "nodes.csv", ["node", "dof", "x", "y", "z"], table)
-        if body.lacks is not None:
-            write_matrix(home / f"lacks.{suffix}", body.lacks, "lacks")
-        if body.load is not None:  # by rows, since what a reduced one is loaded by moves no node
-            loads = ((i + 1, float(body.load[i])) for i in np.flatnonzero(body.load))
+        flexibility = body.residual_flexibility
+        if flexibility is not None:
+            write_matrix(home / f"flexibility.{suffix}", flexibility, "residual_flexibility")
+        if body.load is not None:
+            # by rows, not nodes: a load of a reduced component acts on generalised coordinates too
+            loads = []
+            for i in np.flatnonzero(body.load):
+                loads.append((i + 1, float(body.load[i])))
             write_csv(home / "load.csv", ["row", "force"], loads)
     return rows
 
@@ -206,15 +225,15 @@ def write_assembly(
     Parameters
     ----------
     folder : Path
-        Where.
+        The folder that receives the files.
     file : SystemFile
-        What was read.
+        The assembly as it was read, its components reduced if that was asked for.
     document : dict
-        The content of the assembly file, as it stands there.
+        The content of the assembly file that was read.
     home : Path
         The folder of that file.
     suffix : str
-        Of the files of matrices.
+        Suffix of the matrix files: mtx, mat or npz.
 
     Returns
     -------
@@ -231,21 +250,24 @@ def write_assembly(
         keys["file"] = f"{name}/system.yaml"
         keys.pop("rotation", None)  # its terms are among the matrices
         if body.rows:
-            lacks = f"{name}/lacks.{suffix}"
-            keys["reduced"] = {"rows": body.rows, "cutoff": body.cutoff, "lacks": lacks}
+            keys["reduced"] = {
+                "rows": body.rows,
+                "cutoff": body.cutoff,
+                "residual_flexibility": f"{name}/flexibility.{suffix}",
+            }
         load = keys.get("load")
         if load:  # its forces were written multiplied by the factor at these parameters
             factor = Formula(load.get("factor", "1"))
             text = f"({factor.text}) / {factor.value(file.system.parameters)!r}"
             keys["load"] = {"file": f"{name}/load.csv", "factor": text}
     for i, keys in enumerate(joined["contact"], 1):
-        if keys.pop("faces", None):
+        if keys.pop("faces", None):  # the pairs of points that were found between the faces
             del keys["distance"]
             keys["pairs"] = {"file": f"pairs{i}.csv"}
             write_points(folder / f"pairs{i}.csv", file.assembly.contacts[i - 1])
         elif "pairs" in keys:
-            text = (home / keys["pairs"]["file"]).read_text(encoding="utf-8")
+            pairs = (home / keys["pairs"]["file"]).read_text(encoding="utf-8")
             keys["pairs"] = {"file": f"pairs{i}.csv"}
-            write_text(folder / f"pairs{i}.csv", text)
+            write_text(folder / f"pairs{i}.csv", pairs)
     write_text(folder / "assembly.yaml", document_text(joined))
     return rows

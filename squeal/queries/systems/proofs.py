@@ -1,4 +1,9 @@
-"""What the referee says of all roots of a small system, and what it changes in an answer."""
+"""What the referee (`squeal.proof`) proves of all roots of a small system, and how that changes the
+roots, the verdict and the statement of an answer.
+
+The referee encloses all roots in pieces: unions of discs that hold exactly as many roots as they
+have discs, with bounds of the real parts. Its proof of a list is proved, open or refuted.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +19,8 @@ from numpy.typing import NDArray
 from squeal.errors import InputWarning, MatrixError
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import SingularTogetherError, dense
-from squeal.linear.roots import ordered
+from squeal.linear.matrices import Array, SingularTogetherError, dense
+from squeal.linear.roots import ComplexArray, ordered
 from squeal.linear.system import Matrix
 from squeal.results.columns import OPEN
 
@@ -29,35 +34,52 @@ HALF_ULP = "half an ulp"  # is assumed of the entries of arrays and of files wit
 NO_MOTION = "no motion satisfies the equations, so that none grows"
 PRINTED = 1e-6
 """An error beyond this share of |lambda| shows in the digits of a table."""
-Known = tuple[Eigenvalue, ...]
+EigenvalueTuple = tuple[Eigenvalue, ...]
 FORBIDDEN = 1e300
-"""The cost of a pair that must not be formed."""
+"""The cost of matching two roots that must not be matched."""
+BY_REFEREE = "roots of the referee"  # the criterion of a verdict on roots that it encloses
 Arrays = tuple[NDArray, NDArray | None, NDArray]
 """M, C and K (n, n)."""
 VerdictAndCriterion = tuple[str | None, str]
 """The verdict, None where it is open, and what decided it or why it is open, in words."""
 
 
+def dense_matrices(M: Matrix, C: Matrix | None, K: Matrix) -> Arrays:
+    """M, C and K as arrays (n, n); C may be None."""
+    return dense(M), None if C is None else dense(C), dense(K)
+
+
+def as_complex(where: complex | float | None) -> complex | None:
+    """The root, or the value of the parameter, at which a proof is open; None where it is not."""
+    return None if where is None else complex(where)
+
+
 @dataclass(frozen=True, eq=False)
 class Data:
     """How precisely the entries of M, C and K are known.
 
-    words: the same for people; radii: of each of the three an array (n, n), how far an entry may
-    lie from the given one beside half a unit in its last place; None if that is all.
-    keeps_structure: whether M and K that are symmetric, and C that is skew, remain so within them.
+    Attributes
+    ----------
+    words : str
+        The precision in words, for people.
+    radii : tuple of 3 array (n, n), or None
+        How far the entries of M, C and K may be off, in addition to half a unit in the last place
+        of a double. None: by no more than that.
+    keeps_structure : bool
+        Whether symmetric M and K, and a skew C, remain so for all entries within the radii.
     """
 
     words: str = HALF_ULP
-    radii: tuple[NDArray[np.float64], ...] | None = None
+    radii: tuple[Array, ...] | None = None
     keeps_structure: bool = True
 
     @property
     def is_rounded(self) -> bool:
-        """Whether the radii are those of the rounding of sums, not of digits."""
+        """Whether the radii are those of rounding in sums of terms, not those of printed digits."""
         return self.radii is not None and self.words == HALF_ULP
 
     def around(self, M: NDArray, C: NDArray | None, K: NDArray) -> Quadratic:
-        """The system with each entry a ball that holds all values it may have.
+        """The system in ball arithmetic: each entry is an interval of all values it may have.
 
         Raises ValueError where an entry is no double.
         """
@@ -68,6 +90,7 @@ class Data:
         system = Quadratic.of(M, C, K, HALF_ULP)
         balls = []
         for X, radius in zip(system.parts, self.radii, strict=True):
+            # rounded upwards; exact entries stay as they are
             wider = np.where(radius > 0.0, upper(X.rad + radius, 2), X.rad)
             balls.append(Balls(X.mid, wider))
         mass, damping, stiffness = balls
@@ -84,7 +107,7 @@ class Data:
 
 @dataclass(frozen=True)
 class Statement:
-    """What is known of a list of roots, as JSON holds it under `proof`.
+    """What is known of the completeness of a list of roots, as JSON holds it under `proof`.
 
     Attributes
     ----------
@@ -117,9 +140,14 @@ class Statement:
         if self.status == "open":
             where = "" if self.where is None else f" (near {self.where:.6g} rad/s)"
             return f"{OPEN}{self.reason}{where}"
+        return self.words_of_proof()
+
+    def words_of_proof(self, extent: str = "") -> str:
+        """What is proved, on a range that `extent` states, and of which entries."""
         words = "proved: no other mode grows"
         if self.growth_below:
             words += f" by more than {self.growth_below:.3g} 1/s"
+        words += extent
         if self.data == AS_GIVEN:
             words += " (entries as given)"
         elif self.data != HALF_ULP:
@@ -139,7 +167,7 @@ NOT_COUNTED = Statement(
 
 
 def counted(agrees: bool) -> Statement:
-    """What a count says where the referee does not apply."""
+    """The statement of an argument-principle count, where the referee does not apply."""
     if agrees:
         return Statement("counted", "count")
     return Statement("open", "count", reason="no count agrees, others may be missing")
@@ -148,21 +176,22 @@ def counted(agrees: bool) -> Statement:
 class RefereedRoots(NamedTuple):
     """Roots with their proved errors, the verdict on them, and what is proved of the list."""
 
-    roots: Known
+    roots: EigenvalueTuple
     verdict: VerdictAndCriterion
     statement: Statement
 
 
 def refereed(
     matrices: tuple[Matrix, Matrix | None, Matrix],
-    roots: Known,
+    roots: EigenvalueTuple,
     verdict: VerdictAndCriterion,
     data: Data,
 ) -> RefereedRoots:
-    """The roots of a small system as far as the referee confirms them.
+    """Let the referee judge all roots of a small system, and take what it proves into the answer.
 
-    If it refutes them, the roots that it knows itself take their place, if they pass. Roots that
-    lie between those that it knows are moved to these, if that proves the list.
+    A refuted list is replaced by the roots that the referee encloses itself, if it can prove these.
+    A list that is open only because its roots cannot be assigned to enclosures, one to one, is
+    moved to their centres, if that proves it.
 
     Parameters
     ----------
@@ -182,45 +211,62 @@ def refereed(
     """
     from squeal.proof.referee import NOT_TOLD_APART
 
-    M = dense(matrices[0])
-    C = None if matrices[1] is None else dense(matrices[1])
-    K = dense(matrices[2])
-    system = data.around(M, C, K)
+    arrays = dense_matrices(*matrices)
+    system = data.around(*arrays)
     proof = _proof_of(system, roots, verdict[0])
-    refuting = proof
+    # entries that are rounded sums may leave a wrong list open: taken for exact they may refute it
+    sharpest_proof = proof
     if proof.status == "open" and data.is_rounded:
-        # exact numbers prove nothing of sums that were rounded, but tell a wrong list
-        refuting = _proof_of(Data().around(M, C, K), roots, verdict[0])
-    if refuting.status == "refuted":
+        sharpest_proof = _proof_of(Data().around(*arrays), roots, verdict[0])
+    if sharpest_proof.status == "refuted":
         warnings.warn(
-            f"the referee refutes the roots that were computed ({refuting.reason})",
+            f"the referee refutes the roots that were computed ({sharpest_proof.reason})",
             InputWarning,
             stacklevel=2,
         )
-    elif refuting.reason == NOT_TOLD_APART:
-        centred = _at_centres(roots, refuting.pieces)
-        only_verdict = _only_verdict(refuting)
+        return _with_roots_of_referee(arrays, system, roots, sharpest_proof, data)
+    if sharpest_proof.reason == NOT_TOLD_APART:
+        only_verdict = _only_verdict(sharpest_proof)
+        centred = _at_centres(roots, sharpest_proof.pieces)
         centred_proof = _proof_of(system, centred, only_verdict)
-        if centred_proof.status != "proved" or only_verdict is None:
-            return _as_proved(roots, verdict, proof, data)
-        return _as_proved(centred, (only_verdict, "roots of the referee"), centred_proof, data)
-    else:
-        return _as_proved(roots, verdict, proof, data)
-    refuted = (None, f"{OPEN}{refuting.reason}")
-    only_verdict = _only_verdict(refuting)
-    own_roots = _roots_of_pieces((M, C, K), refuting.pieces)
-    proof = _proof_of(system, own_roots, only_verdict)
-    is_empty_by_chance = not own_roots and proof.status != "proved"  # nothing was enclosed
-    if proof.status == "refuted" or is_empty_by_chance:
-        statement = Statement("open", proof.by, None, proof.data, refuting.reason, None)
-        return RefereedRoots(roots, refuted, statement)
+        if centred_proof.status == "proved" and only_verdict is not None:
+            return _as_proved(centred, (only_verdict, BY_REFEREE), centred_proof, data)
+    return _as_proved(roots, verdict, proof, data)
+
+
+def _with_roots_of_referee(
+    matrices: Arrays, system: Quadratic, refuted: EigenvalueTuple, refutation: Proof, data: Data
+) -> RefereedRoots:
+    """Replace a refuted list by the centres of what the referee encloses, unless that fails too.
+
+    Parameters
+    ----------
+    matrices : (M, C, K)
+        Arrays (n, n), C may be None.
+    system : Quadratic
+        The same in ball arithmetic.
+    refuted : tuple of Eigenvalue
+        The list, which is returned with an open statement if the referee has no better one.
+    refutation : Proof
+        Why it is refuted, and the enclosures of all roots.
+    data : Data
+        How precisely the entries of the matrices are known.
+    """
+    open_verdict = (None, f"{OPEN}{refutation.reason}")
+    only_verdict = _only_verdict(refutation)
+    enclosed = _roots_of_pieces(matrices, refutation.pieces)
+    proof = _proof_of(system, enclosed, only_verdict)
+    nothing_was_enclosed = not enclosed and proof.status != "proved"
+    if proof.status == "refuted" or nothing_was_enclosed:
+        statement = Statement("open", proof.by, None, proof.data, refutation.reason, None)
+        return RefereedRoots(refuted, open_verdict, statement)
     if only_verdict is None:
-        return _as_proved(own_roots, refuted, proof, data)
-    return _as_proved(own_roots, (only_verdict, "roots of the referee"), proof, data)
+        return _as_proved(enclosed, open_verdict, proof, data)
+    return _as_proved(enclosed, (only_verdict, BY_REFEREE), proof, data)
 
 
-def _proof_of(system: Quadratic, roots: Known, verdict: str | None) -> Proof:
-    """What the referee says of all roots and the verdict on them."""
+def _proof_of(system: Quadratic, roots: EigenvalueTuple, verdict: str | None) -> Proof:
+    """Ask the referee whether these are all roots of a system, and whether the verdict holds."""
     from squeal.proof.referee import RootList, prove_roots  # here, since scenes start without it
 
     values = np.array([e.value for e in roots], dtype=complex)
@@ -231,12 +277,24 @@ def _proof_of(system: Quadratic, roots: Known, verdict: str | None) -> Proof:
 
 
 def _as_proved(
-    roots: Known, verdict: VerdictAndCriterion, proof: Proof, data: Data
+    roots: EigenvalueTuple, verdict: VerdictAndCriterion, proof: Proof, data: Data
 ) -> RefereedRoots:
-    """Roots that are not refuted, with what a proof adds to them, to the verdict and to the list.
+    """Take into an answer what a proof says of roots that it does not refute.
 
-    A verdict is open if the proof leaves others. One that was open is what the proof says, unless
-    the data have few digits: what is known to these neither grows nor decays.
+    A verdict becomes open if the proof leaves several open. A verdict that rounding left open is
+    decided by the proof; one that few digits of the data left open is not, and neither is the list
+    then proved.
+
+    Parameters
+    ----------
+    roots : tuple of Eigenvalue
+        The list; it gets the proved errors and growth rates.
+    verdict : (str or None, str)
+        The verdict on it, and what decided it or why it is open.
+    proof : Proof
+        Whether the list is proved, and the verdicts that are possible.
+    data : Data
+        How precisely the entries of the matrices are known.
     """
     from squeal.proof.referee import FREE
 
@@ -252,64 +310,86 @@ def _as_proved(
             criterion = f"{only_verdict}, which is proved although rounding hides it"
             verdict = (only_verdict, criterion)
         elif any(piece.side == "free" for piece in proof.pieces):
+            # a root is zero within what the data allow: it neither grows nor decays
             status = "open"
             reason = FREE
         else:
             status = "open"
             reason = verdict[1].removeprefix(OPEN)
-    proved = with_proved_errors(roots, proof.errors)
+    known = with_proved_errors(roots, proof.errors)
     if verdict[0] in GROWING:
-        proved = with_proved_growth(proved, proof.pieces)
+        known = with_proved_growth(known, proof.pieces)
     growth = proof.growth_below if proof.growth_below < math.inf else None
-    where = None if proof.where is None else complex(proof.where)
-    statement = Statement(status, proof.by, growth, proof.data, reason, where)
-    return RefereedRoots(proved, verdict, statement)
+    statement = Statement(status, proof.by, growth, proof.data, reason, as_complex(proof.where))
+    return RefereedRoots(known, verdict, statement)
 
 
 def _only_verdict(proof: Proof) -> str | None:
-    """The verdict that a proof leaves, None if it leaves several or none."""
+    """The only verdict that a proof leaves possible, None if it leaves several or none."""
     if len(proof.verdicts) != 1:
         return None
     return next(iter(proof.verdicts))
 
 
-def exact_spectrum(M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularTogetherError) -> Known:
-    """All finite roots of matrices that rounding does not tell from singular ones.
+def exact_spectrum(
+    M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularTogetherError
+) -> EigenvalueTuple:
+    """Compute all finite roots in exact arithmetic, where M, C and K may be singular together.
 
-    Raises MatrixError if they are singular together, `unsure` where the exact means do not say.
+    If they are, det(z^2 M + z C + K) = 0 for every z. In doubles that cannot be told from a
+    determinant that merely is small.
+
+    Parameters
+    ----------
+    M, C, K : arrays or sparse matrices (n, n)
+        Their entries are taken as given. C may be None.
+    unsure : SingularTogetherError
+        What the solver in doubles raised.
+
+    Raises
+    ------
+    MatrixError
+        If they are singular together.
+    SingularTogetherError
+        The error `unsure`, for complex matrices and where exact arithmetic fails.
     """
     from squeal.proof.balls import Quadratic
     from squeal.proof.enclosure import components
     from squeal.proof.exact import SINGULAR, exact_roots
     from squeal.proof.pieces import Failure
 
-    damping = None if C is None else dense(C)
-    arrays = (dense(M), damping, dense(K))
+    arrays = dense_matrices(M, C, K)
     system = Quadratic.of(*arrays, AS_GIVEN)
     if not system.is_real:
         raise unsure
     pieces: list[Piece] = []
-    for rows in components(system):
-        part = exact_roots(system.block(rows))
-        if isinstance(part, Failure):
-            if part.reason == SINGULAR:
+    for rows in components(system):  # groups of rows that nothing couples
+        roots_of_component = exact_roots(system.block(rows))
+        if isinstance(roots_of_component, Failure):
+            if roots_of_component.reason == SINGULAR:
                 words = "M, C and K: are singular together, so that every number is a root"
                 raise MatrixError(words)
             raise unsure
-        pieces += part
+        pieces += roots_of_component
     return _roots_of_pieces(arrays, pieces)
 
 
-def with_proved_errors(roots: Known, errors: NDArray[np.float64]) -> Known:
-    """Roots with the proved distances from the exact ones, where these exceed their rounding.
+def with_proved_errors(roots: EigenvalueTuple, errors: Array) -> EigenvalueTuple:
+    """Raise the errors of roots to their proved distances from the exact roots.
 
     Parameters
     ----------
     roots : tuple of m Eigenvalue
         The roots.
     errors : array (m,)
-        How far each may lie from the exact root, 1/s; infinite where that is not known. A distance
-        that shows in the printed digits becomes the listed error of the root.
+        How far each may lie from the exact root, 1/s; infinite where that is not known, which
+        leaves the root as it is.
+
+    Returns
+    -------
+    tuple of m Eigenvalue
+        The roots, their `rounding` at least that distance. A distance that shows in printed digits
+        is their `error` too.
     """
     changed = []
     for root, distance in zip(roots, errors.tolist(), strict=True):
@@ -326,27 +406,28 @@ def with_proved_errors(roots: Known, errors: NDArray[np.float64]) -> Known:
     return tuple(changed)
 
 
-def with_proved_growth(roots: Known, pieces: Sequence[Piece]) -> Known:
-    """Roots of which those that are proved to grow say so, although their errors hide it.
+def with_proved_growth(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> EigenvalueTuple:
+    """Mark the roots that are proved to grow although their errors hide it.
 
-    Each piece whose roots grow is matched with as many listed roots, the nearest to its centres;
-    their real parts are taken into the proved bounds of the piece.
+    Each piece whose roots grow is matched with as many listed roots, the nearest to its centres.
+    Their real parts are clipped to the proved bounds of the piece.
     """
     growing_pieces = [piece for piece in pieces if piece.side == "grows"]
-    proved = sum(piece.count for piece in growing_pieces)
-    if not proved or proved <= sum(root.value.real > root.rounding for root in roots):
+    proved_to_grow = sum(piece.count for piece in growing_pieces)
+    known_to_grow = sum(root.value.real > root.rounding for root in roots)
+    if proved_to_grow <= known_to_grow:
         return roots
     from scipy.optimize import linear_sum_assignment  # which pads start without
 
     changed = list(roots)
     values = np.array([root.value for root in roots])
-    is_free = np.ones(len(roots), dtype=bool)
+    is_unmatched = np.ones(len(roots), dtype=bool)
     for piece in growing_pieces:
-        if np.count_nonzero(is_free) < piece.count:
+        if np.count_nonzero(is_unmatched) < piece.count:
             break
         distances = np.abs(piece.centres[:, None] - values)
-        _, nearest = linear_sum_assignment(np.where(is_free, distances, FORBIDDEN))
-        is_free[nearest] = False
+        _, nearest = linear_sum_assignment(np.where(is_unmatched, distances, FORBIDDEN))
+        is_unmatched[nearest] = False
         for i in nearest.tolist():
             growth = min(max(changed[i].value.real, piece.low), piece.high)
             value = complex(growth, changed[i].value.imag)
@@ -354,44 +435,52 @@ def with_proved_growth(roots: Known, pieces: Sequence[Piece]) -> Known:
     return tuple(changed)
 
 
-def _roots_of_pieces(matrices: Arrays, pieces: Sequence[Piece]) -> Known:
-    """The roots at the centres of pieces, ordered as a spectrum."""
+def _roots_of_pieces(matrices: Arrays, pieces: Sequence[Piece]) -> EigenvalueTuple:
+    """The roots at the centres of pieces with their vectors, by rising frequency."""
     values = _centres(pieces)
-    return tuple(_solved(matrices, complex(values[k])) for k in ordered(values))
+    return tuple(_root_with_vectors(matrices, complex(values[k])) for k in ordered(values))
 
 
-def _at_centres(roots: Known, pieces: Sequence[Piece]) -> Known:
-    """Listed roots moved to the nearest centres of pieces, each to one of its own, if there are as
-    many; they keep their vectors."""
+def _at_centres(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> EigenvalueTuple:
+    """Move listed roots to the centres of pieces, each to a different one, the nearest in sum.
+
+    They keep their vectors. Without as many centres as roots the list is returned as it is.
+    """
     from scipy.optimize import linear_sum_assignment  # which pads start without
 
     centres = _centres(pieces)
     if len(centres) != len(roots):
         return roots
     listed = np.array([root.value for root in roots])
-    _, own = linear_sum_assignment(np.abs(np.subtract.outer(listed, centres)))
+    _, matched = linear_sum_assignment(np.abs(np.subtract.outer(listed, centres)))
+    moved_values = centres[matched]
     moved = []
-    for root, value in zip(roots, centres[own].tolist(), strict=True):
+    for root, value in zip(roots, moved_values.tolist(), strict=True):
         moved.append(replace(root, value=value))
-    return tuple(moved[k] for k in ordered(centres[own]))
+    return tuple(moved[k] for k in ordered(moved_values))
 
 
-def _centres(pieces: Sequence[Piece]) -> NDArray[np.complex128]:
-    """The centres of pieces: exactly real, or on the imaginary axis, where that is proved."""
+def _centres(pieces: Sequence[Piece]) -> ComplexArray:
+    """The centres (m,) of pieces: exactly real, or on the imaginary axis, where that is proved."""
     values: list[complex] = []
     for piece in pieces:
         for z in piece.centres.tolist():
-            real = 0.0 if piece.side == "axis" else z.real
-            imag = 0.0 if piece.real else z.imag
+            real = z.real
+            imag = z.imag
+            if piece.side == "axis":
+                real = 0.0
+            if piece.real:
+                imag = 0.0
             values.append(complex(real, imag))
     return np.array(values, dtype=complex)
 
 
-def _solved(matrices: Arrays, z: complex) -> Eigenvalue:
-    """A root z of (M, C, K) with its vectors, M-normalised if that is possible.
+def _root_with_vectors(matrices: Arrays, z: complex) -> Eigenvalue:
+    """A root z (rad/s) of M, C and K with its vectors, by a singular-value decomposition.
 
-    The vectors are the singular ones of z^2 M + z C + K of least singular value, which over the
-    norms of the three parts is the backward error.
+    The vectors are the singular vectors of P = z^2 M + z C + K with the least singular value, so
+    that P x = 0 and y^H P = 0; both are scaled by x^H M x unless that vanishes. The least singular
+    value over the norms of the three parts is the backward error.
     """
     M, C, K = matrices
     parts = [z**2 * M, K]

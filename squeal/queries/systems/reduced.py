@@ -1,4 +1,6 @@
-"""Reduced systems that serve a band or region over the parameters."""
+"""Reduced systems: projections of a large one that have its roots in a band or region, over a range
+of the parameters. `FirstLook` is the modal one, on real modes; `Reduction` the one on full
+solutions; `DispersiveReduction` that for matrices that follow the frequency."""
 
 from __future__ import annotations
 
@@ -6,7 +8,7 @@ import math
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,18 +21,21 @@ from squeal.linear.matrices import norm_of
 from squeal.linear.roots import ordered
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
-from squeal.queries.systems.verdicts import rounding_of
+from squeal.queries.systems.verdicts import rounding_of, verdict_of_some
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dispersive import DispersiveReduction, frequencies
 from squeal.sparse.eigensolver import lowest_modes
 from squeal.sparse.first_look import FirstLook
-from squeal.sparse.quadratic import ScaledSystem
+from squeal.sparse.quadratic import Array, Bools, ComplexArray, Roots, ScaledSystem
 from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
 
 
 def _region_of(scaled: ScaledSystem, selection: EigenvalueSelection, changes: Changes) -> Rectangle:
-    """The region that is selected, or that of the lowest modes at one value of the parameters."""
+    """The selected region, else a rectangle that holds the lowest modes at some parameters.
+
+    Raises InputError where neither a region nor a number of modes is selected.
+    """
     if selection.rectangle is not None:
         return selection.rectangle
     if scaled.system.follows or selection.modes is None:
@@ -41,8 +46,8 @@ def _region_of(scaled: ScaledSystem, selection: EigenvalueSelection, changes: Ch
         radius = float(sizes[: selection.modes][-1])
     else:
         radius = lowest_modes(scaled.at(changes), selection.modes, certify=False).region.radius
-    far = 1.2 * radius or 1.0
-    return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
+    radius = 1.2 * radius or 1.0  # with a margin for other parameters
+    return Rectangle(-radius / 4, radius / 4, -1e-6 * radius, radius)
 
 
 def reduced_for(
@@ -51,10 +56,22 @@ def reduced_for(
     values: Sequence[Changes],
     method: str = "reduced",
 ) -> Reduction:
-    """The reduced system that serves some values of the parameters.
+    """Reduce a system to the selected roots, to be good at some values of its parameters.
 
-    Warns if the full problem is not met to the tolerance, or if real modes may lose roots, so that
-    the full problem is solved at each value.
+    Warns if the roots do not solve the full problem to the tolerance, or if real modes may lose
+    roots, so that the full problem is solved at each value.
+
+    Parameters
+    ----------
+    system : TermSystem
+        The full system.
+    selection : EigenvalueSelection
+        The band, region or number of modes that the reduced system has to have.
+    values : sequence of mapping
+        The parameters at which it has to be good, each by name; others have the system's values.
+    method : {"reduced", "modal"}
+        Projection onto full solutions, or onto real modes and their corrections. Where matrices
+        follow the frequency it is the first.
     """
     scaled = ScaledSystem(system)
     region = _region_of(scaled, selection, values[len(values) // 2])
@@ -70,13 +87,14 @@ def reduced_for(
                 stacklevel=3,
             )
         return first_look
-    if system.follows:  # a first look corrects the roots of constant matrices
+    kind = Reduction
+    if system.follows:  # the reduced system has to be good at each frequency of the band, too
+        kind = DispersiveReduction
         at_frequencies: list[Changes] = []
-        hertz = frequencies(system, region).tolist()
         for changes in values:
-            at_frequencies += [{**changes, **system.frequency(omega)} for omega in hertz]
+            for omega in frequencies(system, region).tolist():
+                at_frequencies.append({**changes, **system.frequency(omega)})
         values = at_frequencies
-    kind = DispersiveReduction if system.follows else Reduction
     reduction = reduce_system(scaled, region, values, kind)
     if not reduction.converged:
         warnings.warn(
@@ -92,19 +110,20 @@ def reduced_for(
 def first_look_for_thresholds(
     system: TermSystem, selection: EigenvalueSelection, values: Sequence[Changes]
 ) -> FirstLook | None:
-    """A modal reduction, with real modes of the structure without friction, that is small and good
-    enough for a search for thresholds.
+    """A projection onto real modes that is small and good enough for a search for thresholds.
+
+    It is much cheaper than `reduced_for`. values: the parameters at which it has to be good.
 
     None for a region that reaches the real axis, without damping or mass, for complex matrices and
-    for those that follow the frequency, and where the reduction fails or does not converge.
+    for those that follow the frequency, and where the projection fails or does not converge.
     """
     region = selection.rectangle
     has_mass = any(norm_of(term.matrix) for term in system.M)
     is_suited = system.real and bool(system.C) and has_mass and not system.follows
     if region is None or region.low_imag <= 0.0 or not is_suited:
         return None
-    # InputError: no structure without friction; ZeroDivisionError: a singular one; LinAlgError: a
-    # motion of the basis without mass
+    # it fails for a system that has no value without friction (InputError), one that is singular
+    # there (ZeroDivisionError), and a basis with a motion without mass (LinAlgError)
     with one_thread(), suppress(InputError, ZeroDivisionError, np.linalg.LinAlgError):
         first_look = FirstLook(ScaledSystem(system), region, values).build()
         matrices = [first_look.system.arrays(changes) for changes in values]
@@ -114,22 +133,77 @@ def first_look_for_thresholds(
     return None
 
 
-def estimated_roots(reduction: Reduction, changes: Changes) -> tuple[Eigenvalue, ...]:
-    """The roots of a reduced system at some parameters, by rising frequency, with right vectors in
-    its coordinates."""
+class ComputedRoots(NamedTuple):
+    """Roots (m,) at some parameters, in no order.
+
+    Attributes
+    ----------
+    values, residuals, rounding : array (m,)
+        The roots in rad/s, their backward errors in the full problem, and how far rounding, or what
+        a first look leaves out, may move them, 1/s.
+    with_vectors : Roots
+        The roots with their vectors, of a reduced system in its coordinates; of a first look as
+        they were before some were corrected.
+    verdict, spurious, corrected, certified
+        As `Step` has them.
+    """
+
+    values: ComplexArray
+    residuals: Array
+    rounding: Array
+    with_vectors: Roots
+    verdict: str | None
+    spurious: int = 0
+    corrected: Bools | None = None
+    certified: bool | None = None
+
+
+def roots_of_reduction(reduction: Reduction, changes: Changes, left: bool = False) -> ComputedRoots:
+    """Compute the roots of a reduced system at some parameters, with left vectors on request.
+
+    Those of a first look have left vectors in any case.
+    """
+    corrected = None
     if isinstance(reduction, FirstLook):
-        look = reduction.estimate(changes)
-        values = look.values
-        residuals = look.residuals
-        rounding = np.maximum(look.errors, rounding_of(reduction.scaled.system, values))
-        # corrected values have no vectors of their own
-        nearest = np.argmin(np.abs(look.projected.values[:, None] - values), axis=0)
-        right = look.projected.right[:, nearest]
+        estimate = reduction.estimate(changes)
+        values = estimate.values
+        residuals = estimate.residuals
+        rounding = np.maximum(estimate.errors, rounding_of(reduction.scaled.system, values))
+        with_vectors = estimate.projected
+        spurious = estimate.spurious
+        corrected = estimate.corrected
     else:
-        modes, residuals, _ = reduction.modes(changes)
-        values = modes.values
-        right = modes.right
+        with_vectors, residuals, spurious = reduction.modes(changes, left)
+        values = with_vectors.values
         rounding = rounding_of(reduction.system, values)
+    verdict = verdict_of_some(values, rounding)
+    return ComputedRoots(values, residuals, rounding, with_vectors, verdict, spurious, corrected)
+
+
+def estimated_roots(reduction: Reduction, changes: Changes) -> tuple[Eigenvalue, ...]:
+    """The roots of a reduced system at some parameters, by rising frequency.
+
+    Their right vectors are in its coordinates.
+    """
+    roots = roots_of_reduction(reduction, changes)
+    right = roots.with_vectors.right
+    if roots.corrected is not None:
+        # roots that were corrected in the full problem have the vector of the nearest projected one
+        distances = np.abs(roots.with_vectors.values[:, None] - roots.values)
+        right = right[:, np.argmin(distances, axis=0)]
+    return without_left_vectors(roots.values, roots.residuals, roots.rounding, right)
+
+
+def without_left_vectors(
+    values: ComplexArray,
+    residuals: Array,
+    rounding: Array,
+    right: ComplexArray,
+) -> tuple[Eigenvalue, ...]:
+    """Roots (m,) with right vectors (k, m), by rising frequency; k is 0 without vectors.
+
+    values in rad/s; residuals: backward errors; rounding: how far they may be off, 1/s.
+    """
     no_vector = np.empty(0, dtype=complex)
     roots = []
     for k in ordered(values):
@@ -145,8 +219,16 @@ def estimated_roots(reduction: Reduction, changes: Changes) -> tuple[Eigenvalue,
     return tuple(roots)
 
 
+def growth_limit(selection: EigenvalueSelection, region: Rectangle) -> float | None:
+    """The growth rate, 1/s, up to which the roots of a band were searched in its region.
+
+    None where no band was selected: the bounds of a region are stated by the user.
+    """
+    return None if selection.band is None else region.high_real
+
+
 def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dict[str, Any] | None:
-    """A reduced system as JSON holds it."""
+    """A reduced system as JSON holds it; None where the system itself was solved."""
     if reduction is None:
         return None
     entry = picked(reduction, "method size converged spurious")
@@ -156,7 +238,7 @@ def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dic
         "residual": reduction.worst,
         "contraction": None,
         "real_modes_hz": None,
-        "growth_limit": None if selection.band is None else reduction.region.high_real,
+        "growth_limit": growth_limit(selection, reduction.region),
     }
     if isinstance(reduction, FirstLook):
         entry["contraction"] = reduction.contraction

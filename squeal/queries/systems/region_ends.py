@@ -1,4 +1,4 @@
-"""Roots near the ends of a region, which their errors may put on either side."""
+"""Roots near the ends of a region: by their errors they may lie on either side of an end."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from squeal.sparse.argument_principle import Rectangle
 LOOSE = 0.1
 """Errors above this share of the end of a region are no estimate of where a root may lie."""
 ROUGH = 1e-3
-"""The share of |lambda| by which roots that were seen on the way may be off."""
+"""The share of |lambda| by which rough values, that a search met but did not refine, may be off."""
 
 
 def widened_in_frequency(region: Rectangle) -> Rectangle:
-    """The region with what lies closely beyond its ends in frequency."""
+    """The region, a little higher and lower in frequency."""
     low = region.low_imag
     if low > 0.0:
         low = low * (1 - ROUGH)
@@ -36,7 +36,7 @@ def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
     if error > LOOSE * region.high_imag or (begins_above_axis and root.value.imag < 0.0):
         error = 0.0
     low_imag = region.low_imag
-    if low_imag > 0.0:  # else conjugates stand for what lies below
+    if low_imag > 0.0:  # a region from the real axis on has nothing but conjugates below it
         low_imag -= error
     wide = Rectangle(
         region.low_real - error, region.high_real + error, low_imag, region.high_imag + error
@@ -45,7 +45,7 @@ def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
 
 
 def doubts_at_ends(roots: Sequence[Eigenvalue], region: Rectangle) -> list[str]:
-    """Which roots may lie on either side of an end of a region, by their errors, in words."""
+    """A sentence for each root that by its error may lie on either side of an end of a region."""
     doubts = []
     for root in roots:
         error = root.error or 0.0
@@ -63,15 +63,18 @@ def doubts_at_ends(roots: Sequence[Eigenvalue], region: Rectangle) -> list[str]:
 def growing_outside(
     rough_values: Sequence[complex], region: Rectangle
 ) -> tuple[complex, ...] | None:
-    """What grows outside a region by more than rough roots may be off, the fastest first; one root
-    may have been seen several times."""
+    """The growing roots outside of a region, the fastest first; None if there is none.
+
+    rough_values: roots, rad/s, to a relative accuracy of `ROUGH`, several of which may stand for
+    one root. A root that within this accuracy may decay or lie in the region is left out.
+    """
     wide = region.widened(ROUGH)
-    found: list[complex] = []
+    growing_roots: list[complex] = []
     for root in sorted(rough_values, key=lambda root: -root.real):
         tolerance = ROUGH * abs(root)
         grows = root.real > tolerance and root.imag >= -tolerance
         if not grows or wide.contains(np.array(root)):
             continue
-        if all(abs(root - other) > tolerance for other in found):
-            found.append(root)
-    return tuple(found) or None
+        if all(abs(root - other) > tolerance for other in growing_roots):
+            growing_roots.append(root)
+    return tuple(growing_roots) or None

@@ -1,4 +1,8 @@
-"""The selected roots of a system: all, those of a region, the lowest; and their completeness."""
+"""The selected roots of a system: all, those of a region, or the lowest; and if one is missing.
+
+Up to 400 rows all roots are computed by a dense solver and the selected ones picked. Of a larger
+system they are searched by shifted Krylov subspaces and counted by the argument principle.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +14,9 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import DAMPED, problem_class_of
-from squeal.linear.eigen import Eigenvalue, growing, spectrum_of
+from squeal.linear.eigen import growing, spectrum_of
 from squeal.linear.matrices import SingularTogetherError, checked, rank_of, reduce, unit_diagonal
-from squeal.linear.roots import STIFF, hides_slow_roots, ordered, roots_of
+from squeal.linear.roots import STIFF, hides_slow_roots, roots_of
 from squeal.linear.system import Matrix, TermSystem
 from squeal.linear.verdicts import ACCEPTED
 from squeal.queries.systems.all_roots import Changes, is_small
@@ -20,13 +24,14 @@ from squeal.queries.systems.proofs import (
     NO_MOTION,
     NOT_COUNTED,
     Data,
+    EigenvalueTuple,
     Statement,
     VerdictAndCriterion,
     counted,
     exact_spectrum,
     refereed,
 )
-from squeal.queries.systems.reduced import reduced_for
+from squeal.queries.systems.reduced import growth_limit, reduced_for, without_left_vectors
 from squeal.queries.systems.region_ends import (
     ROUGH,
     doubts_at_ends,
@@ -52,8 +57,8 @@ REGULAR = 1e8
 WIDER = 1.1
 """The region of a band is so many times as wide as the largest growth or decay rate in it."""
 
-Known = tuple[Eigenvalue, ...]
-WithErrors = Callable[[Known], Known]
+AddErrors = Callable[[EigenvalueTuple], EigenvalueTuple]
+"""Adds to roots how far their true values may be off, see `squeal.queries.systems.known`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +72,8 @@ class SystemRoots:
     region : Rectangle, Disc or None
         The part of the plane that was searched; None is the whole plane.
     count : int or None
-        The number of roots in it by a count; None if there is none.
+        How many roots the region holds, by an argument-principle count or by the degree of the
+        characteristic polynomial; None if nothing was counted.
     verdict : str or None
         Where only some roots are known it is the kind of the fastest growing one, None if none of
         them grows. A root with a backward error above 1e-6 decides nothing.
@@ -78,7 +84,8 @@ class SystemRoots:
     growth_limit : float or None
         Of a band: roots that grow faster, 1/s, were not searched.
     outside : tuple of complex or None
-        Growing roots outside of the region, the fastest first, as far as they are known.
+        Growing roots outside of the region, the fastest first: all of a small system, of a large
+        one those that the search met. None if it met none, which does not say that none exists.
     notes : tuple of str
         Lines for people.
     judged_by : Statement or None
@@ -87,12 +94,12 @@ class SystemRoots:
         Why a root of the region may be missing, or one may not belong to it.
     """
 
-    eigenvalues: Known = field(repr=False)
+    eigenvalues: EigenvalueTuple = field(repr=False)
     region: Rectangle | Disc | None
     count: int | None
     verdict: str | None
     criterion: str
-    others: Known = field(default=(), repr=False)
+    others: EigenvalueTuple = field(default=(), repr=False)
     growth_limit: float | None = None
     outside: tuple[complex, ...] | None = None
     notes: tuple[str, ...] = ()
@@ -100,27 +107,26 @@ class SystemRoots:
     doubts: tuple[str, ...] = ()
 
     @property
-    def every(self) -> Known:
-        """All roots that were found and counted."""
+    def computed(self) -> EigenvalueTuple:
+        """All computed roots of the region, the selected ones and the others."""
         return self.eigenvalues + self.others
 
     @property
     def certified(self) -> bool:
-        """True if no root of the region is missing.
+        """True if no root of the region is missing, by the referee's proof, else by the count.
 
-        The referee must prove the list; where it was not asked, the count must agree and each root
-        solve the equations.
+        Where the referee was not asked, the count must agree and each root solve the equations.
         """
         if self.doubts:
             return False
         if self.judged_by is not None:
             return self.judged_by.status == "proved"
-        all_solve = all(root.residual <= ACCEPTED for root in self.every)
-        return self.count == len(self.every) and all_solve
+        all_solve = all(root.residual <= ACCEPTED for root in self.computed)
+        return self.count == len(self.computed) and all_solve
 
     @property
     def statement(self) -> Statement:
-        """What is known of the list."""
+        """What is known of the completeness of the list."""
         if self.judged_by is not None:
             return self.judged_by
         return NOT_COUNTED if self.count is None else counted(self.certified)
@@ -139,13 +145,10 @@ def system_roots(
     system: TermSystem,
     selection: EigenvalueSelection | None = None,
     changes: Changes | None = None,
-    bounded: WithErrors | None = None,
+    add_errors: AddErrors | None = None,
     data: Data | None = None,
 ) -> SystemRoots:
-    """The selected roots of a system at one value of its parameters.
-
-    Up to 400 rows all roots are computed and the selected ones picked; of a larger system those of
-    the band or region, or the lowest, are searched.
+    """Compute the selected roots of a system at one value of its parameters.
 
     Parameters
     ----------
@@ -155,9 +158,9 @@ def system_roots(
         Which roots; all of a small system, the lowest 20 modes of a large one if left out.
     changes : mapping, optional
         Parameters that do not have the system's own values.
-    bounded : callable, optional
-        Gives roots the error of a reduction or of the digits of files. Roots whose error reaches
-        over an end of the region are listed with it.
+    add_errors : callable, optional
+        Adds to roots their error by a reduction or by the digits of files. Roots whose error
+        reaches into the region are listed too.
     data : Data, optional
         How precisely the entries of a small system are known: with it the referee judges its roots.
 
@@ -170,62 +173,64 @@ def system_roots(
     """
     selection = selection or EigenvalueSelection()
     if is_small(system):
-        roots = _roots_of_matrices(system.arrays(changes), selection, bounded, data)
+        roots = _roots_of_matrices(system.arrays(changes), selection, add_errors, data)
         return roots.lowest(selection.modes)
     if system.follows:
         return _at_own_frequencies(system, selection, changes or {})
     problem = ScaledSystem(system).at(changes)
     region = selection.rectangle
     modes = selection.modes
-    if region is None and modes is None:
-        modes = LOWEST
     try:
-        if region is None:
-            roots = _lowest_roots(problem, modes or LOWEST, bounded)
+        if region is not None:
+            roots = _roots_of_region(problem, region, add_errors)
+            roots = replace(roots, growth_limit=growth_limit(selection, region))
         else:
-            roots = _roots_of_region(problem, region, bounded)
+            if modes is None:
+                modes = LOWEST
+            roots = _lowest_roots(problem, modes, add_errors)
     except ComputationError:
         if system.n > DENSE_ROWS:
             raise
-        whole = replace(selection, modes=modes)
-        return _roots_of_matrices(system.arrays(changes), whole, bounded).lowest(modes)
-    if selection.band is not None and region is not None:
-        roots = replace(roots, growth_limit=region.high_real)
+        # the search failed, but the dense solver still serves so many rows
+        with_modes = replace(selection, modes=modes)
+        return _roots_of_matrices(system.arrays(changes), with_modes, add_errors).lowest(modes)
     return roots.lowest(modes)
 
 
-def _lowest_roots(problem: Quadratic, modes: int, bounded: WithErrors | None) -> SystemRoots:
-    """So many of the lowest roots of a large system, and their conjugates."""
+def _lowest_roots(problem: Quadratic, modes: int, add_errors: AddErrors | None) -> SystemRoots:
+    """Compute the `modes` lowest roots with Im >= 0 of a large system, and count them."""
     solution = lowest_modes(problem, modes)
-    roots, count = _upper(solution.eigenvalues, solution.count, problem.real)
-    if bounded is not None:
-        roots = bounded(roots)
+    roots = _upper_half(solution.eigenvalues, problem.real)
+    count = _count_of_upper(solution.count, solution.eigenvalues, roots)
+    if add_errors is not None:
+        roots = add_errors(roots)
     verdict, criterion = judge_roots(roots, complete=False)
     return SystemRoots(roots, solution.region, count, verdict, criterion)
 
 
 def _roots_of_region(
-    problem: Quadratic, region: Rectangle, bounded: WithErrors | None
+    problem: Quadratic, region: Rectangle, add_errors: AddErrors | None
 ) -> SystemRoots:
-    """The roots of a large system in a region, and what was seen to grow outside.
+    """Compute and count the roots of a large system in a region.
 
-    With errors the region is searched a little beyond its ends, and what was found beyond them is
-    taken from the count.
+    Roots with errors are searched a little beyond the ends of the region, as their true values may
+    lie in it. Growing roots that the search meets outside are listed as `outside`.
     """
-    searched = region if bounded is None else widened_in_frequency(region)
+    searched = region if add_errors is None else widened_in_frequency(region)
     solution = modes_in(problem, searched)
     roots = solution.eigenvalues
-    if bounded is not None:
-        roots = bounded(roots)
+    if add_errors is not None:
+        roots = add_errors(roots)
     count = solution.count
-    if count is not None:
+    if count is not None:  # that of the searched region, without the roots beyond the ends
         count -= sum(not region.contains(np.array(root.value)) for root in roots)
     doubts = doubts_at_ends(roots, region)
-    # errors of roots that were not looked at are like those of the upper ones
+    # roots above the searched region may reach into it: their errors are unknown, and taken to be
+    # like those of the upper half of the region
     errors = [root.error or 0.0 for root in roots if root.value.imag > region.high_imag / 2]
-    farthest = max(errors, default=0.0)
-    if farthest > ROUGH * region.high_imag:
-        doubts.append(f"errors reach up to {farthest / math.tau:.2g} Hz over the ends")
+    largest_error = max(errors, default=0.0)
+    if largest_error > ROUGH * region.high_imag:
+        doubts.append(f"errors reach up to {largest_error / math.tau:.2g} Hz over the ends")
     inside = tuple(root for root in roots if may_lie_in(root, region))
     verdict, criterion = judge_roots(inside, complete=False)
     return SystemRoots(
@@ -242,7 +247,11 @@ def _roots_of_region(
 def _at_own_frequencies(
     system: TermSystem, selection: EigenvalueSelection, changes: Changes
 ) -> SystemRoots:
-    """The roots of a band where matrices follow the frequency of each root; nothing counts them."""
+    """Compute the roots of a band where matrices follow the frequency of each root.
+
+    Newton's method starts from the roots of matrices frozen at several frequencies of the band. A
+    root that only one start reaches may have neighbours that none reaches: nothing counts them.
+    """
     reduction = reduced_for(system, selection, [changes])
     assert isinstance(reduction, DispersiveReduction)
     roots, reached_once = modes_at_own_frequencies(reduction, changes)
@@ -259,7 +268,7 @@ def _at_own_frequencies(
         count=None,
         verdict=verdict,
         criterion=criterion,
-        growth_limit=None if selection.band is None else reduction.region.high_real,
+        growth_limit=growth_limit(selection, reduction.region),
         notes=(note,),
     ).lowest(selection.modes)
 
@@ -267,49 +276,50 @@ def _at_own_frequencies(
 def roots_of_first_look(
     first_look: FirstLook, selection: EigenvalueSelection, changes: Changes
 ) -> SystemRoots:
-    """The selected roots at some parameters as a first look has them: nothing counts them."""
-    found = first_look.estimate_by_basis(changes)
-    errors = np.maximum(found.errors, rounding_of(first_look.scaled.system, found.values))
-    no_vector = np.empty(0, dtype=complex)
-    roots = []
-    for k in ordered(found.values):
-        root = complex(found.values[k])
-        residual = float(found.residuals[k])
-        error = float(errors[k])
-        roots.append(Eigenvalue(root, no_vector, no_vector, residual, math.nan, error))
+    """The selected roots at some parameters as a first look estimates them, without vectors.
+
+    Nothing counts them. Their `rounding` is the error of the estimate, 1/s.
+    """
+    estimate = first_look.estimate_by_basis(changes)
+    values = estimate.values
+    errors = np.maximum(estimate.errors, rounding_of(first_look.scaled.system, values))
+    no_vectors = np.empty((0, len(values)), dtype=complex)
+    roots = without_left_vectors(values, estimate.residuals, errors, no_vectors)
     verdict, criterion = judge_roots(roots, complete=False)
     return SystemRoots(
-        eigenvalues=tuple(roots),
+        eigenvalues=roots,
         region=first_look.region,
         count=None,
         verdict=verdict,
         criterion=criterion,
-        growth_limit=None if selection.band is None else first_look.region.high_real,
-        outside=growing_outside(found.rough_values.tolist(), first_look.region),
+        growth_limit=growth_limit(selection, first_look.region),
+        outside=growing_outside(estimate.rough_values.tolist(), first_look.region),
     ).lowest(selection.modes)
 
 
 def _roots_of_matrices(
     matrices: tuple[Matrix, Matrix | None, Matrix],
     selection: EigenvalueSelection,
-    bounded: WithErrors | None,
+    add_errors: AddErrors | None,
     data: Data | None = None,
 ) -> SystemRoots:
-    """The selected roots of a small system, of which all are computed; as of `system_roots`.
+    """Compute all roots of M, C and K (n, n), have them judged, and select.
 
-    Of complex matrices only the roots with Im >= 0 describe a motion.
+    Other arguments are those of `system_roots`. Of complex matrices only the roots with Im >= 0
+    describe a motion.
     """
     M, C, K = matrices
     real = not any(X is not None and np.iscomplexobj(X) for X in matrices)
-    roots, judged = _reduced_spectrum(real, matrices)
+    roots, judged = _mass_normalised_roots(real, matrices)
     if judged is None:
         roots = _dense_roots(matrices)
-    if bounded is not None:
-        roots = bounded(roots)
+    if add_errors is not None:
+        # errors beyond rounding: a verdict that ignores them does not hold
+        roots = add_errors(roots)
         finite = tuple(root for root in roots if root.rounding < math.inf)
         judged = judge_roots(finite, complete=not any(root.open for root in finite))
     if judged is None:
-        judged = judge_roots(_meaningful(roots, real))
+        judged = judge_roots(roots if real else _upper_half(roots, real))
     statement: Statement | None = None
     if data is not None:
         roots, judged, statement = refereed(matrices, roots, judged, data)
@@ -321,22 +331,15 @@ def _roots_of_matrices(
         count = _number_of_roots(quadratic(M, C, K), roots)
     selected = roots
     if selection.modes is not None or not real:
-        selected, count = _upper(roots, count, real)
+        selected = _upper_half(roots, real)
+        count = _count_of_upper(count, roots, selected)
     verdict, criterion = judged
     notes = () if roots else (NO_MOTION,)
     return SystemRoots(selected, None, count, verdict, criterion, notes=notes, judged_by=statement)
 
 
-def _meaningful(roots: Known, real: bool) -> Known:
-    """The roots that describe a motion: of complex matrices those with Im >= 0."""
-    if real:
-        return roots
-    upper, _ = _upper(roots, None, real)
-    return upper
-
-
-def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> Known:
-    """All finite roots, where the mass-normalised system does not serve.
+def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> EigenvalueTuple:
+    """Compute all finite roots by the quadratic eigensolver, which allows a singular or complex M.
 
     Raises ComputationError where rounding hides which of them are zero.
     """
@@ -346,38 +349,42 @@ def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> Known:
     except SingularTogetherError as error:
         roots = exact_spectrum(M, C, K, error)
     has_zeros = not all(root.value for root in roots)
+    # a regular K has no root of zero
     if has_zeros and np.linalg.cond(unit_diagonal(K)) < REGULAR:
         raise ComputationError(f"no eigenvalue can be given: {STIFF}")
     return roots
 
 
-def _reduced_spectrum(
+def _mass_normalised_roots(
     real: bool, matrices: tuple[Matrix, Matrix | None, Matrix]
-) -> tuple[Known, VerdictAndCriterion | None]:
-    """All roots from the mass-normalised system, with the verdict and what decided it.
+) -> tuple[EigenvalueTuple, VerdictAndCriterion | None]:
+    """Compute all roots from the mass-normalised system L^-1 K L^-T, M = L L^T, if that serves.
 
-    There are none, and no verdict, of complex matrices, where M is singular or not symmetric, and
-    where rounding hides slow roots: another solver is needed then.
+    Returns the roots, and the verdict with what decided it. No roots and None where another solver
+    is needed: for complex matrices, where M is singular or not symmetric, and where rounding hides
+    slow roots.
     """
+    unsolved = ((), None)
     if not real:
-        return (), None
+        return unsolved
     M, C, K = matrices
     try:
         reduced = reduce(M, C, K)
         values = roots_of(reduced)
         if hides_slow_roots(reduced, C, K, values):
-            return (), None
+            return unsolved
         roots = spectrum_of(reduced, values).eigenvalues
         conservative = problem_class_of([checked(M, C, K)]) is not DAMPED
         return roots, judge_roots(roots, conservative=conservative)
-    except InputError:
-        return (), None
+    except InputError:  # M is not positive definite
+        return unsolved
 
 
-def _number_of_roots(problem: Quadratic, roots: Known) -> int | None:
-    """How many finite roots there are: the degree of det(z^2 M + z C + K).
+def _number_of_roots(problem: Quadratic, roots: EigenvalueTuple) -> int | None:
+    """How many finite roots a small system has: the degree of det(z^2 M + z C + K).
 
-    It is 2n if M is regular; else the roots are counted in a disc twice as wide as they lie.
+    It is 2n if M is regular. Else the argument principle counts the roots in a disc twice as wide
+    as the computed ones lie. None if that count fails.
     """
     singular_values = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
     if rank_of(singular_values) == problem.n:
@@ -389,34 +396,40 @@ def _number_of_roots(problem: Quadratic, roots: Known) -> int | None:
 
 def _part_of_all(
     problem: Quadratic,
-    roots: Known,
+    roots: EigenvalueTuple,
     selection: EigenvalueSelection,
     judged: VerdictAndCriterion,
     statement: Statement | None,
 ) -> SystemRoots:
-    """The roots of a small system that lie in the band or region.
+    """Select the roots of a small system that lie in a band or region, and count them.
 
     Parameters
     ----------
+    problem : Quadratic
+        The matrices.
     roots : tuple of Eigenvalue
         All roots.
+    selection : EigenvalueSelection
+        The band or region.
     judged : (str or None, str)
         The verdict on all roots and what decided it. It holds for the region too if nothing grows
         in it or outside.
     statement : Statement or None
-        What the referee says of all roots.
+        What the referee says of all roots; None if it was not asked.
     """
     region = selection.rectangle
     assert region is not None
     values = np.array([root.value for root in roots], dtype=complex)
-    if selection.band is not None:  # with all real parts that occur in it
+    if selection.band is not None:
+        # a band has no limit of growth rates: its region is as wide as its roots lie
         in_band = (values.imag > region.low_imag) & (values.imag < region.high_imag)
         largest = float(np.max(np.abs(values.real[in_band]), initial=0.0))
         half_width = max(WIDER * largest, region.high_real)
         region = replace(region, low_real=-half_width, high_real=half_width)
+    meaningful = roots if problem.real else _upper_half(roots, real=False)
     inside = []
     others = []
-    for root in _meaningful(roots, problem.real):
+    for root in meaningful:
         if may_lie_in(root, region):
             inside.append(root)
         else:
@@ -424,7 +437,8 @@ def _part_of_all(
     outside = growing(others)
     is_complete = statement is not None and statement.status == "proved"
     if not is_complete:
-        # without all roots of a disc around the region it is not known where the others are
+        # if the argument principle counts as many roots in a disc around the region as were
+        # computed there, none of the region is missing
         disc = disc_around(region, values, 2 * float(np.max(np.abs(values), initial=0.0)))
         is_complete = count_roots(problem, disc, values) == int(np.sum(disc.contains(values)))
     count = None
@@ -445,18 +459,27 @@ def _part_of_all(
     )
 
 
-def _upper(roots: Known, count: int | None, real: bool) -> tuple[Known, int | None]:
-    """The roots with Im >= 0 and their number.
+def _upper_half(roots: EigenvalueTuple, real: bool) -> EigenvalueTuple:
+    """The roots with Im >= 0, which describe all motions of real and of complex matrices.
 
-    count: the number of all roots, None if unknown; as many of them are taken to lie below the real
-    axis as were found there. Of complex matrices a root of zero may lie below by its rounding.
+    Of complex matrices a real root may lie below the axis by its rounding.
     """
     upper = []
     for root in roots:
         lowest = 0.0 if real else -root.rounding
         if root.value.imag >= lowest:
             upper.append(root)
+    return tuple(upper)
+
+
+def _count_of_upper(
+    count: int | None, roots: EigenvalueTuple, upper: EigenvalueTuple
+) -> int | None:
+    """How many roots with Im >= 0 there are, by the count of all roots; None without a count.
+
+    As many are taken to lie below the real axis as were computed there.
+    """
     if count is None:
-        return tuple(upper), None
+        return None
     below = len(roots) - len(upper)
-    return tuple(upper), count - below
+    return count - below

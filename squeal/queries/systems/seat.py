@@ -1,4 +1,5 @@
-"""What answers that vary parameters say of the seat of contact, which stays meanwhile."""
+"""The seat of contact (its static solution: which pairs are closed, and their forces) in answers
+that vary parameters: it is computed at one value, and held at the others."""
 
 from __future__ import annotations
 
@@ -12,14 +13,18 @@ from squeal.io.writing import number
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.known import with_doubts
 from squeal.results.thresholds import Thresholds
-from squeal.sparse.assembly import OWN, Assembly
+from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly
 from squeal.sparse.contact_seat import Contact
 
-SAME = 1e-6  # of the largest one: differences of stiffnesses and forces that count as none
+SAME = 1e-6  # of the largest: up to it stiffnesses and forces of two seats are the same
 
 
 def seat_note(file: SystemFile) -> str:
-    """At which value of the free parameter contact is seated; empty where that moves no seat."""
+    """Report at which value of the free parameter contact is seated.
+
+    Empty without contact that has a seat, and where the stiffness does not depend on the parameter,
+    so that every value has the same seat.
+    """
     assembly = file.assembly
     if assembly is None or not _has_seat(assembly):
         return ""
@@ -32,21 +37,27 @@ def seat_note(file: SystemFile) -> str:
 
 
 def seat_parameters(file: SystemFile) -> list[str]:
-    """Parameters that may act through the seat, so that a held seat says nothing of them: those
-    of loads and of keys of contact, and the factor of contact whose pairs open or stiffen."""
+    """Names of the parameters, but the free one, that act through the seat.
+
+    While it is held their derivatives miss that effect. They are the parameters of loads and of
+    keys of contact, on which no matrix depends, and those of the factor of a contact whose pairs
+    open, stiffen or damp.
+    """
     assembly = file.assembly
     if assembly is None:
         return []
     seated = assembly.system
-    names = seated.parameters.keys() - seated.names - OWN.keys()
+    names = seated.parameters.keys() - seated.names - ASSEMBLY_DEFAULTS.keys()
     for contact in _contacts_that_may_change(assembly):
         names |= Formula(contact.factor).names
     return sorted(names - {seated.parameter})
 
 
 def _contacts_that_may_change(assembly: Assembly) -> list[Contact]:
-    """Contacts whose part in the roots follows their forces: pairs are open or stiffen, or the
-    forces damp."""
+    """Contacts whose matrices depend on their normal forces.
+
+    Some of their pairs are open or stiffen with the force, or their forces damp.
+    """
     changing = []
     for contact, seat in zip(assembly.contacts, assembly.seats, strict=True):
         if not (seat.constant and seat.closed.all()) or _is_damped(contact):
@@ -55,14 +66,16 @@ def _contacts_that_may_change(assembly: Assembly) -> list[Contact]:
 
 
 def note_of_seat_parameters(file: SystemFile) -> str:
-    """Which parameters are left out where the seat is held, and what is held of the others; empty
-    if contact is none of their matter."""
+    """Report which parameters are left out where the seat is held, and what is held of the others.
+
+    Empty if no parameter acts on contact.
+    """
     notes = []
     names = seat_parameters(file)
     if names:
         verb = "acts" if len(names) == 1 else "act"
-        way = f"--set {names[0]}=VALUE seats contact anew"
-        notes.append(f"{', '.join(names)} {verb} through the seat: {way}")
+        remedy = f"--set {names[0]}=VALUE seats contact anew"
+        notes.append(f"{', '.join(names)} {verb} through the seat: {remedy}")
     if file.assembly is not None and _contacts_that_may_change(file.assembly):
         notes.append(
             "what a parameter does to the pairs that are closed, and to forces, is left out"
@@ -71,8 +84,10 @@ def note_of_seat_parameters(file: SystemFile) -> str:
 
 
 def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
-    """Thresholds with a note on the seat, not certified if contact that is seated anew at one of
-    them is another one."""
+    """Add the note on the seat to thresholds, which were located with the seat held.
+
+    They are not certified if contact that is seated anew at one of them differs.
+    """
     note = seat_note(file)
     if not note:
         return answer
@@ -88,7 +103,7 @@ def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
 
 
 def _has_seat(assembly: Assembly) -> bool:
-    """Whether roots depend on where contact is closed, or on its forces."""
+    """Whether some contact can open, stiffens with its force, or damps by it."""
     for contact in assembly.contacts:
         if not contact.bonded or contact.exponent > 0.0 or _is_damped(contact):
             return True
@@ -96,24 +111,27 @@ def _has_seat(assembly: Assembly) -> bool:
 
 
 def _is_damped(contact: Contact) -> bool:
-    """Whether the normal forces of a contact damp."""
+    """Whether the normal forces of a contact damp: by the speed of sliding or its slope."""
     return bool(contact.speed) or contact.slope != "0"
 
 
 def _doubt_of_seat(assembly: Assembly, parameter: str, value: float) -> str:
-    """How contact seated at a value of the free parameter differs from that of the assembly."""
+    """Report how contact seated at a value of the free parameter differs from the held seat.
+
+    Empty if it does not.
+    """
     at = f"{parameter} = {number(value)}"
     try:
         seats = assembly.joined_at({parameter: value}).seats
     except (ComputationError, InputError) as error:
         return f"contact cannot be seated anew at {at}: {error}"
-    for contact, here, anew in zip(assembly.contacts, assembly.seats, seats, strict=True):
-        compared = [(here.stiffness, anew.stiffness)]  # which is 0 where contact is open
+    for contact, held, anew in zip(assembly.contacts, assembly.seats, seats, strict=True):
+        compared = [(held.stiffness, anew.stiffness)]  # 0 where a pair is open
         if _is_damped(contact):
-            compared.append((here.forces, anew.forces))
+            compared.append((held.forces, anew.forces))
         for before, after in compared:
             if np.max(np.abs(after - before)) > SAME * np.max(np.abs(before)):
-                there, _, _ = str(anew).partition(";")
-                held, _, _ = str(here).partition(";")
-                return f"seated anew at {at} it is another {there}; held is {held}"
+                anew_in_short = str(anew).split(";")[0]
+                held_in_short = str(held).split(";")[0]
+                return f"seated anew at {at} it is another {anew_in_short}; held is {held_in_short}"
     return ""

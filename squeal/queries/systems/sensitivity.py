@@ -1,4 +1,4 @@
-"""What moves the roots and the thresholds of a system: its parameters, and given matrices."""
+"""Derivatives of the roots and thresholds of a system, by parameters and by changes of matrices."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from squeal.io.formats.matrix_file import MatrixFile
 from squeal.io.matrices import OTHER_ROWS, on_rows, read_matrix
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING, CriticalPoint, Crossing
-from squeal.linear.matrices import Change, given_matrix
+from squeal.linear.matrices import Array, Change, given_matrix
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.linear.system import Term, TermSystem, labels_of, refuse_other_labels
 from squeal.numerics.differentiation import Formula
@@ -37,21 +37,20 @@ OF_THE_REDUCED = "counts are of reduced components; what these move is estimated
 ITERATIONS = 3
 """How often the inverse and its adjoint are applied for singular vectors."""
 NEAR = 1e-6
-"""The relative distance at which a root may lie from where it is said to cross."""
+"""The relative distance within which a root has to lie from the point where it is said to cross."""
 Located = TypeVar("Located", CriticalPoint, Crossing)
 
 
 def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
-    """The system with given changes of its matrices, each multiplied by a new parameter.
+    """Add given changes of matrices to a system, each multiplied by a new parameter of value 0.
 
     Parameters
     ----------
     file : SystemFile
         The system.
     matrices : mapping of str to mapping
-        Of each new parameter, whose value is 0, what it adds to M, C and K: arrays (n, n), data
-        frames of the system's labels, or files whose labelled rows are placed where the system has
-        them.
+        For each new parameter what it adds to M, C and K: arrays (n, n), data frames with the
+        system's labels, or files whose labelled rows are placed where the system has them.
 
     Raises
     ------
@@ -121,23 +120,23 @@ def derivatives(system: TermSystem) -> dict[str, Change]:
 
 
 def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
-    """How the eigenvalues of an answer move with each parameter of the system that has them."""
+    """Compute the derivatives of the eigenvalues of an answer by each parameter of its system."""
     at_value = system.replace({system.parameter: answer.value})
-    groups = [answer.eigenvalues]
-    if answer.eigenvalues and system.follows:  # each root has its own matrices
+    groups = [answer.eigenvalues]  # roots that share their matrices, perhaps none
+    if answer.eigenvalues and system.follows:  # each root has matrices of its own frequency
         groups = [(root,) for root in answer.eigenvalues]
     slopes_of_groups = []
     conditions = []
     for group in groups:
         omega = max((root.value.imag for root in group), default=None)
-        frozen = at_value.frozen(omega)
+        frozen = at_value.frozen(omega)  # the same at every omega where no matrix follows it
         at_held_frequency, condition = sensitivities(frozen.at(), derivatives(frozen), group)
         slopes_of_groups.append(at_own_frequency(at_value, at_held_frequency, np.imag))
         conditions.append(condition)
     values = at_value.given
     slopes = {}
     for name in values:
-        slopes[name] = np.concatenate([of_group[name] for of_group in slopes_of_groups])
+        slopes[name] = np.concatenate([slopes_of[name] for slopes_of in slopes_of_groups])
     return Sensitivity(
         what="eigenvalues",
         parameter=system.parameter,
@@ -155,7 +154,7 @@ def at_own_frequency(
     slopes: Mapping[str, NDArray],
     frequency_slope: Callable[[NDArray], NDArray],
 ) -> dict[str, NDArray]:
-    """Derivatives of roots or crossings whose matrices depend on their own frequency.
+    """Total derivatives of roots or crossings whose matrices depend on their own frequency.
 
     A root v depends on a parameter q directly and by its frequency w: dv = v_q dq + v_w dw. The
     frequency is that of the root, w = f(v) with a linear f, so that dw = f(v_q) / (1 - f(v_w)) dq.
@@ -165,31 +164,32 @@ def at_own_frequency(
     system : TermSystem
         The system; without matrices that follow the frequency the slopes are returned as they are.
     slopes : mapping of str to array
-        Derivatives at a held frequency: v_q by each parameter, v_w by those that the frequency is.
+        Partial derivatives at a held frequency: v_q by each parameter, and v_w by those parameters
+        that are the frequency (in rad/s or in Hz).
     frequency_slope : callable
-        f: the derivative of the frequency in rad/s from one of v.
+        f: the derivative of the frequency in rad/s from a derivative of v.
 
     Returns
     -------
     dict of str to array
-        Derivatives by each parameter but those that the frequency is.
+        Total derivatives by each parameter but those that are the frequency.
     """
     if not system.follows:
         return dict(slopes)
-    shares = system.frequency(1.0)
-    by_frequency = np.asarray(sum(shares[name] * slopes[name] for name in shares))
-    moved = {}
-    for name, held in slopes.items():
+    per_omega = system.frequency(1.0)  # of each parameter that is the frequency, per rad/s
+    v_omega = np.asarray(sum(per_omega[name] * slopes[name] for name in per_omega))
+    total = {}
+    for name, v_q in slopes.items():
         if name not in system.follows:
-            slope_of_omega = frequency_slope(held) / (1.0 - frequency_slope(by_frequency))
-            moved[name] = held + by_frequency * slope_of_omega
-    return moved
+            slope_of_omega = frequency_slope(v_q) / (1.0 - frequency_slope(v_omega))
+            total[name] = v_q + v_omega * slope_of_omega
+    return total
 
 
 def threshold_sensitivity(system: TermSystem, answer: Thresholds) -> Sensitivity:
-    """How the first loss of stability of an answer moves with each parameter.
+    """Compute the derivatives of the first loss of stability of an answer by each parameter.
 
-    There are no slopes where stability is lost from the start or nowhere. Raises ComputationError
+    There are none where the system is unstable from the start, or nowhere. Raises ComputationError
     where several roots cross at once.
     """
     first = None if answer.verdict in GROWING else answer.first
@@ -210,8 +210,8 @@ def threshold_sensitivity(system: TermSystem, answer: Thresholds) -> Sensitivity
 
 def threshold_slopes(
     system: TermSystem, crossings: Sequence[tuple[float, float]]
-) -> list[dict[str, NDArray[np.float64]]]:
-    """How crossings of the imaginary axis move with each parameter but the free one.
+) -> list[dict[str, Array]]:
+    """Compute how crossings of the imaginary axis move with each parameter but the free one.
 
     Parameters
     ----------
@@ -236,19 +236,20 @@ def threshold_slopes(
         omega = 2 * np.pi * hertz
         frozen = system.replace({system.parameter: value}).frozen(omega)
         changes = derivatives(frozen)
-        by_parameter = changes.pop(system.parameter)
+        by_free_parameter = changes.pop(system.parameter)
         at = singular_at(scaled, value, 1j * omega)
-        moved = {}
-        for name, pair in crossing_slopes(at, frozen.at(), by_parameter, changes).items():
-            moved[name] = np.array(pair)
-        slopes.append(at_own_frequency(system, moved, lambda pair: 2 * np.pi * pair[1]))
+        at_held_frequency = {}  # for each parameter the derivatives (2,) of value and frequency
+        for name, pair in crossing_slopes(at, frozen.at(), by_free_parameter, changes).items():
+            at_held_frequency[name] = np.array(pair)
+        slopes.append(at_own_frequency(system, at_held_frequency, lambda pair: 2 * np.pi * pair[1]))
     return slopes
 
 
 def widened_by_reduction(system: TermSystem, assembly: Assembly, answer: Thresholds) -> Thresholds:
-    """Thresholds of an assembly, their intervals widened by what its reduction may move them.
+    """Widen the intervals of thresholds by how far the reduction of an assembly may move them.
 
-    An interval becomes the whole range where that is not known.
+    An interval becomes the whole range where that is not known. The thresholds are no longer
+    certified: what was counted are roots of the reduced assembly.
     """
     scaled = ScaledSystem(system)
 
@@ -276,11 +277,30 @@ def widened_by_reduction(system: TermSystem, assembly: Assembly, answer: Thresho
 def _shift_by_reduction(
     scaled: ScaledSystem, assembly: Assembly, value: float, omega: float
 ) -> float:
-    """How far the reduction of an assembly may move a crossing at a value of the free parameter.
+    """Bound how far the reduction of an assembly may move a crossing, in units of the parameter.
 
-    The smallest change of K that makes up for the residual r of the mode x with left vector y is
-    the matrix r y x^H / (|x| |y|)^2, of unknown phase: the shifts by its real and imaginary
-    multiple are combined. Infinite where the residual is not known. Raises ComputationError.
+    The mode x with left vector y leaves a residual r = y^H P x in the full problem. The smallest
+    change of K that removes it is r y x^H / (|x| |y|)^2, whose phase is not known: the shifts by
+    its real and by its imaginary multiple are combined.
+
+    Parameters
+    ----------
+    scaled : ScaledSystem
+        The reduced system.
+    assembly : Assembly
+        Its components, which know what was truncated.
+    value, omega : float
+        The free parameter and the frequency (rad/s) at the crossing.
+
+    Returns
+    -------
+    float
+        Infinite above the cutoff of the components, where the residual is not known.
+
+    Raises
+    ------
+    ComputationError
+        Where several modes cross at once, or none does.
     """
     system = scaled.system
     root = 1j * omega
@@ -288,30 +308,33 @@ def _shift_by_reduction(
     at = singular_at(scaled, value, root)
     x = at.right[:, None]
     y = at.left[:, None]
-    residuals = assembly.lack([root], x, y, frozen.parameters)
-    residual = sum(abs(part.item()) for part in residuals)
+    truncation = assembly.truncation_term([root], x, y, frozen.parameters)
+    residual = abs(truncation.value.item()) + abs(truncation.uncertainty.item())
     if not math.isfinite(residual):  # beyond the cutoff
         return math.inf
     dK = residual * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
     changes = {"real": (None, None, dK), "imaginary": (None, None, 1j * dK)}
-    by_parameter = frozen.derivative(system.parameter)
-    slopes = crossing_slopes(at, frozen.at(), by_parameter, changes)
-    shift, _ = slopes["real"]
-    shift_of_imaginary, _ = slopes["imaginary"]
-    return math.hypot(shift, shift_of_imaginary)
+    by_free_parameter = frozen.derivative(system.parameter)
+    slopes = crossing_slopes(at, frozen.at(), by_free_parameter, changes)
+    shift_by_real, _ = slopes["real"]
+    shift_by_imaginary, _ = slopes["imaginary"]
+    return math.hypot(shift_by_real, shift_by_imaginary)
 
 
 def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
-    """The singular matrix P = z^2 M + z C + K of a root z on the imaginary axis, with its vectors.
+    """Compute the null vectors of P = z^2 M + z C + K at a root z on the imaginary axis.
+
+    Inverse iteration, by turns with P^-1 and P^-H: P is nearly singular, so that its singular
+    vectors of least value dominate. A second pair of vectors shows a double root.
 
     Parameters
     ----------
     scaled : ScaledSystem
         The system.
     value : float
-        Of the free parameter, at which the root crosses the axis.
+        The value of the free parameter at which the root crosses the axis.
     root : complex
-        z, which may be 0.
+        z in rad/s, which may be 0.
 
     Returns
     -------
@@ -333,8 +356,6 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
             return factor.solve(b.conj(), True).conj()
         return factor.solve(b)
 
-    # by turns P^-1 and P^-H, as P is nearly singular, give its singular vectors of least value; a
-    # second pair of vectors tells a double root
     count = min(2, problem.n)
     x: NDArray = np.random.default_rng(1).standard_normal((problem.n, count)) + 0j
     for _ in range(ITERATIONS):
@@ -343,13 +364,13 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     residual = np.abs(np.sum(y.conj() * problem.apply(np.full(count, root), x), axis=0))
     mass_of_x = np.abs(np.sum(x.conj() * (problem.M @ x), axis=0))
     mass_of_y = np.abs(np.sum(y.conj() * (problem.M @ y), axis=0))
-    # y^H P x = 2 z dz y^H M x of a root that lies dz away
+    # a root that lies dz away has y^H P x = 2 z dz y^H M x: here dz is at most NEAR |z|
     crosses_here = residual <= NEAR * 2 * abs(root) ** 2 * np.sqrt(mass_of_x * mass_of_y)
     if root and crosses_here.sum() != 1:
         crosses = "several modes cross" if crosses_here.any() else "no mode crosses"
         where = f"{system.parameter} = {value:.9g}, {abs(root) / (2 * np.pi):.6g} Hz"
         raise ComputationError(f"{crosses} the imaginary axis at {where}: no derivative is known")
-    scale = scaled.scale
+    scale = scaled.scale  # of the rows and columns: back to the coordinates of the system
 
     def solve_unscaled(b: NDArray, adjoint: bool) -> NDArray:
         return scale * solve(scale * b, adjoint)

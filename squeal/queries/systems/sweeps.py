@@ -1,60 +1,60 @@
-"""The selected roots of a system over its parameter, and which of them is which mode."""
+"""The selected roots of a system at values of its parameter, each mode with one number over all."""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
-from squeal.linear import GROWING
 from squeal.linear.continuation import ContinuationOptions, SpectrumAtParameter
 from squeal.linear.paths import Loss, continued
 from squeal.linear.roots import ordered
-from squeal.linear.system import TermSystem
 from squeal.queries.mode_numbers import assign_mode_numbers
 from squeal.queries.systems.all_roots import NO_BAND, is_small
 from squeal.queries.systems.known import data_of, error_bounds
+from squeal.queries.systems.reduced import ComputedRoots, roots_of_reduction
 from squeal.queries.systems.roots import system_roots
-from squeal.queries.systems.verdicts import rounding_of, verdict_of
 from squeal.results.sources import EigenvalueSelection
 from squeal.results.sweep import Step
 from squeal.sparse.crossings import spectrum_with_slopes
-from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS, Roots
 from squeal.sparse.reduction import Reduction
 
 
 class _Common(NamedTuple):
-    """What all values of a sweep share."""
+    """What all values of a sweep share: it is sent once to each process.
+
+    Without a reduction the system itself is solved at each value.
+    """
 
     file: SystemFile
     selection: EigenvalueSelection
     reduction: Reduction | None
 
 
-class _RootsAt(NamedTuple):
-    """Roots at one value of the parameter.
+class TrackedModes(NamedTuple):
+    """A sweep in which each mode has one number at all values.
 
-    values, residuals, rounding (m,): the roots, their backward errors, and how far rounding may
-    move them (1/s); with_vectors: the roots that are followed; verdict, spurious, corrected,
-    certified: as `Step` has them.
+    Attributes
+    ----------
+    steps : tuple of Step
+        The roots at each value with the numbers of their modes, in the order of the values.
+    losses : tuple of Loss
+        Where it is not known which mode is which.
+    reference : Step
+        The step at which modes are numbered by rising frequency: that at the system's own value of
+        the parameter where the sweep holds it, else that at the lowest value.
     """
 
-    values: NDArray[np.complex128]
-    residuals: NDArray[np.float64]
-    rounding: NDArray[np.float64]
-    with_vectors: Roots
-    verdict: str | None
-    spurious: int = 0
-    corrected: NDArray[np.bool_] | None = None
-    certified: bool | None = None
+    steps: tuple[Step, ...]
+    losses: tuple[Loss, ...]
+    reference: Step
 
 
 def track_modes(
@@ -63,8 +63,8 @@ def track_modes(
     values: Sequence[float],
     reduction: Reduction | None,
     workers: int = 1,
-) -> tuple[tuple[Step, ...], tuple[Loss, ...], Step]:
-    """The roots at values of the parameter, each mode with one number over all of them.
+) -> TrackedModes:
+    """Compute the roots at values of the parameter, and number the modes alike at all of them.
 
     Parameters
     ----------
@@ -79,16 +79,10 @@ def track_modes(
     workers : int
         Processes.
 
-    Returns
-    -------
-    steps : tuple of Step
-        The roots at each value, in the order of the values.
-    losses : tuple of Loss
-        Where it is not known which mode is which. To follow the modes as many values between may
-        be computed, but for full solutions.
-    reference : Step
-        The step by whose frequencies modes are numbered: that at the system's own value where the
-        sweep holds it, else that at the lowest value.
+    Raises
+    ------
+    InputError
+        For a large system without a band, a region or a number of modes.
     """
     system = file.system
     parameter = system.parameter
@@ -96,21 +90,22 @@ def track_modes(
     small = is_small(system)
     if not small and reduction is None and selection == EigenvalueSelection():
         raise InputError(NO_BAND)
-    expensive = reduction is None and not small
+    expensive = reduction is None and not small  # each value is a search in the full system
     computed = set(values)
     if min(values) < own_value < max(values) and not expensive:
         computed.add(own_value)
     rising = sorted(computed)
     common = _Common(file, selection, reduction)
-    rows = counted(mapped(_step_and_roots, rising, workers, common), len(rising), PROGRESS.get())
-    known = dict(zip(rising, rows, strict=True))
+    tasks = mapped(_step_and_roots, rising, workers, common)
+    computed_roots = dict(zip(rising, counted(tasks, len(rising), PROGRESS.get()), strict=True))
     tracked = system if reduction is None else reduction.system
 
     @functools.cache
     def spectrum_at(value: float) -> SpectrumAtParameter:
+        """The roots at a value of the sweep, or between two where modes are hard to tell apart."""
         changes = {parameter: value}
-        if value in known:
-            _, roots = known[value]
+        if value in computed_roots:
+            _, roots = computed_roots[value]
         elif system.follows and reduction is not None:
             roots, _, _ = reduction.modes(changes, left=True)
         elif reduction is not None:
@@ -119,26 +114,29 @@ def track_modes(
             roots = _roots_of_full(file, selection, value, is_judged=False).with_vectors
         return spectrum_with_slopes(tracked.frozen(), parameter, value, roots, lifted=True)
 
-    at = cast(Callable[[float], SpectrumAtParameter], spectrum_at)
+    at: Callable[[float], SpectrumAtParameter] = spectrum_at
     all_roots = reduction is None and selection.rectangle is None
-    if all_roots and small and system.real and system.n <= ContinuationOptions.small:
+    if all_roots and small and system.real and system.n <= ContinuationOptions.small_rows:
+        # few rows: the continuation of all roots, which knows where they cross and coalesce
         with suppress(InputError):  # where M is singular
             at = continued(system, rising).at
-    steps = [known[value][0] for value in rising]
-    spare = 0 if expensive else len(rising)
-    numbered, losses, own = assign_mode_numbers(steps, at, own_value, spare)
+    steps = [computed_roots[value][0] for value in rising]
+    values_between = 0 if expensive else len(rising)
+    numbered, losses, reference = assign_mode_numbers(steps, at, own_value, values_between)
     step_at = dict(zip(rising, numbered, strict=True))
-    return tuple(step_at[value] for value in values), losses, own
+    return TrackedModes(tuple(step_at[value] for value in values), losses, reference)
 
 
 def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
-    """The step with the listed roots at a value of the parameter, and the roots with vectors that
-    are followed."""
+    """Compute the step with the listed roots at a value of the parameter.
+
+    Also the roots with vectors, by which modes are tracked. Processes call it for each value.
+    """
     file, selection, reduction = common
     if reduction is None:
         roots = _roots_of_full(file, selection, value)
     else:
-        roots = _roots_of_reduced(file.system, reduction, value)
+        roots = roots_of_reduction(reduction, {file.system.parameter: value}, left=True)
     order = ordered(roots.values)
     if selection.modes is not None:
         upper = order[roots.values[order].imag >= 0.0]
@@ -156,53 +154,32 @@ def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
     return step, roots.with_vectors
 
 
-def _roots_of_reduced(system: TermSystem, reduction: Reduction, value: float) -> _RootsAt:
-    changes = {system.parameter: value}
-    corrected = None
-    if isinstance(reduction, FirstLook):
-        look = reduction.estimate(changes)
-        values = look.values
-        residuals = look.residuals
-        rounding = np.maximum(look.errors, rounding_of(system, values))
-        with_vectors = look.projected
-        spurious = look.spurious
-        corrected = look.corrected
-    else:
-        with_vectors, residuals, spurious = reduction.modes(changes, left=True)
-        values = with_vectors.values
-        rounding = rounding_of(system, values)
-    verdict = verdict_of(values, rounding)
-    return _RootsAt(
-        values=values,
-        residuals=residuals,
-        rounding=rounding,
-        with_vectors=with_vectors,
-        verdict=verdict if verdict in GROWING else None,  # only some roots are known
-        spurious=spurious,
-        corrected=corrected,
-    )
-
-
 def _roots_of_full(
     file: SystemFile, selection: EigenvalueSelection, value: float, is_judged: bool = True
-) -> _RootsAt:
-    """The roots of the system itself, judged as those at a single value are or only computed."""
+) -> ComputedRoots:
+    """The roots of the system itself at a value; with is_judged the referee judges a small one.
+
+    Those with vectors are the ones with Im >= 0 of a real system: conjugates need no tracking.
+    """
     system = file.system.replace({file.system.parameter: value})
     PROGRESS.get()(f"{system.parameter} = {value:g}")
     data = data_of(file, system) if is_judged and is_small(system) else None
-    answer = system_roots(system, selection, bounded=error_bounds(file, system), data=data)
-    followed = [root for root in answer.every if not system.real or root.value.imag >= 0.0]
-    rows = (-1, system.n)
+    solved = system_roots(system, selection, add_errors=error_bounds(file, system), data=data)
+    tracked = []
+    for root in solved.computed:
+        if not system.real or root.value.imag >= 0.0:
+            tracked.append(root)
+    rows = (-1, system.n)  # also where there is no root
     with_vectors = Roots(
-        values=np.array([root.value for root in followed], dtype=complex),
-        right=np.reshape(np.array([root.right for root in followed]), rows).T,
-        left=np.reshape(np.array([root.left for root in followed]), rows).T,
+        values=np.array([root.value for root in tracked], dtype=complex),
+        right=np.reshape(np.array([root.right for root in tracked]), rows).T,
+        left=np.reshape(np.array([root.left for root in tracked]), rows).T,
     )
-    return _RootsAt(
-        values=np.array([root.value for root in answer.every], dtype=complex),
-        residuals=np.array([root.residual for root in answer.every]),
-        rounding=np.array([root.rounding for root in answer.every]),
+    return ComputedRoots(
+        values=np.array([root.value for root in solved.computed], dtype=complex),
+        residuals=np.array([root.residual for root in solved.computed]),
+        rounding=np.array([root.rounding for root in solved.computed]),
         with_vectors=with_vectors,
-        verdict=answer.verdict,
-        certified=answer.certified,
+        verdict=solved.verdict,
+        certified=solved.certified,
     )

@@ -1,4 +1,4 @@
-"""A system as every verb takes it: what is known of its files, and which roots are selected."""
+"""A system as every verb takes it: with its files, and with the selection of its roots."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Band = tuple[float, float]
 
 @dataclass(frozen=True)
 class SystemAnalysis:
-    """A system, what is known of its files, and which of its roots are selected."""
+    """A system with its files, and which of its roots are selected."""
 
     file: SystemFile
     selection: EigenvalueSelection
@@ -45,17 +45,41 @@ class SystemAnalysis:
         memory: float | None = None,
         progress: Progress | None = None,
     ) -> SystemAnalysis:
-        """Raises InputError, and ComputationError for what does not fit into the memory."""
+        """Read a subject and the options of a verb, and check that they go together.
+
+        Parameters
+        ----------
+        subject : System, Assembly or SystemFile
+            The system.
+        band : (float, float), optional
+            Frequencies in Hz. Reduced components have one up to their cutoff if it is left out.
+        region : sequence of 4 float, optional
+            Bounds of Re and Im in rad/s, as `Rectangle` takes them.
+        modes : int, optional
+            Number of the lowest modes.
+        memory : float, optional
+            Bytes that may be used; what is free if left out.
+        progress : callable, optional
+            Receives a line now and then while the answer is computed.
+
+        Raises
+        ------
+        InputError
+            For a subject that is no system, and for a selection that is none.
+        ComputationError
+            For a system that does not fit into the memory.
+        """
         file = file_of(subject)
-        if band is None and region is None and _joined(file):
-            band = (0.0, file.assembly.cutoff)
+        assembly = file.assembly
+        if band is None and region is None and assembly is not None and assembly.reduction:
+            band = (0.0, assembly.cutoff)
         rectangle = None if region is None else Rectangle(*region)
         selection = EigenvalueSelection(band, rectangle, modes)
         if not is_small(file.system):
             _check_memory(file.system, memory)
         selected = selection.rectangle
-        if selected is not None and file.assembly is not None:
-            cutoff = file.assembly.cutoff
+        if selected is not None and assembly is not None:
+            cutoff = assembly.cutoff
             if selected.high_imag > ABOVE_CUTOFF * math.tau * cutoff:
                 Place("band" if band else "region").warn(
                     f"ends above the cutoff of the components, {cutoff:g} Hz; roots above it "
@@ -66,8 +90,11 @@ class SystemAnalysis:
 
     @property
     def joined(self) -> dict[str, Any] | None:
-        """How components were reduced before they were joined, None if they were not."""
-        return _joined(self.file)
+        """How components were reduced before they were joined, as JSON holds it; None if no
+        component was."""
+        if self.file.assembly is None:
+            return None
+        return self.file.assembly.reduction
 
     @property
     def system(self) -> System:
@@ -76,13 +103,13 @@ class SystemAnalysis:
 
     @property
     def depends_on_parameter(self) -> bool:
-        """Whether a matrix depends on the free parameter, or what presses components may."""
+        """Whether a matrix depends on the free parameter; an assembly may by its brake load."""
         return self.system.parameter in self.system.names or self.file.assembly is not None
 
     def warn_of_unused_parameter(self) -> None:
-        """Warn where nothing depends on the varied parameter: every value has the same answer.
+        """Warn if nothing depends on the varied parameter, so that every value has the same answer.
 
-        Raises InputError where it is a friction without a direction of sliding.
+        Raises InputError where it is the friction of a contact without a direction of sliding.
         """
         parameter = self.system.parameter
         if self.file.assembly is not None:
@@ -98,8 +125,24 @@ class SystemAnalysis:
     def reduced(
         self, values: Sequence[float] | None, method: str = "reduced", most: int = SERVED
     ) -> tuple[Reduction, dict[str, Any] | None]:
-        """The system reduced to the selected roots, for these values of its parameter (its own), of
-        which it is good at `most`; and what a JSON object says of that."""
+        """Reduce the system to the selected roots.
+
+        Parameters
+        ----------
+        values : sequence of float or None
+            Values of the free parameter; None is the system's own.
+        method : {"reduced", "modal"}
+            As of `reduced_for`.
+        most : int
+            At so many of the values, evenly spaced, the reduced system is required to be good.
+
+        Returns
+        -------
+        reduction : Reduction
+            The reduced system.
+        basis : dict or None
+            What a JSON object says of it.
+        """
         parameter = self.system.parameter
         if values is None:
             values = [self.system.parameters[parameter]]
@@ -110,14 +153,15 @@ class SystemAnalysis:
 
 
 def _check_memory(system: TermSystem, limit: float | None = None) -> None:
-    """Refuse what does not fit into `limit` bytes (left out: what the machine has free).
+    """Refuse a system that does not fit into `limit` bytes; into what is free if left out.
 
-    One factorisation and one subspace, as measured on three-dimensional solids; a full matrix
-    takes what its entries need. Raises ComputationError.
+    It needs one sparse factorisation and one Krylov subspace. Their sizes were measured on
+    three-dimensional solids; a full matrix takes what its entries need. Raises ComputationError.
     """
     entries = max(int(getattr(term.matrix, "nnz", term.matrix.size)) for term in system.terms)
     factor = min(16.0 * system.n**2, 12.0 * entries * system.n ** (1 / 3))
-    needed = factor + 16 * 2 * 180 * system.n
+    subspace = 16 * 2 * 180 * system.n  # complex vectors
+    needed = factor + subspace
     free = _free_memory() if limit is None else limit
     if needed > free:
         raise ComputationError(
@@ -136,7 +180,9 @@ def _free_memory() -> float:
 
 
 def file_of(subject: object) -> SystemFile:
-    """A system, an assembly or a file as a file. Raises InputError for other subjects.
+    """A system, an assembly or a system file as the last of these.
+
+    Raises InputError for other subjects.
 
     Examples
     --------
@@ -152,7 +198,3 @@ def file_of(subject: object) -> SystemFile:
         return SystemFile(subject.system, assembly=subject)
     allowed = "it must be a System, an Assembly or what read_system gives"
     raise InputError(f"{type(subject).__name__} is not allowed; {allowed}")
-
-
-def _joined(file: SystemFile) -> dict[str, Any] | None:
-    return None if file.assembly is None else file.assembly.reduction

@@ -1,4 +1,9 @@
-"""Thresholds of a system in its parameter: all of a small one, those of a band of a large one."""
+"""Thresholds of a system over its parameter: all of a small one, those of a band of a large one.
+
+Small systems: all roots are followed by continuation. Large ones: the roots of a reduced system are
+followed, and their crossings of the imaginary axis located on the full one by Newton's method.
+Either way the located events are compared with what grows at values between them.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +51,7 @@ from squeal.sparse.reduction import Reduction
 STEPS = 13  # values at which a reduced system has to be good
 COUNTED_ROWS = 20_000  # larger systems are not counted again between their thresholds
 SAME = 1e-9  # of the range: events no further apart are one cluster
-BESIDE = 1e-6  # of the range: so close to an event the verdicts of both its sides are right
+MARGIN = 1e-6  # of the range: closer to an event the verdicts of both its sides count as right
 
 Roots = Callable[[Changes], ComplexArray]
 """The selected roots (m,) of a system with some parameters changed."""
@@ -63,11 +68,13 @@ class _Located:
     certified : bool or None
         Whether counts of growing roots agree with the list; None where nothing was counted.
     doubts : sequence of str
-        Why it is not certified, but for `unconfirmed`.
-    unconfirmed, left_out : sequence of str
-        What the full system did not confirm, and what leaves the band while it grows.
-    every : sequence of Crossing or None
-        All crossings, also those outside of the band; None if they were not looked for.
+        Why it is not certified, apart from `unconfirmed`.
+    unconfirmed : sequence of str
+        Events of the reduced system, and growth, that the full system did not confirm.
+    left_out : sequence of str
+        Roots that leave the band while they grow, in sentences.
+    all_crossings : sequence of Crossing or None
+        All crossings, also those outside of the band; None if they were not searched.
     reduction : Reduction or None
         The reduced system that served.
     """
@@ -78,35 +85,34 @@ class _Located:
     doubts: Sequence[str] = ()
     unconfirmed: Sequence[str] = ()
     left_out: Sequence[str] = ()
-    every: Sequence[Crossing] | None = None
+    all_crossings: Sequence[Crossing] | None = None
     reduction: Reduction | None = None
 
 
 class SystemThresholds(NamedTuple):
-    """The answer about a system, and all crossings of it, also those outside of the band or region;
-    None if they were not looked for."""
+    """The answer about a system, and all its crossings, also those outside of the band or region;
+    None if they were not searched."""
 
     answer: Thresholds
-    every: Sequence[Crossing] | None
+    all_crossings: Sequence[Crossing] | None
 
 
 def system_thresholds(
     system: TermSystem,
     high: float,
     low: float | None = None,
-    wanted: EigenvalueSelection | None = None,
+    selection: EigenvalueSelection | None = None,
     workers: int = 1,
     served: Reduction | None = None,
-    looked_at: Sequence[float] = (),
+    step_ends: Sequence[float] = (),
 ) -> SystemThresholds:
-    """Every threshold of a system over its free parameter p.
+    """Locate every threshold of a system over its free parameter p.
 
-    Of a small system, and of a band of up to 40 rows, all roots are followed. Of a large one, of a
-    band of more rows, and where M is singular, they are searched on a reduced system and located on
-    the full one. Growing roots are then counted on the full system, at one value between each two
-    neighbouring crossings. `certified` says whether these counts agree, and whether the roots at
-    all computed values do. That does not prove that no interval of instability lies between these
-    values.
+    All roots are followed of a small system, and of a band of up to 40 rows with a regular M. Other
+    thresholds are searched on a reduced system and located on the full one. Growing roots are then
+    counted on the full system, at one value between each two neighbouring crossings. `certified`
+    says whether these counts agree, and whether the roots at all computed values do. That does not
+    prove that no interval of instability lies between these values.
 
     Parameters
     ----------
@@ -114,13 +120,14 @@ def system_thresholds(
         The system.
     high, low : float
         The range of p. Without `low` it begins at 0, or at high / 1000 where a factor divides by p.
-    wanted : EigenvalueSelection, optional
+    selection : EigenvalueSelection, optional
         The band or region whose roots are judged; all roots if left out.
     workers : int
         Processes that count roots.
     served : Reduction, optional
-        The reduced system of a large one, where it is known already; nothing is counted then.
-    looked_at : sequence of float
+        A reduced system that was made for several systems, of which this is one; nothing is counted
+        then.
+    step_ends : sequence of float
         Values of p at which steps of the search end.
 
     Returns
@@ -134,7 +141,7 @@ def system_thresholds(
     InputError
         For an empty range, and for a large system or complex matrices without a band or region.
     """
-    selection = wanted or EigenvalueSelection()
+    selection = selection or EigenvalueSelection()
     if not system.real and selection.rectangle is None:
         raise InputError(NO_BAND)
     if low is None:
@@ -143,23 +150,12 @@ def system_thresholds(
         raise InputError(f"high: {high:g} is not allowed; it must exceed {low:g}")
     roots: Roots = partial(roots_of_all, system, selection)
     if _all_roots_are_followed(system, selection, low):
-        located = _located_among_all(system, selection, low, high, looked_at, roots)
+        located = _located_among_all(system, selection, low, high, step_ends, roots)
     else:
-        values = _values_of_reduction(low, high, looked_at)
-        changes = [{system.parameter: value} for value in values]
-        reduction = served
-        if served is None and system.n <= COUNTED_ROWS:
-            reduction = first_look_for_thresholds(system, selection, changes)
-        is_first_look = reduction is not None and served is None
-        reduction = reduction or reduced_for(system, selection, changes)
-        was_served = served is not None
-        located = _located_on_reduction(system, selection, reduction, values, workers, was_served)
-        if is_first_look and not located.certified:  # a larger basis may show what it lacks
-            reduction = reduced_for(system, selection, changes)
-            located = _located_on_reduction(
-                system, selection, reduction, values, workers, was_served
-            )
-        roots = reduction.values
+        values = _values_of_reduction(low, high, step_ends)
+        located = _located_in_band(system, selection, values, workers, served)
+        assert located.reduction is not None
+        roots = located.reduction.values
     located = _without_vague_certificate(located, system.parameter, high - low)
     at_start = roots({system.parameter: low})
     basis = basis_of(located.reduction, selection)
@@ -188,12 +184,12 @@ def system_thresholds(
         },
         source=SystemSource(SystemFile(system), selection, located.reduction),
     )
-    return SystemThresholds(answer, located.every)
+    return SystemThresholds(answer, located.all_crossings)
 
 
 def _start_of_range(system: TermSystem, high: float) -> float:
-    """Where a range begins that has no lower end: at 0, or above where the matrices have no value
-    or no derivative there."""
+    """The lower end of a range that has none: 0, or high / 1000 where the matrices have no value or
+    no derivative at 0."""
     try:
         system.derivative(system.parameter, {system.parameter: 0.0})
         system.frozen()(0.0)
@@ -208,17 +204,20 @@ def _all_roots_are_followed(system: TermSystem, selection: EigenvalueSelection, 
         return False
     if selection.rectangle is None:
         return True
-    # to follow all roots costs more than those of a band, and M has to be inverted
-    if system.n > ContinuationOptions.small:
-        return False
+    if system.n > ContinuationOptions.small_rows:
+        return False  # to follow all roots would cost more than to follow those of the band
     M, _, _ = system(low)
-    return bool(ILL * np.linalg.cond(unit_diagonal(dense(M))) < 1.0)
+    is_regular = ILL * np.linalg.cond(unit_diagonal(dense(M))) < 1.0
+    return bool(is_regular)  # the continuation inverts M
 
 
-def _values_of_reduction(low: float, high: float, looked_at: Sequence[float]) -> list[float]:
-    """Rising values of p at which a reduced system has to be good, both ends among them."""
-    values = [low, *looked_at, high]
-    for k in range(1, STEPS - 1):  # uneven, as thresholds often lie at round numbers
+def _values_of_reduction(low: float, high: float, step_ends: Sequence[float]) -> list[float]:
+    """Rising values of p at which a reduced system has to be good, both ends among them.
+
+    They are spaced unevenly: thresholds often lie at round numbers, where a verdict is not decided.
+    """
+    values = [low, *step_ends, high]
+    for k in range(1, STEPS - 1):
         share = (k + 0.0371 * (1 + k % 3)) / (STEPS - 1)
         values.append(low + share * (high - low))
     return sorted(values)
@@ -229,36 +228,45 @@ def _located_among_all(
     selection: EigenvalueSelection,
     low: float,
     high: float,
-    looked_at: Sequence[float],
+    step_ends: Sequence[float],
     roots: Roots,
 ) -> _Located:
-    """The thresholds of a small system, found by following all its roots; of a band those of its
-    crossings whose frequency lies in it."""
-    every = thresholds(system, high, looked_at, low)
-    doubts = [words for part in every.searched for words in part.doubts or ()]
+    """Locate the thresholds of a small system by following all its roots.
+
+    Of a band or region they are the crossings whose frequency lies in it. step_ends: values of the
+    parameter at which steps of the search end; roots: the selected roots at a value.
+    """
+    of_all_roots = thresholds(system, high, step_ends, low)
+    doubts: list[str] = []
+    for part in of_all_roots.searched:
+        doubts += part.doubts or ()
     region = selection.rectangle
+    located = _Located(
+        points=of_all_roots.points,
+        crossings=of_all_roots.crossings,
+        certified=of_all_roots.certified,
+        doubts=doubts,
+        all_crossings=of_all_roots.crossings,
+    )
     if region is None:
-        return _Located(
-            every.points, every.crossings, every.certified, doubts, every=every.crossings
-        )
-    events = _events_inside(every.searched, region)
-    values = [low, *sorted(looked_at), high]
+        return located
+    events = _events_inside(of_all_roots.searched, region)
+    values = [low, *sorted(step_ends), high]
     continuation = BandContinuation(system, low, high, roots)
     comparison = _compare(continuation, events, values, selection.words())
-    points, crossings = points_and_crossings(comparison.found)
-    return _Located(
+    points, crossings = points_and_crossings(comparison.result)
+    return replace(
+        located,
         points=points,
         crossings=crossings,
-        certified=bool(every.certified) and not comparison.unexplained,
-        doubts=doubts,
+        certified=bool(of_all_roots.certified) and not comparison.unexplained,
         unconfirmed=comparison.unexplained,
         left_out=comparison.left_out,
-        every=every.crossings,
     )
 
 
 def _events_inside(searched: Iterable[SearchResult], region: Rectangle) -> list[Event]:
-    """The events of searches whose frequency lies in a region."""
+    """The events of searches whose frequency lies in a region, by rising parameter."""
     inside = []
     for part in searched:
         for event in itertools.chain(*part.clusters):
@@ -267,18 +275,57 @@ def _events_inside(searched: Iterable[SearchResult], region: Rectangle) -> list[
     return inside
 
 
+def _located_in_band(
+    system: TermSystem,
+    selection: EigenvalueSelection,
+    values: Sequence[float],
+    workers: int,
+    served: Reduction | None,
+) -> _Located:
+    """Locate the thresholds of a band on the cheapest reduced system that serves.
+
+    That is the one that is given as `served`, else a projection onto real modes if counts on the
+    full system certify its list, else one onto full solutions. values: of the parameter, rising, at
+    which the reduced system has to be good.
+    """
+    if served is not None:
+        return _located_on_reduction(system, selection, served, values, workers, was_served=True)
+    changes = [{system.parameter: value} for value in values]
+    if system.n <= COUNTED_ROWS:
+        first_look = first_look_for_thresholds(system, selection, changes)
+        if first_look is not None:
+            located = _located_on_reduction(system, selection, first_look, values, workers)
+            if located.certified:
+                return located
+    reduction = reduced_for(system, selection, changes)
+    return _located_on_reduction(system, selection, reduction, values, workers)
+
+
 def _located_on_reduction(
     system: TermSystem,
     selection: EigenvalueSelection,
     reduction: Reduction,
     values: Sequence[float],
     workers: int,
-    was_served: bool,
+    was_served: bool = False,
 ) -> _Located:
-    """The thresholds of a band, searched on a reduced system and located on the full one.
+    """Search the thresholds of a band on a reduced system, and locate them on the full one.
 
-    values: of p, rising, at which the reduction is good; was_served: whether it was made for
-    several systems, of which this is one. Nothing is counted then.
+    Parameters
+    ----------
+    system : TermSystem
+        The full system.
+    selection : EigenvalueSelection
+        The band or region.
+    reduction : Reduction
+        The reduced system.
+    values : sequence of float
+        Rising values of the parameter at which the reduced system is good.
+    workers : int
+        Processes that count growing roots of the full system.
+    was_served : bool
+        Whether the reduced system was made for several systems, of which this is one. It is not
+        changed then, and nothing is counted.
     """
     name = system.parameter
     unconfirmed: list[str] = []
@@ -286,6 +333,8 @@ def _located_on_reduction(
     zero_roots: list[CrossingGuess] = []
     region = reduction.region
     if system.real and not was_served and region.low_imag < 0.0:
+        # static losses of stability: the region holds roots that pass through zero, where K is
+        # singular; their vectors are added to the basis
         zero_roots, unclear = singular_stiffness(reduction.scaled, values)
         for guess in zero_roots:
             reduction.extend(np.column_stack([guess.right, guess.left]))
@@ -295,25 +344,26 @@ def _located_on_reduction(
         events = coalescences(reduction, name, values)
     elif not system.real or problem_class_of(matrices_of(reduction.system, values)) == "damped":
         events, unconfirmed = crossings_along(reduction, name, values, zero_roots)
-    else:  # coalescences of the reduced system, which are not located on the full one
+    else:  # undamped: coalescences of the reduced system, which are not located on the full one
         searched = search(reduction.system, values[0], values[-1])
         on_reduced = _events_inside([searched], region)
         events = [replace(event, residual=reduction.worst) for event in on_reduced]
     continuation = BandContinuation(system, values[0], values[-1], reduction.values)
     comparison = _compare(continuation, events, values, selection.words())
     if isinstance(reduction, FirstLook):
-        # only for `points_and_crossings`, which reads the roots at thresholds; the comparison above
-        # must not count them: where a root crosses its sign decides nothing
+        # `points_and_crossings` reads the roots at thresholds, which the small basis estimates
+        # cheaply. The comparison above had to be made before, without them: where a root crosses
+        # its sign decides nothing
         for event in events:
             continuation.set_roots(event.value, reduction.basis_values({name: event.value}))
-    points, crossings = points_and_crossings(comparison.found)
+    points, crossings = points_and_crossings(comparison.result)
     unconfirmed = [*unconfirmed, *comparison.unexplained, *unclear]
     certified = None
     doubts: list[str] = []
     depends_on_frequency = bool(system.follows)
     if not was_served and system.n <= COUNTED_ROWS and not depends_on_frequency:
         if not unconfirmed:
-            doubts = _disagreeing_counts(reduction, continuation, comparison.middles, workers)
+            doubts = _disagreeing_counts(reduction, continuation, comparison.midpoints, workers)
         certified = not unconfirmed and not doubts
     return _Located(
         points=points,
@@ -332,11 +382,11 @@ def _disagreeing_counts(
     values: Sequence[float],
     workers: int,
 ) -> list[str]:
-    """A sentence for each value at which not as many roots of the full system grow as of the
+    """A sentence for each value at which the full system does not have as many growing roots as the
     reduced one."""
     tasks = [(value, continuation.at(value).unstable_count.roots) for value in values]
     agreements = counted(
-        mapped(_counted, tasks, workers, reduction), len(tasks), PROGRESS.get(), "counts"
+        mapped(_count_agrees, tasks, workers, reduction), len(tasks), PROGRESS.get(), "counts"
     )
     doubts = []
     for value, agrees in zip(values, agreements, strict=True):
@@ -347,7 +397,10 @@ def _disagreeing_counts(
 
 
 def _without_vague_certificate(located: _Located, parameter: str, extent: float) -> _Located:
-    """What was located, not certified if the interval of a crossing may hold more than one."""
+    """Withdraw the certificate if the interval of a crossing is so wide that it may hold several.
+
+    extent: of the range of the parameter.
+    """
     vague = vague_interval((crossing.interval for crossing in located.crossings), extent)
     if not located.certified or vague is None:
         return located
@@ -357,12 +410,14 @@ def _without_vague_certificate(located: _Located, parameter: str, extent: float)
 
 
 def _number_outside(located: _Located) -> int | None:
-    """Of crossings outside of the band; None if they were not looked for."""
-    return None if located.every is None else len(located.every) - len(located.crossings)
+    """How many crossings lie outside of the band; None if they were not searched."""
+    if located.all_crossings is None:
+        return None
+    return len(located.all_crossings) - len(located.crossings)
 
 
 def _notes(system: TermSystem, selection: EigenvalueSelection, located: _Located) -> list[str]:
-    """What is said below the list."""
+    """The lines below the list of thresholds."""
     notes = [f"not confirmed on the full system: {words}" for words in located.unconfirmed]
     notes += located.left_out
     if system.follows:
@@ -382,7 +437,7 @@ def _notes(system: TermSystem, selection: EigenvalueSelection, located: _Located
     return notes
 
 
-def _counted(reduction: Reduction, task: tuple[float, int]) -> bool:
+def _count_agrees(reduction: Reduction, task: tuple[float, int]) -> bool:
     """True if as many roots of the full system in the region grow as are expected.
 
     task: the value of the parameter and the expected number, where a pair counts as two.
@@ -397,14 +452,17 @@ def _counted(reduction: Reduction, task: tuple[float, int]) -> bool:
         full = modes_in(problem, reduction.region)
     except ComputationError:
         return False
-    roots = sum(2 if mode.kind == "flutter" else 1 for mode in growing(full.eigenvalues))
-    return full.certified and roots == expected
+    growing_roots = 0
+    for mode in growing(full.eigenvalues):
+        growing_roots += 2 if mode.kind == "flutter" else 1
+    return full.certified and growing_roots == expected
 
 
 class BandContinuation(Continuation):
-    """The roots of a band over the parameter, as a function gives them, without vectors.
+    """A continuation that knows the roots of a band at each value, and nothing between values.
 
-    Only what grows is known of them: no slopes, no coupling.
+    A function gives the roots, without vectors, derivatives or couplings: it serves to compare what
+    grows at some values with events that were located by other means.
     """
 
     def __init__(self, system: TermSystem, low: float, high: float, roots: Roots) -> None:
@@ -424,7 +482,7 @@ class BandContinuation(Continuation):
         return self._states[p]
 
     def set_roots(self, p: float, selected: ComplexArray) -> None:
-        """Take these for the roots of the band at p."""
+        """Set the roots (m,) of the band at p, of which those with Im < 0 are ignored."""
         upper = selected[selected.imag >= 0.0]
         roots = np.concatenate([upper, selected[selected.imag > 0.0].conj()])
         m = len(roots)
@@ -441,14 +499,14 @@ class BandContinuation(Continuation):
 
 @dataclass(frozen=True, eq=False)
 class _Comparison:
-    """Located events beside what grows at computed values.
+    """Located events compared with what grows at computed values.
 
     Attributes
     ----------
-    found : SearchResult
-        The events by rising value, in clusters, and what grows between these.
-    middles : list of float
-        A value between each two neighbouring clusters, and beside the first and last one.
+    result : SearchResult
+        The events by rising value, in clusters of coincident ones, and what grows between these.
+    midpoints : list of float
+        The middle of each interval between two clusters, or between one and an end of the range.
     unexplained : list of str
         A sentence for each value at which more roots grow than follows from the events.
     left_out : list of str
@@ -456,8 +514,8 @@ class _Comparison:
         growing root has left the band.
     """
 
-    found: SearchResult
-    middles: list[float]
+    result: SearchResult
+    midpoints: list[float]
     unexplained: list[str]
     left_out: list[str]
 
@@ -466,6 +524,10 @@ def _compare(
     continuation: BandContinuation, events: Sequence[Event], values: Sequence[float], band: str
 ) -> _Comparison:
     """Compare what grows at computed values with what follows from the located events.
+
+    The clusters of events cut the range into intervals, on each of which as many roots must grow as
+    at its start plus what the events bring. More growth than that is unexplained; less is taken for
+    a growing root that leaves the band.
 
     Parameters
     ----------
@@ -480,36 +542,34 @@ def _compare(
     """
     low = continuation.low
     high = continuation.high
-    margin = BESIDE * (high - low)
+    margin = MARGIN * (high - low)
     clusters = cluster_events(events, SAME * (high - low))
     end = high
     if clusters and high - clusters[-1][-1].value <= margin:
-        end = high + 2 * margin  # what follows an event at the end of the range is seen beyond it
+        end = high + 2 * margin  # what an event at the end of the range brings is seen beyond it
     edges = [low, *(cluster[0].value for cluster in clusters), end]
     intervals = list(itertools.pairwise(edges))
-    middles = [(start + stop) / 2 for start, stop in intervals]
+    midpoints = [(start + stop) / 2 for start, stop in intervals]
     computed = []
     for value in values:
         if all(abs(value - event.value) > margin for event in events):
             computed.append(value)
-    # of each interval the value at which the count follows from the events, if there is one
-    typical = []
-    expected = continuation.at(middles[0]).unstable_count.roots
+    # of each interval the value at which as many roots grow as follows from the events, if any
+    typical = list(midpoints)
+    expected = continuation.at(midpoints[0]).unstable_count.roots
     for k, (start, stop) in enumerate(intervals):
-        if k > 0:
+        if k > 0:  # the events at the start of the interval
             for event in clusters[k - 1]:
                 roots_crossing = 2 if event.omega else 1
                 expected += event.direction * roots_crossing
-        candidates = [middles[k], *computed, start + margin, stop - margin]
-        typical.append(middles[k])
-        for value in candidates:
+        for value in (midpoints[k], *computed, start + margin, stop - margin):
             if start < value < stop and continuation.at(value).unstable_count.roots == expected:
                 typical[k] = value
                 break
     counts = [continuation.at(value).unstable_count for value in typical]
     unexplained = []
     left_out: dict[int, str] = {}  # by the number of the interval
-    for value in sorted({*computed, *middles}):
+    for value in sorted({*computed, *midpoints}):
         k = sum(cluster[0].value < value for cluster in clusters)
         count = continuation.at(value).unstable_count
         if count.verdict == counts[k].verdict:
@@ -525,5 +585,5 @@ def _compare(
                 f"what grows at {grows_at} leaves {band} or ceases to grow by {here}; where is not "
                 "listed"
             )
-    found = SearchResult(tuple(map(tuple, clusters)), tuple(counts), continuation)
-    return _Comparison(found, middles, unexplained, list(left_out.values()))
+    result = SearchResult(tuple(map(tuple, clusters)), tuple(counts), continuation)
+    return _Comparison(result, midpoints, unexplained, list(left_out.values()))

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue
+from squeal.linear.matrices import Array
+from squeal.linear.roots import ComplexArray
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import ACCEPTED, assumed_rounding, decide
 from squeal.results.columns import OPEN
@@ -16,23 +17,37 @@ from squeal.results.columns import OPEN
 NO_ROOT = "no root"  # the verdict on a band or region without one
 
 
-def verdict_of(roots: NDArray[np.complex128], rounding: NDArray[np.float64]) -> str:
-    """Verdict on roots that rounding may move so far."""
+def verdict_of(roots: ComplexArray, rounding: Array) -> str:
+    """Verdict on roots (m,) that rounding (m,) may move so far, 1/s; `NO_ROOT` on none."""
     return decide(roots, rounding).verdict if rounding.size else NO_ROOT
 
 
-def rounding_of(system: TermSystem, roots: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """How far rounding may move roots of a system that were computed without vectors."""
+def verdict_of_some(roots: ComplexArray, rounding: Array) -> str | None:
+    """Verdict on some roots (m,) of a system, of which only growth is one; None if none grows."""
+    verdict = verdict_of(roots, rounding)
+    return verdict if verdict in GROWING else None
+
+
+def rounding_of(system: TermSystem, roots: ComplexArray) -> Array:
+    """How far (m,) rounding may move roots (m,) of a system, 1/s, as is assumed without vectors."""
     return assumed_rounding(roots, undamped=system.real and not system.C)
 
 
 def judge_roots(
     roots: Sequence[Eigenvalue], complete: bool = True, conservative: bool = False
 ) -> tuple[str | None, str]:
-    """Verdict on roots and what decided it; unless they are `complete` only growth is proven.
+    """Decide the verdict on roots; returns it, None where it is open, and what decided it in words.
 
-    It is open where rounding leaves a root on either side of the axis. A conservative system has
-    roots on it, and others in fours, so that what rounding leaves there is marginal.
+    Parameters
+    ----------
+    roots : sequence of Eigenvalue
+        The roots with their rounding. A root with a backward error above 1e-6 decides nothing.
+    complete : bool
+        Whether these are all roots. Of some roots only growth is a verdict.
+    conservative : bool
+        Whether the system is undamped or gyroscopic. Its roots lie on the imaginary axis, or in
+        fours about it, so that one that rounding leaves near the axis lies on it. Of other systems
+        a root on either side of the axis within rounding leaves the verdict open.
     """
     solved = [root for root in roots if root.residual <= ACCEPTED and root.rounding < np.inf]
     if not solved:
@@ -43,7 +58,7 @@ def judge_roots(
     if not complete or len(solved) < len(roots):
         rate = f"largest Re lambda = {judgement.value:.6g}"
         return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
-    # sweeps and comparisons of designs need this: of their roots the referee is not asked
+    # the referee would decide these too, but it does not judge sweeps and comparisons of designs
     undecided = [root for root in solved if 0.0 < abs(root.value.real) <= root.rounding]
     if not undecided or conservative:
         return judgement.verdict, str(judgement)

@@ -1,13 +1,23 @@
-"""NumPy archives: one matrix of SciPy's save_npz, or the arrays of savez by their names."""
+"""Files of NumPy: one array of save, one matrix of SciPy's save_npz, or the arrays of savez by
+their names."""
 
 from pathlib import Path
 from zipfile import ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import load_npz
+from scipy.sparse import csc_array, load_npz
 
 from squeal.io.formats.matrix_file import MatrixFile, check_full_size
+
+
+def read_npy(path: Path) -> MatrixFile:
+    """The matrix of a file of one array. Raises InputError, ValueError."""
+    array = np.load(path, mmap_mode="r", allow_pickle=False)
+    check_full_size(path, [array.shape])
+    if array.ndim != 2:
+        raise ValueError(f"an array of {array.ndim} dimensions; a matrix has two")
+    return MatrixFile(csc_array(np.asarray(array)))
 
 
 def read_npz(path: Path) -> MatrixFile | dict[str, NDArray]:
