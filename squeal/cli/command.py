@@ -100,7 +100,7 @@ class Source:
             key.kind.read(value, at)
         dotted = ".".join(keys)
         for earlier in self.changes:
-            # `initial` would undo an earlier `initial.x`
+            # setting `initial` would undo an earlier `initial.x`
             if earlier == dotted or earlier.startswith(f"{dotted}."):
                 raise at.refuse(f"{earlier} is set already; a value is set by one --set only")
         self.changes[dotted] = value
@@ -119,9 +119,10 @@ class Source:
         mapping.pop(keys[-1], None)
 
     def _put(self, group: Group, keys: Sequence[str], value: object) -> None:
-        """Set the value to which keys lead, with the mappings on the way that the file leaves out.
+        """Set the value under nested keys of the document, whose mappings are made if missing.
 
-        Where the file has no mapping on the way nothing is set: its reader refuses it.
+        Where something else stands in place of a mapping nothing is set: the reader of the file
+        refuses that.
         """
         mapping: Any = self.document
         kind: Any = group
@@ -162,7 +163,7 @@ class Source:
         return subject
 
     def _check_parameters(self, names: Collection[str]) -> None:
-        """Refuse to set a parameter that is none of the names of those in the matrices."""
+        """Refuse to set a parameter on which no matrix depends; names: those that occur in them."""
         for key, value in self.changes.items():
             name = key.removeprefix("parameters.")
             if name != key and name not in names:
@@ -171,7 +172,7 @@ class Source:
 
 
 def _keys_of(document: dict[str, Any]) -> Group:
-    """The keys that --set may name; those of a system's parameters are its own."""
+    """The keys that --set may name: of a scene, or of a system with its own parameters."""
     if not is_system(document):
         return SCENE
     from squeal.io.system_keys import SYSTEM
@@ -182,10 +183,10 @@ def _keys_of(document: dict[str, Any]) -> Group:
     names += [document.get("parameter", "mu"), *FREQUENCY]
     if "components" in document:
         from squeal.io.components import ASSEMBLY  # which no other system needs
-        from squeal.sparse.assembly import OWN
+        from squeal.sparse.assembly import ASSEMBLY_DEFAULTS
 
         group = ASSEMBLY
-        names += OWN  # which every assembly has, whatever its file names
+        names += ASSEMBLY_DEFAULTS  # which every assembly has, whatever its file names
     numbers = {str(name): Key("a parameter", ANY) for name in names}
     keys = {"parameters": Key("named numbers", Group(numbers))}  # listed first
     for name, key in group.keys.items():
@@ -213,15 +214,16 @@ class Reply:
     def of(*answers: Answer, warnings_in_reply: bool = False, more: str = "") -> Reply:
         """One reply of several answers, whose objects and texts follow each other.
 
-        warnings_in_reply: what is to be said of the equilibria of a scene is printed with the
-        answer, and not as warnings of the program; more: what else stands in the text.
+        warnings_in_reply: whether the warnings of the answers are handed on in the reply, as those
+        on the equilibria of a scene are, or are given at once; more: what else stands in the text.
         """
 
         def data() -> dict[str, Any]:
             joined: dict[str, Any] = {}
             for answer in answers:
                 for key, value in answer.to_dict().items():
-                    if value is not None or key not in joined:  # another answer may know it
+                    # a value that one answer does not know (None) another one may know
+                    if value is not None or key not in joined:
                         joined[key] = value
             return joined
 

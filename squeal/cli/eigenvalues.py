@@ -65,19 +65,20 @@ def run(given: argparse.Namespace) -> Reply:
     sweep = None
     estimate = None  # the roots of a first look, where nothing asks for those of the full system
     if given.values:
-        at_value = subject
-        if given.at is not None:
+        swept = subject
+        if given.at is not None:  # modes are numbered at the own value of the parameter
             system = subject.system
-            at_value = replace(subject, system=system.replace({system.parameter: given.at}))
+            swept = replace(subject, system=system.replace({system.parameter: given.at}))
         sweep = squeal.sweep(
-            at_value, given.values, method=given.method, workers=given.workers, **selection
+            swept, given.values, method=given.method, workers=given.workers, **selection
         )
         if sweep.is_first_look and not _needs_full_roots(given):
             estimate = sweep
     spectrum = squeal.eigenvalues(subject, given.at, look=estimate, prove=given.prove, **selection)
     pairs = squeal.compare(spectrum, given.test) if given.test else None
     if sweep:
-        sweep = sweep.named(pairs.names if pairs else {})
+        if pairs:
+            sweep = sweep.named(pairs.names)
         spectrum = spectrum.with_onsets(sweep)
     answers: list[Answer | None] = [spectrum, pairs, sweep]
     if given.sensitivity or given.change:

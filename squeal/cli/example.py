@@ -10,7 +10,7 @@ from pathlib import Path
 
 from squeal.cli.command import Parser, Reply
 from squeal.examples.files import ABOUT, EXAMPLES, FORMS, Size, write_example
-from squeal.io.writing import aligned
+from squeal.io.writing import aligned_text
 
 
 def options(parser: Parser) -> None:
@@ -29,9 +29,9 @@ def run(given: argparse.Namespace) -> Reply:
     """List the examples, or write one."""
     if given.name is None:
         lines = [(name, example.about) for name, example in EXAMPLES.items()]
-        return Reply(lambda: {"names": list(EXAMPLES)}, lambda: aligned(lines, right=False))
+        return Reply(lambda: {"names": list(EXAMPLES)}, lambda: aligned_text(lines, right=False))
     files = write_example(given.name, given.to, Size(given.rows, given.format))
     first = EXAMPLES[given.name].first
     answer = {"name": given.name, "files": files, "first": first}
-    listed = aligned([(file, ABOUT.get(file, "")) for file in files], right=False)
+    listed = aligned_text([(file, ABOUT.get(file, "")) for file in files], right=False)
     return Reply(lambda: answer, lambda: f"{listed}\n\nbegin with: {first}")

@@ -17,7 +17,7 @@ from squeal.cli.options import refuse, take
 from squeal.cli.streams import steps
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
-from squeal.io.writing import aligned
+from squeal.io.writing import aligned_text
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.systems.matrices import write_assembly, write_system
 from squeal.queries.systems.system_analysis import SystemAnalysis
@@ -73,7 +73,7 @@ def run(given: argparse.Namespace) -> Reply:
     if exported.note:
         text += f"\n{exported.note}"
     cells = [(file["file"], file["part"], file["factor"]) for file in files]
-    text += f"\n{aligned(cells, right=False)}"
+    text += f"\n{aligned_text(cells, right=False)}"
     answer = {"folder": str(folder), "rows": system.n, "files": files, "basis": exported.basis}
     return Reply(lambda: answer, lambda: text)
 

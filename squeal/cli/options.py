@@ -222,7 +222,7 @@ def take(parser: Grouped, *keys: str, **defaults: Any) -> None:
     """Give a parser some of `OPTIONS`, by their keys."""
     for key in keys:
         option = OPTIONS[key]
-        is_choice = isinstance(option.read, tuple)
+        reading = "choices" if isinstance(option.read, tuple) else "read"
         add_option(
             parser.groups[SYSTEMS if option.of_systems else ""],
             option.names,
@@ -230,7 +230,7 @@ def take(parser: Grouped, *keys: str, **defaults: Any) -> None:
             metavar=option.metavar,
             help=option.help,
             default=defaults.get(key),
-            **{"choices" if is_choice else "read": option.read},
+            **{reading: option.read},
         )
 
 
@@ -285,7 +285,7 @@ def write_files(
 
 def check_outputs(given: argparse.Namespace, inputs: Iterable[object]) -> None:
     """Refuse outputs that could not be written or would destroy something. Raises InputError."""
-    taken: dict[Path, str] = {}
+    taken: dict[Path, str] = {}  # what each file is already
     for input_path in inputs:
         if isinstance(input_path, Path):
             taken[Path(os.path.realpath(input_path))] = "an input"
@@ -296,21 +296,21 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[object]) -> None:
         at = Place(as_typed(given, name))
         if heads and path.suffix not in heads:
             raise at.refuse(f"the name must end in {' or '.join(heads)}")
-        place = Path(os.path.realpath(path))  # of a link, also one to no file yet, where it leads
-        if place.is_symlink() or (place.exists() and not place.is_file()):
+        target = Path(os.path.realpath(path))  # of a link, also one to no file yet, where it leads
+        if target.is_symlink() or (target.exists() and not target.is_file()):
             raise at.refuse("is no plain file; the name of a file is allowed")
-        if not os.access(place.parent, os.W_OK):
-            raise at.refuse(f"the folder {place.parent} does not exist or cannot be written to")
-        if place in taken:
-            raise at.refuse(f"is {taken[place]} too; another name is allowed")
-        if place.is_file():
-            _check_replaced(place, path.suffix, heads, at)
-        taken[place] = "another output"
+        if not os.access(target.parent, os.W_OK):
+            raise at.refuse(f"the folder {target.parent} does not exist or cannot be written to")
+        if target in taken:
+            raise at.refuse(f"is {taken[target]} too; another name is allowed")
+        if target.is_file():
+            _check_replaced(target, path.suffix, heads, at)
+        taken[target] = "another output"
 
 
-def _check_replaced(place: Path, suffix: str, heads: Heads, at: Place) -> None:
-    """Refuse to replace a file that begins like none of the format that its name says."""
-    with place.open("rb") as stream:
+def _check_replaced(target: Path, suffix: str, heads: Heads, at: Place) -> None:
+    """Refuse to replace a file that does not begin as the format does that its name says."""
+    with target.open("rb") as stream:
         head = stream.read(1024)
     if head and not re.match(heads.get(suffix, b""), head):
         raise at.refuse(f"exists and is no {suffix[1:].upper()} file; another name is allowed")

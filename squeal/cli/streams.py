@@ -50,9 +50,11 @@ def exit_code(name: str, work: Callable[[], int]) -> int:
 
 
 def open_closed() -> None:
-    """Let what is said on a closed stream go nowhere; by itself it would go to the other one.
+    """Replace standard streams that are closed (None), so that nothing else takes their place.
 
-    What is said on standard output is refused as by a full disc: somebody meant to read it.
+    Without that, a file opened later would have their descriptor, and output would go into it. What
+    is said on standard error goes nowhere. Standard output cannot be written to, as on a full disc,
+    so that the command fails: somebody meant to read it.
     """
     if sys.stdin is None:
         sys.stdin = os.fdopen(os.open(os.devnull, os.O_RDONLY), "r")
@@ -79,8 +81,11 @@ def _silence(stream: TextIO) -> None:
 
 
 def steps() -> Callable[[str], None]:
-    """What says the steps of long work on standard error: where that is no terminal but a pipe or
-    a file, only a step that comes `SILENCE` after the last one that was said."""
+    """A function that says a step of long work on standard error.
+
+    A terminal shows every step; a pipe or a file holds a step only if the last one was said more
+    than `SILENCE` before.
+    """
     said = time.monotonic()
 
     def tell(text: str) -> None:
@@ -93,8 +98,10 @@ def steps() -> Callable[[str], None]:
 
 
 def counter(what: str) -> Callable[[int, int], None]:
-    """What shows (done, count) on standard error until all is done: on a line of a terminal, else
-    as `steps` does."""
+    """A function that shows (done, count) on standard error until all is done.
+
+    A terminal shows it on one line, which it replaces; elsewhere it is said as `steps` does.
+    """
     begun = time.monotonic()
     tell = steps()
 

@@ -2,8 +2,9 @@
 long as mu rises. A single pad is n = 1, so that queries, maps and curves follow the same branches.
 
 Within a contact state a branch is smooth: a step goes along the tangent, Newton's method corrects
-it in the plane across, and it is halved where it turns too far. It ends at the first event on its
-way, which is located to rounding: a change of contact, a fold, or the end of the range.
+it in the plane across the tangent, and the step is halved where the branch turns too far. The step
+ends at the first event on it, which is located to rounding: a change of contact, a fold, or the end
+of the range.
 """
 
 from __future__ import annotations
@@ -48,8 +49,8 @@ class BranchEnd(IntEnum):
 class BranchOptions:
     """Tolerances of the continuation in natural units, where the load displaces by about one.
 
-    The defaults follow the branches of random pads without loss; smaller steps cost time, larger
-    ones risk a jump to another branch. A step is halved where mu may turn back twice on it.
+    With the defaults no branch of random pads is lost; smaller steps cost time, larger ones risk a
+    jump to another branch. A step is halved where mu may turn back twice on it.
     """
 
     first_step: float = 0.25  # a quarter of the displacement under the load
@@ -57,8 +58,8 @@ class BranchOptions:
     shortest_step: float = 1e-10  # the branch is lost where even this fails
     cosine: float = 0.95  # least, between the tangents of a step: it turns by 18 degrees at most
     correction: float = 0.2  # largest, as a share of the step: farther off lies another branch
-    ratio: float = 8.0  # largest, of the rates of mu at both ends of a step
-    slower: float = 0.5  # least, of the rate within a step to those at its ends
+    ratio: float = 8.0  # largest, of the slopes of mu at both ends of a step
+    slower: float = 0.5  # least, of the slope of mu within a step to those at its ends
     closest: float = 1e-3  # two folds that close to one another may be passed over
     most_steps: int = 4000
     farthest: float = 100.0  # free lengths of both springs: the equilibrium has run away
@@ -75,23 +76,22 @@ class BranchOptions:
 class Branches:
     """Nodes of the branches of n pads, those of one pad after each other from mu = 0 on.
 
-    statics: of the pads; scale (4, n): what makes lengths and tangents of a pad; side (n,): see
-    `Statics.side`, which it keeps as long as mu rises; end (n,): how each branch ends,
-    the last node being where, see `BranchEnd`. Of each node: owner (m,): its pad; z (4, m) =
-    (x, y, w theta, mu) in its units; arrives, leaves (4, m): unit tangents of scale z before and
-    behind it; touching (points, m): the contact state behind it; kind (m,): see `NodeKind`.
+    A node is an equilibrium z = (x, y, w theta, mu) in natural units at which a step ended. Lengths
+    and tangents along a branch are those of scale * z.
     """
 
-    statics: Statics
-    scale: np.ndarray
-    side: np.ndarray
-    end: np.ndarray
-    owner: np.ndarray
-    z: np.ndarray
-    arrives: np.ndarray
-    leaves: np.ndarray
-    touching: np.ndarray
-    kind: np.ndarray
+    statics: Statics  # of the pads
+    # of each pad
+    scale: np.ndarray  # (4, n)
+    determinant_sign: np.ndarray  # (n,), see `Statics`: the same on the whole branch
+    end: np.ndarray  # (n,), `BranchEnd`: how the branch ends, at its last node
+    # of each node
+    owner: np.ndarray  # (m,), number of its pad
+    z: np.ndarray  # (4, m)
+    arrives: np.ndarray  # (4, m), unit tangent before the node
+    leaves: np.ndarray  # (4, m), unit tangent behind it, which differs at a change of contact
+    touching: np.ndarray  # (points, m), bools: the contact state behind it
+    kind: np.ndarray  # (m,), `NodeKind`
 
     @cached_property
     def last(self) -> np.ndarray:
@@ -123,11 +123,11 @@ class Branches:
             corrected, good = self._between(
                 node[between], pad[between], mu[between], touching_there
             )
-            missed = np.flatnonzero(~good)
-            if missed.size:  # a component runs far ahead of the others
-                far = between[missed]
-                corrected[:, missed], good[missed] = self._followed(
-                    node[far], pad[far], mu[far], touching_there[:, missed]
+            failed = np.flatnonzero(~good)
+            if failed.size:  # the curve between the nodes is no good guess there
+                again = between[failed]
+                corrected[:, failed], good[failed] = self._continued_to(
+                    node[again], pad[again], mu[again], touching_there[:, failed]
                 )
             z[:, between] = corrected
             exists[between] = good
@@ -136,33 +136,35 @@ class Branches:
     def _between(
         self, node: np.ndarray, pad: np.ndarray, mu: np.ndarray, touching: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Equilibria (4, k) of pads at mu (k,) behind nodes, by Newton's method from the curve to
-        the next nodes; true (k,) where it leads to this branch."""
+        """Equilibria (4, k) of pads at mu (k,) between nodes and the next ones, by Newton's method
+        from the cubic that joins them; true (k,) where it leads to this branch."""
         following = node + 1
         start = self.z[:, node]
         end = self.z[:, following]
         curve = _cubic(
             start, end, self.leaves[:, node], self.arrives[:, following], self.scale[:, pad]
         )
-        # as if mu rose evenly, to a fold as a parabola does to its top
+        # the share of the curve at which mu is reached if it rises evenly; up to a fold, if it
+        # rises as a parabola to its top
         even = (mu - start[3]) / (end[3] - start[3])
         to_top = 1.0 - np.sqrt(1.0 - even)
         share = np.where(self.kind[following] == NodeKind.FOLD, to_top, even)
         guess = polyval(share, curve, tensor=False)
         guess[3] = mu
-        root, side = self.statics.pick(pad).settle(guess, 1.0 * touching, 12)
-        # across a fold the sign differs; other branches lie farther off
+        root, determinant_sign = self.statics.pick(pad).settle(guess, 1.0 * touching, 12)
+        # beyond a fold the sign is another one; other branches lie farther off
         near = np.abs(root - guess).max(axis=0) <= np.abs(end - start).max(axis=0)
-        good = (side == self.side[pad]) & near
+        good = (determinant_sign == self.determinant_sign[pad]) & near
         # within rounding of a fold the balance is singular, and the cubic as good as it gets
         at_fold = (self.end[pad] == BranchEnd.FOLD) & (end[3] - mu <= 1e-8 * end[3])
         return np.where(good, root, guess), good | at_fold
 
-    def _followed(
+    def _continued_to(
         self, node: np.ndarray, pad: np.ndarray, mu: np.ndarray, touching: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Equilibria (4, k) of pads at mu (k,), by following their branches again from nodes;
-        true (k,) where the branch reaches mu in the contact state `touching`."""
+        """Equilibria (4, k) of pads at mu (k,), by continuing their branches from nodes anew with
+        mu as the end of the range; true (k,) where mu is reached in the contact state `touching`
+        (points, k)."""
         start = Equilibria(self.z[:, node], touching, np.ones(node.size, dtype=bool))
         branch = follow(self.statics.pick(pad), start, mu)
         same_contact = (branch.touching[:, branch.last] == touching).all(axis=0)
@@ -184,73 +186,83 @@ def follow(
         Where to stop, at least 0.
     """
     options = options or BranchOptions()
-    front, side = _begin(statics, start, mu_max, options)
-    scale = front.scale
+    first = _first_front(statics, start, mu_max, options)
     end = np.where(mu_max > start.z[3], BranchEnd.GOING, BranchEnd.REACHED)
     end = np.where(start.exists, end, BranchEnd.NO_EQUILIBRIUM)
     end[(end == BranchEnd.GOING) & statics.unresolved(start.z)] = BranchEnd.LOST
-    begin = front.pick(start.exists)
+    existing = first.pick(start.exists)
     first_nodes = _Nodes(
-        owner=begin.owner,
-        z=begin.z,
-        arrives=begin.ahead,
-        leaves=begin.ahead,
-        touching=begin.state,
-        kind=np.full(begin.owner.size, NodeKind.POINT),
+        owner=existing.owner,
+        z=existing.z,
+        arrives=existing.ahead,
+        leaves=existing.ahead,
+        touching=existing.touching,
+        kind=np.full(existing.owner.size, NodeKind.POINT),
     )
-    nodes = [first_nodes]
-    front = front.pick(end == BranchEnd.GOING)
+    nodes_by_step = [first_nodes]
+    front = first.pick(end == BranchEnd.GOING)
     for _ in range(options.most_steps):
         if not front.owner.size:
             break
-        front, taken, step_end = front.moved(options)
+        front, nodes, step_end = front.advanced(options)
         end[front.owner] = step_end
-        nodes.append(taken)
+        nodes_by_step.append(nodes)
         going = step_end == BranchEnd.GOING
         if not going.all():
             front = front.pick(going)
-    end[front.owner] = BranchEnd.LOST
-    every = _Nodes(*(np.concatenate(arrays, axis=-1) for arrays in zip(*nodes, strict=True)))
-    by_pad = np.argsort(every.owner, kind="stable")
-    every = every.some(by_pad)
-    return Branches(statics=statics, scale=scale, side=side, end=end, **every._asdict())
+    end[front.owner] = BranchEnd.LOST  # after the most steps
+    arrays = [np.concatenate(parts, axis=-1) for parts in zip(*nodes_by_step, strict=True)]
+    nodes = _Nodes(*arrays)
+    by_pad = np.argsort(nodes.owner, kind="stable")
+    nodes = nodes.some(by_pad)
+    return Branches(
+        statics=statics,
+        scale=first.scale,
+        determinant_sign=first.determinant_sign,
+        end=end,
+        **nodes._asdict(),
+    )
 
 
-def _begin(
+def _first_front(
     statics: Statics, start: Equilibria, mu_max: np.ndarray, options: BranchOptions
-) -> tuple[_Front, np.ndarray]:
-    """The branches of n pads where they begin, and `Statics.side` (n,) there; see `follow`."""
+) -> _Front:
+    """The front of n branches at their starts without friction, directed along dz/dmu there.
+
+    Arguments as of `follow`. Lengths are in units of the displacement under the load; the scale of
+    mu is chosen so that a change of mu counts as the displacement that it causes at the start.
+    """
     z = start.z
     n = len(start.exists)
-    state = np.array(start.touching, dtype=bool)
+    touching = np.array(start.touching, dtype=bool)
     scale = np.ones((4, n))
     scale[:3] /= natural_units(statics.model, (0.0,) * 6).length
-    of_mu = np.tile(np.eye(4)[:, 3:], n)
+    mu_rows = np.tile(np.eye(4)[:, 3:], n)  # rows (4, n) that pick mu: tangents with dmu = 1
     with np.errstate(all="ignore"):
-        slope, side = statics.tangents(z, 1.0 * state, of_mu)
-    # dz/dmu: without friction no branch turns back
+        slope, determinant_sign = statics.tangents(z, 1.0 * touching, mu_rows)
+    # mu rises along dz/dmu: without friction no branch turns back
     ahead = slope * scale
-    moves = np.sqrt((ahead[:3] ** 2).sum(axis=0))
-    # mu counts as what it displaces at the start
-    scale[3] = np.where(np.isfinite(moves), np.maximum(moves, 1e-3), 1.0)
+    displacement = np.sqrt((ahead[:3] ** 2).sum(axis=0))
+    scale[3] = np.where(np.isfinite(displacement), np.maximum(displacement, 1e-3), 1.0)
     ahead[3] = scale[3]
-    front = _Front(
+    return _Front(
         statics=statics,
         owner=np.arange(n),
         z=z,
-        state=state,
+        touching=touching,
         ahead=_unit(ahead),
         step=np.full(n, options.first_step),
         scale=scale,
         mu_max=mu_max,
+        determinant_sign=determinant_sign,
     )
-    return front, side
 
 
 def _cubic(
     a: np.ndarray, b: np.ndarray, start: np.ndarray, end: np.ndarray, scale: np.ndarray
 ) -> np.ndarray:
-    """Coefficients (4, 4, k) of a curve from places a to b (4, k) with unit tangents start, end."""
+    """Coefficients (4, 4, k), by power of the share 0 to 1, of the Hermite cubics from places a to
+    b (4, k) with unit tangents `start`, `end` (4, k) of scale * z."""
     chord = b - a
     length = np.sqrt(((chord * scale) ** 2).sum(axis=0)) / scale
     at_start = length * start
@@ -259,13 +271,13 @@ def _cubic(
 
 
 def _unit(v: np.ndarray) -> np.ndarray:
-    """Vectors (4, k) of length 1; where there is none zero."""
+    """Vectors (4, k) divided by their lengths; zero where one has no length or is not a number."""
     with np.errstate(all="ignore"):
         return np.nan_to_num(v / np.sqrt((v * v).sum(axis=0)))
 
 
 class _Nodes(NamedTuple):
-    """Nodes of branches, see `Branches`."""
+    """Nodes (m,) of branches; see `Branches` for each array."""
 
     owner: np.ndarray
     z: np.ndarray
@@ -279,83 +291,89 @@ class _Nodes(NamedTuple):
         return _Nodes(*(of_some(array, which) for array in self))
 
 
-class _Located(NamedTuple):
-    """Events (k,) located on steps: place z (4, k), unit tangent of scale z there, derivative of
-    the event function by z (4, k), whether it was located (k,), and which event it is (k,)."""
-
-    z: np.ndarray
-    tangent: np.ndarray
-    slope: np.ndarray
-    good: np.ndarray
-    event: np.ndarray
-
-
 class _Corrected(NamedTuple):
-    """Places z (4, k) on branches, unit tangents of scale z there (4, k), the derivative (4, k) of
-    the condition that chose the place, and whether (k,) it was found."""
+    """Places on k branches to which Newton's method has led, on the balance and on one condition
+    more: a plane across the step, or an event function."""
 
-    z: np.ndarray
-    tangent: np.ndarray
-    slope: np.ndarray
-    good: np.ndarray
+    z: np.ndarray  # (4, k)
+    tangent: np.ndarray  # (4, k), unit tangent of scale * z there
+    slope: np.ndarray  # (4, k), derivative of the condition by z
+    good: np.ndarray  # (k,), bools: whether the place may be used
+
+
+class _BehindChanges(NamedTuple):
+    """How k branches go on behind the changes of contact at the ends of their steps."""
+
+    ahead: np.ndarray  # (4, k), unit tangents
+    touching: np.ndarray  # (points, k), contact states
+    separated: np.ndarray  # (k,), bools: no point touches any more
+
+
+class _Advance(NamedTuple):
+    """What one step of k branches brings."""
+
+    front: _Front  # the ends of all k branches after the step
+    nodes: _Nodes  # of the steps that were taken, at most k
+    end: np.ndarray  # (k,), `BranchEnd`: how each branch ends there, or `GOING`
 
 
 NO_EVENT = -1
 
 
 class _Front(NamedTuple):
-    """Present ends of k branches; vectors and lengths are those of `scale` z.
+    """Present ends of k branches. Vectors and lengths along branches are those of scale * z.
 
-    statics: of their pads; owner (k,): the pads' numbers; z (4, k): places; state (points, k):
-    which contact points touch; ahead (4, k): unit vectors along the branches; step (k,): length of
-    the next step; scale (4, k): see `Branches`; mu_max (k,): ends of the range.
-
-    Events are what changes sign where a step has to end, by number: the gap of each contact point,
-    the tilt past 90 degrees, mu past the end of the range, and last a fold.
+    A step ends at the first event on it, where an event function changes sign. Events have numbers:
+    the gap of each contact point, the tilt past 90 degrees, mu past the end of the range, and last
+    a fold.
     """
 
-    statics: Statics
-    owner: np.ndarray
-    z: np.ndarray
-    state: np.ndarray
-    ahead: np.ndarray
-    step: np.ndarray
-    scale: np.ndarray
-    mu_max: np.ndarray
+    statics: Statics  # of the pads of these branches
+    owner: np.ndarray  # (k,), numbers of the pads
+    z: np.ndarray  # (4, k)
+    touching: np.ndarray  # (points, k), bools: the contact state
+    ahead: np.ndarray  # (4, k), unit tangents
+    step: np.ndarray  # (k,), length of the next step
+    scale: np.ndarray  # (4, k)
+    mu_max: np.ndarray  # (k,), ends of the range
+    determinant_sign: np.ndarray  # (k,), see `Statics`
 
     @property
     def tilted(self) -> int:
         """Number of the event that the pad turns past 90 degrees; contact changes come before."""
-        return len(self.state)
+        return len(self.touching)
 
     @property
     def range_end(self) -> int:
         """Number of the event that mu reaches the end of the range."""
-        return len(self.state) + 1
+        return len(self.touching) + 1
 
     @property
     def fold(self) -> int:
         """Number of the event that mu turns back."""
-        return len(self.state) + 2
+        return len(self.touching) + 2
 
     def pick(self, i: np.ndarray) -> _Front:
         """Some of the branches, by numbers or bools."""
         return _Front(self.statics.pick(i), *(of_some(array, i) for array in self[1:]))
 
     def corrected(self, start: np.ndarray, surface: np.ndarray | None) -> _Corrected:
-        """Places from start (4, k) on the balance and on surfaces, see `Statics.surface_step`, or
-        on folds where there are no surfaces."""
-        on = 1.0 * self.state
+        """Equilibria near start (4, k) that satisfy one condition more, by Newton's method.
+
+        The conditions are surfaces (points + 5, k), see `Statics.surface_step`; None are folds.
+        """
+        on = 1.0 * self.touching
         rows = self.ahead * self.scale
 
         def step_from(z: np.ndarray, i: np.ndarray) -> Step:
             if surface is None:
                 return self.statics.pick(i).fold_step(z, of_some(on, i))
-            if i.size == self.owner.size:
+            if i.size == self.owner.size:  # all branches: nothing has to be copied
                 return self.statics.surface_step(z, on, surface)
             return self.statics.for_steps(i).surface_step(z, of_some(on, i), of_some(surface, i))
 
-        z, derivatives, good = newton(step_from, start, 1.0 / self.scale[0])
+        natural_length = 1.0 / self.scale[0]
+        z, derivatives, good = newton(step_from, start, natural_length)
         with np.errstate(all="ignore"):
             if surface is None:
                 along = null_vectors(derivatives[:3], rows)
@@ -363,11 +381,13 @@ class _Front(NamedTuple):
                 along = self.statics.null_vectors(derivatives, rows)
             return _Corrected(z, _unit(along * self.scale), derivatives[-1], good)
 
-    def past(self, curve: np.ndarray, fold: bool) -> Callable[[np.ndarray], np.ndarray]:
-        """Which events, the fold or all others, lie behind a share of curves, as a function of it;
-        see `Statics.events_behind_on`."""
+    def events_passed(self, curve: np.ndarray, fold: bool) -> Callable[[np.ndarray], np.ndarray]:
+        """A function of the share of curves (4, 4, k): which events have been passed there.
+
+        The fold alone, or all other events. Shares and answers as of `Statics.events_behind_on`.
+        """
         if not fold:
-            return self.statics.events_behind_on(curve, 1.0 * self.state, self.mu_max)
+            return self.statics.events_behind_on(curve, 1.0 * self.touching, self.mu_max)
 
         def turned_back(share: np.ndarray) -> np.ndarray:
             mu = curve[:, 3] if share.ndim == 1 else curve[:, 3, None]
@@ -383,47 +403,62 @@ class _Front(NamedTuple):
         high: np.ndarray,
         fold: bool,
         options: BranchOptions,
-    ) -> _Located:
-        """A fold, or the first of the other events, between the shares low and high (k,) of steps
-        along curves to new places (4, k)."""
+    ) -> tuple[_Corrected, np.ndarray]:
+        """The fold, or the first of the other events, on each of k steps, and its number (k,).
+
+        Halving shows which event is first and where; Newton's method locates it to rounding.
+
+        Parameters
+        ----------
+        new : array (4, k)
+            Ends of the steps.
+        curve : array (4, 4, k)
+            From the present places to these ends, see `_cubic`.
+        low, high : array (k,)
+            Shares of the curves between which an event lies.
+        fold : bool
+            Whether folds are located, or the other events.
+        """
         branches = np.arange(self.owner.size)
-        past = self.past(curve, fold)
+        passed = self.events_passed(curve, fold)
         before = low
         behind = high
         for _ in range(options.halvings):
             middle = (before + behind) / 2
-            is_past = past(middle).any(axis=0)
-            before = np.where(is_past, before, middle)
-            behind = np.where(is_past, middle, behind)
-        event = np.argmax(past(behind), axis=0)
+            is_behind = passed(middle).any(axis=0)
+            before = np.where(is_behind, before, middle)
+            behind = np.where(is_behind, middle, behind)
+        event = np.argmax(passed(behind), axis=0)
         guess = polyval(behind, curve, tensor=False)
         surface = None if fold else self._event_surface(event, guess)
         z, tangent, slope, good = self.corrected(guess, surface)
         if fold:
             event = np.full(event.size, self.fold)
         else:
-            others = self.statics.events_behind(z, 1.0 * self.state, self.mu_max)
-            others[event, branches] = False
-            rate = (slope * tangent / self.scale).sum(axis=0)  # of the event function
+            others = self.statics.events_behind(z, 1.0 * self.touching, self.mu_max)
+            others[event, branches] = False  # another one behind: this was not the first event
+            rate = (slope * tangent / self.scale).sum(axis=0)  # of the event function, along it
             is_gap = event < self.tilted
             good &= ~others.any(axis=0) & ((rate > 0.0) | ~is_gap)
             z[3] = np.where(event == self.range_end, self.mu_max, z[3])
-        return _Located(z, tangent, slope, good & self._on_the_way(z, new, options), event)
+        good &= self._lies_on_step(z, new, options)
+        return _Corrected(z, tangent, slope, good), event
 
     def _event_surface(self, event: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Conditions (points + 5, k) under which the events (k,) lie, linear in the gaps and in z.
+        """The conditions (points + 5, k) that hold at events, linear in the gaps and in z.
 
-        See `Statics.surface_step`: weights of the gaps, those of z = (x, y, w theta, mu), and what
-        the sum is to be. event: none a fold; z (4, k): near the event, for the sense of the tilt.
+        Rows as in `Statics.surface_step`: weights of the gaps, weights of z = (x, y, w theta, mu),
+        and the value of the sum. event (k,): numbers, none a fold; z (4, k): near the event, for
+        the sense of the tilt.
         """
         pad = self.statics.model.pad
         surface = self.no_surface()
         weights = surface[: self.tilted]
         normal = surface[self.tilted : -1]
         offset = surface[-1]
-        # as functions of events rise at them: the gap of a point that touches, or minus it
+        # event functions rise through zero: the gap of a point that touches, minus that of another
         is_gap_of = event == np.arange(self.tilted)[:, None]
-        weights[:] = is_gap_of * np.where(self.state, 1.0, -1.0)
+        weights[:] = is_gap_of * np.where(self.touching, 1.0, -1.0)
         is_tilt = event == self.tilted
         sense = np.sign(self.statics.tilt(z))  # theta0 + theta is to be 90 degrees of this sense
         normal[2, is_tilt] = (sense / pad.w)[is_tilt]
@@ -434,38 +469,39 @@ class _Front(NamedTuple):
         return surface
 
     def no_surface(self) -> np.ndarray:
-        """Conditions (points + 5, k) that are yet to be written, see `Statics.surface_step`."""
+        """Zeros (points + 5, k) for conditions, see `Statics.surface_step`."""
         return np.zeros((self.tilted + 5, self.owner.size))
 
-    def _on_the_way(self, z: np.ndarray, new: np.ndarray, options: BranchOptions) -> np.ndarray:
-        """Whether (k,) places z (4, k) lie between the present places and new ones, to a millionth
-        of the step, and not far aside."""
-        way = (z - self.z) * self.scale / self.step
-        whole_way = (new - self.z) * self.scale / self.step
-        forwards = (self.ahead * way).sum(axis=0)
-        step_forwards = (self.ahead * whole_way).sum(axis=0)
-        distance = np.sqrt((way**2).sum(axis=0))
+    def _lies_on_step(self, z: np.ndarray, new: np.ndarray, options: BranchOptions) -> np.ndarray:
+        """Whether (k,) places z (4, k) lie between the present places and the ends `new` (4, k) of
+        steps, to a millionth of the step, and not far aside."""
+        vector = (z - self.z) * self.scale / self.step
+        step_vector = (new - self.z) * self.scale / self.step
+        forwards = (self.ahead * vector).sum(axis=0)
+        step_forwards = (self.ahead * step_vector).sum(axis=0)
+        distance = np.sqrt((vector**2).sum(axis=0))
         between = (forwards >= -1e-6) & (forwards <= step_forwards + 1e-6)
         return between & (distance <= forwards / options.cosine + 1e-6)
 
     def turns_at_most_once(
         self, z: np.ndarray, tangent: np.ndarray, options: BranchOptions
     ) -> np.ndarray:
-        """False for steps to places z with given tangents on which mu may turn back twice."""
-        rate = polyder(_cubic(self.z, z, self.ahead, tangent, self.scale)[:, 3])
-        at_start = rate[0]
-        at_end = rate.sum(axis=0)
+        """False (k,) for steps to z (4, k), with tangents (4, k) there, on which mu may turn back
+        twice: its slope by the share of the cubic changes too much."""
+        slope = polyder(_cubic(self.z, z, self.ahead, tangent, self.scale)[:, 3])
+        at_start = slope[0]
+        at_end = slope.sum(axis=0)
         slow, fast = np.sort([at_start, at_end], axis=0)
         with np.errstate(all="ignore"):
-            extremum = np.clip(np.nan_to_num(-rate[1] / (2 * rate[2])), 0.0, 1.0)
-            within = polyval(extremum, rate, tensor=False)
+            extremum = np.clip(np.nan_to_num(-slope[1] / (2 * slope[2])), 0.0, 1.0)
+            within = polyval(extremum, slope, tensor=False)
         even = (fast <= options.ratio * slow) & (within >= options.slower * slow)
         return (slow <= 0.0) | (self.step < options.closest) | even
 
     def _stepped(self, options: BranchOptions) -> _Corrected:
-        """Places a step ahead; `good` is where the step may be taken.
+        """Places a step ahead, corrected in the plane across `ahead` (pseudo-arclength).
 
-        In z * scale, where `ahead` has unit length, a place is corrected in the plane across it.
+        `good` is where the step may be taken: the correction is short, and the branch turns little.
         """
         normal = self.ahead * self.scale
         guess = self.z + self.step * self.ahead / self.scale
@@ -483,9 +519,10 @@ class _Front(NamedTuple):
     def _up_to_event(
         self, step: _Corrected, options: BranchOptions
     ) -> tuple[_Corrected, np.ndarray]:
-        """Steps that end at the first event on each, and its number (k,), `NO_EVENT` without one.
+        """The steps, each cut off at the first event on it, and the events' numbers (k,).
 
-        Where there is an event that cannot be located, the step may not be taken.
+        The number is `NO_EVENT` without one. A step with an event that cannot be located may not be
+        taken.
         """
         z = np.where(step.good, step.z, self.z)
         tangent = step.tangent.copy()
@@ -493,52 +530,62 @@ class _Front(NamedTuple):
         good = step.good.copy()
         event = np.full(good.size, NO_EVENT)
         shares = np.linspace(0.0, 1.0, options.checks + 1)
-        for fold in (True, False):  # other events lie on the way to the fold
+        # first cut off at a fold, then at the other events on the way to it
+        for fold in (True, False):
             curve = _cubic(self.z, z, self.ahead, tangent, self.scale)
-            past = np.any(self.past(curve, fold)(shares[1:, None]), axis=0)
-            i = np.flatnonzero(good & past.any(axis=0))
+            passed = self.events_passed(curve, fold)(shares[1:, None])  # (events, checks, k)
+            is_behind = np.any(passed, axis=0)  # (checks, k)
+            i = np.flatnonzero(good & is_behind.any(axis=0))
             if not i.size:
                 continue
-            first = np.argmax(of_some(past, i), axis=0)  # of the places that lie behind an event
+            first = np.argmax(of_some(is_behind, i), axis=0)
             low = shares[first]
             high = shares[first + 1]
             some = self if i.size == good.size else self.pick(i)
-            found = some.located(of_some(z, i), of_some(curve, i), low, high, fold, options)
-            z[:, i] = found.z
-            tangent[:, i] = found.tangent
-            slope[:, i] = found.slope
-            good[i] = found.good
-            event[i] = found.event
+            located, event[i] = some.located(
+                of_some(z, i), of_some(curve, i), low, high, fold, options
+            )
+            z[:, i] = located.z
+            tangent[:, i] = located.tangent
+            slope[:, i] = located.slope
+            good[i] = located.good
         return _Corrected(z, tangent, slope, good), event
 
-    def moved(self, options: BranchOptions) -> tuple[_Front, _Nodes, np.ndarray]:
-        """The ends after one more step, up to the first event on it, or half as far ahead where it
-        is refused; the nodes of steps that were taken; how (k,) branches end there if they do."""
-        taken, event = self._up_to_event(self._stepped(options), options)
-        good = taken.good
-        z = np.where(good, taken.z, self.z)
+    def advanced(self, options: BranchOptions) -> _Advance:
+        """One more step of each branch, up to the first event on it.
+
+        A step that may not be taken leaves its branch where it is, with half the step ahead.
+        """
+        step, event = self._up_to_event(self._stepped(options), options)
+        good = step.good
+        z = np.where(good, step.z, self.z)
         is_change = (event != NO_EVENT) & (event < self.tilted)
         kind = np.full(event.size, NodeKind.POINT)
         kind[event == self.fold] = NodeKind.FOLD
         kind[is_change] = NodeKind.CONTACT_CHANGE
-        ahead, state, separated = self._behind_changes(
+        ahead, touching, separated = self._behind_changes(
             changed=np.flatnonzero(good & is_change),
             event=event,
             z=z,
-            tangent=np.where(good, taken.tangent, self.ahead),
-            slope=taken.slope,
+            tangent=np.where(good, step.tangent, self.ahead),
+            slope=step.slope,
         )
-        step_end = self._ends(z, ahead, event, separated, options)
-        step_end = np.where(good, step_end, BranchEnd.GOING)
+        end = self._ends(z, ahead, event, separated, options)
+        end = np.where(good, end, BranchEnd.GOING)
         farthest = np.max(np.abs(z * self.scale), axis=0)
         longer = np.minimum(2.0 * self.step, options.longest_step * (1.0 + 0.1 * farthest))
-        step = np.where(good, longer, self.step / 2)
-        step_end[step < options.shortest_step] = BranchEnd.LOST
+        next_step = np.where(good, longer, self.step / 2)
+        end[next_step < options.shortest_step] = BranchEnd.LOST
         nodes = _Nodes(
-            owner=self.owner, z=z, arrives=taken.tangent, leaves=ahead, touching=state, kind=kind
+            owner=self.owner,
+            z=z,
+            arrives=step.tangent,
+            leaves=ahead,
+            touching=touching,
+            kind=kind,
         )
-        front = self._replace(z=z, state=state, ahead=ahead, step=step)
-        return front, nodes.some(good), step_end
+        front = self._replace(z=z, touching=touching, ahead=ahead, step=next_step)
+        return _Advance(front, nodes.some(good), end)
 
     def _behind_changes(
         self,
@@ -547,26 +594,33 @@ class _Front(NamedTuple):
         z: np.ndarray,
         tangent: np.ndarray,
         slope: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Tangents (4, k), contact states (points, k) and where (k,) the pad has separated, behind
-        the changes of contact on some branches, numbers `changed` (j,).
+    ) -> _BehindChanges:
+        """How the branches go on behind their steps, some of which ended at a change of contact.
 
-        A pad that has separated keeps its tangent and state. event (k,), z, tangent, slope (4, k):
-        the event that each step ended at, if any, the place, and there the tangent and the
-        derivative of the event function.
+        The tangent of the new contact state is the one along which the event function goes on
+        rising. A pad that has separated keeps the tangent and the state before.
+
+        Parameters
+        ----------
+        changed : array (j,)
+            Numbers of the branches with a change of contact.
+        event : array (k,)
+            Number of the event at the end of each step, if any.
+        z, tangent, slope : array (4, k)
+            Ends of the steps, unit tangents there, and derivatives of the event functions by z.
         """
-        state = self.state.copy()
-        state[event[changed], changed] ^= True
-        separated = np.asarray(np.all(~state, axis=0))
+        touching = self.touching.copy()
+        touching[event[changed], changed] ^= True
+        separated = np.asarray(np.all(~touching, axis=0))
         ahead = tangent.copy()
         if changed.size:
-            on = 1.0 * of_some(state, changed)
+            on = 1.0 * of_some(touching, changed)
             statics = self.statics.pick(changed)
-            turned, _ = statics.tangents(of_some(z, changed), on, of_some(slope, changed))
-            turned = _unit(turned * of_some(self.scale, changed))
-            ahead[:, changed] = np.where(separated[changed], ahead[:, changed], turned)
-        state[:, separated] = self.state[:, separated]
-        return ahead, state, separated
+            new_tangent, _ = statics.tangents(of_some(z, changed), on, of_some(slope, changed))
+            new_tangent = _unit(new_tangent * of_some(self.scale, changed))
+            ahead[:, changed] = np.where(separated[changed], ahead[:, changed], new_tangent)
+        touching[:, separated] = self.touching[:, separated]
+        return _BehindChanges(ahead, touching, separated)
 
     def _ends(
         self,
@@ -576,7 +630,11 @@ class _Front(NamedTuple):
         separated: np.ndarray,
         options: BranchOptions,
     ) -> np.ndarray:
-        """How (k,) branches end at places z, the first reason that holds, else `GOING`."""
+        """How (k,) branches end at places z (4, k), by the first reason that holds, else `GOING`.
+
+        ahead (4, k): tangents; event (k,): at the ends of the steps; separated (k,): see
+        `_BehindChanges`.
+        """
         pad = self.statics.model.pad
         far = np.max(np.abs(z[:2]), axis=0) > options.farthest * (pad.L1 + pad.L2)
         reasons = {

@@ -37,11 +37,12 @@ def _symbols(name: str, count: int) -> list[Number]:
 
 
 def _size(x: Number) -> Number:
+    """|x|."""
     return hy.select(hy.lt(x, 0.0), -x, x)
 
 
 def _determinant(rows: list[list[Number]]) -> Number:
-    """By Laplace's expansion, whose common parts heyoka computes once."""
+    """Of a square matrix, by Laplace's expansion, whose common parts heyoka computes once."""
     if not rows:
         return hy.expression(1.0)
     total = hy.expression(0.0)
@@ -53,12 +54,12 @@ def _determinant(rows: list[list[Number]]) -> Number:
 
 @lru_cache
 def _surface_step(law: ContactLaw) -> hy.cfunc_dbl:
-    """Of z, the contact and a surface: see `Statics.surface_step`.
+    """A function of z, the contact state and a surface, see `Statics.surface_step`.
 
-    The step (4); the minors (4) of the balance's derivative J (3, 4), along which the balance does
-    not change, the last being the determinant of the first three columns; the derivative (4) of the
-    surface's condition. The minors are the determinants of J with a unit row below; the step is by
-    Cramer's rule.
+    Its twelve values: the step (4), by Cramer's rule; the minors (4) of the balance's derivative
+    J (3, 4), which are a null vector of J, and the last of which is the determinant of its first
+    three columns; the derivative (4) of the surface's condition. A minor is the determinant of J
+    with a unit row below.
     """
     on = _symbols("on", law.points)
     weights = _symbols("weight", law.points)
@@ -86,7 +87,7 @@ def _surface_step(law: ContactLaw) -> hy.cfunc_dbl:
 
 @lru_cache
 def _stiffness(law: ContactLaw) -> hy.cfunc_dbl:
-    """Of z and the contact: see `Statics.stiffness`."""
+    """A function of z and the contact state: the entries (9) of `Statics.stiffness`."""
     on = _symbols("on", law.points)
     q = hy.make_vars("x", "y", "theta")
     loads = net_loads(hy, C._replace(mu=Z[3]), law, q, on)
@@ -95,6 +96,7 @@ def _stiffness(law: ContactLaw) -> hy.cfunc_dbl:
 
 
 def _gaps_and_rounding(law: ContactLaw, z: list[Number]) -> tuple[list[Number], list[Number]]:
+    """Expressions of the gaps, and of the bounds of their rounding."""
     at = pose(hy, C.place(z))
     sizes = Coefficients(*map(_size, C))
     return list(law.gaps(C, at)), gap_rounding(law, sizes, INITIAL_GAP, Pose(*map(_size, at)))
@@ -102,22 +104,22 @@ def _gaps_and_rounding(law: ContactLaw, z: list[Number]) -> tuple[list[Number], 
 
 @lru_cache
 def _gaps(law: ContactLaw) -> hy.cfunc_dbl:
-    """Of z: the gaps, and the bounds of their rounding."""
+    """A function of z: the gaps, then the bounds of their rounding."""
     gaps, rounding = _gaps_and_rounding(law, Z)
     return hy.cfunc(gaps + rounding, vars=Z)
 
 
 @lru_cache
 def _excesses(law: ContactLaw) -> hy.cfunc_dbl:
-    """Of a share, the contact, the end of the range of mu and the coefficients (16) of a cubic
-    curve: by how much event functions there exceed the bounds of their rounding."""
+    """A function of a share, the contact state, the end of the range of mu and the coefficients
+    (16) of a cubic curve: by how much event functions there exceed the bounds of their rounding."""
     share, range_end = hy.make_vars("share", "range_end")
     on = _symbols("on", law.points)
     curve = _symbols("curve", 16)
     z = curve[12:]  # by Horner's rule, from the cubic term down
     for power in (2, 1, 0):
         of_power = curve[4 * power : 4 * power + 4]
-        z = [term + share * rest for term, rest in zip(of_power, z, strict=True)]
+        z = [term + share * higher for term, higher in zip(of_power, z, strict=True)]
     excesses = []
     for touches, gap, bound in zip(on, *_gaps_and_rounding(law, z), strict=True):
         excesses.append((2.0 * touches - 1.0) * gap - bound)
@@ -169,14 +171,14 @@ class CompiledStatics(Statics):
         step, exists, derivatives = self.surface_step(z, on, surface)
         return Step(step[:3], exists, derivatives)
 
-    def side(self, derivatives: np.ndarray) -> np.ndarray:
+    def determinant_sign(self, derivatives: np.ndarray) -> np.ndarray:
         return np.sign(derivatives[0, 3])
 
     def tangents(
         self, z: np.ndarray, on: np.ndarray, rows: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         _, _, derivatives = self.step_at_friction(z, on)
-        return self.null_vectors(derivatives, rows), self.side(derivatives)
+        return self.null_vectors(derivatives, rows), self.determinant_sign(derivatives)
 
     def stiffness(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
         return self._run(_stiffness(self.model.law), z, on).reshape(3, 3, -1)
@@ -197,6 +199,7 @@ class CompiledStatics(Statics):
     def events_behind_on(
         self, curve: np.ndarray, on: np.ndarray, mu_max: np.ndarray
     ) -> Callable[[np.ndarray], np.ndarray]:
+        # the first row is overwritten by the share
         rows = np.concatenate([mu_max[None], on, mu_max[None], curve.reshape(16, -1)])
 
         def behind(share: np.ndarray) -> np.ndarray:

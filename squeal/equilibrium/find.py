@@ -14,8 +14,8 @@ from squeal.errors import ComputationError
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, natural_units
 
-ALIKE = 1e-9  # of a potential energy: what two places with the same may differ by
-MOST = 200  # pads that are searched together; bounds the memory
+ALIKE = 1e-9  # relative difference of potential energies that count as equal
+MOST = 200  # pads for which equilibria are searched together; bounds the memory
 SAME_PLACE = 1e-6  # relative distance of two places that count as one
 
 
@@ -41,23 +41,25 @@ class Equilibrium:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Every reason why it is none that the model means."""
+        """Every reason why the model may not hold there."""
         if self.beyond:
             return (self.beyond, *self.excesses)
         return self.excesses
 
     @property
     def admissible(self) -> bool:
-        """True if nothing speaks against it."""
+        """True if there is no such reason."""
         return not self.warnings
 
 
 def record(
     statics: Statics, z: np.ndarray, state: State, on_branch: bool = False
 ) -> Equilibrium | None:
-    """A place z (4,) of one pad in SI units; None where the surfaces do not press on each other.
+    """The equilibrium z (4,) of one pad in SI units; None where the surfaces do not press on each
+    other.
 
-    Raises ComputationError where rounding hides how, which elsewhere is one more warning.
+    Where rounding hides how they do, an equilibrium far from the initial position gets one warning
+    more; for another ComputationError is raised.
     """
     if not statics.presses(z):
         return None
@@ -84,7 +86,8 @@ def record(
 
 
 def _near_seeds(statics: Statics, n: int) -> np.ndarray:
-    """Places (4, seeds, n) of the size of the load, and about half as far off as `LIMITS`."""
+    """Starts (4, seeds, n) of Newton's method without friction, in natural units: off the initial
+    position by about the displacement under the load, and by half of what `LIMITS` allow."""
     load_size = natural_units(statics.model, (0.0,) * 6).length * np.ones(n)
     half_width = statics.model.pad.w / 2 * np.ones(n)
     steps = (0.0, -1.0, 1.0)
@@ -100,31 +103,29 @@ def _near_seeds(statics: Statics, n: int) -> np.ndarray:
 
 
 def _far_seeds(statics: Statics) -> np.ndarray:
-    """Places (4, seeds, 1) as far off as the springs are long, at all tilts."""
+    """Starts (4, seeds, 1) of Newton's method as far off as the springs are long, at all tilts."""
     pad = statics.model.pad
     steepest = 0.98 * np.pi / 2
     tilts = pad.w * (np.linspace(-steepest, steepest, 13) - pad.theta0)
-    sides = (-1.0, 0.0, 1.0)
+    directions = (-1.0, 0.0, 1.0)
     places = set()
     for length in (pad.L1, pad.L2):
-        places |= {(length * x, length * y) for x, y in itertools.product(sides, sides)}
+        places |= {(length * x, length * y) for x, y in itertools.product(directions, directions)}
     seeds = [(x, y, tilt, 0.0) for (x, y), tilt in itertools.product(sorted(places), tilts)]
     return np.array(seeds).T[:, :, None]
 
 
 class _Search(NamedTuple):
-    """Where Newton's method led n pads in some tries each: places z (4, tries, n), contact states
-    (points, tries), which (tries, n) are equilibria that press on the surface, and potential
-    energies (tries, n) of equilibria, else inf."""
+    """Where Newton's method led n pads, each from as many tries (seed and contact state)."""
 
-    z: np.ndarray
-    touching: np.ndarray
-    presses: np.ndarray
-    energy: np.ndarray
+    z: np.ndarray  # (4, tries, n)
+    touching: np.ndarray  # (points, tries), factors 1.0 and 0.0: the contact state of the try
+    presses: np.ndarray  # (tries, n), bools: an equilibrium that presses on the surface
+    energy: np.ndarray  # (tries, n), potential energy of an equilibrium, else infinite
 
 
 def _search(statics: Statics, seeds: np.ndarray) -> _Search:
-    """Newton's method from all seeds (4, seeds, n) in each contact state."""
+    """Newton's method for n pads from all seeds (4, seeds, n) in each contact state but none."""
     states = np.array([state for state in statics.model.states if any(state)], dtype=float).T
     per_state, n = seeds.shape[1:]
     tries = states.shape[1] * per_state
@@ -132,9 +133,9 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Search:
     touching_of_each = np.repeat(touching, n, axis=1)
     starts = np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1)
     part = statics.pick(np.tile(np.arange(n), tries))
-    z, sides = part.settle(starts, touching_of_each, 60)
+    z, determinant_signs = part.settle(starts, touching_of_each, 60)
     with np.errstate(all="ignore"):  # where there is none
-        is_equilibrium = (sides != 0.0) & part.is_consistent(z, touching_of_each)
+        is_equilibrium = (determinant_signs != 0.0) & part.is_consistent(z, touching_of_each)
         presses = is_equilibrium & part.presses(z)
         energy = part.model.energy(part.place(z), np.zeros(3), touching_of_each)
         energy = np.where(is_equilibrium, energy, np.inf)
@@ -147,7 +148,8 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Search:
 
 
 def _least(statics: Statics, n: int) -> Equilibria:
-    """Where each of n pads rests, of all places that the load reaches."""
+    """The equilibrium of least potential energy of each of n pads, of those near the initial
+    position."""
     search = _search(statics, _near_seeds(statics, n))
     tries = search.touching.shape[1]
     part = statics.pick(np.tile(np.arange(n), tries))
@@ -156,7 +158,8 @@ def _least(statics: Statics, n: int) -> Equilibria:
         excursions = excursion(part, search.z.reshape(4, -1), touching_of_each)
         beyond = excursions.beyond().any(axis=0).reshape(tries, n)
         admissible = search.presses & ~beyond
-        # others count where there is none, unless the pad hangs in its springs with less energy
+        # without an admissible one all that press count, unless the pad hangs free of the surface
+        # in its springs with less energy
         least_pressing = np.where(search.presses, search.energy, np.inf).min(axis=0)
         hangs = search.energy.min(axis=0) < least_pressing
         has_admissible = admissible.any(axis=0)
@@ -164,7 +167,7 @@ def _least(statics: Statics, n: int) -> Equilibria:
         energy = np.where(candidates, search.energy, np.inf)
         least = energy.min(axis=0)
         alike = candidates & (energy <= least + ALIKE * np.abs(least))
-    # of two with the same energy that further along the surface's motion: there friction pushes
+    # of equal energies the one farthest along the surface's motion, where friction pushes
     best = np.argmax(np.where(alike, search.z[0], -np.inf), axis=0)
     return Equilibria(
         z=search.z[:, best, np.arange(n)],
@@ -174,25 +177,26 @@ def _least(statics: Statics, n: int) -> Equilibria:
 
 
 def rests(statics: Statics, n: int) -> Equilibria:
-    """Where n pads rest without friction.
+    """The equilibria of n pads without friction.
 
-    Newton's method from the initial position finds the only place of a law that turns the pad back.
-    Where it fails, and with other laws, it starts from all places that the load reaches.
+    With a contact law whose moment turns the pad back there is one, which Newton's method finds
+    from the initial position. Where that fails, and with other laws, it starts from many seeds, and
+    the equilibrium of least potential energy counts.
     """
     without_friction = dataclasses.replace(statics, model=statics.model.replace(mu=0.0))
-    z, sides = without_friction.settle(np.zeros((4, n)), None, 40)
+    z, determinant_signs = without_friction.settle(np.zeros((4, n)), None, 40)
     touching = without_friction.gaps(z) < 0.0
     turns_back = statics.model.law.sign > 0.0
-    is_stiff = sides == -1.0  # the static stiffness has a positive determinant
+    is_stiff = determinant_signs == -1.0  # the static stiffness has a positive determinant
     exists = is_stiff & without_friction.presses(z) & turns_back
     missing = np.flatnonzero(~exists)
     for start in range(0, missing.size, MOST):
         i = missing[start : start + MOST]
         least = _least(without_friction.pick(i), i.size)
         exists[i] = least.exists
-        found = i[least.exists]
-        z[:, found] = least.z[:, least.exists]
-        touching[:, found] = least.touching[:, least.exists]
+        with_rest = i[least.exists]
+        z[:, with_rest] = least.z[:, least.exists]
+        touching[:, with_rest] = least.touching[:, least.exists]
     return Equilibria(z, touching, exists)
 
 
@@ -211,7 +215,7 @@ def find_all(model: PadModel) -> list[Equilibrium]:
     equilibria: list[Equilibrium] = []
     for i in np.flatnonzero(search.presses):
         z = search.z[:, i, 0]
-        # the same is found from many seeds
+        # many seeds lead to the same equilibrium
         distances = [np.abs(z - other).max() for other in places]
         if min(distances, default=np.inf) < SAME_PLACE * (1.0 + np.max(np.abs(z))):
             continue

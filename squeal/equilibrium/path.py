@@ -143,8 +143,17 @@ class Path:
         return float(error)
 
     def _error_at(self, z: np.ndarray, before: np.ndarray, changed: np.ndarray) -> float:
-        """How far rounding may move the mu of a node z (4, 1), at which the contact points
-        `changed` (j,) of the contact (points,) before it change, or none at a fold."""
+        """How far rounding may move the mu of a change of contact or a fold, by first order.
+
+        Parameters
+        ----------
+        z : array (4, 1)
+            The node.
+        before : bool array (points,)
+            The contact state before it.
+        changed : array (j,)
+            Numbers of the contact points whose gap vanishes there; none at a fold.
+        """
         statics = self.statics
         law = statics.model.law
         touching = 1.0 * before[:, None]
@@ -153,9 +162,10 @@ class Path:
         gaps, gap_slopes = with_derivative(statics.gaps, z)
         residual = np.concatenate([balance, gaps[changed]])[..., 0]
         J = np.concatenate([balance_slope, gap_slopes[changed]])[..., 0]
-        # how far residuals move mu; at a fold, where mu is stationary, three conditions do
+        # d mu / d residuals solve J' weights = e_mu; at a fold, where mu is stationary along the
+        # branch, the three conditions of the balance determine it
         weights = np.linalg.lstsq(J.T, np.eye(4)[3])[0]
-        # derivatives of the conditions by relative changes of each coefficient
+        # derivatives of the conditions by relative changes of each coefficient, by complex steps
         sizes = np.array(statics.model.c._replace(mu=z[3, 0]), dtype=float)
         shifted = Coefficients(*(sizes[:, None] * (1.0 + 1j * STEP * np.eye(sizes.size))))
         q = shifted.place(z.astype(complex))
@@ -172,8 +182,8 @@ class Path:
         )
 
     def _below(self, z: np.ndarray, state: np.ndarray) -> float:
-        """How far mu at z (4, 1), where rounding of the determinant left a fold, is below its top:
-        with the slope of mu along the branch there and its rate, half the slope^2 / rate."""
+        """How far mu at z (4, 1), where rounding of the determinant put a fold, is below the top of
+        the branch: half the slope^2 / curvature of mu along it, by tangents at two places."""
         ahead = 1e-4 * np.abs(z).max()
 
         def tangent_at(z: np.ndarray) -> np.ndarray:
@@ -206,7 +216,10 @@ class Path:
         return [Linearisation(M, C[:, :, i], K[:, :, i]) for i in range(len(mus))]
 
     def perturbed_by_rounding(self, mu: float) -> list[tuple[tuple[np.ndarray, ...], ...]]:
-        """M, C, K at mu, and their derivatives by relative changes of x, of y and of theta."""
+        """M, C, K at mu, and their derivatives by relative changes of x, of y and of theta.
+
+        For each of the three coordinates a pair: the matrices, and their derivatives.
+        """
         z, touching = self.places([mu])
         h = 1e-12
         moved = z * (1.0 + h * np.eye(4, 4, 1))  # not at all, then each of three coordinates

@@ -23,9 +23,8 @@ ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a sum, over the sizes of what 
 NEWTON_ROUNDING = 0.1  # size of what Newton's method rounds, where the load displaces by about one
 CONVERGED = 1e-12  # relative step of Newton's method
 STALLED = 1e-7  # relative step that counts as converged where the next one is no shorter
-UNRESOLVED = (
-    1e-4  # of a penetration that may be rounding, by a bound that is some 100 times the error
-)
+# largest bound of rounding, as a share of the penetration; the bound is some 100 times the error
+UNRESOLVED = 1e-4
 RANGE_ROUNDING = 1e-15  # of the end of the range of mu, relative
 WHY_UNRESOLVED = (
     "rounding of the pad's place is too large beside how deep it presses into the surface, which "
@@ -34,11 +33,11 @@ WHY_UNRESOLVED = (
 
 
 class Equilibria(NamedTuple):
-    """Of n pads: places z (4, n), contact states touching (points, n), whether (n,) one exists."""
+    """Equilibria of n pads."""
 
-    z: np.ndarray
-    touching: np.ndarray
-    exists: np.ndarray
+    z: np.ndarray  # (4, n), places (x, y, w theta, mu) in natural units
+    touching: np.ndarray  # (points, n), bools: the contact states
+    exists: np.ndarray  # (n,), bools: whether the pad has one
 
     def some(self, which: np.ndarray) -> Equilibria:
         """The equilibria of some pads, by numbers or bools."""
@@ -55,7 +54,10 @@ def of_some(array: np.ndarray, which: np.ndarray) -> np.ndarray:
 
 
 def solve_stack(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Solutions (k, m, j) of A x = b and where (k,) there is one; where A is singular it is b."""
+    """Solutions (k, m, j) of k systems A x = b, and bools (k,): where A is regular.
+
+    Where A is singular b stands in place of a solution.
+    """
     try:
         x = np.linalg.solve(A, b)
         return x, np.asarray(np.isfinite(x).all(axis=(1, 2)))
@@ -67,16 +69,23 @@ def solve_stack(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 class Step(NamedTuple):
-    """Of Newton's method: the step (m, j), where (j,) there is one, and the derivatives (..., j)
-    that it rests on."""
+    """A step of Newton's method for j pads, to be subtracted."""
 
-    step: np.ndarray
-    exists: np.ndarray
-    derivatives: np.ndarray
+    step: np.ndarray  # (m, j)
+    exists: np.ndarray  # (j,), bools: False where the derivatives are singular
+    derivatives: np.ndarray  # (..., j) that the step rests on
+
+
+class NewtonResult(NamedTuple):
+    """Where Newton's method ended for k pads."""
+
+    x: np.ndarray  # (m, k)
+    derivatives: np.ndarray  # (..., k) before the last step
+    converged: np.ndarray  # (k,), bools: to rounding
 
 
 def null_vectors(J: np.ndarray, row: np.ndarray) -> np.ndarray:
-    """Null vectors (4, k) of J (3, 4, k) with row . v = 1."""
+    """Null vectors v (4, k) of J (3, 4, k), scaled so that row . v = 1."""
     A = np.concatenate([np.moveaxis(J, -1, 0), row.T[:, None, :]], axis=1)
     right_sides = np.tile(np.eye(4)[:, 3:], (len(A), 1, 1))
     vectors, _ = solve_stack(A, right_sides)
@@ -84,7 +93,7 @@ def null_vectors(J: np.ndarray, row: np.ndarray) -> np.ndarray:
 
 
 def linear_step(values: np.ndarray, J: np.ndarray) -> Step:
-    """The step to where values (m, j) with derivatives J (m, m, j) vanish."""
+    """The step J^-1 values to where values (m, j) with derivatives J (m, m, j) vanish."""
     step, regular = solve_stack(np.moveaxis(J, -1, 0), values.T[:, :, None])
     return Step(step[:, :, 0].T, regular, J)
 
@@ -95,29 +104,39 @@ def newton(
     unit: np.ndarray,
     passes: int = 15,
     longest: np.ndarray | None = None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Zeros (m, k) to which steps from places (m, j), whose columns' numbers are (j,), lead.
+) -> NewtonResult:
+    """Newton's method for k pads at once, each until it converges or runs away.
 
-    unit (k,): beside which (x, y, w theta) are rounded; longest (m, k): the longest step. Returns
-    also the derivatives (..., k) before the last step, and where (k,) it converged to rounding.
+    Parameters
+    ----------
+    step_from : callable
+        The step from places (m, j) of the j pads with numbers (j,).
+    start : array (m, k)
+        Where it begins.
+    unit : array (k,)
+        The length that rounding of (x, y, w theta) is relative to near the origin.
+    passes : int
+        Steps at most.
+    longest : array (m, k), optional
+        The longest step in each unknown; a longer one is shortened, in its direction.
     """
     x = start.copy()
     k = start.shape[1]
     derivatives = np.empty(0)
     last_change = np.full(k, np.inf)
-    good = np.zeros(k, dtype=bool)
+    converged = np.zeros(k, dtype=bool)
     going = np.arange(k)
     for _ in range(passes):
         with np.errstate(all="ignore"):
             at = of_some(x, going)
-            move, regular, J = step_from(at, going)
+            step, regular, J = step_from(at, going)
             if longest is not None:
-                excess = (np.abs(move) / longest[:, going]).max(axis=0)
-                move = move / np.fmax(1.0, excess)
-            at = at - move
+                excess = (np.abs(step) / longest[:, going]).max(axis=0)
+                step = step / np.fmax(1.0, excess)
+            at = at - step
             x[:, going] = at
             size = unit[going] + np.max(np.abs(at[:3]), axis=0)
-            change = np.where(regular, np.max(np.abs(move), axis=0) / size, np.inf)
+            change = np.where(regular, np.max(np.abs(step), axis=0) / size, np.inf)
         if derivatives.size == 0:
             derivatives = np.empty((*J.shape[:-1], k))
         derivatives[..., going] = J
@@ -125,11 +144,11 @@ def newton(
         stalled = (change <= STALLED) & (change >= last_change[going])
         done = (change <= CONVERGED) | stalled
         last_change[going] = change
-        good[going] = done
+        converged[going] = done
         going = going[~done & np.isfinite(at).all(axis=0)]
         if not going.size:
             break
-    return x, derivatives, good
+    return NewtonResult(x, derivatives, converged)
 
 
 @dataclass(frozen=True)
@@ -192,14 +211,14 @@ class Statics:
         return self.model.gaps(self.place(z))
 
     def rounding(self, z: np.ndarray) -> np.ndarray:
-        """How far rounding of what a gap is the sum of may move it at z (4, ...), (points, ...)."""
+        """How far rounding of its summands may move each gap at z (4, ...), shape (points, ...)."""
         sizes = Coefficients(*map(np.abs, self.model.c))
         at = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
         return np.array(gap_rounding(self.model.law, sizes, self.initial_gap, at))
 
     @property
     def initial_gap(self) -> Number:
-        """The sum of the sizes of what the gaps in the initial position are the sum of."""
+        """The sum of the sizes of the summands of the gaps in the initial position."""
         c = self.model.c
         size = abs(c.gap_l) + abs(c.gap_t)
         if self.model.law.absolute_gap:
@@ -223,8 +242,11 @@ class Statics:
         return self.gaps(z), self.rounding(z)
 
     def presses(self, z: np.ndarray) -> np.ndarray:
-        """Where a pad at rest at z (4, ...) presses on the surface, shape (...): by lying below it,
-        or if rounding hides that by a load, or by springs beyond the rounding of their forces."""
+        """Where a pad at rest at z (4, ...) presses on the surface, shape (...).
+
+        It does so if it lies below the surface. Where rounding hides that, it does if a load
+        presses it, or if the springs do by more than the rounding of their forces.
+        """
         c = self.model.c
         at = pose(np, tuple(self.place(z)))
         moved_1 = np.hypot(*at.displacement(c.r1x, c.r1y))
@@ -234,11 +256,12 @@ class Statics:
         return np.asarray(self.touches(z) & (~self.unresolved(z) | (c.F_n > 0.0) | forced))
 
     def is_consistent(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
-        """Where gaps at z (4, k) agree with the state touching (points, k), to rounding, and the
-        lower face faces the surface."""
+        """Where (k,) a solution z (4, k) of the balance in a contact state (points, k) holds: its
+        gaps agree with the state, to rounding, and its lower face faces the surface."""
         gaps = self.gaps(z)
         rounding = self.rounding(z)
-        # in the state of the gaps too: the line law has a pole where both gaps vanish
+        # the loads have to balance in the state of the gaps as well, which differs from `touching`
+        # where one is rounding: the line law has a pole where both gaps vanish
         with np.errstate(all="ignore"):
             imbalance = np.max(np.abs(self.residual(z, 1.0 * (gaps < 0.0))), axis=0)
         balanced = imbalance <= 1e3 * np.max(rounding, axis=0) + 1e-9
@@ -253,10 +276,10 @@ class Statics:
             return self.model.law.resultant(self.model.c, at, state)
 
     def event_functions(self, z: np.ndarray, on: np.ndarray, mu_max: np.ndarray) -> np.ndarray:
-        """What changes sign where a step along a branch has to end, at places z (4, ..., k).
+        """Event functions (points + 2, ..., k) at places z (4, ..., k), positive behind the event.
 
-        The gap of each contact point, the tilt past 90 degrees, and mu past the end of its range,
-        positive behind the event; on (points, k) is the contact state, mu_max (k,).
+        The gap of each contact point (minus the gap of one that does not touch), the tilt past 90
+        degrees, and mu past mu_max (k,). on (points, k): the contact state as factors 1 and 0.
         """
         outwards = 2.0 * on - 1.0
         outwards = outwards.reshape(-1, *[1] * (z.ndim - 2), z.shape[-1])
@@ -265,7 +288,8 @@ class Statics:
         return np.concatenate([outwards * self.gaps(z), (past_upright, z[3] - mu_max)])
 
     def events_behind(self, z: np.ndarray, on: np.ndarray, mu_max: np.ndarray) -> np.ndarray:
-        """Which events of `event_functions` lie behind places z (4, ..., k), beyond rounding."""
+        """Which events of `event_functions` have been passed at z (4, ..., k), beyond rounding;
+        shape (points + 2, ..., k)."""
         values = self.event_functions(z, on, mu_max)
         behind = np.asarray(values > 0.0)
         if behind.any():
@@ -277,19 +301,21 @@ class Statics:
     def events_behind_on(
         self, curve: np.ndarray, on: np.ndarray, mu_max: np.ndarray
     ) -> Callable[[np.ndarray], np.ndarray]:
-        """A function of the share that applies `events_behind` to cubic curves (4, 4, k).
+        """A function of the share of cubic curves that applies `events_behind` there.
 
-        Shares are (k,), or (j, 1) the same on all curves; answers (events, k) or (events, j, k).
+        curve (4, 4, k): coefficients by power of the share, of z. Shares are (k,), or (j, 1) for
+        the same j on all curves; the function's values are (events, k) or (events, j, k).
         """
 
         def behind(share: np.ndarray) -> np.ndarray:
-            of_each = curve if share.ndim == 1 else curve[:, :, None]
-            return self.events_behind(polyval(share, of_each, tensor=False), on, mu_max)
+            broadcast = curve if share.ndim == 1 else curve[:, :, None]
+            return self.events_behind(polyval(share, broadcast, tensor=False), on, mu_max)
 
         return behind
 
     def determinant(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
-        """Of the balance's derivative by q, zero at folds, at z (4, ..., k), shape (1, ..., k)."""
+        """Determinant (1, ..., k) of the derivative of the balance by (x, y, w theta) at places z
+        (4, ..., k): zero at folds. As a triple product."""
         _, slopes = self.linearised(z, on[:, None])
         of_x, of_y, of_moment = slopes[:, :3]
         return (of_x * np.cross(of_y, of_moment, axis=0)).sum(axis=0, keepdims=True)
@@ -297,8 +323,9 @@ class Statics:
     def surface_step(self, z: np.ndarray, on: np.ndarray, surface: np.ndarray) -> Step:
         """A step of Newton's method to where the balance meets a surface.
 
-        The surface (points + 5, k) is sum_i weights_i gap_i + normal . z = offset, of each pad its
-        weights, normal and offset. The last of the derivatives is that of this condition.
+        The surface sum_i weights_i gap_i + normal . z = offset is given by its weights (points, k),
+        normal (4, k) and offset, one below the other as rows (points + 5, k). The last of the
+        derivatives (4, 4, k) is that of this condition.
         """
         weights, normal = np.split(surface[:-1], [-4])
         balance, slopes = self.linearised(z, on)
@@ -328,20 +355,21 @@ class Statics:
     def tangents(
         self, z: np.ndarray, on: np.ndarray, rows: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Vectors v (4, k) along which the balance does not change, with rows . v = 1, and `side`
-        (k,), at z (4, k)."""
+        """Tangents v (4, k) of branches at z (4, k), along which the balance does not change, with
+        rows . v = 1 for rows (4, k); and `determinant_sign` (k,) there."""
         _, J = self.linearised(z, on)
-        return null_vectors(J, rows), self.side(J[:, :3])
+        return null_vectors(J, rows), self.determinant_sign(J[:, :3])
 
     def stiffness(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
         """Minus the derivative (3, 3, k) of the loads by q at places z (4, k)."""
         model = self.model.replace(mu=z[3])
         return -complex_step(partial(model.loads, state=on), self.place(z))
 
-    def side(self, derivatives: np.ndarray) -> np.ndarray:
-        """Sign (k,) of the determinant of the loads' derivatives by (x, y, w theta), of a step.
+    def determinant_sign(self, derivatives: np.ndarray) -> np.ndarray:
+        """Sign (k,) of the determinant of derivatives (3, 3, k) of the loads by (x, y, w theta).
 
-        They are minus the static stiffness (3, 3): it is -1 where that has a positive determinant.
+        They are minus the static stiffness: the sign is -1 where that has a positive determinant,
+        and changes at each fold.
         """
         return np.sign(np.linalg.det(np.moveaxis(derivatives, -1, 0)))
 
@@ -364,9 +392,9 @@ class Statics:
         -------
         places : array (4, k)
             Where it ended.
-        sides : array (k,)
-            `side` there, -1 where the static stiffness has a positive determinant; 0 where the
-            method did not converge or the pad has turned past 90 degrees.
+        determinant_signs : array (k,)
+            `determinant_sign` there, -1 where the static stiffness has a positive determinant; 0
+            where the method did not converge or the pad has turned past 90 degrees.
         """
         n = z.shape[1]
         pad = self.model.pad
@@ -382,26 +410,30 @@ class Statics:
                 on = of_some(touching, i)
             return part.step_at_friction(at, on)
 
-        # no leap to a place that the start has nothing to do with
+        # steps are limited, so that the result has to do with the start
         longest = np.empty((3, n))
         longest[:2] = 0.5 * (pad.w + np.maximum(pad.L1, pad.L2))
         longest[2] = 0.3 * pad.w  # 0.3 rad: the third coordinate is w theta
         natural_length = np.ones(n)
-        q, derivatives, good = newton(step_from, z[:3], natural_length, passes, longest)
+        q, derivatives, converged = newton(step_from, z[:3], natural_length, passes, longest)
         places = np.concatenate([q, z[3:]])
         with np.errstate(all="ignore"):
-            sides = self.side(derivatives)
+            signs = self.determinant_sign(derivatives)
         upright = np.abs(self.tilt(places)) < np.pi / 2
-        return places, np.where(good & upright, sides, 0.0)
+        return places, np.where(converged & upright, signs, 0.0)
 
 
 def gap_rounding(
     law: ContactLaw, sizes: Coefficients, initial_gap: Number, at: Pose
 ) -> list[Number]:
-    """How far rounding of what each gap is the sum of may move it, by the sizes of all numbers."""
+    """How far rounding of its summands may move each gap, by the sizes of all numbers.
+
+    sizes, initial_gap, at: absolute values of the coefficients, of the summands of the initial gap,
+    and of the pose.
+    """
     # the gap with every term of its sum positive
-    summands = law.gaps(sizes._replace(gap_l=initial_gap, gap_t=initial_gap), at)
-    return [ROUNDING * (summand + NEWTON_ROUNDING) for summand in summands]
+    sums = law.gaps(sizes._replace(gap_l=initial_gap, gap_t=initial_gap), at)
+    return [ROUNDING * (total + NEWTON_ROUNDING) for total in sums]
 
 
 class Excursion(NamedTuple):

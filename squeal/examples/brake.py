@@ -79,10 +79,18 @@ class SolidBrake:
 def _grid(
     radii: NDArray, angles: NDArray, heights: NDArray, closed: bool
 ) -> tuple[NDArray, NDArray, NDArray]:
-    """A grid (r, phi, z): the numbers of its nodes as an array of that shape, the places
-    (3, nodes) of the nodes, and the nodes (8, cells) at the corners of each cell.
+    """Make a grid of nodes over cylindrical coordinates r, phi, z.
 
-    Corners are in the order of `CORNERS`; `closed` in phi.
+    closed: the last angle is joined to the first one by a further row of cells.
+
+    Returns
+    -------
+    numbers : array (radii, angles, heights)
+        Of the nodes.
+    places : array (3, nodes)
+        x, y and z of each node.
+    cells : array (8, cells)
+        The nodes at the corners of each cell, in the order of `CORNERS`.
     """
     shape = (len(radii), len(angles), len(heights))
     numbers = np.arange(math.prod(shape)).reshape(shape)
@@ -107,17 +115,17 @@ def _at_gauss_points(corners: NDArray) -> tuple[NDArray, NDArray]:
     points = ((places[steps] + 1.0) / 2.0).T
     weight = np.prod(weights[steps] / 2.0, axis=0)
     is_far = np.array(CORNERS)[:, None] == 1  # (corner, 1, axis)
-    # along each axis a function is s or 1 - s, its slope 1 or -1
-    along = np.where(is_far, points, 1.0 - points)  # (corner, point, axis)
+    # a shape function is a product over the axes of s or 1 - s, whose slope is 1 or -1
+    factor = np.where(is_far, points, 1.0 - points)  # (corner, point, axis)
     slope = np.where(is_far, 1.0, -1.0)
-    shapes = along.prod(axis=2)
+    shapes = factor.prod(axis=2)
     local = np.stack(
         [
-            slope[..., 0] * along[..., 1] * along[..., 2],
-            along[..., 0] * slope[..., 1] * along[..., 2],
-            along[..., 0] * along[..., 1] * slope[..., 2],
+            slope[..., 0] * factor[..., 1] * factor[..., 2],
+            factor[..., 0] * slope[..., 1] * factor[..., 2],
+            factor[..., 0] * factor[..., 1] * slope[..., 2],
         ]
-    )  # (axis, corner, point)
+    )  # slopes in the cell: (axis, corner, point)
     jacobian = np.einsum("eci,acp->epia", corners, local)
     inverse = np.linalg.inv(jacobian)
     roots = np.sqrt(np.abs(np.linalg.det(jacobian)) * weight)  # (cells, points)
@@ -128,18 +136,23 @@ def _at_gauss_points(corners: NDArray) -> tuple[NDArray, NDArray]:
 def _mass_and_stiffness(
     places: NDArray, cells: NDArray, material: tuple[float, float, float]
 ) -> tuple[csc_array, csc_array]:
-    """Of a body of hexahedra with Young's modulus, Poisson's ratio and density; rows (node,
-    direction)."""
+    """Mass and stiffness matrices (3 nodes, 3 nodes) of an elastic body of linear hexahedra.
+
+    Isotropic elasticity: the energy density is lame / 2 (div u)^2 + shear e : e, of strains e. A
+    row is that of a node and a direction, node by node. places (3, nodes), cells (8, cells): see
+    `_grid`; material: Young's modulus, Poisson's ratio and density.
+    """
     from scipy.sparse import coo_array
 
     young, poisson, density = material
     shear = young / (2.0 * (1.0 + poisson))
-    volume = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+    lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
     shapes, slopes = _at_gauss_points(places.T[cells.T])
     count = cells.shape[1]
     flat = slopes.reshape(count, 24, -1)  # corner and direction, point
+    # integrals of products of slopes: (cell, corner, direction, corner, direction)
     products = (flat @ flat.transpose(0, 2, 1)).reshape(count, 8, 3, 8, 3)
-    K = volume * products + shear * products.transpose(0, 1, 4, 3, 2)
+    K = lame * products + shear * products.transpose(0, 1, 4, 3, 2)
     M = np.zeros_like(K)
     gradient = np.einsum("eiaja->eij", products)
     mass = shapes @ shapes.transpose(0, 2, 1)
@@ -158,21 +171,28 @@ def _mass_and_stiffness(
     return assembled(M), assembled(K)
 
 
-def solid_brake(
-    rows: int = 2000, geometry: Geometry | None = None, around: int = ROUND
-) -> SolidBrake:
-    """The brake with at least so many degrees of freedom (500 to 1,000,000).
+def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
+    """Build the brake from its geometry, on the coarsest mesh with at least so many rows.
 
-    `around` elements lie around the disc for each level of refinement, a multiple of 6.
+    Parameters
+    ----------
+    rows : int
+        Least number of degrees of freedom, 500 to 1,000,000; the disc alone has as many.
+    around : int
+        Elements around the disc for each level of refinement, a multiple of 6.
 
-    Raises InputError.
+    Raises
+    ------
+    InputError
+        For another number of rows.
     """
     from scipy.sparse import block_diag, csc_array, diags_array
 
     if not ROWS[0] <= rows <= ROWS[1]:
         raise InputError(f"{rows} rows are not allowed; it must be {ROWS[0]} to {ROWS[1]}")
-    sizes = geometry or Geometry()
+    sizes = Geometry()
     level = 1
+    # nodes of the disc that move: 2 level along r, around * level along phi, level + 1 along z
     while 3 * (2 * level * around * level * (level + 1)) < rows:
         level += 1
     along_pad = around * PAD // ROUND * level
@@ -190,6 +210,7 @@ def solid_brake(
     places = np.hstack([disc_places, pad_places])
     cells = np.hstack([disc_cells, pad_cells + disc.size])
 
+    # the pad lies on the outer half of the disc, on nodes of the same places
     on_disc = disc[level:, : along_pad + 1, -1].ravel()
     pairs = np.column_stack([on_disc, pad[:, :, 0].ravel()])
     area = _areas(pad_radii, pad_angles)
@@ -198,10 +219,11 @@ def solid_brake(
     ground = np.zeros(places.size)  # stiffness of each row to the ground
     ground[3 * back + 2] = sizes.piston * area
     for end in (0, -1):
-        edge = pad[:, end, :].ravel()
-        face = (sizes.outer - pad_radii[0]) * sizes.pad_thickness / len(edge)
-        ground[3 * edge] += sizes.abutment * face
-        ground[3 * edge + 1] += sizes.abutment * face
+        nodes_of_end = pad[:, end, :].ravel()
+        end_area = (sizes.outer - pad_radii[0]) * sizes.pad_thickness
+        area_of_node = end_area / len(nodes_of_end)
+        ground[3 * nodes_of_end] += sizes.abutment * area_of_node
+        ground[3 * nodes_of_end + 1] += sizes.abutment * area_of_node
 
     clamped = (3 * disc[0].ravel()[:, None] + np.arange(3)).ravel()
     free = np.setdiff1d(np.arange(places.size), clamped)
@@ -235,8 +257,12 @@ def solid_brake(
 def _contact_matrices(
     places: NDArray, pairs: NDArray, stiffness: NDArray
 ) -> tuple[csc_array, csc_array]:
-    """Normal contact of pairs (m, 2) of disc and pad with springs (m,), and its friction for
-    mu = 1, which acts along the motion of the disc."""
+    """Stiffness matrices (rows, rows) of normal contact, and of its friction for mu = 1.
+
+    A pair has the gap g = G q along z and the slip s = S q along the motion of the disc; with
+    springs k the matrices are G^T k G and S^T k G. pairs (m, 2): nodes of disc and pad; stiffness
+    (m,): of the spring of each pair.
+    """
     from scipy.sparse import coo_array, csc_array, diags_array
 
     on_disc, on_pad = pairs.T
@@ -291,17 +317,21 @@ Labels: TypeAlias = list[tuple[int, int]]
 
 
 def _entries(matrix: csc_array) -> tuple[bool, list[tuple[int, int, float]]]:
-    """Whether a matrix is symmetric, and its entries (row, column, value), its lower half if so."""
+    """Whether a matrix is symmetric, and its entries (row, column, value), column by column.
+
+    Of a symmetric matrix they are those of its lower half.
+    """
     from scipy.sparse import tril
 
     symmetric = bool(abs(matrix - matrix.T).max() <= 1e-14 * abs(matrix).max())
-    entries = (tril(matrix) if symmetric else matrix).tocsc().tocoo()
+    stored = tril(matrix) if symmetric else matrix
+    entries = stored.tocsc().tocoo()
     rows, columns = entries.coords
     return symmetric, list(zip(rows.tolist(), columns.tolist(), entries.data.tolist(), strict=True))
 
 
 def _write_abaqus(path: Path, matrix: csc_array, labels: Labels) -> None:
-    """Lines of node, direction of row and column, and value."""
+    """Write lines of node and direction of the row, the same of the column, and the value."""
     _, entries = _entries(matrix)
     with path.open("w", encoding="ascii") as stream:
         for row, column, value in entries:
@@ -309,7 +339,7 @@ def _write_abaqus(path: Path, matrix: csc_array, labels: Labels) -> None:
 
 
 def _write_calculix(path: Path, matrix: csc_array, labels: Labels) -> None:
-    """Lines of row, column and value, and a file .dof that names the rows."""
+    """Write lines of row, column and value, and a file .dof that names the rows."""
     _, entries = _entries(matrix)
     with path.open("w", encoding="ascii") as stream:
         for row, column, value in entries:
@@ -320,24 +350,23 @@ def _write_calculix(path: Path, matrix: csc_array, labels: Labels) -> None:
 
 
 def _write_ansys(path: Path, matrix: csc_array, labels: Labels) -> None:
-    """Harwell-Boeing text in the fields of HBMAT, and a file .mapping that names the rows."""
+    """Write Harwell-Boeing text in the fields of HBMAT, and a file .mapping that names the rows."""
     symmetric, entries = _entries(matrix)
     n = matrix.shape[0]
-    count = len(entries)
-    columns = [column for _, column, _ in entries]
+    columns = [column for _, column, _ in entries]  # rising, see `_entries`
     starts = np.searchsorted(columns, np.arange(n + 1)) + 1
     values = [f"{value:25.16E}".replace("E", "D") for _, _, value in entries]
-    parts = [
+    blocks = [
         _in_lines([f"{start:10d}" for start in starts], 8),
         _in_lines([f"{row + 1:10d}" for row, _, _ in entries], 8),
         _in_lines(values, 3),
     ]
-    cards = [part.count("\n") for part in parts]
-    counts = "".join(f"{cards_of:14d}" for cards_of in (sum(cards), *cards, 0))
+    line_counts = [block.count("\n") for block in blocks]
+    counts = "".join(f"{count:14d}" for count in (sum(line_counts), *line_counts, 0))
     kind = "RSA" if symmetric else "RUA"
-    head = f"{'brake':72}{'brake':8}\n{counts}\n{kind:14}{n:14d}{n:14d}{count:14d}{0:14d}\n"
+    head = f"{'brake':72}{'brake':8}\n{counts}\n{kind:14}{n:14d}{n:14d}{len(entries):14d}{0:14d}\n"
     formats = f"{'(8I10)':16}{'(8I10)':16}{'(1P,3D25.16)':20}{'':20}\n"
-    path.write_text(head + formats + "".join(parts), encoding="ascii")
+    path.write_text(head + formats + "".join(blocks), encoding="ascii")
     with path.with_suffix(".mapping").open("w", encoding="ascii") as stream:
         stream.write("Matrix Eqn     Node DOF\n")
         for row, (node, direction) in enumerate(labels, 1):
@@ -370,7 +399,10 @@ WRITERS = {"abaqus": _write_abaqus, "ansys": _write_ansys, "calculix": _write_ca
 
 
 def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]:
-    """Write the matrices as a program would; the document of a system file that reads them."""
+    """Write the matrices as a program would. Returns the system file that reads them, as a mapping.
+
+    form: the program, of `FILES`.
+    """
     from scipy.io import savemat
 
     system = brake.system
@@ -401,17 +433,16 @@ def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]
 
 
 def write_brake(folder: Path, brake: SolidBrake, form: str = "npz") -> None:
-    """Matrices in the form of a program, coordinates, elements and the system file in a folder."""
+    """Write matrices in the form of a program, coordinates, elements and the system file."""
     has_input_file = form in ("abaqus", "calculix")  # which names nodes and elements
-    beside = {
-        "coordinates": {"file": "brake.inp" if has_input_file else "nodes.csv"},
-        "elements": {"file": "brake.inp" if has_input_file else "elements.csv"},
-    }
+    mesh = {"coordinates": {"file": "nodes.csv"}, "elements": {"file": "elements.csv"}}
+    if has_input_file:
+        mesh = {key: {"file": "brake.inp"} for key in mesh}
     if form == "npz":
-        write_system(folder, brake.system, "npz", **beside)
+        write_system(folder, brake.system, "npz", **mesh)
     else:
         with whole_folder(folder) as place:
-            document = write_matrices(place, brake, form) | beside
+            document = write_matrices(place, brake, form) | mesh
             write_text(place / "system.yaml", yaml.safe_dump(document, sort_keys=False))
     if has_input_file:
         write_text(folder / "brake.inp", _input_file(brake))
@@ -445,16 +476,18 @@ def write_tables(folder: Path, brake: SolidBrake) -> None:
     write_csv(folder / "elements.csv", heads, rows)
 
 
-def parts(brake: SolidBrake, geometry: Geometry | None = None) -> tuple[list[Component], Contact]:
-    """Disc and pad without contact, nodes counted from 1, the pad pressed by 1 Pa; and the contact
-    of the whole brake, whose pairs may open."""
+def parts(brake: SolidBrake) -> tuple[list[Component], Contact]:
+    """Disc and pad without contact, and the contact that joins them, whose pairs may open.
+
+    Nodes are counted from 1; the load of the pad is a pressure of 1 Pa.
+    """
     of_disc = brake.nodes < brake.pairs[0, 1]
     bodies = [_body(brake, "disc", of_disc), _body(brake, "pad", ~of_disc)]
     contact = Contact(
         ("disc", "pad"),
         pairs=brake.pairs + 1,
         normal=(0.0, 0.0, 1.0),
-        stiffness=(geometry or Geometry()).contact,
+        stiffness=Geometry().contact,
         area=brake.area,
         axis=(0.0, 0.0, 1.0),
     )

@@ -23,7 +23,7 @@ from squeal.io.tables import Line, number_in, read_table
 from squeal.io.writing import write_csv
 from squeal.numerics.differentiation import Formula
 from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, Whole, row
-from squeal.sparse.assembly import OWN, Assembly, assemble
+from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly, assemble
 from squeal.sparse.components import Component
 from squeal.sparse.contact_faces import ContactPoints, contact_between_faces
 from squeal.sparse.contact_seat import Contact
@@ -47,7 +47,9 @@ LOAD = Group({
 REDUCED = Group({
     "rows": Key("how many it had", Whole(1, 10**9), required=True),
     "cutoff": Key("frequency up to which it has modes", POSITIVE, "Hz", required=True),
-    "lacks": Key("matrix file that tells the errors of roots", TEXT, required=True),
+    "residual_flexibility": Key(
+        "matrix file, as `export` wrote it, from which the errors of roots follow",
+        TEXT, required=True),
 }, owner="reduced")
 ROTATION = Group({
     "axis": Key("of the rotation, in its sense", row(3), required=True),
@@ -142,7 +144,7 @@ def assembly_file(
     InputError, ComputationError
     """
     keys = ASSEMBLY.read(document, at)
-    values = OWN | keys.get("parameters", {})
+    values = ASSEMBLY_DEFAULTS | keys.get("parameters", {})
     components: dict[str, _LocatedComponent] = {}
     origins: list[Origin] = []
     inputs: list[Path] = []
@@ -159,7 +161,7 @@ def assembly_file(
             assumptions.append(f"{name}: {assumption}")
         inputs += [path, *file.inputs]
         if "reduced" in component:
-            inputs.append(folder / component["reduced"]["lacks"])
+            inputs.append(folder / component["reduced"]["residual_flexibility"])
         if "file" in component.get("load", {}):
             inputs.append(folder / component["load"]["file"])
     located = list(components.values())
@@ -168,7 +170,7 @@ def assembly_file(
         if "pairs" in contact:
             inputs.append(folder / contact["pairs"]["file"])
     all_bodies = [component.body for component in located]
-    if "cutoff" in keys and all(body.lacks is not None for body in all_bodies):
+    if "cutoff" in keys and all(body.residual_flexibility is not None for body in all_bodies):
         words = "is not allowed; all components are reduced already, up to"
         raise (at / "cutoff").refuse(f"{words} {min(body.cutoff for body in all_bodies):g} Hz")
 
@@ -279,13 +281,18 @@ def _component(
             )
     if "reduced" in keys:
         reduced = keys["reduced"]
-        with (at / "reduced" / "lacks").named():
-            lacks = read_matrix(folder / reduced["lacks"]).matrix
+        with (at / "reduced" / "residual_flexibility").named():
+            flexibility = read_matrix(folder / reduced["residual_flexibility"]).matrix
             size = len(body.system.terms) * body.system.n
-            if lacks.shape[0] not in (size, 2 * size):
+            if flexibility.shape[0] not in (size, 2 * size):
                 words = f"it must have {size} or {2 * size}, as `export` wrote it"
-                raise InputError(f"{lacks.shape[0]} rows are not allowed; {words}")
-        body = replace(body, rows=reduced["rows"], cutoff=reduced["cutoff"], lacks=lacks.toarray())
+                raise InputError(f"{flexibility.shape[0]} rows are not allowed; {words}")
+        body = replace(
+            body,
+            rows=reduced["rows"],
+            cutoff=reduced["cutoff"],
+            residual_flexibility=flexibility.toarray(),
+        )
     if "load" in keys:
         load = keys["load"]
         factor = _formula_value(load, "factor", at / "load", values)

@@ -93,7 +93,9 @@ class Coordinates:
             masses.append(float(mass_of_rows.sum()))
             moments.append(mass_of_rows @ self.places[self.nodes])
         total = sum(masses)
-        centre = np.sum(moments, axis=0) / total if total else np.full(3, np.nan)
+        centre = np.full(3, np.nan)
+        if total:
+            centre = np.sum(moments, axis=0) / total
         return total / 3, tuple(centre.tolist())
 
     def _unreduced(self, shape: NDArray) -> NDArray:
@@ -130,7 +132,9 @@ def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] = 
     ------
     InputError
     """
-    columns = ("node", "x", "y", "z") if labels else ("node", "dof", "x", "y", "z")
+    columns = ["node", "x", "y", "z"]
+    if not labels:
+        columns.insert(1, "dof")
     at, lines = read_table(path, columns)
     line_directions = []
     line_names = []

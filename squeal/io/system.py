@@ -31,7 +31,7 @@ from squeal.io.terms import (
 )
 from squeal.linear.damping import Damped, damped
 from squeal.linear.matrices import dense, reduce
-from squeal.linear.system import Term, TermSystem, supported, without_supports
+from squeal.linear.system import Term, TermSystem, supports_warning, without_supports
 from squeal.schema import Place
 
 FULL = 0.2  # share of entries above which a matrix from a file becomes dense
@@ -166,7 +166,7 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
             reduce(mass, None, np.zeros_like(mass))  # refuses a mass that is not positive definite
         system, supports = without_supports(system)
         if supports.size:
-            (at / "K").warn(supported(supports, labels))
+            (at / "K").warn(supports_warning(supports, labels))
         undamped_rows = system.n
         system, damping_records = _with_damping(system, keys, folder, made.damping)
         _warn_of_parameters(at / "damping", system, damping_records)
@@ -300,7 +300,7 @@ def _with_damping(
         rayleigh=damping.get("rayleigh", (0.0, 0.0)),
         ratios=ratios,
         structural=damping.get("structural", 0.0),
-        own=term_damping.indices,
+        left_out=term_damping.indices,
     )
 
 

@@ -94,12 +94,12 @@ class Ratios(Kind):
 
 
 # fmt: off
-POWERS = {
-    f"{letter}{power}": Key(
-        "what is multiplied with that power of the parameter", Square(), default="0",
-        instead=letter)
-    for letter in "CK" for power in range(POWER + 1)
-}
+POWERS: dict[str, Key] = {}
+for _part in "CK":
+    for _power in range(POWER + 1):
+        POWERS[f"{_part}{_power}"] = Key(
+            "what is multiplied with that power of the parameter", Square(), default="0",
+            instead=_part)
 DAMPING = Group({
     "rayleigh": Key("alpha and beta: C gains alpha M + beta K", row(2, NOT_NEGATIVE), "1/s, s"),
     "ratios": Key(

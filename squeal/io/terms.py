@@ -145,10 +145,10 @@ def _tabulated(term: TermKeys, formula: Formula, folder: Path, parameter: str) -
         raise here.refuse(f"{source.name}: {len(places)} lines of numbers; 2 or more are needed")
     return Tabulated(
         factor=formula,
-        over=over,
+        parameter=over,
         source=str(source),
         column=column,
-        places=tuple(places),
+        points=tuple(places),
         quantities=tuple(quantities),
     )
 

@@ -34,13 +34,13 @@ FIGURES = (".pdf", ".png", ".svg")
 
 
 def picked(source: object, names: str) -> dict[str, Any]:
-    """Copies of some attributes of an object by name."""
+    """Copies of some attributes of an object, by their names, which blanks separate in `names`."""
     return {name: deepcopy(getattr(source, name)) for name in names.split()}
 
 
 @contextmanager
 def _refused_by_system(path: Path) -> Iterator[None]:
-    """Refuse the place that the system does not write to, because a disc is full for example."""
+    """Raise InputError where the system does not write to a path, as on a full disc."""
     try:
         yield
     except OSError as error:
@@ -48,37 +48,46 @@ def _refused_by_system(path: Path) -> Iterator[None]:
 
 
 def write_whole(path: Path, write: Callable[[IO[Any]], object], binary: bool = False) -> None:
-    """Write a file beside its place and move it there when it is complete.
+    """Write a file under another name and rename it when it is complete.
 
-    Raises InputError if it cannot be written; nothing of it is left then.
+    write: is called with the open file; binary: whether that is one of bytes. Raises InputError if
+    it cannot be written; nothing of it is left then.
     """
-    place = Path(os.path.realpath(path)) if path.is_symlink() else path  # also of a link to no file
-    beside = place.with_name(f".{place.name}.{token_hex(4)}")
+    target = path
+    if path.is_symlink():
+        target = Path(os.path.realpath(path))  # also of a link to no file
+    unfinished = target.with_name(f".{target.name}.{token_hex(4)}")
     with _refused_by_system(path):
         try:
             if binary:
-                with open(beside, "xb") as binary_file:
+                with open(unfinished, "xb") as binary_file:
                     write(binary_file)
             else:
-                with open(beside, "x", encoding="utf-8", newline="") as text_file:
+                with open(unfinished, "x", encoding="utf-8", newline="") as text_file:
                     write(text_file)
-            os.replace(beside, place)
+            os.replace(unfinished, target)
         except BaseException:
-            beside.unlink(missing_ok=True)
+            unfinished.unlink(missing_ok=True)
             raise
 
 
 @contextmanager
 def whole_folder(folder: Path) -> Iterator[Path]:
-    """A place for files that come to a folder, new or not, when all of them are complete."""
-    home = next(parent for parent in (folder, *folder.parents) if parent.is_dir())
-    with _refused_by_system(folder), tempfile.TemporaryDirectory(dir=home, prefix=".") as place:
+    """A temporary folder, whose files move to `folder`, new or not, when all are complete.
+
+    At an error none of them does.
+    """
+    existing = next(parent for parent in (folder, *folder.parents) if parent.is_dir())
+    with (
+        _refused_by_system(folder),
+        tempfile.TemporaryDirectory(dir=existing, prefix=".") as temporary,
+    ):
         try:
-            yield Path(place)
+            yield Path(temporary)
         except InputError as error:  # of a file there, whose name is not what was typed
-            raise InputError(str(error).replace(place, str(folder))) from None
+            raise InputError(str(error).replace(temporary, str(folder))) from None
         folder.mkdir(parents=True, exist_ok=True)
-        for path in sorted(Path(place).iterdir()):
+        for path in sorted(Path(temporary).iterdir()):
             os.replace(path, folder / path.name)
 
 
@@ -93,7 +102,8 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]
     def write(stream: IO[str]) -> None:
         table = csv.writer(stream, lineterminator="\n")
         table.writerow(header)
-        table.writerows(map(plain, row) for row in rows)
+        for row in rows:
+            table.writerow(map(plain, row))
 
     write_whole(path, write)
 
@@ -102,7 +112,9 @@ def plain(value: object) -> object:
     """None for NaN, a float of Python for one of NumPy, whose digits depend on NumPy's options."""
     if not isinstance(value, float):
         return value
-    return None if math.isnan(value) else float(value)
+    if math.isnan(value):
+        return None
+    return float(value)
 
 
 def to_json(value: object) -> str:
@@ -114,7 +126,10 @@ def to_json(value: object) -> str:
 
 
 def remaining(begun: float, done: int, count: int) -> str:
-    """How long the rest of `count` may take, of which so many are done since a time."""
+    """How long the rest of `count` things may take, in words.
+
+    begun: when the first was begun (s, of `time.monotonic`); done: how many are done since.
+    """
     seconds_each = (time.monotonic() - begun) / max(done, 1)
     seconds = seconds_each * (count - done)
     if seconds < 100:
@@ -132,7 +147,7 @@ def number(value: float, digits: int = 6) -> str:
 
 
 def located(value: float, low: float, high: float) -> str:
-    """A value in the digits that its interval leaves, at most twelve.
+    """A value in as many digits as the interval from low to high leaves, at most twelve.
 
     >>> located(0.7071067811865, 0.29, 1.13), located(0.7071067811865, 0.70710677, 0.70710679)
     ('0.7', '0.70710678')
@@ -148,9 +163,22 @@ def located(value: float, low: float, high: float) -> str:
 class Column:
     """A column of a table: its name, its unit ("" for none) and its value in a row.
 
-    value: of a row's record, left out the attribute of that name; shown: the same for people;
-    hidden: in files and rows alone; words: the head for people instead of the name; percent: a
-    share, which people read in %.
+    Parameters
+    ----------
+    name : str
+        The name, in files and records.
+    unit : str
+        The unit, "" for none.
+    value : callable, optional
+        Gives the value from a row's record; left out, the attribute of that name is it.
+    shown : callable, optional
+        Gives the text that people read from a row's record.
+    hidden : bool
+        Whether the column stands in files and records alone.
+    words : str
+        The head for people instead of the name.
+    percent : bool
+        Whether it is a share, which people read in %.
 
     Examples
     --------
@@ -194,8 +222,10 @@ class Column:
             return "-"
         if isinstance(value, bool):
             return "yes" if value else "no"
+        if isinstance(value, float) and self.percent:
+            return number(100 * value)
         if isinstance(value, float):
-            return number(100 * value if self.percent else value)
+            return number(value)
         return str(value)
 
     @property
@@ -211,7 +241,9 @@ class Column:
             unit = "Hz"
         elif not unit and self.percent:
             unit = "%"
-        return f"{words}, {unit}" if unit else words
+        if unit:
+            return f"{words}, {unit}"
+        return words
 
 
 def unit_word(unit: str) -> str:
@@ -225,16 +257,20 @@ def columns(names: str) -> tuple[Column, ...]:
 
 
 def in_order(heads: Iterable[Sequence[str]]) -> list[Column]:
-    """Columns of rows that are tuples, by their names and units."""
+    """Columns of a table whose rows are tuples: name and unit of each, in the order of values."""
     return [Column(name, unit, itemgetter(k)) for k, (name, unit) in enumerate(heads)]
 
 
-def aligned(rows: Sequence[Sequence[str]], right: bool = True) -> str:
-    """Rows of text as aligned columns, the first to the left."""
+def aligned_text(rows: Sequence[Sequence[str]], right: bool = True) -> str:
+    """Rows of texts as columns of one width each, the first to the left.
+
+    right: whether the others are aligned to the right.
+    """
     return "\n".join(_aligned_lines(rows, right))
 
 
 def _aligned_lines(rows: Sequence[Sequence[str]], right: bool) -> list[str]:
+    """The lines of `aligned_text`, one a row."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = []
     for first, *others in rows:
@@ -249,8 +285,19 @@ def _aligned_lines(rows: Sequence[Sequence[str]], right: bool) -> list[str]:
 class Table:
     """Columns and the records that they take their values from.
 
-    title: stands above; nothing: is said where there is no record; rank: which rows of a long table
-    are shown to people, those of the greatest value, among equal ones both ends.
+    Parameters
+    ----------
+    columns : sequence of Column
+        What stands in each column.
+    rows : sequence
+        The records, one a row.
+    title : str
+        Stands above the table.
+    nothing : str
+        Stands in place of a table without records.
+    rank : callable
+        The importance of a record: of a long table people read the rows of the greatest one, among
+        equal ones those nearest to either end.
 
     Examples
     --------
@@ -267,7 +314,7 @@ class Table:
     rank: Callable[[Any], Any] = lambda _: 0
 
     def _shown_rows(self, most: int) -> list[int]:
-        """Which rows, at most so many, are shown to people."""
+        """The indices, ascending, of the rows that are shown to people: at most so many."""
         count = len(self.rows)
 
         def importance(index: int) -> tuple[Any, int, int]:
@@ -278,10 +325,12 @@ class Table:
         return sorted(order[:most])
 
     def _cells(self, indices: Sequence[int]) -> list[list[str]]:
-        """The heads and some rows for people."""
+        """The heads of the columns for people, then the cells of the rows with some indices."""
         shown = [column for column in self.columns if not column.hidden]
-        rows = [[column.cell(self.rows[index]) for column in shown] for index in indices]
-        return [[column.head for column in shown], *rows]
+        lines = [[column.head for column in shown]]
+        for index in indices:
+            lines.append([column.cell(self.rows[index]) for column in shown])
+        return lines
 
     def text(self, most: int = SHOWN) -> str:
         """The table for people, with at most so many rows, the most telling ones in
@@ -301,7 +350,9 @@ class Table:
             return self.nothing or self.title
         indices = self._shown_rows(most)
         head, *row_lines = _aligned_lines(self._cells(indices), right=True)
-        lines = [self.title, head] if self.title else [head]
+        lines = [head]
+        if self.title:
+            lines.insert(0, self.title)
 
         def leave_out(count: int) -> None:
             if count:
@@ -325,18 +376,18 @@ class Table:
         '<table><tr><th>speed, m/s</th></tr><tr><td>1.5</td></tr></table>'
         """
         if not len(self.rows):
-            words = self.nothing or self.title
-            return f"<p>{html.escape(words)}</p>" if words else ""
+            return _paragraph(self.nothing or self.title)
         head, *rows = self._cells(self._shown_rows(most))
-        heads = "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
-        body = f"<tr>{heads}</tr>"
+        body = _html_row(head, "th")
         for row in rows:
-            cells = "".join(f"<td>{html.escape(cell)}</td>" for cell in row)
-            body += f"<tr>{cells}</tr>"
+            body += _html_row(row, "td")
         omitted = len(self.rows) - most
-        more = f"<p>{omitted} more rows</p>" if omitted > 0 else ""
-        title = f"<p>{html.escape(self.title)}</p>" if self.title else ""
-        return f"{title}<table>{body}</table>{more}"
+        omission = _paragraph(f"{omitted} more rows") if omitted > 0 else ""
+        return f"{_paragraph(self.title)}<table>{body}</table>{omission}"
+
+    def _values(self, row: object) -> list[Any]:
+        """The values of a row in all columns."""
+        return [column.of(row) for column in self.columns]
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping of column names to values for each row.
@@ -347,9 +398,10 @@ class Table:
         >>> squeal.Table([squeal.Column("speed", "m/s", lambda row: row)], [1.5]).records()
         [{'speed': 1.5}]
         """
-        return [
-            {column.name: plain(column.of(row)) for column in self.columns} for row in self.rows
-        ]
+        records = []
+        for row in self.rows:
+            records.append({column.name: plain(column.of(row)) for column in self.columns})
+        return records
 
     def save(self, path: Path | str) -> None:
         """Write the table as CSV or JSON, by the end of the name.
@@ -371,11 +423,27 @@ class Table:
         if path.suffix == ".json":
             write_text(path, to_json({"units": units, "rows": self.records()}) + "\n")
         elif path.suffix == ".csv":
-            heads = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
-            rows = ([column.of(row) for column in self.columns] for row in self.rows)
-            write_csv(path, heads, rows)
+            heads = []
+            for name, unit in units.items():
+                heads.append(f"{name} [{unit}]" if unit else name)
+            write_csv(path, heads, map(self._values, self.rows))
         else:
             raise InputError(f"{path}: the name must end in .csv or .json")
+
+
+def _paragraph(text: str) -> str:
+    """A paragraph in HTML; nothing of no text."""
+    if not text:
+        return ""
+    return f"<p>{html.escape(text)}</p>"
+
+
+def _html_row(cells: Sequence[str], tag: str) -> str:
+    """A row of a table in HTML; tag: th of a head, else td."""
+    row = ""
+    for cell in cells:
+        row += f"<{tag}>{html.escape(cell)}</{tag}>"
+    return f"<tr>{row}</tr>"
 
 
 class Mark(Enum):
@@ -389,7 +457,7 @@ class Mark(Enum):
 
 @dataclass(frozen=True)
 class Panel:
-    """What one panel shows of an answer's table: a column over another one, by name or by place.
+    """What one panel shows of an answer's table: column y over column x, by name or by place.
 
     each: the column whose values have a line each; of bars those of its first value are shown.
     """
@@ -466,13 +534,18 @@ class Answer(ABC):
         >>> print(squeal.thresholds(pair).text().splitlines()[0])
         pair: at mu = 0: marginal
         """
-        texts = (part.text(most) if isinstance(part, Table) else part for part in self.parts())
-        return visible("\n\n".join(text for text in texts if text))
+        texts = []
+        for part in self.parts():
+            text = part.text(most) if isinstance(part, Table) else part
+            if text:
+                texts.append(text)
+        return visible("\n\n".join(texts))
 
     def __repr__(self) -> str:
         return self.text(FEW)
 
     def _repr_html_(self) -> str:
+        """The answer for a notebook, which calls it by this name."""
         texts = []
         for part in self.parts():
             if isinstance(part, Table):
@@ -533,7 +606,9 @@ class Answer(ABC):
         if not self.grid:
             raise InputError(f"to_xarray: {type(self).__name__} has no axes; to_dataframe has all")
         frame = self.to_dataframe()
-        axes = [name if isinstance(name, str) else frame.columns[name] for name in self.grid]
+        axes = []
+        for axis in self.grid:
+            axes.append(axis if isinstance(axis, str) else frame.columns[axis])
         frame = frame.dropna(subset=axes).drop_duplicates(axes).set_index(axes)
         try:
             return frame.to_xarray()

@@ -66,20 +66,21 @@ def factors_of(system: SystemFunction) -> list[Factor]:
 def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool:
     """True if a factor bends so much within a step that roots may do what its ends do not tell.
 
-    One that is monotone and nearly straight moves the roots as a straight one does. Else it may
-    deviate from a straight line by bend length^2 / 8, which is compared with what is left of the
-    gaps between roots. Systems of more than 40 rows, whose range is proved on request only, need
-    this guard.
+    A factor that is monotone and nearly straight moves the roots as a straight one does. Another
+    one may deviate from a straight line by curvature length^2 / 8: it is checked what that may do
+    to the roots at both ends. Systems of more than 40 rows, whose range is proved on request only,
+    need this guard.
     """
     before = step.before
     after = step.after
     length = after.value - before.value
-    bend = factor.largest_curvature(before.value, after.value)
-    if not bend < np.inf:
+    curvature = factor.largest_curvature(before.value, after.value)
+    if not curvature < np.inf:
         return True
-    if 4 * bend * length <= min(factor.slope_size(before.value), factor.slope_size(after.value)):
+    smaller_slope = min(factor.slope_size(before.value), factor.slope_size(after.value))
+    if 4 * curvature * length <= smaller_slope:
         return False
-    deviation = bend * length**2 / 8
+    deviation = curvature * length**2 / 8
     for state in (before, after):
         if _may_change(state, continuation.couplings(state, factor.change), deviation):
             return True
@@ -90,7 +91,8 @@ def _may_change(state: SpectrumAtParameter, W: ComplexArray, deviation: float) -
     """True if two roots may meet on the line, or one cross it, while a factor deviates.
 
     Two roots at a distance g that are pulled towards each other by h and coupled as strongly may
-    move by h, or by sqrt(g h) where that is more. What happens at the state itself is seen there.
+    move by h, or by sqrt(g h) where that is more. Pairs that are one at the state itself are left
+    out: the spectrum there shows them.
 
     Parameters
     ----------
@@ -108,8 +110,8 @@ def _may_change(state: SpectrumAtParameter, W: ComplexArray, deviation: float) -
     relative = np.abs(slopes[:, None] - slopes) + 2 * np.sqrt(np.abs(W * W.T))
     pull = deviation * relative
     if state.problem is DAMPED:
-        swept = np.sqrt(np.where(4 * pull > distances, distances * pull, 0.0)).max(axis=1)
-        reach = 2 * (deviation * np.abs(slopes.real) + swept)
+        by_coupling = np.sqrt(np.where(4 * pull > distances, distances * pull, 0.0)).max(axis=1)
+        reach = 2 * (deviation * np.abs(slopes.real) + by_coupling)
         return bool(np.any(reach > np.abs(z.real), where=~state.on_line))
     conjugate = np.abs(z[:, None] - z.conj()) <= np.add.outer(state.rounding, state.rounding)
     pairs = (state.on_line[:, None] & state.on_line) | conjugate

@@ -24,12 +24,17 @@ REFUSED = (
 
 
 def _require(fulfilled: bool | np.bool_) -> None:
+    """Raise MatrixError unless a condition of static condensation is fulfilled."""
     if not fulfilled:
         raise MatrixError(REFUSED)
 
 
 class _Blocks(NamedTuple):
-    """Blocks of a matrix in eigenvectors of M, 2 being the nearly massless coordinates."""
+    """Blocks of a matrix in eigenvectors of M.
+
+    2 stands for the n2 nearly massless coordinates, 1 for the n1 others: X21 has the shape
+    (n2, n1).
+    """
 
     X22: Array
     X21: Array
@@ -40,9 +45,9 @@ class _Blocks(NamedTuple):
 class StaticCondensation:
     """The slow motions of a system, some of whose coordinates are nearly massless, with M = 1.
 
-    `error_amplification` is the factor by which it has increased relative rounding errors. Raises
-    InputError if M varies, or if nearly massless coordinates are damped, may grow or leave the slow
-    roots too few digits.
+    A function p -> (M, C, K) with matrices (n1, n1). `error_amplification` is the factor by which
+    it has increased relative rounding errors. Raises InputError if M varies, or if nearly massless
+    coordinates are damped, may grow or leave the slow roots too few digits.
     """
 
     def __init__(self, system: SystemFunction, p: float) -> None:
@@ -50,10 +55,10 @@ class StaticCondensation:
         self._system = system
         self.error_amplification = 1.0
         ((self._M, _, K),) = matrices_of(system, [p])
-        size = np.sqrt(np.abs(np.diag(self._M)))
-        _require(size.any())
+        scale = np.sqrt(np.abs(np.diag(self._M)))
+        _require(scale.any())
         masses, vectors = np.linalg.eigh(unit_diagonal(self._M))
-        self._vectors = vectors / divisor(size)[:, None]
+        self._vectors = vectors / divisor(scale)[:, None]
         masses = np.where(masses > 4 * EPS * len(masses) * masses[-1], masses, 0.0)
         _require(len(masses) > 1)  # else no mass is left
         # the greatest gap between neighbouring masses divides them
@@ -62,10 +67,12 @@ class StaticCondensation:
         self._light_masses = masses[:count]
         self._masses = masses[count:]
         _require(gaps.max() >= 1e4 and np.count_nonzero(self._light_masses) <= 1)
-        self._sign = float(np.linalg.slogdet(self._blocks(K).X22)[0])
-        _require(self._sign > 0.0 or not self._light_masses.any())
+        # a light coordinate of negative stiffness would grow
+        self._sign_of_det_K22 = float(np.linalg.slogdet(self._blocks(K).X22)[0])
+        _require(self._sign_of_det_K22 > 0.0 or not self._light_masses.any())
 
     def _blocks(self, X: Array) -> _Blocks:
+        """The blocks of M, C or K (n, n)."""
         transformed = self._vectors.T @ X @ self._vectors
         k = len(self._light_masses)
         return _Blocks(
@@ -80,19 +87,20 @@ class StaticCondensation:
         ((M, C, K),) = matrices_of(self._system, [p])
         damping = self._blocks(C)
         noise = 4 * EPS * len(M) * np.abs(damping.X11).max()
-        for light in (damping.X22, damping.X21, damping.X12):
-            _require(np.abs(light).max() <= noise)
+        for block in (damping.X22, damping.X21, damping.X12):  # of the nearly massless coordinates
+            _require(np.abs(block).max() <= noise)
         _require(np.array_equal(M, self._M) and not (C.any() and self._light_masses.any()))
         unit = np.sqrt(np.outer(self._masses, self._masses))
         return np.eye(len(unit)), damping.X11 / unit, self._condensed(self._blocks(K)) / unit
 
     def _condensed(self, K: _Blocks) -> Array:
-        """D1 L (n1, n1), the stiffness of the slow motions, by fixed-point iteration for X.
+        """The stiffness D1 L (n1, n1) of the slow motions, by fixed-point iteration for X.
 
-        `error_amplification` is raised by what cancels in K11 - K12 X.
+        K: the blocks of the stiffness matrix. `error_amplification` is raised by what cancels in
+        K11 - K12 X.
         """
         condition = float(np.linalg.cond(unit_diagonal(K.X22)))
-        _require(condition < 1e8 and np.linalg.slogdet(K.X22)[0] == self._sign)
+        _require(condition < 1e8 and np.linalg.slogdet(K.X22)[0] == self._sign_of_det_K22)
         X = np.linalg.solve(K.X22, K.X21)
         for _ in range(60):
             L = (K.X11 - K.X12 @ X) / self._masses[:, None]
@@ -107,7 +115,6 @@ class StaticCondensation:
         terms = np.abs(K.X11) + np.abs(K.X12) @ np.abs(X)
         cancellation = np.abs(terms).max() / np.abs(condensed).max()
         lost = cancellation * self._masses[-1] / self._masses[0]
-        self.error_amplification = max(
-            self.error_amplification, len(self._M) * condition * float(lost)
-        )
+        amplification = len(self._M) * condition * float(lost)
+        self.error_amplification = max(self.error_amplification, amplification)
         return condensed

@@ -74,27 +74,27 @@ class ContinuationOptions:
         Values in all, of systems of up to 60 rows; larger ones take fewer.
     doubt : float
         A root is matched if the slopes at both ends of a step predict its change to this share.
-    near : float
+    root_tolerance : float
         Of |z|: how much the slopes may miss in any case. Frequencies that differ by no more than
         this share may be of one root.
-    alike : float
+    mode_overlap : float
         The product of vectors in `Step.same_mode` beyond which two roots are one mode.
-    likely : float
+    mode_overlap_with_slopes : float
         The same if their slopes agree too.
-    difference : float
+    difference_step : float
         Of the range: the step of a difference that stands for a derivative.
-    same : float
+    event_tolerance : float
         Of the range: events closer than this coincide, unless the counts between them agree; of the
         value of an event: a narrower interval has converged.
-    sure : float
+    rounding_deviations : float
         Standard deviations of rounding that an interval holds.
-    wide : float
+    widest_interval : float
         Of the range: the widest interval that is not in doubt.
-    aside : float
+    division_share : float
         Of a step: where it is divided; not in the middle, as thresholds often lie at round numbers.
-    rounds : int
+    newton_steps : int
         Steps of Newton's method, and half of those of inverse iteration.
-    small : int
+    small_rows : int
         Rows up to which systems are stacked, and SciPy's loading is not worth while.
     """
 
@@ -102,16 +102,16 @@ class ContinuationOptions:
     depth: int = 12
     budget: int = 1500
     doubt: float = 0.25
-    near: float = 1e-3
-    alike: float = 0.8
-    likely: float = 0.5
-    difference: float = 1e-6
-    same: float = 1e-9
-    sure: float = 4.0
-    wide: float = 1e-4
-    aside: float = 0.4837
-    rounds: int = 12
-    small: int = 40
+    root_tolerance: float = 1e-3
+    mode_overlap: float = 0.8
+    mode_overlap_with_slopes: float = 0.5
+    difference_step: float = 1e-6
+    event_tolerance: float = 1e-9
+    rounding_deviations: float = 4.0
+    widest_interval: float = 1e-4
+    division_share: float = 0.4837
+    newton_steps: int = 12
+    small_rows: int = 40
 
 
 Numbers = NDArray | complex
@@ -215,17 +215,21 @@ class SpectrumAtParameter:
 
     @cached_property
     def kinds(self) -> Codes:
-        """What each root does, see `eigen.kinds`; of a pair that grows both."""
+        """What each root does, see `verdicts.kinds`; of a pair that grows both."""
         if self.problem is UNDAMPED:
-            return kinds(*square_roots(self.roots, self.rounding))
-        turn = 1.0 if self.problem is DAMPED else 1j
-        return kinds(self.roots * turn, self.rounding)
+            exponents, rounding = square_roots(self.roots, self.rounding)
+            return kinds(exponents, rounding)
+        if self.problem is GYROSCOPIC:  # z = -i lambda
+            return kinds(1j * self.roots, self.rounding)
+        return kinds(self.roots, self.rounding)
 
     @cached_property
     def unstable_pairs(self) -> list[int]:
         """Indices of the upper roots of growing pairs, the fastest first."""
-        across = self.roots.real if self.problem is GYROSCOPIC else self.roots.imag
-        return self._fastest_first((self.kinds == FLUTTER) & (across > 0.0))
+        imag = self.roots.imag
+        if self.problem is GYROSCOPIC:  # z = -i lambda
+            imag = self.roots.real
+        return self._fastest_first((self.kinds == FLUTTER) & (imag > 0.0))
 
     @cached_property
     def unstable_reals(self) -> list[int]:
@@ -233,6 +237,7 @@ class SpectrumAtParameter:
         return self._fastest_first(self.kinds == DIVERGENCE)
 
     def _fastest_first(self, chosen: Bools) -> list[int]:
+        """Indices of the roots of a mask (m,), by falling growth rate."""
         order = np.argsort(-self.exponents.real)
         return [int(k) for k in order if chosen[k]]
 
@@ -250,16 +255,17 @@ class SpectrumAtParameter:
         )
 
     @cached_property
-    def bounds(self) -> tuple[int, int]:
+    def count_bounds(self) -> tuple[int, int]:
         """At least and at most how many roots lambda (two for a pair) grow, rounding considered."""
         z = self.roots
         rounding = 2 * self.rounding  # that of two which are close, see `close`
-        per_root = np.ones(len(z))
+        per_root = np.ones(len(z))  # how many growing roots lambda each z stands for
         has_close_root = self.close.sum(axis=1) > 1
         if self.problem is DAMPED:
             certain = z.real > rounding
             possible = z.real > -rounding
-            per_root += np.sign(z.imag) * ~self.real  # those below the real axis come with others
+            # a complex root above the real axis stands for its pair, that below it for none
+            per_root += np.sign(z.imag) * ~self.real
         elif self.problem is GYROSCOPIC:  # z = -i lambda
             certain = z.imag < -rounding
             possible = has_close_root
@@ -269,17 +275,19 @@ class SpectrumAtParameter:
         return int(per_root[certain].sum()), int(per_root[certain | possible].sum())
 
     @property
-    def sure(self) -> bool:
+    def count_is_certain(self) -> bool:
         """True if rounding leaves no doubt about how many roots grow."""
-        least, most = self.bounds
+        least, most = self.count_bounds
         return least == most
 
     @cached_property
     def couplings(self) -> ModalCouplings:
-        """The couplings of all pairs of roots that may meet.
+        """The couplings of all pairs of roots that may meet, each pair once.
 
-        Both of them lie on the line or above it, or they are conjugate to each other. By
-        perturbation theory of simple roots (Kato 1966, II.2) z_k''/2 = sum_m F_km W_mk, where
+        With damping these are two roots on the real axis or above it, without it two on the line
+        at positive frequencies; what lies below mirrors them. And there are conjugate roots.
+
+        By perturbation theory of simple roots (Kato 1966, II.2) z_k''/2 = sum_m F_km W_mk, where
         F_kl = W_kl / (z_k - z_l). In F W - W F are the terms of 2 T, and those with m = k and
         m = l, which F_kl (W_kk - W_ll) takes away.
         """
@@ -287,25 +295,25 @@ class SpectrumAtParameter:
         W = self.coupling
         slopes = self.slopes
         differences = z[:, None] - z
-        unsure = np.add.outer(self.rounding, self.rounding)
-        conjugate = np.abs(z[:, None] - z.conj()) <= unsure
+        unresolved = np.add.outer(self.rounding, self.rounding)  # differences up to this are none
+        conjugate = np.abs(z[:, None] - z.conj()) <= unresolved
         if self.problem is DAMPED:
-            upper = z.imag >= -self.rounding
+            may_meet = z.imag >= -self.rounding
         else:
-            positive = z.real > (0 if self.problem is UNDAMPED else -self.rounding)
-            upper = self.real & positive
+            positive = z.real > (0.0 if self.problem is UNDAMPED else -self.rounding)
+            may_meet = self.real & positive
             conjugate &= positive
-        if self.problem is GYROSCOPIC:  # those that meet at zero
-            conjugate |= (np.abs(z[:, None] + z) <= unsure) & self.real
-        k, l = np.nonzero(np.triu((upper[:, None] & upper) | conjugate, 1))
+        if self.problem is GYROSCOPIC:  # two that are opposite meet at zero
+            conjugate |= (np.abs(z[:, None] + z) <= unresolved) & self.real
+        k, l = np.nonzero(np.triu((may_meet[:, None] & may_meet) | conjugate, 1))
         both_ways = np.stack([k, l]), np.stack([l, k])
         with np.errstate(all="ignore"):
-            inverse = np.where(np.abs(differences) > unsure, 1 / differences, 0.0)
+            inverse = np.where(np.abs(differences) > unresolved, 1 / differences, 0.0)
             F = W * inverse
             T = (F @ W - W @ F + F * (slopes[:, None] - slopes)) / 2
             half_second_derivative = np.einsum("km,mk->k", F, W)
             bend = half_second_derivative[k] - half_second_derivative[l]
-            bend = bend - 2 * W[k, l] * W[l, k] * inverse[k, l]
+            bend = bend - 2 * W[k, l] * W[l, k] * inverse[k, l]  # by other roots alone
         return ModalCouplings(
             k=k,
             l=l,
@@ -319,18 +327,19 @@ class SpectrumAtParameter:
 def exponents(
     roots: ComplexArray, problem: ProblemClass, frequency_scale: float | Array
 ) -> ComplexArray:
-    """The eigenvalues lambda (rad/s) of roots; without damping those that do not decay."""
+    """The eigenvalues lambda (rad/s) of roots z; without damping those that do not decay."""
     if problem is UNDAMPED:
         return np.sqrt(-roots + 0j)
-    turned = roots if problem is DAMPED else 1j * roots
-    return turned * frequency_scale
+    if problem is GYROSCOPIC:  # z = -i lambda / scale
+        return 1j * roots * frequency_scale
+    return roots * frequency_scale
 
 
 class StandardProblem(NamedTuple):
     """The standard eigenproblem A z = z v at one value of the parameter.
 
-    A: the matrix (N, N); derivative: dA/dp; sizes: what the rounding of each entry of A is
-    relative to, so that it is the machine precision times this.
+    A: the matrix (N, N); derivative: dA/dp (N, N); sizes (N, N): the rounding of each entry of A
+    is the machine precision times this.
     """
 
     A: NDArray
@@ -366,6 +375,7 @@ class Continuation:
         self.low = low
         self.high = high
         self.options = options or ContinuationOptions()
+        # not at round values, at which an entry may be zero that is none elsewhere
         inner_values = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
         samples = matrices_of(system, inner_values)
         self._projections = _without_free_motions(samples)
@@ -377,16 +387,16 @@ class Continuation:
         if self.problem is UNDAMPED:
             self.frequency_scale = 1.0
         self._states: dict[float, SpectrumAtParameter] = {}
-        self._last: tuple[float, StandardProblem] | None = None
-        self._pattern = np.zeros((self.size, self.size), dtype=bool)
+        self._last: tuple[float, StandardProblem] | None = None  # the last value, and A there
+        self._pattern = np.zeros((self.size, self.size), dtype=bool)  # entries of A that are not 0
         self._components: list[NDArray[np.intp]] = []  # strong ones of A at all values so far
         self._state_scales = np.ones(self.size)
         zero = np.zeros_like(samples[0][0])
         # sets frequency scale and components
-        standards = [self._standard(matrices, (zero, zero, zero)) for matrices in samples]
-        if self.problem is not UNDAMPED:
+        problems = [self._standard_problem(matrices, (zero, zero, zero)) for matrices in samples]
+        if self.problem is not UNDAMPED and len(self._components) > 1:
             self._state_scales = _balanced_states(
-                [standard.A for standard in standards], self._components
+                [problem.A for problem in problems], self._components
             )
 
     @property
@@ -394,7 +404,7 @@ class Continuation:
         """All states so far, by rising value."""
         return [self._states[p] for p in sorted(self._states)]
 
-    def _standard(self, matrices: Matrices, slopes: Change) -> StandardProblem:
+    def _standard_problem(self, matrices: Matrices, slopes: Change) -> StandardProblem:
         """The standard eigenproblem of M, C and K, and its derivative for slopes dM, dC and dK.
 
         With L M R = 1 it is that of A = L K R and B = L C R. As d(M^-1) = -M^-1 dM M^-1 their
@@ -419,6 +429,7 @@ class Continuation:
             n = len(A)
             A, self.frequency_scale = first_order(A, B, self.frequency_scale)
             dA = first_order(dA, dB, self.frequency_scale)[0]
+            # `first_order` changes the signs of its blocks
             sizes = first_order(-sizes, -damping_sizes, self.frequency_scale)[0]
             dA[:n] = 0.0  # the upper rows are exact and constant
             sizes[:n] = 0.0
@@ -439,19 +450,22 @@ class Continuation:
         return StandardProblem(A, dA, sizes)
 
     def _projected(self, X: Array) -> Array:
+        """M, C or K (n, n), or a derivative, without the free motions."""
         if self._projections is None:
             return X
         P, Q = self._projections
         return P.conj().T @ X @ Q
 
-    def _standards(self, ps: Sequence[float]) -> list[StandardProblem]:
-        given = with_slopes(self.system, ps, self.low, self.high, self.options.difference)
-        return [self._standard(matrices, slopes) for matrices, slopes in given]
+    def _standard_problems(self, ps: Sequence[float]) -> list[StandardProblem]:
+        """The standard eigenproblem at each value."""
+        difference_step = self.options.difference_step
+        at_values = with_slopes(self.system, ps, self.low, self.high, difference_step)
+        return [self._standard_problem(matrices, slopes) for matrices, slopes in at_values]
 
-    def matrix_and_derivative(self, p: float) -> StandardProblem:
-        """A(p), dA/dp, and the sizes of what is rounded in the entries of A."""
+    def standard_problem(self, p: float) -> StandardProblem:
+        """The standard eigenproblem at p; the last one is kept."""
         if self._last is None or self._last[0] != p:
-            self._last = p, self._standards([p])[0]
+            self._last = p, self._standard_problems([p])[0]
         return self._last[1]
 
     def rows_of_components(self, right: NDArray, left: NDArray) -> NDArray[np.intp]:
@@ -463,40 +477,50 @@ class Continuation:
         return np.flatnonzero(chosen)
 
     def couplings(self, state: SpectrumAtParameter, change: Change) -> ComplexArray:
-        """What a change of M, C and K (n, n) is in the vectors of a state (m, m), the slopes of its
-        roots on the diagonal."""
+        """The coupling (m, m) of the roots of a state by a change dM, dC, dK of the matrices.
+
+        It is what `SpectrumAtParameter.coupling` is for a change of the parameter: the change of A
+        in the eigenvectors, with the slopes of the roots on the diagonal.
+        """
         (matrices,) = matrices_of(self.system, [state.value])
-        derivative = self._standard(matrices, change).derivative
+        derivative = self._standard_problem(matrices, change).derivative
         return _in_vectors(derivative, state.left, state.right)
 
     def perturbed_by_rounding(self, p: float) -> list[StandardProblem]:
-        """The problem at p with derivatives by relative changes of each number that the system
-        computes A from; none of a system that does not know them."""
+        """The problem at p with derivatives by relative changes of the numbers behind A.
+
+        One for each number that a system computes its matrices from, such as those of a pad's
+        equilibrium; none of a system that has no method for it.
+        """
         perturbed = getattr(self.system, "perturbed_by_rounding", None)
         if perturbed is None:
             return []
-        return [self._standard(matrices, slopes) for matrices, slopes in perturbed(p)]
+        return [self._standard_problem(matrices, slopes) for matrices, slopes in perturbed(p)]
 
     def at(self, p: float) -> SpectrumAtParameter:
         """The state at p, computed once."""
         if p not in self._states:
-            standard = self.matrix_and_derivative(p)
-            self._add(p, standard, *_eigenvectors(standard.A, self._components))
+            problem = self.standard_problem(p)
+            roots, right = _eigenvectors(problem.A, self._components)
+            self._add(p, problem, roots, right)
         return self._states[p]
 
     def prepare(self, ps: Iterable[float]) -> None:
         """Compute the states at several values together, if that saves time."""
         new = [p for p in dict.fromkeys(ps) if p not in self._states]
-        if new and self.size <= self.options.small:
-            standards = self._standards(new)
-            matrices = np.array([standard.A for standard in standards])
+        if new and self.size <= self.options.small_rows:
+            problems = self._standard_problems(new)
+            matrices = np.array([problem.A for problem in problems])
             roots, right = _eigenvectors(matrices, self._components)
             for i, p in enumerate(new):
-                self._add(p, standards[i], roots[i], right[i])
+                self._add(p, problems[i], roots[i], right[i])
 
-    def _add(self, p: float, standard: StandardProblem, roots: NDArray, right: NDArray) -> None:
-        """Keep the state at p, with the left vectors and the rounding of its roots (N,)."""
-        A = standard.A
+    def _add(self, p: float, problem: StandardProblem, roots: NDArray, right: NDArray) -> None:
+        """Keep the state at p, from its roots (N,) and right vectors (N, N).
+
+        Left vectors and the rounding of the roots are computed here, component by component.
+        """
+        A = problem.A
         left = np.zeros_like(right)
         rounding = np.zeros(len(A))
         for rows in self._components:
@@ -513,7 +537,7 @@ class Continuation:
             roots=roots,
             right=right,
             left=left,
-            coupling=_in_vectors(standard.derivative, left, right),
+            coupling=_in_vectors(problem.derivative, left, right),
             rounding=rounding,
             problem=self.problem,
             frequency_scale=1.0 if self.frequency_scale is None else self.frequency_scale,
@@ -548,25 +572,27 @@ def _balanced_states(samples: Sequence[NDArray], parts: Sequence[NDArray[np.intp
 
 
 def _in_vectors(matrix: NDArray, left: NDArray, right: NDArray) -> ComplexArray:
-    """left^H matrix right (m, m), where left^H right = 1.
+    """A matrix (N, N) in eigenvectors: left^H matrix right (m, m), scaled as if left^H right = 1.
 
-    Of unit vectors. The product of those of a defective eigenvalue, which has no slope, is zero to
-    rounding and taken for as much.
+    left, right: unit vectors (N, m). The product of those of a defective eigenvalue, which has no
+    slope, is zero to rounding; it is taken for EPS.
     """
     products = np.sum(left.conj() * right, axis=0)
     products = np.where(np.abs(products) < EPS, EPS, products)
     return np.asarray(left.conj().T @ (matrix @ right) / products[:, None], dtype=complex)
 
 
-def _eigenvectors(A: NDArray, parts: Sequence[NDArray[np.intp]]) -> tuple[NDArray, NDArray]:
+def _eigenvectors(
+    A: NDArray, component_rows: Sequence[NDArray[np.intp]]
+) -> tuple[NDArray, NDArray]:
     """Eigenvalues (..., N) and unit right vectors (..., N, N) of matrices (..., N, N).
 
-    `parts` are the rows of the strong components into which the matrices fall; each is solved by
-    itself and has as many eigenvalues as rows.
+    `component_rows` are the rows of each strong component of the matrices; each component is solved
+    by itself and has as many eigenvalues as rows.
     """
     roots = np.zeros(A.shape[:-1], complex)
     right = np.zeros(A.shape, complex)
-    for rows in parts:
+    for rows in component_rows:
         block = A[..., rows[:, None], rows]
         hermitian = np.array_equal(block, block.conj().swapaxes(-1, -2))
         solver = np.linalg.eigh if hermitian else np.linalg.eig
@@ -575,38 +601,46 @@ def _eigenvectors(A: NDArray, parts: Sequence[NDArray[np.intp]]) -> tuple[NDArra
 
 
 def problem_class_of(samples: Sequence[tuple[Array, Array | None, Array]]) -> ProblemClass:
-    """The problem class of matrices M, C, K at some values."""
-    if any(X is not None and np.iscomplexobj(X) for sample in samples for X in sample):
-        return DAMPED
-    if not any(C is not None and C.any() for _, C, _ in samples):
-        return UNDAMPED
+    """The problem class of matrices M, C, K at some values; C may be None."""
+    has_damping = False
+    is_gyroscopic = True
     for M, C, K in samples:
-        if not (_has_symmetry(M, 1) and _has_symmetry(K, 1)):
+        if any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
             return DAMPED
-        if C is not None and not _has_symmetry(C, -1):
-            return DAMPED
-    return GYROSCOPIC
+        if C is not None and C.any():
+            has_damping = True
+            is_gyroscopic &= _has_symmetry(C, -1)
+        is_gyroscopic &= _has_symmetry(M, 1) and _has_symmetry(K, 1)
+    if not has_damping:
+        return UNDAMPED
+    return GYROSCOPIC if is_gyroscopic else DAMPED
 
 
 def _has_symmetry(X: Array, sign: int) -> bool:
-    """True if X is symmetric (sign 1) or skew (-1), to rounding."""
+    """True if X (n, n) is symmetric (sign 1) or skew (-1), to rounding."""
     return bool(np.abs(X - sign * X.T).max() <= 4 * EPS * len(X) * np.abs(X).max())
 
 
 def _without_free_motions(samples: Sequence[Matrices]) -> tuple[Array, Array] | None:
-    """P and Q (n, n - k), of which P' M Q q'' + P' C Q q' + P' K Q q = 0 has no free motions.
+    """Projections P and Q that take the free motions, whose roots are zero throughout, out.
 
-    These are the k motions x on which neither K nor C acts at any sample, whose roots are zero
-    throughout, and the k combinations y of rows with y' K = y' C = 0. Q spans what is orthogonal to
-    M' y, P what is orthogonal to M x.
+    Free motions are the k vectors x on which neither K nor C acts at any sample; with them go the k
+    combinations y of rows with y' K = y' C = 0. Q spans what is orthogonal to M' y, P what is
+    orthogonal to M x, so that P' M Q q'' + P' C Q q' + P' K Q q = 0 has all other roots.
+
+    Parameters
+    ----------
+    samples : sequence of (M, C, K)
+        Arrays (n, n) at some values of the parameter.
 
     Returns
     -------
     (P, Q) or None
-        None if there are no such motions, if M varies, or if M does not separate them well.
+        Arrays (n, n - k). None if there are no free motions, if M varies, or if M does not separate
+        them well.
     """
     M = samples[0][0]
-    acting = []
+    acting = []  # all K and C that are not zero
     for other_M, C, K in samples:
         if not np.array_equal(M, other_M):
             return None
@@ -615,15 +649,15 @@ def _without_free_motions(samples: Sequence[Matrices]) -> tuple[Array, Array] | 
                 acting.append(X)
     if not acting:
         return None
-    # along a unit diagonal of M, so that units do not matter
+    # scaled to a unit diagonal of M and to a largest entry of 1, so that units do not matter
     scale = 1.0 / np.sqrt(divisor(np.diag(M)))[:, None]
-    unit = []
+    unit_sized = []
     for X in acting:
         scaled = scale * X * scale.T
-        unit.append(scaled / np.abs(scaled).max())
-    noise = 8 * EPS * len(M) * float(np.linalg.norm(np.hstack(unit), 2))
-    motions = scale * null_spaces(np.vstack(unit), noise)[0]
-    combinations = scale * null_spaces(np.hstack(unit), noise)[1]
+        unit_sized.append(scaled / np.abs(scaled).max())
+    noise = 8 * EPS * len(M) * float(np.linalg.norm(np.hstack(unit_sized), 2))
+    motions = scale * null_spaces(np.vstack(unit_sized), noise)[0]
+    combinations = scale * null_spaces(np.hstack(unit_sized), noise)[1]
     k = motions.shape[1]
     if not 0 < k < len(M) or combinations.shape[1] != k:
         return None
@@ -635,12 +669,15 @@ def _without_free_motions(samples: Sequence[Matrices]) -> tuple[Array, Array] | 
 
 
 def _normalising(M: Array) -> tuple[Array, Array]:
-    """L, R with L M R = 1; L = R' if M is symmetric, positive definite."""
+    """L, R (n, n) with L M R = 1; L = R' if M is symmetric, positive definite, else R = 1.
+
+    Raises LightMassError for a symmetric M that is (nearly) singular, MatrixError for another one.
+    """
     try:
         T = reduce(M, None, np.zeros_like(M)).T
-    except LightMassError:
+    except LightMassError:  # `thresholds` answers it by static condensation
         raise
-    except InputError:
+    except InputError:  # not symmetric, positive definite
         if not ILL * np.linalg.cond(unit_diagonal(M)) < 1.0:
             raise MatrixError(
                 "M: a regular matrix is required to search for all thresholds; where rows have no "

@@ -37,7 +37,7 @@ def structure_stiffness(
     Parameters
     ----------
     system : System
-        The system, at its own parameters.
+        The system; K is taken at its parameters.
     without : collection of int
         Indices of terms of K that are left out.
 
@@ -67,8 +67,7 @@ def structure_stiffness(
 
 
 def frictionless(system: System, changes: Mapping[str, float] | None = None) -> dict[str, float]:
-    """The nominal parameters, some of them changed, without friction, at which a structure's
-    stiffness is taken."""
+    """The parameters of a system, some of them changed, with the friction coefficient set to 0."""
     values = dict(changes or {})
     if "mu" in system.parameters:
         values["mu"] = 0.0
@@ -78,7 +77,7 @@ def frictionless(system: System, changes: Mapping[str, float] | None = None) -> 
 
 
 def _multiplies_unsymmetric_terms(system: System) -> bool:
-    """Whether the free parameter multiplies terms of K, and none of them is symmetric."""
+    """True if the free parameter multiplies terms of K, none of which is symmetric."""
     matrices = [term.matrix for term in system.K if system.parameter in term.factor.names]
     for X in matrices:
         if abs(X - X.T).max() <= SKEW * abs(X).max():
@@ -87,7 +86,11 @@ def _multiplies_unsymmetric_terms(system: System) -> bool:
 
 
 class Damped(NamedTuple):
-    """What is damped: terms by part and number, such as K.2, or modes; by what, and how much."""
+    """What is damped, for the answer.
+
+    of: the term by part and number, such as K.2, or modes; by: the key of the damping, such as
+    rayleigh; value: how much.
+    """
 
     of: str
     by: str
@@ -99,10 +102,11 @@ def damped(
     rayleigh: Sequence[float] = (0.0, 0.0),
     ratios: Ratios = (),
     structural: float = 0.0,
-    own: Mapping[str, Collection[int]] | None = None,
+    left_out: Mapping[str, Collection[int]] | None = None,
 ) -> tuple[System, tuple[Damped, ...]]:
-    """The system with damping of its structure, of which M and the stiffness K have modes Phi; and
-    what is damped.
+    """The system with damping of its structure, and a list of what is damped.
+
+    Below, K is the stiffness of `structure_stiffness` and Phi are its modes with M.
 
     Parameters
     ----------
@@ -117,10 +121,10 @@ def damped(
     structural : float
         The loss factor eta: K gains i eta K. That describes exp(lambda t) with Im lambda > 0; roots
         below the real axis are mirror images.
-    own : mapping of str to collections of int, optional
-        Indices of terms that have damping of their own and are left out: of K by the name of the
-        argument above, of M by "M". `rayleigh` and `structural` leave out terms of K that depend on
-        the frequency, too.
+    left_out : mapping of str to collections of int, optional
+        Indices of terms that are left out, as they have damping of their own: of K by the name of
+        the argument above, of M by "M". Terms of K that depend on the frequency are always left
+        out by `rayleigh` and `structural`.
 
     Raises
     ------
@@ -129,35 +133,36 @@ def damped(
         not symmetric, positive definite.
     """
     alpha, beta = rayleigh
-    left_out = own or {}
+    indices_left_out = left_out or {}
     C = list(system.C)
     K = list(system.K)
     described: list[Damped] = []
 
-    def terms_without(name: str) -> set[int]:
-        """The terms of K that a kind of damping leaves out."""
-        terms = set(left_out.get(name, ()))
+    def terms_left_out(name: str) -> set[int]:
+        """Indices of the terms of K that a kind of damping leaves out."""
+        terms = set(indices_left_out.get(name, ()))
         for i, term in enumerate(system.K):
             if term.factor.names & set(system.follows):  # it depends on the frequency
                 terms.add(i)
         return terms
 
     def describe(by: str, value: float, part: str, terms: Iterable[int]) -> None:
+        """Add terms of M or K, by their indices, to what is damped."""
         for i in terms:
             described.append(Damped(f"{part}.{i + 1}", by, value))
 
     if alpha:
-        mass_terms = [i for i in range(len(system.M)) if i not in left_out.get("M", ())]
+        mass_terms = [i for i in range(len(system.M)) if i not in indices_left_out.get("M", ())]
         for i in mass_terms:
             factor = Formula(f"{alpha!r} * ({system.M[i].factor.text})")
             C.append(Term(system.M[i].matrix, factor))
         describe("rayleigh", alpha, "M", mass_terms)
     if beta:
-        stiffness, stiffness_terms = structure_stiffness(system, terms_without("rayleigh"))
+        stiffness, stiffness_terms = structure_stiffness(system, terms_left_out("rayleigh"))
         C.append(Term(beta * stiffness))
         describe("rayleigh", beta, "K", stiffness_terms)
     if structural:
-        stiffness, stiffness_terms = structure_stiffness(system, terms_without("structural"))
+        stiffness, stiffness_terms = structure_stiffness(system, terms_left_out("structural"))
         K.append(Term(structural * stiffness, Modulus(imaginary=True)))
         describe("structural", structural, "K", stiffness_terms)
     result = dataclasses.replace(system, C=tuple(C), K=tuple(K))
@@ -171,7 +176,16 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
     """A system with damping ratios of the real modes of an undamped one, and what is damped.
 
     C gains U U' with U = M Phi diag(2 zeta omega)^(1/2). Raises InputError for more ratios than
-    there are modes, and for one ratio of more than 2000 rows.
+    there are modes, and for one ratio of all modes of more than 2000 rows.
+
+    Parameters
+    ----------
+    system : System
+        The system that gains the damping; it may have Rayleigh damping already.
+    undamped : System
+        The system whose modes are damped.
+    ratios : float, sequence of float or function
+        As `damped`.
     """
     n = system.n
     K, _ = structure_stiffness(undamped)
@@ -183,7 +197,7 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
         zeta = ratios(omega / math.tau)
     else:
         is_list = np.ndim(ratios) > 0
-        count = len(np.atleast_1d(ratios)) if is_list or is_large else n
+        count = np.size(ratios) if is_list or is_large else n
         if count > n or (is_large and not is_list):
             raise InputError(
                 f"damping.ratios: {count} ratios of {n} rows are not allowed; a list of one for "
@@ -214,14 +228,15 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
 def _bordered(system: System, U: Array) -> System:
     """A sparse system with U U' added to C, by k more unknowns instead of a full matrix.
 
-    The unknowns w = U' q' are defined by rows w - U' q' = 0 of their own, and U w is the damping
-    force. U has the shape (n, k).
+    The unknowns w = U' q' are defined by k more rows w - U' q' = 0, and U w is the damping force.
+    U has the shape (n, k).
     """
     from scipy.sparse import block_array, csc_array, eye_array
 
     n, k = U.shape
 
     def enlarged(term: Term) -> Term:
+        """The term with rows and columns of zeros for the new unknowns."""
         X = csc_array(term.matrix, copy=True)
         X.resize((n + k, n + k))
         return Term(X, term.factor, term.digits)

@@ -27,7 +27,11 @@ NEAR_ZERO = 0.25  # of |lambda|: a root that may move by more may be a double ro
 
 
 def half_units(matrix: Matrix, digits: int | None) -> csc_array:
-    """Half a unit of the last of so many significant digits, of each entry (n, n); zero if None."""
+    """How far each entry of a matrix (n, n) may be off that was written with so many digits.
+
+    It is half a unit of the last significant digit, for real and imaginary part; zero if `digits`
+    is None: entries are exact.
+    """
     X = csc_array(matrix)
     if digits is None:
         return csc_array(X.shape)
@@ -53,66 +57,77 @@ def has_digits(system: TermSystem) -> bool:
 def data_errors(
     system: TermSystem, changes: Mapping[str, float] | None = None
 ) -> tuple[csc_array, csc_array, csc_array]:
-    """How far the entries (n, n) of M, C and K may be off at the parameters of a system."""
-    at = system.values(changes)
+    """How far the digits of files leave entries (n, n) of M, C and K open, at some parameters."""
+    parameters = system.values(changes)
     errors = []
     for terms in system.parts:
         total = csc_array((system.n, system.n))
         for term in terms:
             if term.digits is not None:
-                total = total + abs(term.factor.value(at)) * half_units(term.matrix, term.digits)
+                factor = abs(term.factor.value(parameters))
+                total = total + factor * half_units(term.matrix, term.digits)
         errors.append(total)
     return errors[0], errors[1], errors[2]
 
 
 def rounding_of_sums(system: TermSystem) -> tuple[Array, Array, Array]:
-    """How far the entries (n, n) of M, C and K may be from the sums of factors times matrices,
-    beside half a unit in their last place; zero where nothing was rounded.
+    """How far rounding may have moved entries (n, n) of M, C and K when terms were summed.
 
-    Terms that cancel leave the rounding of what they were: products and sums of doubles and their
-    errors are computed without error (Dekker, Numer. Math. 18, 1971).
+    That is beside half a unit in their last place; zero where nothing was rounded. Terms that
+    cancel leave a rounding of the size of the terms: it is computed exactly, from the errors of
+    products and sums of doubles (Dekker, Numer. Math. 18, 1971).
     """
-    at = system.parameters
+    parameters = system.parameters
     errors = []
     for terms in system.parts:
-        active = [t for t in terms if t.factor.value(at) or _error_of_factor(t, at)]
+        active = []
+        for term in terms:
+            if term.factor.value(parameters) or _error_of_factor(term, parameters):
+                active.append(term)
         total = np.zeros((system.n, system.n))
         error = np.zeros((system.n, system.n))
         for term in active:
-            factor = term.factor.value(at)
+            factor = term.factor.value(parameters)
             matrix = dense(term.matrix)
             if np.iscomplexobj(matrix) or isinstance(factor, complex):
                 size = abs(factor) * np.abs(matrix)
                 error = error + 2.0 * (len(active) + 1) * EPS * size
                 continue
-            product, of_product = _exact_product(factor, matrix)
-            total, of_sum = _exact_sum(total, product)
-            error = error + np.abs(of_sum) + _error_of_factor(term, at) * np.abs(matrix)
+            factor_error = _error_of_factor(term, parameters)
+            product, product_error = _exact_product(factor, matrix)
+            total, sum_error = _exact_sum(total, product)
+            error = error + np.abs(sum_error) + factor_error * np.abs(matrix)
             if len(active) > 1:  # that of a single product is within the half unit
-                error = error + np.abs(of_product)
-        errors.append(error * (1.0 + 8.0 * EPS))
+                error = error + np.abs(product_error)
+        errors.append(error * (1.0 + 8.0 * EPS))  # a bound in spite of rounding in these sums
     return errors[0], errors[1], errors[2]
 
 
-def _error_of_factor(term: Term, at: Mapping[str, float]) -> float:
-    """How far rounding may have moved the factor of a term; 0 of a number or a parameter alone."""
+def _error_of_factor(term: Term, parameters: Mapping[str, float]) -> float:
+    """How far rounding may have moved the factor of a term; 0 of a number or a parameter alone.
+
+    A formula is compared with its value in fractions.
+    """
     factor = term.factor
-    value = abs(factor.value(at))
+    value = abs(factor.value(parameters))
     if not isinstance(factor, Formula):
         return 4.0 * EPS * value
     if not factor.names or factor.text.strip() in factor.names:
         return 0.0
     try:
-        exact = factor.over(at, Fraction)
+        exact = factor.in_arithmetic(parameters, Fraction)
     except (ArithmeticError, TypeError, ValueError):
         exact = None
     if not isinstance(exact, Fraction):  # a power that is no rational number
         return 4.0 * EPS * value
-    return float(abs(exact - Fraction(factor.value(at)))) * (1.0 + 2.0 * EPS)
+    return float(abs(exact - Fraction(factor.value(parameters)))) * (1.0 + 2.0 * EPS)
 
 
 def _exact_product(factor: float, matrix: Array) -> tuple[Array, Array]:
-    """Products in doubles and their errors; where a part overflows a bound of the error."""
+    """Products (n, n) in doubles, and their exact errors (n, n).
+
+    Where a part of the computation overflows it is a bound of the error.
+    """
     product = factor * matrix
     with np.errstate(over="ignore", invalid="ignore"):
         high, low = _halves(np.asarray(factor))
@@ -124,25 +139,25 @@ def _exact_product(factor: float, matrix: Array) -> tuple[Array, Array]:
 
 
 def _halves(numbers: Array) -> tuple[Array, Array]:
-    """The upper 26 bits of doubles, and what is left."""
+    """Doubles as sums of two with 26 bits each (Veltkamp's splitting): the upper, the lower."""
     scaled = 134217729.0 * numbers  # 2^27 + 1
     high = scaled - (scaled - numbers)
     return high, numbers - high
 
 
 def _exact_sum(a: Array, b: Array) -> tuple[Array, Array]:
-    """Sums in doubles and their errors."""
+    """Sums a + b in doubles, and their exact errors (Knuth's two-sum)."""
     total = a + b
-    of_b = total - a
-    return total, (a - (total - of_b)) + (b - of_b)
+    b_added = total - a
+    return total, (a - (total - b_added)) + (b - b_added)
 
 
 def _off_the_axis(
     values: NDArray[np.complex128], bounds: Array, symmetric: bool
 ) -> NDArray[np.bool_]:
-    """Which roots of a real undamped system may leave the imaginary axis within their bounds.
+    """Which roots (m,) of a real undamped system may leave the imaginary axis within their bounds.
 
-    Simple roots on it do not, nor any of symmetric matrices but those that reach zero.
+    A root leaves it through zero or, unless M and K are symmetric, where it meets another one.
 
     Parameters
     ----------
@@ -164,11 +179,11 @@ def _off_the_axis(
 def known_to_digits(
     system: TermSystem, roots: Sequence[Eigenvalue], changes: Mapping[str, float] | None = None
 ) -> tuple[Eigenvalue, ...]:
-    """Roots of a system at its parameters with the error that the digits of its files leave.
+    """Roots with the `error` that the digits of the system's files leave, at some parameters.
 
     The bound is that of the module's head; where it exceeds a quarter of |lambda| the root may be a
-    double root at zero, whose square moves by |y|' |dP| |x| / |y^H M x|. Rounding is raised to the
-    bound where growth may hang on it.
+    double root at zero, whose square moves by |y|' |dP| |x| / |y^H M x|. Of roots that may grow or
+    not within the bound the `rounding` is raised to it, too.
     """
     if not roots:
         return ()
@@ -182,18 +197,21 @@ def known_to_digits(
     size = np.abs(z)
 
     def products(left: NDArray, matrix: Matrix, right: NDArray) -> NDArray:
+        """left_j^H matrix right_j (m,) of the columns j."""
         return np.sum(left.conj() * (matrix @ right), axis=0)
 
     abs_x = np.abs(x)
     abs_y = np.abs(y)
-    total = size**2 * products(abs_y, dM, abs_x)
-    total = total + size * products(abs_y, dC, abs_x) + products(abs_y, dK, abs_x)
+    change = size**2 * products(abs_y, dM, abs_x)  # |y|' |dP| |x|
+    change = change + size * products(abs_y, dC, abs_x) + products(abs_y, dK, abs_x)
     mass = products(y, M, x)
     with np.errstate(divide="ignore", invalid="ignore"):
-        simple = total / np.abs(2 * z * mass + products(y, C, x))
-        double = np.sqrt(size**2 + total / np.abs(mass))
-        bounds = np.where(simple > NEAR_ZERO * size, np.fmin(2 * simple, double), simple)
-    unknown = ~np.isfinite(bounds)  # vectors that coalesce say nothing
+        of_simple_root = change / np.abs(2 * z * mass + products(y, C, x))
+        of_double_root = np.sqrt(size**2 + change / np.abs(mass))
+        is_near_zero = of_simple_root > NEAR_ZERO * size
+        near_zero_bounds = np.fmin(2 * of_simple_root, of_double_root)
+        bounds = np.where(is_near_zero, near_zero_bounds, of_simple_root)
+    unknown = ~np.isfinite(bounds)  # at a coalescence, where y^H P' x is zero
     bounds[unknown] = np.maximum(size, np.sqrt(norm_of(dK) / norm_of(M)))[unknown]
     may_grow = np.ones(len(z), dtype=bool)
     if system.real and not norm_of(C):

@@ -132,7 +132,10 @@ class UnstableMode:
 
 
 def growing(values: Iterable[Eigenvalue]) -> tuple[UnstableMode, ...]:
-    """What grows by more than rounding and is accepted, the fastest first; of pairs the upper."""
+    """The modes of eigenvalues that grow by more than rounding, the fastest first.
+
+    Those with too large a residual are left out, and of each pair the conjugate with Im < 0.
+    """
     modes = []
     for e in sorted(values, key=lambda e: -e.growth_rate):
         is_upper = e.value.imag >= -e.rounding
@@ -169,14 +172,16 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
 
 
 def spectrum_of(reduced: Reduced, roots: Roots | None = None) -> Spectrum:
-    """As `complex_eigenvalues`, for a system in mass-normalised coordinates, with its `roots_of` if
-    they are known."""
+    """All eigenvalues of a system in mass-normalised coordinates, see `complex_eigenvalues`.
+
+    roots: what `roots_of` gives of it, if that is known.
+    """
     A = reduced.A
     B = np.zeros_like(A) if reduced.B is None else reduced.B
     reach = dependence(reduced)
     values, right, left, condition, rounding = roots or roots_of(reduced, reach)
-    one_part_drives_another = (reach != reach.T).any()
-    if one_part_drives_another:
+    one_component_drives_another = (reach != reach.T).any()
+    if one_component_drives_another:
         _complete_vectors(A, B, reach, values, right, left, condition)
     length = np.abs(values)
     norm_A = float(np.linalg.norm(A, 2))
@@ -209,10 +214,10 @@ def _complete_vectors(
     left: ComplexArray,
     condition: Array,
 ) -> None:
-    """Complete the vectors of single strong components by what they drive in others, in place.
+    """Complete the vectors of strong components by their entries in other components, in place.
 
-    A right and a left vector overlap in their own component alone, so that y^H P'(lambda) x changes
-    only as their lengths do, and the condition number with it.
+    `roots_of` leaves these zero. A right and a left vector overlap in their own component alone, so
+    that y^H P'(lambda) x changes only as their lengths do, and the condition number with it.
 
     Parameters
     ----------
@@ -228,6 +233,7 @@ def _complete_vectors(
         Condition numbers of the roots in their components.
     """
     identity = np.eye(len(A))
+    # by how many unknowns each depends on: behind those that drive it; of the adjoint the reverse
     driven_last = sorted(components(reach), key=lambda rows: reach[rows[0]].sum())
     driving_last = sorted(components(reach), key=lambda rows: reach.T[rows[0]].sum())
     for k, z in enumerate(values):
@@ -240,32 +246,48 @@ def _complete_vectors(
 def _complete_vector(
     P: ComplexArray,
     reach: NDArray[np.bool_],
-    parts: Sequence[NDArray[np.intp]],
+    component_rows: Sequence[NDArray[np.intp]],
     vector: ComplexArray,
 ) -> float:
     """Complete the null vector (n,) of one component of P by what it drives in others, in place.
 
-    Returns the share of its entries in its own component, both of unit length. The `parts` are the
-    components, each behind those that it depends on. Where a driven one is singular, too, the
-    vector of that one alone comes out.
+    Where a driven component is singular, too, the vector of that one alone comes out.
+
+    Parameters
+    ----------
+    P : array (n, n)
+        The matrix.
+    reach : array of bool (n, n)
+        reach[i, j]: row i of P depends on unknown j.
+    component_rows : sequence of array of int
+        The rows of each component, behind those of the ones that it depends on.
+    vector : array (n,)
+        Zero outside of its component before, of unit length after.
+
+    Returns
+    -------
+    float
+        The length of the vector within its own component afterwards, at most 1.
     """
-    own = int(np.argmax(np.abs(vector)))
-    own_entry = abs(vector[own]) / np.linalg.norm(vector)
+    largest = int(np.argmax(np.abs(vector)))  # a row of its own component
+    entry_before = abs(vector[largest]) / np.linalg.norm(vector)
     size = float(np.linalg.norm(P))
-    for rows in parts:
-        is_driven = reach[rows[0], own] and not reach[own, rows[0]]
+    for rows in component_rows:
+        is_driven = reach[rows[0], largest] and not reach[largest, rows[0]]
         if is_driven:
-            inner = P[np.ix_(rows, rows)]
-            inner = inner + EPS * size * np.eye(len(rows))
-            vector[rows] = -np.linalg.solve(inner, P[rows] @ vector)
+            block = P[np.ix_(rows, rows)]
+            block = block + EPS * size * np.eye(len(rows))  # regular where this one is singular
+            vector[rows] = -np.linalg.solve(block, P[rows] @ vector)
             vector /= np.abs(vector).max()
     vector /= np.linalg.norm(vector)
-    return float(abs(vector[own]) / own_entry)
+    return float(abs(vector[largest]) / entry_before)
 
 
 def _physical(T: Array, z: ComplexArray) -> ComplexArray:
-    """Mass-normalised vectors (n, m) of unit length in the caller's coordinates, their largest
-    parts positive."""
+    """Mode shapes T z (n, m) in the caller's coordinates, from mass-normalised vectors z (n, m).
+
+    They have x^H M x = 1, and a largest entry that is real and positive.
+    """
     vectors = T @ (z / np.linalg.norm(z, axis=0))
     largest = vectors[np.argmax(np.abs(vectors), axis=0), np.arange(z.shape[1])]
     vectors = vectors * (np.abs(largest) / largest)

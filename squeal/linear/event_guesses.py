@@ -46,30 +46,31 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
     on_before = step.before.on_line
     on_after = step.after.on_line[step.order]
     passes_zero = _may_pass_zero(step)
-    # what lies on the line at one end alone has met another one, unless the range ends there, or it
-    # is a real root that passes zero, perhaps with a twin
-    range_end = (ends[0] & on_before) | (ends[1] & on_after)
-    known = step.matched & ((on_before == on_after) | passes_zero | range_end)
+    # a root on the line at one end alone has met another one, unless the range ends there, or it is
+    # a real root that passes zero, perhaps with a twin
+    is_at_range_end = (ends[0] & on_before) | (ends[1] & on_after)
+    known = step.matched & ((on_before == on_after) | passes_zero | is_at_range_end)
     stays_on_line = on_before & on_after & ~passes_zero
-    settled = known & (_is_clear_of_line(step, passes_zero) | stays_on_line)
+    crosses_nothing = known & (_is_clear_of_line(step, passes_zero) | stays_on_line)
     # others cross alone if their path is a cubic, else together with a second one
     change = np.maximum(np.abs((step.ends.later_z - step.ends.z).real), step.highest - step.lowest)
-    single = known & ~settled & (np.abs(step.deviation.real) <= step.options.doubt * change)
+    is_cubic = np.abs(step.deviation.real) <= step.options.doubt * change
+    single = known & ~crosses_nothing & is_cubic
     guesses: list[Guess] = []
     for k in np.flatnonzero(single).tolist():
         guesses += _crossings_of_one(step, k, known=True)
-    doubtful = set(np.flatnonzero(~settled & ~single).tolist())
-    for pair in list(step.pairs(sorted(doubtful))):
+    doubtful = set(np.flatnonzero(~crosses_nothing & ~single).tolist())
+    for pair in step.pairs(sorted(doubtful)):
         guesses += _events_of_pair(step, pair)
         doubtful.difference_update(pair.indices)
     for k in doubtful:  # the best there is if no step can be divided any more
         guesses += _crossings_of_one(step, k, known=False)
     if doubtful:
-        return guesses, step.options.aside
+        return guesses, step.options.division_share
     may_turn = known
     if problem is not DAMPED:
         may_turn = known & _stays_real(step)
-    return guesses, _doubtful_turn(step, may_turn, step.highest - step.lowest)
+    return guesses, _doubtful_turn(step, may_turn)
 
 
 def _stays_real(step: Step) -> Bools:
@@ -86,8 +87,10 @@ def _path_uncertainty(step: Step) -> Array:
 
 
 def _may_pass_zero(step: Step) -> Bools:
-    """Which roots (m,) may pass zero: real roots s = -lambda^2 of a system without damping, where a
-    mode begins or ceases to diverge."""
+    """Which roots (m,) may pass zero, where a mode begins or ceases to diverge.
+
+    These are real roots s = -lambda^2 of a system without damping; none of any other.
+    """
     z = step.ends.z
     if step.before.problem is not UNDAMPED:
         return np.zeros(len(z), dtype=bool)
@@ -111,8 +114,8 @@ def _is_clear_of_line(step: Step, passes_zero: Bools) -> Bools:
     return is_far | (_stays_real(step) & ~passes_zero)
 
 
-def _doubtful_turn(step: Step, roots: Bools, change: Array) -> float | None:
-    """Where a root turns back so close to the line that its cubic does not tell whether it crosses.
+def _doubtful_turn(step: Step, roots: Bools) -> float | None:
+    """Where a root turns back so near the line that its cubic does not tell whether it crosses.
 
     The cubic c0 + c1 t + c2 t^2 + c3 t^3 through values and slopes at both ends is off by
     t^2 (1 - t)^2 times a constant.
@@ -122,22 +125,20 @@ def _doubtful_turn(step: Step, roots: Bools, change: Array) -> float | None:
     step : Step
         The step.
     roots : array of bool (m,)
-        Which roots are looked at.
-    change : array (m,)
-        By how much the real part of each changes within the step.
+        Which roots are examined.
 
     Returns
     -------
     float or None
-        The share of the step at the first such turn.
+        The share of the step at one such turn; None if there is none.
     """
-    # damping that passes zero for a ten-thousandth of the range needs it: else it is missed
+    # without it damping that is negative for a ten-thousandth of the range would be missed
     c = step.cubic
     with np.errstate(all="ignore"):
         # both zeros of the derivative c1 + 2 c2 t + 3 c3 t^2, without cancellation
         q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
         t = np.stack([q / (3 * c[3]), c[1] / q])
-        deviation = np.maximum(change, np.abs(step.deviation.real))
+        deviation = np.maximum(step.highest - step.lowest, np.abs(step.deviation.real))
         error = 1.6 * (t * (1 - t)) ** 2 * deviation
         is_near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= error
     is_near &= roots & (t > 0) & (t < 1) & (error > step.rounding)
@@ -185,11 +186,12 @@ def _events_of_pair(step: Step, pair: RootPair) -> Iterator[Guess]:
     after = step.after
     problem = before.problem
     length = after.value - before.value
-    t = np.linspace(0.0, 1.0, 101)
+    t = np.linspace(0.0, 1.0, 101)  # shares of the step
     mean = np.polyval(pair.mean[::-1].astype(complex), t)
     square = np.polyval(pair.square[::-1].astype(complex), t)
 
     def guess(i: int, root: complex, columns: list[int], coalesces: bool) -> Guess:
+        """An event at the i-th share, of both roots (columns 0 and 1) or of one of them."""
         right, left = step.vectors(t[i], pair.indices)
         return Guess(
             value=before.value + t[i] * length,
@@ -209,11 +211,11 @@ def _events_of_pair(step: Step, pair: RootPair) -> Iterator[Guess]:
         for i, root in _meetings(mean, square):
             yield guess(i, root, [0, 1], coalesces=True)
     if problem is UNDAMPED:
-        product = (mean * mean - square).real  # of the two roots: one of them passes zero
+        product = (mean * mean - square).real  # of the two roots: 0 where one of them passes zero
         passes_zero = (product[1:] * product[:-1] < 0) & (square.real[1:] >= 0)
         for i in np.flatnonzero(passes_zero).tolist():
-            for either in (0, 1):
-                yield guess(i, 0j, [either], coalesces=False)
+            for column in (0, 1):  # which of the two is not known
+                yield guess(i, 0j, [column], coalesces=False)
 
 
 def _crossings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, complex]]:
@@ -222,53 +224,53 @@ def _crossings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, 
     mean, square: mean and squared half difference of the two roots at successive values (k,).
     """
     half = np.sqrt(square)
-    positive = np.sum(np.stack([mean - half, mean + half]).real > 0.0, axis=0)
-    for n in np.flatnonzero(positive[1:] != positive[:-1]).tolist():
+    growing = np.sum(np.stack([mean - half, mean + half]).real > 0.0, axis=0)  # how many: 0 to 2
+    for n in np.flatnonzero(growing[1:] != growing[:-1]).tolist():
         yield n, complex(mean[n])
 
 
 def _meetings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, complex]]:
-    """Where both roots of a pair meet on the line: the nearest index, and the mean there.
+    """Where both roots of a pair meet: the nearest index, and the mean there.
 
     mean, square: mean and squared half difference of the two roots at successive values (k,).
     """
-    separate = square.real > 0.0
-    for n in np.flatnonzero(separate[1:] != separate[:-1]).tolist():
+    positive = square.real > 0.0
+    for n in np.flatnonzero(positive[1:] != positive[:-1]).tolist():
         nearer = n + int(abs(square[n + 1]) < abs(square[n]))
         yield nearer, complex(mean[nearer])
 
 
-def window_guesses(continuation: Continuation, met: Guess, width: float) -> Iterator[Guess]:
+def window_guesses(continuation: Continuation, meeting: Guess, length: float) -> Iterator[Guess]:
     """Where two roots that may meet within a step cross the line, around their closest approach.
 
-    A window of growth that opens and closes within a step has two such places.
+    A window of growth that opens and closes within a step has two such events.
 
     Parameters
     ----------
     continuation : Continuation
         The system along its parameter.
-    met : Guess
+    meeting : Guess
         Where the two are predicted to meet.
-    width : float
+    length : float
         Length of the step.
     """
     problem = continuation.problem
-    pair = roots_near(continuation, met.value, met.root, met.right, met.left)
+    pair = roots_near(continuation, meeting.value, meeting.root, meeting.right, meeting.left)
     for _ in range(3):  # go to the closest approach itself
-        centre, half = pair.closest_approach(problem)
-        if abs(centre) <= 4 * half or half >= width / 8:
+        centre, half_width = pair.closest_approach(problem)
+        if abs(centre) <= 4 * half_width or half_width >= length / 8:
             break
-        if not abs(centre) <= width:
+        if not abs(centre) <= length:
             return
         p = float(np.clip(pair.value + centre, continuation.low, continuation.high))
         pair = pair.at(continuation, p)
-    centre, half = pair.closest_approach(problem)
-    if half == 0.0 or not np.isfinite(centre):
+    centre, half_width = pair.closest_approach(problem)
+    if half_width == 0.0 or not np.isfinite(centre):
         return
     if problem is DAMPED:
-        events = _crossings_around(pair, centre, half, width)
+        events = _crossings_around(pair, centre, half_width, length)
     else:
-        events = _meetings_around(pair, centre, half, width)
+        events = _meetings_around(pair, centre, half_width, length)
     for offset, root in events:
         yield Guess(
             value=pair.value + offset,
@@ -276,38 +278,38 @@ def window_guesses(continuation: Continuation, met: Guess, width: float) -> Iter
             right=pair.right,
             left=pair.left,
             coalesces=problem is not DAMPED,
-            width=min(4 * half, width),
+            width=min(4 * half_width, length),
         )
 
 
 def _crossings_around(
-    pair: LocalRoots, centre: float, half: float, width: float
+    pair: LocalRoots, centre: float, half_width: float, length: float
 ) -> Iterator[tuple[float, complex]]:
-    """How far from the value of a damped pair one root crosses the axis, and the mean there.
+    """Where one root of a damped pair crosses the axis: the offset from its value, the mean there.
 
-    The extrapolated pair is sampled densely where the two stay close, `half` around the `centre`,
-    and evenly over the `width` to both sides.
+    The extrapolated pair is sampled densely where the two stay close, `half_width` around the
+    `centre`, and evenly over the `length` to both sides; all three are offsets, too.
     """
-    offsets = centre + np.linspace(-8.0, 8.0, 404) * half
-    offsets = offsets[np.abs(offsets) < width]
-    offsets = np.unique(np.concatenate([offsets, np.linspace(-width, width, 101)]))
+    offsets = centre + np.linspace(-8.0, 8.0, 404) * half_width
+    offsets = offsets[np.abs(offsets) < length]
+    offsets = np.unique(np.concatenate([offsets, np.linspace(-length, length, 101)]))
     for n, root in _crossings(*pair.extrapolate(offsets)):
         yield offsets[n], root
 
 
 def _meetings_around(
-    pair: LocalRoots, centre: float, half: float, width: float
+    pair: LocalRoots, centre: float, half_width: float, length: float
 ) -> Iterator[tuple[float, complex]]:
-    """How far from its value an undamped pair meets on the line, and the mean there.
+    """Where an undamped pair meets on the line: the offset from its value, and the mean there.
 
-    It meets at both zeros of the parabola d, unless rounding hides that d has the other sign
-    between them.
+    It meets at both zeros of the parabola d, `half_width` around the `centre`, unless rounding
+    hides that d has the other sign between them. length: how far an offset may be from 0.
     """
     bend = pair.d_bend.real
     slope = pair.d_slope.real
     if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.noise:
         return
-    for offset in np.array([centre - half, centre + half]):
-        if abs(offset) <= width:
+    for offset in np.array([centre - half_width, centre + half_width]):
+        if abs(offset) <= length:
             mean, _ = pair.extrapolate(offset)
             yield offset, complex(mean)

@@ -92,8 +92,8 @@ class Event:
         """Width of the interval."""
         return self.interval[1] - self.interval[0]
 
-    def crossing(self, mode: int, changes: bool) -> Crossing:
-        """The event as callers have it, with its mode's number and whether the verdict changes."""
+    def crossing(self, mode: int, changes_verdict: bool) -> Crossing:
+        """The event as callers see it, with the number of its mode."""
         low, high = self.interval
         return Crossing(
             mu=float(self.value),
@@ -102,25 +102,25 @@ class Event:
             frequency_hz=self.omega / (2 * math.pi),
             interval=(float(low), float(high)),
             mode=mode,
-            changes_verdict=changes,
+            changes_verdict=changes_verdict,
             residual=self.residual,
         )
 
 
-def located(continuation: Continuation, guess: Guess, crosses: bool = True) -> Event | None:
+def locate_event(continuation: Continuation, guess: Guess, crosses: bool = True) -> Event | None:
     """The event next to a guess, None if there is none that is known to within its width.
 
-    `crosses` is False where two divergent roots may join, too, which crosses no line.
+    crosses: whether it has to cross the line; two divergent roots that join to a pair do not.
     """
     with suppress(np.linalg.LinAlgError, ValueError):
-        return _located(continuation, guess, crosses)
+        return _locate_event(continuation, guess, crosses)
     return None
 
 
 class _Zero(NamedTuple):
     """Where Newton's method ends.
 
-    p: the parameter; move: the last step to p; roots, function: at the value before that step.
+    p: the zero; move: the last step to p; roots, function: at the value before that step.
     """
 
     p: float
@@ -133,9 +133,10 @@ def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
     """The zero of the event function next to a guess; None if it leaves the width of the guess."""
     low = continuation.low
     high = continuation.high
-    start = p = min(max(guess.value, low), high)
+    start = min(max(guess.value, low), high)
+    p = start
     roots = roots_near(continuation, p, guess.root, guess.right, guess.left)
-    for _ in range(continuation.options.rounds):
+    for _ in range(continuation.options.newton_steps):
         function = roots.event_function(guess.coalesces)
         slope = function.slope
         if not slope or not np.isfinite(slope):
@@ -150,8 +151,8 @@ def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
     return None
 
 
-def _located(continuation: Continuation, guess: Guess, crosses: bool) -> Event | None:
-    """As `located`; raises LinAlgError or ValueError where a matrix is singular."""
+def _locate_event(continuation: Continuation, guess: Guess, crosses: bool) -> Event | None:
+    """As `locate_event`; raises LinAlgError or ValueError where a matrix is singular."""
     zero = _newton(continuation, guess)
     if zero is None:
         return None
@@ -160,6 +161,7 @@ def _located(continuation: Continuation, guess: Guess, crosses: bool) -> Event |
     function = zero.function
     coalesces = guess.coalesces
     slope = abs(function.slope)
+    # rounding of the function, the last step of Newton's method, rounding of p
     half_width = 2 * function.noise / slope + abs(zero.move) + 2 * EPS * abs(p)
     if half_width > guess.width:
         return None
@@ -175,6 +177,7 @@ def _located(continuation: Continuation, guess: Guess, crosses: bool) -> Event |
     if half_width > 1e-9 * guess.width:  # the slope may change within
 
         def sign(x: float) -> int:
+            """The sign of the event function at x, 0 where rounding hides it."""
             nonlocal roots
             roots = roots.at(continuation, x)
             local_function = roots.event_function(coalesces)
@@ -191,7 +194,7 @@ def _located(continuation: Continuation, guess: Guess, crosses: bool) -> Event |
     if last - first > guess.width:
         return None
     # rounding in the equilibrium of a pad moves entries together, which their sizes do not show
-    slopes = 0.0
+    slopes = 0.0  # by relative changes of what the entries are computed from
     for perturbed in continuation.perturbed_by_rounding(p):
         local = roots_near(continuation, p, roots.mean, roots.right, roots.left, perturbed)
         slopes += abs(local.event_function(coalesces).slope)
@@ -209,10 +212,10 @@ class _RootAtEvent(NamedTuple):
 
 
 class _Extrapolated(NamedTuple):
-    """A root at an event.
+    """A root z at an event, extrapolated by the last step of Newton's method.
 
-    root: its value z there; computed: that at the last computed parameter before; slope: of its
-    real part, or of d where two meet; is_real: whether lambda is real.
+    root: z at the event; computed: z before that step; slope: of its real part, or of d where two
+    meet; is_real: whether lambda is real.
     """
 
     root: complex
@@ -227,31 +230,39 @@ def _root_at_event(
     """The root at the zero of an event function; None if it does not cross the line there."""
     roots = zero.roots
     problem = continuation.problem
-    A, derivative, _ = continuation.matrix_and_derivative(roots.value)
+    A, derivative, _ = continuation.standard_problem(roots.value)
     if guess.coalesces:
-        end = _met(problem, zero, crosses)
+        at_event = _coalescing_roots(problem, zero, crosses)
     elif guess.right.shape[1] == 1:
         bound = norm_of(A) + norm_of(derivative) * guess.width
-        end = _alone(problem, zero, bound)
+        at_event = _single_root(problem, zero, bound)
     else:
-        end = _one_of_two(zero)
-    if end is None:
+        at_event = _crossing_root_of_two(zero)
+    if at_event is None:
         return None
     is_complex = problem is DAMPED and np.iscomplexobj(A)
-    if is_complex and not end.is_real and end.root.imag < 0.0:
-        return None
+    if is_complex and not at_event.is_real and at_event.root.imag < 0.0:
+        return None  # of complex matrices only roots above the real axis mean something
     omega = 0.0
-    if not end.is_real:
-        exponent = exponents(np.array(end.root), problem, continuation.frequency_scale or 1.0)
+    if not at_event.is_real:
+        exponent = exponents(np.array(at_event.root), problem, continuation.frequency_scale or 1.0)
         omega = abs(exponent.item().imag)
-    singular = np.linalg.svd(A @ roots.right - end.computed * roots.right, compute_uv=False)
-    # off the axis d > 0 if damped
-    direction = 1 if (end.slope > 0) == (problem is DAMPED) else -1
-    return _RootAtEvent(omega, direction, float(singular[-1]) / (norm_of(A) or 1.0))
+    residual = A @ roots.right - at_event.computed * roots.right
+    smallest = float(np.linalg.svd(residual, compute_uv=False)[-1])
+    # with damping growth begins where the real part, or d, rises; without it where it falls
+    begins = (at_event.slope > 0) == (problem is DAMPED)
+    return _RootAtEvent(
+        omega=omega,
+        direction=1 if begins else -1,
+        residual=smallest / (norm_of(A) or 1.0),
+    )
 
 
-def _met(problem: ProblemClass, zero: _Zero, crosses: bool) -> _Extrapolated | None:
-    """Two that coalesce; None if they do not do so on the line."""
+def _coalescing_roots(problem: ProblemClass, zero: _Zero, crosses: bool) -> _Extrapolated | None:
+    """The two roots that coalesce at the zero; None if they do not do so on the line.
+
+    crosses: as `locate_event`.
+    """
     roots = zero.roots
     z = roots.mean + zero.move * roots.mean_slope
     is_zero = abs(z) <= 2 * math.sqrt(abs(roots.noise)) + roots.mean_noise
@@ -262,8 +273,12 @@ def _met(problem: ProblemClass, zero: _Zero, crosses: bool) -> _Extrapolated | N
     return _Extrapolated(z, roots.mean, zero.function.slope, is_zero and problem is not UNDAMPED)
 
 
-def _alone(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapolated | None:
-    """A single root; None next to a coalescence, where the slope is without bound: no zero."""
+def _single_root(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapolated | None:
+    """The single root that crosses at the zero; None if its last change was no rounding.
+
+    That is so next to a coalescence, where the slope is unbounded and steps are small without a
+    zero. bound: how large roots may be.
+    """
     roots = zero.roots
     if abs(zero.move * zero.function.slope) > 1e-8 * bound:
         return None
@@ -272,10 +287,11 @@ def _alone(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapolated | 
     return _Extrapolated(z, roots.mean, zero.function.slope, is_real)
 
 
-def _one_of_two(zero: _Zero) -> _Extrapolated | None:
-    """The one of a pair that is nearer to the axis; None if a third root hides the two.
+def _crossing_root_of_two(zero: _Zero) -> _Extrapolated | None:
+    """Of two close roots the one that is nearer to the axis; None if a third root is too near.
 
-    Their zero is hardly known then. The one that crosses is located alone, or by a shorter step.
+    Their zero is hardly known then; another guess, of a single root or of a shorter step, leads to
+    the event.
     """
     roots = zero.roots
     if not roots.is_resolved:
@@ -299,12 +315,23 @@ def _one_of_two(zero: _Zero) -> _Extrapolated | None:
     )
 
 
+class Bracket(NamedTuple):
+    """The nearest values below and above a zero at which the sign of a function is certain.
+
+    rise: 1 if the function rises between them, -1 if it falls, 0 if neither sign is certain.
+    """
+
+    low: float
+    high: float
+    rise: int
+
+
 def bracket_by_sign(
     sign: Callable[[float], int], at: tuple[float, float], half: float, low: float, high: float
-) -> tuple[float, float, int] | None:
-    """The nearest values around a zero at which the sign of a function is certain.
+) -> Bracket | None:
+    """The bracket of a zero, from outside of the values at which rounding hides the sign.
 
-    Of a function that is flat these hold the zero where noise / slope does not.
+    Of a flat function it holds the zero, which may lie further away than noise / slope says.
 
     Parameters
     ----------
@@ -319,9 +346,8 @@ def bracket_by_sign(
 
     Returns
     -------
-    (float, float, int) or None
-        The values below and above, and 1 if the function rises between them, -1 if it falls, 0 if
-        neither is certain; None if the sign is the same on both sides.
+    Bracket or None
+        None if the sign is the same on both sides.
     """
     smallest = 2 * float(np.spacing(max(abs(low), abs(high))))
     below, sign_below = _certain_sign(sign, at[0], -1, at[0] - low, half, smallest)
@@ -332,7 +358,7 @@ def bracket_by_sign(
         below = low
     if not sign_above:
         above = high
-    return below, above, sign_above or -sign_below
+    return Bracket(below, above, sign_above or -sign_below)
 
 
 def _certain_sign(
@@ -355,10 +381,10 @@ def _certain_sign(
         return sign(start + direction * distance)
 
     distance = max(min(half, room / 2), smallest)
-    found = sign_at(distance)
-    while found and distance > smallest and sign_at(distance / 2) == found:
+    certain = sign_at(distance)
+    while certain and distance > smallest and sign_at(distance / 2) == certain:
         distance /= 2
-    while not found and distance < room:
+    while not certain and distance < room:
         distance *= 2
-        found = sign_at(distance)
-    return float(start + direction * distance), found
+        certain = sign_at(distance)
+    return float(start + direction * distance), certain

@@ -39,8 +39,8 @@ class EventFunction(NamedTuple):
 class LocalRoots(NamedTuple):
     """One root, or two that are close, at a value of the parameter, by quantities that are smooth.
 
-    These are the mean of the two and d, the square of half their difference; of one root itself and
-    d = 0.
+    These are the mean of the two and d, the square of half their difference. Of one root the mean
+    is the root itself, and d = 0.
 
     Attributes
     ----------
@@ -82,13 +82,16 @@ class LocalRoots(NamedTuple):
         return self.right.shape[1] == 1
 
     def extrapolate(self, step: Array) -> tuple[NDArray, NDArray]:
-        """Mean and d at values beyond this one by `step` (...)."""
+        """The mean (...) and d (...) at distances `step` (...) from the value."""
         d = self.d + step * self.d_slope + step**2 * self.d_bend
         return self.mean + step * self.mean_slope, d
 
     def closest_approach(self, problem: ProblemClass) -> tuple[float, float]:
-        """Where two roots come closest, as a distance from here, and half of how long they stay
-        close; inf and 0 where they do not."""
+        """Where two roots come closest, and half the length of the interval of close approach.
+
+        Both are distances in the parameter, the first from the value here; from the zeros of the
+        parabola d. inf and 0 where there are no two.
+        """
         coefficients = np.array([self.d_bend, self.d_slope, self.d])
         zeros = np.roots(coefficients if problem is DAMPED else coefficients.real)
         if len(zeros) < 2:
@@ -102,7 +105,7 @@ class LocalRoots(NamedTuple):
         return roots_near(continuation, p, root, self.right, self.left)
 
     def event_function(self, coalesces: bool) -> EventFunction:
-        """What vanishes at the event.
+        """The function of the parameter that vanishes at the event, here; see `EventFunction`.
 
         Of one root its real part m. Of two roots m + i w +- sqrt(d): where they meet on the line d,
         and where one of them crosses it, so that (Re sqrt(d))^2 = m^2, the function
@@ -148,7 +151,7 @@ def roots_near(
     perturbed : StandardProblem, optional
         The problem at p with derivatives by something else than the parameter.
     """
-    A, derivative, sizes = perturbed or continuation.matrix_and_derivative(p)
+    A, derivative, sizes = perturbed or continuation.standard_problem(p)
     # the rounding of other strong components is no rounding of these roots
     N = len(A)
     rows = continuation.rows_of_components(right, left)
@@ -156,18 +159,18 @@ def roots_near(
     A, derivative, sizes = A[block_of_rows], derivative[block_of_rows], sizes[block_of_rows]
     right, left = right[rows], left[rows]
     size = norm_of(A) or 1.0
-    # inverse iteration from beside the roots, where A - shift is regular
+    # inverse iteration with a shift next to the roots, where A - shift is regular
     nudge = 1e-7 * max(abs(near), 1e-4 * size)
     shift = near + nudge
     if continuation.problem is UNDAMPED and abs(near.imag) <= nudge:
         shift = shift.real
-        # two conjugate columns have one real part
+        # real vectors; not the real parts alone, which are the same of two conjugate columns
         right = right.real + right.imag
         left = left.real + left.imag
-    solve, solve_adjoint = _solvers(A - shift * np.eye(len(A)), continuation.options.small)
-    rounds = continuation.options.rounds
-    X = _invariant_subspace(A, size, right, solve, rounds)
-    Y = _invariant_subspace(A.conj().T, size, left, solve_adjoint, rounds)
+    solve, solve_adjoint = _solvers(A - shift * np.eye(len(A)), continuation.options.small_rows)
+    most_steps = 2 * continuation.options.newton_steps
+    X = _invariant_subspace(A, size, right, solve, most_steps)
+    Y = _invariant_subspace(A.conj().T, size, left, solve_adjoint, most_steps)
     inverse = np.linalg.inv(Y.conj().T @ X) @ Y.conj().T
     block = inverse @ (A @ X)
     block_slope = inverse @ (derivative @ X)
@@ -176,7 +179,7 @@ def roots_near(
     subspace_error = np.abs(inverse @ (A @ (correction - X @ (inverse @ correction))))
     # independent roundings in the entries of A
     entry_error = EPS * np.sqrt(np.abs(inverse) ** 2 @ (sizes**2 @ np.abs(X) ** 2))
-    error = continuation.options.sure * (entry_error + subspace_error)
+    error = continuation.options.rounding_deviations * (entry_error + subspace_error)
     count = len(block)
     mean = np.trace(block) / count
     mean_slope = np.trace(block_slope) / count
@@ -209,9 +212,10 @@ Solve = Callable[[NDArray], NDArray]
 
 
 def _solvers(P: NDArray, small: int) -> tuple[Solve, Solve]:
-    """What solves with P (N, N), and with its adjoint: on one factorisation beyond `small` rows.
+    """Functions that solve P x = b and P^H x = b for P (N, N).
 
-    Not by the inverse: next to a coalescence its rounding hides the second vector.
+    Beyond `small` rows both use one factorisation. Not the inverse: next to a coalescence its
+    rounding hides the second vector.
     """
     if len(P) <= small:
         return partial(np.linalg.solve, P), partial(np.linalg.solve, P.conj().T)
@@ -222,7 +226,7 @@ def _solvers(P: NDArray, small: int) -> tuple[Solve, Solve]:
 
 
 def _invariant_subspace(
-    A: NDArray, size: float, start: NDArray, solve: Solve, rounds: int
+    A: NDArray, size: float, start: NDArray, solve: Solve, most_steps: int
 ) -> NDArray:
     """An orthonormal basis (N, 1) or (N, 2) of the invariant subspace of A next to `start`.
 
@@ -239,19 +243,19 @@ def _invariant_subspace(
         Columns near the subspace.
     solve : function
         x of (A - s) x = b, for a fixed s next to the roots.
-    rounds : int
-        Half of the steps at most.
+    most_steps : int
+        How many corrections at most.
     """
     X = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0]
-    before = np.inf
-    for _ in range(2 * rounds):
+    norm_before = np.inf
+    for _ in range(most_steps):
         image = A @ X
         block = X.conj().T @ image
         residual = image - X @ block
-        remaining = float(np.linalg.norm(residual))
-        if remaining <= 64 * EPS * size or remaining > 0.9 * before:
+        norm = float(np.linalg.norm(residual))
+        if norm <= 64 * EPS * size or norm > 0.9 * norm_before:
             break
         correction = solve(residual)
         X = np.linalg.qr(X - correction + X @ (X.conj().T @ correction))[0]
-        before = remaining
+        norm_before = norm
     return X

@@ -20,6 +20,7 @@ CHUNK = 8192  # matrices per pass: temporaries of 64 kB stay in the cache and in
 
 
 def _code(A: Array, B: Array | None) -> int:
+    """The verdict code of one system z'' + B z' + A z = 0, by its roots."""
     roots = roots_of(Reduced(A, B, np.eye(len(A)), ROUNDING))
     return VERDICTS.index(decide(roots.values, roots.rounding).verdict)
 
@@ -38,12 +39,12 @@ def damped_verdicts(A: Array, B: Array) -> Codes:
     matrices, _ = first_order(A, B)
     values = np.linalg.eigvals(matrices)
     norm = np.linalg.norm(matrices, axis=(-2, -1))[:, None]
-    bound = norm * (2 * matrices.shape[-1] * ROUNDING) ** (1 / 3)  # a triple root moves so far
+    rounding = norm * (2 * matrices.shape[-1] * ROUNDING) ** (1 / 3)  # a triple root moves so far
     fastest = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
     codes = np.where(fastest.imag != 0.0, FLUTTER, DIVERGENCE).astype(np.int8)
     codes[fastest.real < 0.0] = STABLE
-    doubtful = np.abs(values.real) <= bound
-    doubtful |= (values.real > 0.0) & (values.imag != 0.0) & (np.abs(values.imag) <= bound)
+    doubtful = np.abs(values.real) <= rounding
+    doubtful |= (values.real > 0.0) & (values.imag != 0.0) & (np.abs(values.imag) <= rounding)
     for k in np.flatnonzero(doubtful.any(axis=-1)):
         codes[k] = _code(A[k], B[k])
     return codes
@@ -64,8 +65,8 @@ def _by_invariants(entries: Sequence[Array]) -> Codes:
 
     With roots s = -lambda^2 of s^3 - a s^2 + b s - c = 0: real and non-negative roots are marginal,
     a negative one is divergence, a complex pair flutter. A coalescence that rounding cannot tell
-    from real roots counts as real. Where both occur that which grows faster names the verdict; what
-    is vague is judged by its roots.
+    from real roots counts as real. Where both occur the one that grows faster names the verdict.
+    Systems with vague invariants are judged by their roots.
 
     entries: the nine entries (N,) of the matrices A, row by row.
     """
@@ -76,14 +77,14 @@ def _by_invariants(entries: Sequence[Array]) -> Codes:
     has_negative = has_negative_product | (b.value < -b.bound) | (a.value < -a.bound)
     without_pair = np.where(has_negative, DIVERGENCE, MARGINAL)
     codes = np.where(has_pair, FLUTTER, without_pair).astype(np.int8)
-    # beside a pair the real root has the sign of c
-    both = np.flatnonzero(has_pair & has_negative_product)
+    # with a pair the real root has the sign of c
+    has_both = np.flatnonzero(has_pair & has_negative_product)
     vague = np.flatnonzero(cubic.vague)
-    if len(both) or len(vague):
+    if len(has_both) or len(vague):
         A = np.stack(entries, axis=-1).reshape(-1, 3, 3)
-        s = np.linalg.eigvals(A[both]).astype(complex)
+        s = np.linalg.eigvals(A[has_both]).astype(complex)
         fastest = np.argmax(np.abs(np.sqrt(-s).real), axis=1)
         is_flutter = s.imag[np.arange(len(s)), fastest] != 0.0
-        codes[both] = np.where(is_flutter, FLUTTER, DIVERGENCE)
+        codes[has_both] = np.where(is_flutter, FLUTTER, DIVERGENCE)
         codes[vague] = [_code(A[k], None) for k in vague]
     return codes

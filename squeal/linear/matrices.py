@@ -103,7 +103,8 @@ def given_matrix(value: object, name: str = "", real: bool = False) -> Matrix:
     try:
         typed, doubles = _as_doubles(given, real)
     except (TypeError, ValueError, OverflowError):
-        raise _refused(name, f"must be a matrix of finite {'real ' * real}numbers") from None
+        numbers = "real numbers" if real else "numbers"
+        raise _refused(name, f"must be a matrix of finite {numbers}") from None
     if _are_rounded(_entries(typed), _entries(doubles)):
         kind = typed.dtype
         raise _refused(
@@ -113,6 +114,7 @@ def given_matrix(value: object, name: str = "", real: bool = False) -> Matrix:
 
 
 def _refused(name: str, message: str) -> InputError:
+    """The error of a matrix, with its name in front if it has one."""
     return InputError(f"{name}: {message}" if name else message)
 
 
@@ -140,14 +142,15 @@ def _as_doubles(given: object, real: bool) -> tuple[Matrix, Matrix]:
 
 
 def _are_rounded(given: np.ndarray, doubles: np.ndarray) -> bool:
-    """Whether entries (n, m) are no doubles, or complex pairs of them, but near some."""
-    if given.dtype == doubles.dtype or given.dtype.itemsize <= 4:
+    """True if some entries (n, m) are not what they became as doubles, such as great integers."""
+    if given.dtype == doubles.dtype or given.dtype.itemsize <= 4:  # doubles hold all of these
         return False
     # as objects the comparison is of the numbers themselves
     return bool(np.any(given.astype(object) != doubles.astype(object)))
 
 
 def _square(name: str, value: ArrayLike, n: int | None = None, real: bool = True) -> NDArray:
+    """A given matrix as a square array, of the size n of M if that is known. Raises InputError."""
     matrix = dense(given_matrix(value, name, real))
     if matrix.shape[0] != matrix.shape[1] or not matrix.size:
         raise InputError(f"{name}: shape {matrix.shape}; a square matrix is required")
@@ -178,7 +181,7 @@ def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
     precision.
     """
     mass, damping, stiffness = checked(M, C, K)
-    T, rounding = _factor(mass.tobytes(), len(mass))
+    T, rounding = _normalising_factor(mass.tobytes(), len(mass))
     with np.errstate(all="ignore"):
         A = _normalised(T, stiffness)
         B = None if damping is None else _normalised(T, damping)
@@ -191,26 +194,34 @@ def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
 
 
 def _normalised(T: Array, X: Array) -> Array:
+    """T' X T (n, n), for a regular T."""
     t = np.diag(T)
-    if np.count_nonzero(T) == len(t):  # T is regular
+    if np.count_nonzero(T) == len(t):  # T is regular, hence diagonal
         # symmetry of X survives to the last bit: one factor for each pair of entries
         return X * (t[:, None] * t)
     return T.T @ X @ T
 
 
 @lru_cache(maxsize=8)  # along mu the mass matrix stays
-def _factor(mass: bytes, n: int) -> tuple[Array, float]:
-    """T with T' M T = 1, and the relative size of the errors that it brings."""
+def _normalising_factor(mass: bytes, n: int) -> tuple[Array, float]:
+    """T with T' M T = 1, and the relative size of the errors that it brings.
+
+    It is made of the Cholesky factor of M, scaled to a unit diagonal. mass: the doubles of
+    M (n, n), as the cache takes no arrays. Raises MatrixError, of a (nearly) singular M
+    LightMassError.
+    """
     M = np.frombuffer(mass).reshape(n, n)
     unit = unit_diagonal(M)
     if np.abs(unit - unit.T).max() > SKEW:
         raise MatrixError("M: a symmetric matrix is required")
     np.fill_diagonal(unit, np.sign(np.diag(M)))  # without rounding
-    sizes = np.linalg.eigvalsh(unit)
-    if sizes[0] < -4 * EPS * n * abs(sizes[-1]):
+    eigenvalues = np.linalg.eigvalsh(unit)
+    smallest = eigenvalues[0]
+    largest = eigenvalues[-1]
+    if smallest < -4 * EPS * n * abs(largest):
         raise MatrixError("M: a positive definite matrix is required")
-    if sizes[0] <= ILL * sizes[-1]:
-        least = max(sizes[0] / (sizes[-1] or 1.0), 0.0)
+    if smallest <= ILL * largest:
+        least = max(smallest / (largest or 1.0), 0.0)
         raise LightMassError(
             f"M: some motion has {least:.1g} of the others' mass; a well-conditioned matrix is "
             "required"
@@ -318,14 +329,15 @@ def applied(change: Change, z: Values, x: NDArray) -> NDArray:
 
 
 def inertia(change: Change, z: Values, x: NDArray) -> NDArray:
-    """The derivative of that by z, (2 z dM + dC) x."""
+    """(2 z dM + dC) x, the derivative of `applied` by z, of columns x (n, m) at values z (m,)."""
     return applied((None, *change[:2]), 2 * z, x)
 
 
 def reaches(pattern: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which rows depend on which unknowns, by way of other rows too: an array (n, n).
 
-    pattern[i, j] says that row i holds unknown j. Each squaring doubles the length of the chains.
+    pattern[i, j] says that row i holds unknown j. The transitive closure, by squaring: each one
+    doubles the length of the chains.
     """
     reach = pattern | np.eye(len(pattern), dtype=bool)
     for _ in range(len(pattern).bit_length()):
@@ -337,9 +349,12 @@ def reaches(pattern: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def components(reach: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
-    """The rows of each strong component. A matrix is block triangular in them, so that what acts
-    from one on another one way only changes no eigenvalue."""
-    first = (reach & reach.T).argmax(axis=1)
+    """The rows of each strong component: those that depend on one another, see `reaches`.
+
+    Ordered by components a matrix is block triangular, so that what acts from one on another
+    changes no eigenvalue.
+    """
+    first = (reach & reach.T).argmax(axis=1)  # the first row of the component of each
     return [np.flatnonzero(first == k) for k in np.unique(first)]
 
 
@@ -355,18 +370,18 @@ def noise_of(A: NDArray, rounding: float = ROUNDING) -> float:
 
 
 def null_spaces(A: NDArray, noise: float) -> tuple[NDArray, NDArray]:
-    """Orthonormal right and left null vectors (n, k) of A, whose singular values are noise."""
+    """Orthonormal right and left null vectors (n, k) of A: of singular values up to `noise`."""
     left, singular, right = np.linalg.svd(A)
     rank = int(np.sum(singular > noise))
     return right[rank:].conj().T, left[:, rank:]
 
 
 def zero_roots(A: NDArray, noise: float, M: NDArray | None = None) -> int:
-    """How often 0 is a root of A - s M (without M of A - s), from ranks.
+    """The multiplicity of 0 as a root of A - s M, or of A - s without M, from ranks.
 
-    The null space is split off and the rest examined again until it has full rank, so that chains
-    such as a free body (double zero root of the first-order problem) are counted to their end.
-    Singular values up to `noise` are rounding.
+    The null space is split off, and what remains examined again until it has full rank: so the
+    chains of a multiple root are counted to their end, such as the double one of a free body in
+    first-order form. Singular values up to `noise` are rounding.
     """
     count = 0
     stiffness = A
@@ -374,15 +389,15 @@ def zero_roots(A: NDArray, noise: float, M: NDArray | None = None) -> int:
     while len(stiffness):
         _, singular, right = np.linalg.svd(stiffness)
         rank = int(np.sum(singular > noise))
-        others, null = np.split(right.conj().T, [rank], axis=1)
+        complement, null = np.split(right.conj().T, [rank], axis=1)
         if not null.shape[1]:
             break
         count += null.shape[1]
-        images = others
-        if mass is not None:
-            images = np.linalg.qr(mass @ null, mode="complete")[0][:, null.shape[1] :]
-            mass = images.conj().T @ mass @ others
-        stiffness = images.conj().T @ stiffness @ others
+        test_vectors = complement
+        if mass is not None:  # those on which the null vectors have no inertia
+            test_vectors = np.linalg.qr(mass @ null, mode="complete")[0][:, null.shape[1] :]
+            mass = test_vectors.conj().T @ mass @ complement
+        stiffness = test_vectors.conj().T @ stiffness @ complement
     return count
 
 
@@ -436,6 +451,7 @@ class _Cycles(NamedTuple):
 
 
 def _pair_products(x: Values, y: Values, z: Values) -> Values:
+    """x y + x z + y z."""
     return x * y + (x + y) * z
 
 
@@ -455,7 +471,7 @@ def invariants(entries: Sequence[Values], floor: float = 0.0) -> Cubic:
     diagonal_sizes = sizes[::4]
     cycles = _Cycles.of(entries)
     cycle_sizes = _Cycles.of(sizes)
-    unit = 2 * ROUNDING
+    unit = 2 * ROUNDING  # relative error of a term for each of its factors
     d = diagonal
     D = diagonal_sizes
     a = Bounded(d[0] + d[1] + d[2], unit * (D[0] + D[1] + D[2]))
@@ -465,14 +481,14 @@ def invariants(entries: Sequence[Values], floor: float = 0.0) -> Cubic:
     vague = ~np.isfinite(discriminant.value + discriminant.bound)
     share = 0.03  # of the greatest root, below which others are far from it
     square = a.value * a.value
-    far = np.abs(b.value) < share * square
-    far &= np.abs(c.value) < share**2 * np.abs(square * a.value)
-    if np.any(far):
-        split, known = _split_discriminant(a, b, c)
-        vague = np.where(far, (c.bound > 0.0) & ~known, vague)
+    has_far_root = np.abs(b.value) < share * square
+    has_far_root &= np.abs(c.value) < share**2 * np.abs(square * a.value)
+    if np.any(has_far_root):
+        split, is_known = _split_discriminant(a, b, c)
+        vague = np.where(has_far_root, (c.bound > 0.0) & ~is_known, vague)
         discriminant = Bounded(
-            np.where(far, split.value, discriminant.value),
-            np.where(far, split.bound, discriminant.bound),
+            np.where(has_far_root, split.value, discriminant.value),
+            np.where(has_far_root, split.bound, discriminant.bound),
         )
     return Cubic(a, b, c, discriminant, vague)
 
@@ -531,7 +547,7 @@ def _split_discriminant(a: Bounded, b: Bounded, c: Bounded) -> tuple[Bounded, Va
     Returns
     -------
     discriminant : Bounded
-    known : bool or array of bool
+    is_known : bool or array of bool
         Whether it is known to 1e-9 of its terms.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -563,8 +579,9 @@ def rows_coupled_beyond_their_masses(M: Matrix) -> tuple[int, int] | None:
     entries = coo_array(M)
     diagonal = np.real(M.diagonal())
     allowed = diagonal[entries.row] * diagonal[entries.col]
-    is_beside = entries.row != entries.col
-    beyond = np.flatnonzero(is_beside & (np.abs(entries.data) ** 2 > COUPLED * allowed))
-    if not beyond.size:
+    is_off_diagonal = entries.row != entries.col
+    exceeds = np.abs(entries.data) ** 2 > COUPLED * allowed
+    found = np.flatnonzero(is_off_diagonal & exceeds)
+    if not found.size:
         return None
-    return int(entries.row[beyond[0]]), int(entries.col[beyond[0]])
+    return int(entries.row[found[0]]), int(entries.col[found[0]])

@@ -62,22 +62,21 @@ class Table:
 
 @dataclass(frozen=True)
 class Tabulated:
-    """A real factor times a quantity that is tabulated over one parameter, such as the stiffness of
-    a bearing over speed.
+    """A real factor times a quantity that is tabulated over one parameter.
 
-    It has the methods of a `Formula`. The interpolation is monotone where the numbers are (PCHIP)
-    and has a derivative everywhere. Raises InputError beyond the ends: `source` names the file
-    there.
+    Such is the stiffness of a bearing over speed. It has the methods of a `Formula`. The
+    interpolation is monotone where the numbers are (PCHIP) and has a derivative everywhere. Raises
+    InputError beyond the ends: `source` names the file there.
 
     Parameters
     ----------
     factor : Formula
         What the tabulated quantity is multiplied with.
-    over : str
-        The parameter.
+    parameter : str
+        The name of the parameter.
     source, column : str
         The file, and the name of the quantity in it.
-    places, quantities : sequence of float (m,)
+    points, quantities : sequence of float (m,)
         Rising values of the parameter, and the quantity at each.
 
     >>> bearing = Tabulated(ONE, "speed", "bearing.csv", "kxy", (0.0, 1.0, 3.0), (0.0, 2.0, 4.0))
@@ -86,71 +85,75 @@ class Tabulated:
     """
 
     factor: Formula
-    over: str
+    parameter: str
     source: str
     column: str
-    places: Sequence[float]
+    points: Sequence[float]
     quantities: Sequence[float]
 
     @cached_property
     def _curve(self) -> PchipInterpolator:
         from scipy.interpolate import PchipInterpolator
 
-        return PchipInterpolator(self.places, self.quantities)
+        return PchipInterpolator(self.points, self.quantities)
 
     @property
     def names(self) -> frozenset[str]:
         """The parameters that it depends on."""
-        return self.factor.names | {self.over}
+        return self.factor.names | {self.parameter}
 
     @property
     def text(self) -> str:
         """The factor for people."""
-        return f"({self.factor.text}) * {self.source}: {self.column}({self.over})"
+        return f"({self.factor.text}) * {self.source}: {self.column}({self.parameter})"
 
     def value(self, parameters: Mapping[str, float]) -> float:
         """The value. Raises InputError beyond the table."""
-        return self.factor.value(parameters) * float(self._curve(self._place(parameters)))
+        point = self._point_in_table(parameters)
+        return self.factor.value(parameters) * float(self._curve(point))
 
     def slope(self, parameters: Mapping[str, float], name: str) -> float:
         """The derivative by one parameter. Raises InputError beyond the table."""
-        place = self._place(parameters)
-        total = self.factor.slope(parameters, name) * float(self._curve(place))
-        if name == self.over:
-            total += self.factor.value(parameters) * float(self._curve(place, 1))
+        point = self._point_in_table(parameters)
+        total = self.factor.slope(parameters, name) * float(self._curve(point))
+        if name == self.parameter:
+            total += self.factor.value(parameters) * float(self._curve(point, 1))
         return total
 
     def curvature(
         self, parameters: Mapping[str, float], name: str, low: float, high: float
     ) -> float:
-        """A bound of |second derivative| by the table's own parameter, on whose pieces it is
-        linear; inf where the other factor depends on that parameter too."""
+        """A bound of |second derivative| by a parameter between two values of it.
+
+        By the table's parameter the second derivative is linear between two points of the table;
+        inf where the other factor depends on the same parameter.
+        """
         if name in self.factor.names:
             return math.inf
-        if name != self.over:
+        if name != self.parameter:
             return 0.0
-        begins = np.asarray(self.places[:-1])
-        ends = np.asarray(self.places[1:])
-        cubic, square = self._curve.c[:2]
+        begins = np.asarray(self.points[:-1])
+        ends = np.asarray(self.points[1:])
+        cubic, square = self._curve.c[:2]  # coefficients (m - 1,) of each piece
         at_begin = np.abs(2.0 * square)
         at_end = np.abs(6.0 * cubic * (ends - begins) + 2.0 * square)
         largest = np.maximum(at_begin, at_end)[(begins <= high) & (ends >= low)]
         return abs(self.factor.value(parameters)) * float(np.max(largest, initial=0.0))
 
-    def _place(self, parameters: Mapping[str, float]) -> float:
-        place = parameters[self.over]
-        low = self.places[0]
-        high = self.places[-1]
-        if not low <= place <= high:
-            raise InputError(
-                f"{self.source}: covers {self.over} from {low:g} to {high:g}; {place:.6g} is needed"
-            )
-        return place
+    def _point_in_table(self, parameters: Mapping[str, float]) -> float:
+        """The value of the table's parameter. Raises InputError beyond the table."""
+        point = parameters[self.parameter]
+        low = self.points[0]
+        high = self.points[-1]
+        if not low <= point <= high:
+            covered = f"{self.parameter} from {low:g} to {high:g}"
+            raise InputError(f"{self.source}: covers {covered}; {point:.6g} is needed")
+        return point
 
 
 @dataclass(frozen=True)
 class Modulus:
-    """A factor times (1 + i loss), times the storage of a table; or, `imaginary`, times i.
+    """A factor times (1 + i loss), times the storage modulus of a table; or, `imaginary`, times i.
 
     It has the methods of a `Formula`, with complex values. Raises InputError where a loss factor is
     negative.
@@ -195,15 +198,17 @@ class Modulus:
     def curvature(
         self, parameters: Mapping[str, float], name: str, low: float, high: float
     ) -> float:
-        """A bound of |second derivative| over low to high; inf by the frequency, and where factor
-        and loss depend on the parameter."""
+        """A bound of |second derivative| by a parameter between two values of it.
+
+        inf by the frequency, and where both factor and loss depend on the parameter.
+        """
         if name in FREQUENCY:
             return math.inf
         if self.loss is not None and name in self.loss.names and not self.table:
             if name in self.factor.names:
                 return math.inf
-            bend = self.loss.curvature(parameters, name, low, high)
-            return abs(self.factor.value(parameters)) * bend
+            loss_curvature = self.loss.curvature(parameters, name, low, high)
+            return abs(self.factor.value(parameters)) * loss_curvature
         storage = 1.0
         loss = 0.0
         if self.table:
@@ -213,7 +218,7 @@ class Modulus:
         return abs(storage * (1 + 1j * loss)) * self.factor.curvature(parameters, name, low, high)
 
     def _dual(self, parameters: Mapping[str, float], name: str) -> Dual:
-        """The value, and its derivative by the parameter of that name (none of an empty name)."""
+        """The complex value, and its derivative by the parameter of that name, 0 without a name."""
         result = _with_slope(self.factor, parameters, name) * (1j if self.imaginary else 1.0)
         loss = Dual(0.0, 0.0)
         if self.loss:
@@ -222,7 +227,7 @@ class Modulus:
                 raise _negative(self.loss, loss.value, parameters)
         if self.table:
             storage, loss = self.table(parameters["frequency"])
-            if name != "frequency":
+            if name != "frequency":  # the table's derivatives are by the frequency
                 storage = Dual(storage.value, 0.0)
                 loss = Dual(loss.value, 0.0)
             result = result * storage
@@ -230,6 +235,7 @@ class Modulus:
 
 
 def _with_slope(formula: Formula, parameters: Mapping[str, float], name: str) -> Dual:
+    """The value of a formula and its derivative by one parameter."""
     slope = formula.slope(parameters, name) if name in formula.names else 0.0
     return Dual(formula.value(parameters), slope)
 

@@ -25,7 +25,7 @@ from squeal.linear.continuation import (
 from squeal.linear.eigen import UnstableMode, complex_eigenvalues, growing
 from squeal.linear.events import Crossing
 from squeal.linear.roots import ComplexArray, assigned, ordered
-from squeal.linear.steps import Step
+from squeal.linear.steps import Step, closest_pairs, squared_ends
 from squeal.linear.system import SystemFunction, matrices_at
 from squeal.linear.thresholds import Thresholds
 from squeal.linear.verdicts import FLUTTER
@@ -34,10 +34,13 @@ Indices = NDArray[np.intp]
 
 
 def continued(system: SystemFunction, values: Sequence[float]) -> Continuation:
-    """The continuation of a system over a range that holds some values. Raises InputError."""
+    """The continuation of a system over the range of some values, its states computed at these.
+
+    Raises InputError.
+    """
     low = min(values)
     high = max(values)
-    if not high > low:
+    if not high > low:  # a continuation needs a range
         high = low + 1e-6 * max(abs(low), 1.0)
     continuation = Continuation(system, low, high)
     continuation.prepare(values)
@@ -45,7 +48,7 @@ def continued(system: SystemFunction, values: Sequence[float]) -> Continuation:
 
 
 class Link(NamedTuple):
-    """From one state to the next: which root of the one is which of the other.
+    """How the roots of one state continue in the next.
 
     Attributes
     ----------
@@ -74,7 +77,10 @@ def links(
     budget: Iterator[int],
     depth: int = 7,
 ) -> Iterator[Link]:
-    """The links from a to b, which is halved until vectors and slopes tell each mode.
+    """Links from the state at a to that at b: one, or several after the interval was halved.
+
+    It is halved while vectors and slopes do not tell which root continues which, and a shorter one
+    may do so.
 
     Parameters
     ----------
@@ -112,12 +118,12 @@ def links(
     order[known] = step.same_mode.argmax(axis=1)[known]
     meeting: list[list[int]] = []
     if is_doubtful:
-        # the others go by their slopes; of two that came close the mean is smooth, and which is
-        # which is told by the sign of their difference, unless they meet
+        # assigned by slopes; certain only of two that came close: their mean is smooth, and the
+        # sign of their difference tells which is which, unless they meet
         by_slopes = assigned(step.mismatch[np.ix_(rows, columns)])
         order[rows] = np.where(by_slopes < 0, -1, columns[by_slopes])
         for pair in _pairs_with_smooth_mean(step, order, rows.tolist()):
-            keeps_order = _sense_of_difference(step, pair, order)
+            keeps_order = _keeps_order(step, pair, order)
             if keeps_order is None:
                 meeting.append(pair)
                 continue
@@ -127,12 +133,11 @@ def links(
     yield Link(before, after, order, known, meeting)
 
 
-def _sense_of_difference(step: Step, pair: list[int], order: Indices) -> bool | None:
-    """True if two roots that came close keep their order within a step, False if they exchange.
+def _keeps_order(step: Step, pair: list[int], order: Indices) -> bool | None:
+    """True if two roots that came close go as `order` says within a step, False if they exchange.
 
-    The square of their difference is smooth. It is followed by the cubic through values and slopes
-    at both ends; None if its angle turns by 90 degrees or more, so that the sign of its root is
-    lost.
+    The square of their difference is smooth, a cubic through values and slopes at both ends. None
+    if its angle turns by 90 degrees or more, so that the sign of the difference is lost.
 
     Parameters
     ----------
@@ -149,12 +154,7 @@ def _sense_of_difference(step: Step, pair: list[int], order: Indices) -> bool | 
     slope = np.diff(step.before.slopes[pair]) * length
     later_difference = np.diff(step.after.roots[later])
     later_slope = np.diff(step.after.slopes[later]) * length
-    square = hermite_cubic(
-        difference**2,
-        2 * difference * slope,
-        later_difference**2,
-        2 * later_difference * later_slope,
-    )
+    square = hermite_cubic(*squared_ends([difference, slope, later_difference, later_slope]))
     angles = np.unwrap(np.angle(np.polyval(square[::-1], np.linspace(0, 1, 17))))
     if not np.ptp(angles) < np.pi / 2:
         return None
@@ -177,17 +177,10 @@ def _pairs_with_smooth_mean(step: Step, order: Indices, rows: list[int]) -> Iter
     """
     before = step.before.roots
     after = step.after.roots
-    near = step.options.near
-
-    def distance(pair: tuple[int, int]) -> float:
-        one, other = pair
-        earlier = abs(before[one] - before[other])
-        later = abs(after[order[one]] - after[order[other]])
-        return float(min(earlier, later))
+    near = step.options.root_tolerance
 
     remaining = {k for k in rows if order[k] >= 0}
-    for two in sorted(itertools.combinations(sorted(remaining), 2), key=distance):
-        pair = list(two)
+    for pair in closest_pairs(sorted(remaining), before, after[order]):
         mean = before[pair].mean()
         later_mean = after[order[pair]].mean()
         if remaining.issuperset(pair) and abs(later_mean - mean) <= near * abs(mean):
@@ -197,28 +190,28 @@ def _pairs_with_smooth_mean(step: Step, order: Indices, rows: list[int]) -> Iter
 
 def _all_close(roots: ComplexArray, options: ContinuationOptions) -> bool:
     """True if each root has another one so near that no shorter step tells them apart."""
-    near = np.abs(roots[:, None] - roots) <= options.near * np.abs(roots)
+    near = np.abs(roots[:, None] - roots) <= options.root_tolerance * np.abs(roots)
     return bool(np.all(near.sum(axis=1) > 1))
 
 
 class Loss(NamedTuple):
-    """Modes, by number, that meet between two values of the parameter, or end or begin there."""
+    """Modes whose identity is lost between two values of the parameter, `low` and `high`."""
 
     low: float
     high: float
     kind: str  # meet, end, begin
-    modes: tuple[int, ...]
+    modes: tuple[int, ...]  # their numbers
 
 
 def track_modes(
     at: Callable[[float], SpectrumAtParameter], values: Sequence[float], spare: int = 10**6
 ) -> tuple[list[Indices], list[Loss]]:
-    """Which root is which mode along rising values of the parameter.
+    """The mode number of each root along rising values of the parameter.
 
-    Conjugates have one number. A mode keeps it where left and right vectors, or these and the
-    slopes, say from one value to the next which it is. What two roots become that coalesce is known
-    of both together; both keep their numbers, and a loss is reported, as where modes end and begin:
-    at the edge of what is computed, or unrecognised.
+    Conjugates have one number. A mode keeps its number where vectors and slopes tell from one value
+    to the next which root continues it. Two modes that coalesce keep theirs, but either root may
+    have either number afterwards: that is reported as a loss. So are modes that end and begin: at
+    the edge of what is computed, or where nothing tells which root continues which.
 
     Parameters
     ----------
@@ -247,7 +240,10 @@ def track_modes(
 
 
 class _ModeTracker:
-    """The mode numbers (m,) of the roots of a state, the largest so far, and the losses so far."""
+    """Mode numbers (m,) of the roots of one state after another.
+
+    numbers: those of the last state; largest: the largest number so far; losses: those so far.
+    """
 
     def __init__(self, state: SpectrumAtParameter) -> None:
         self.largest = len(state.roots)
@@ -255,9 +251,9 @@ class _ModeTracker:
         self.losses: list[Loss] = []
 
     def advance(self, link: Link) -> None:
-        """Go to the next state."""
+        """Number the roots of the next state."""
         before = self.numbers
-        after = np.zeros(len(link.after.roots), dtype=np.intp)
+        after = np.zeros(len(link.after.roots), dtype=np.intp)  # 0: without a number yet
         after[link.order[link.known]] = before[link.known]
         for pair in link.meet:
             after[link.order[pair]] = before[pair]
@@ -281,7 +277,7 @@ class _ModeTracker:
 
 
 def _shared_by_conjugates(state: SpectrumAtParameter, numbers: Indices) -> Indices:
-    """The numbers of roots, those below the real axis with that of their conjugates."""
+    """Numbers (m,) of roots, in which those below the real axis have that of their conjugate."""
     if state.problem is UNDAMPED or not numbers.size:  # a root stands for a pair
         return numbers
     values = state.exponents
@@ -317,16 +313,19 @@ def mode_numbers_at(state: SpectrumAtParameter, ids: Indices, values: ComplexArr
     distances = np.abs(state.roots - z[:, None])
     nearest = distances.argmin(axis=1)
     for half_plane in (values.imag > 0.0, values.imag < 0.0):
-        if half_plane.any():  # two that cross are two
+        if half_plane.any():  # so that two close eigenvalues get two different modes
             nearest[half_plane] = assigned(distances[half_plane])
-    allowed = np.maximum(ContinuationOptions().near * np.abs(z), 4 * state.rounding[nearest])
+    allowed = np.maximum(
+        ContinuationOptions().root_tolerance * np.abs(z), 4 * state.rounding[nearest]
+    )
     return np.where(distances[np.arange(len(z)), nearest] <= allowed, ids[nearest], 0)
 
 
 def mode_numbers(values: ComplexArray) -> Indices:
-    """The number of the mode of each eigenvalue (m,), from 1 by rising frequency.
+    """The number of the mode of each eigenvalue lambda (m,), from 1 by rising frequency.
 
-    Conjugates are one mode, and of real ones the fastest and the slowest.
+    Conjugates are one mode. Real eigenvalues come first; they are paired from the outside inwards,
+    the largest with the smallest.
     """
     order = ordered(values)
     imag = values[order].imag
@@ -354,18 +353,23 @@ def unstable_modes(
     Raises InputError.
     """
     modes = growing(complex_eigenvalues(*matrices_at(system, mu)).eigenvalues)
-    onsets = list(_onsets(result, mu)) if result is not None and modes else []
+    if result is None or not modes:
+        return modes
+    onsets = list(_onsets(result, mu))
+    if not onsets:
+        return modes
     with_onsets = []
     for mode in modes:
-        if onsets:
-            nearest = min(onsets, key=lambda onset: abs(onset.root - mode.root))
-            mode = replace(mode, onset=nearest.mu)
-        with_onsets.append(mode)
+        nearest = min(onsets, key=lambda onset: abs(onset.root - mode.root))
+        with_onsets.append(replace(mode, onset=nearest.mu))
     return tuple(with_onsets)
 
 
 class _Onset(NamedTuple):
-    """An eigenvalue (rad/s) with Im >= 0 that grows, and where it began to."""
+    """An eigenvalue (rad/s) with Im >= 0 that grows, and where it began to.
+
+    mu: None if it grows from the start of the range on, or that is not known.
+    """
 
     root: complex
     mu: float | None
@@ -373,22 +377,22 @@ class _Onset(NamedTuple):
 
 def _onsets(result: Thresholds, mu: float) -> Iterator[_Onset]:
     """The onset of each eigenvalue that grows at mu."""
-    states = _states_away_from_crossings(result, mu)
+    path = _states_away_from_crossings(result, mu)
+    low = result.searched[0].continuation.low
     last = result.searched[-1].continuation.at(mu)
     for k in np.flatnonzero(last.kinds >= FLUTTER).tolist():
         exponent = last.exponents[k]
-        onset = _onset_before(states, k, result)
-        low = result.searched[0].continuation.low
+        onset = _onset_before(path, k, result)
         if onset is not None and not onset - low > 1e-9 * (mu - low):
             onset = None
         yield _Onset(complex(exponent.real, abs(exponent.imag)), onset)
 
 
-_Place = tuple[Continuation, SpectrumAtParameter]
+_PathState = tuple[Continuation, SpectrumAtParameter]
 """A state, and the continuation that it belongs to: another one beyond each jump."""
 
 
-def _states_away_from_crossings(result: Thresholds, mu: float) -> list[_Place]:
+def _states_away_from_crossings(result: Thresholds, mu: float) -> list[_PathState]:
     """By rising value the states at which rounding does not hide what grows, and that at mu."""
     low = result.searched[0].continuation.low
     margin = 1e-6 * (mu - low)
@@ -399,29 +403,29 @@ def _states_away_from_crossings(result: Thresholds, mu: float) -> list[_Place]:
             for crossing in result.crossings
         )
 
-    places = []
+    path = []
     for part in result.searched:
         continuation = part.continuation
         for state in continuation.states:
             inside = continuation.low <= state.value <= continuation.high
             if inside and (state.value == mu or not is_near_crossing(state.value)):
-                places.append((continuation, state))
-    return places
+                path.append((continuation, state))
+    return path
 
 
-def _onset_before(places: Sequence[_Place], k: int, result: Thresholds) -> float | None:
-    """Where the root of index k at the last state began to grow, on its path backwards.
+def _onset_before(path: Sequence[_PathState], k: int, result: Thresholds) -> float | None:
+    """Where the root of index k at the last state of a path began to grow.
 
-    places: the states along the path, by rising parameter. None if the root grows at the first of
-    them already, or no crossing explains its growth.
+    The path, by rising parameter, is followed backwards. None if the root grows at its first state
+    already, or no crossing explains its growth.
     """
-    for i in range(len(places) - 1, 0, -1):
-        continuation, before = places[i - 1]
-        later_continuation, after = places[i]
+    for i in range(len(path) - 1, 0, -1):
+        continuation, before = path[i - 1]
+        later_continuation, after = path[i]
         hertz = after.omegas[k] / (2 * np.pi)
         if continuation is later_continuation:
             order = Step(before, after, continuation.options).order
-            k = int(np.argsort(order)[k])  # the index before
+            k = int(np.argsort(order)[k])  # the inverse of `order`: the index before
         else:  # beyond a jump
             k = int(np.argmin(np.abs(before.exponents - after.exponents[k])))
         if before.kinds[k] < FLUTTER:
@@ -432,8 +436,8 @@ def _onset_before(places: Sequence[_Place], k: int, result: Thresholds) -> float
 def _nearest_crossing(
     crossings: Sequence[Crossing], low: float, high: float, hertz: float
 ) -> float | None:
-    """Of the crossings upwards between two values that of the nearest frequency."""
-    between = [c for c in crossings if c.direction == "up" and low < c.mu <= high]
-    if not between:
+    """The mu of the upward crossing between two values whose frequency is nearest; None if none."""
+    upward = [c for c in crossings if c.direction == "up" and low < c.mu <= high]
+    if not upward:
         return None
-    return min(between, key=lambda crossing: abs(crossing.frequency_hz - hertz)).mu
+    return min(upward, key=lambda crossing: abs(crossing.frequency_hz - hertz)).mu

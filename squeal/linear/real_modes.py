@@ -19,7 +19,7 @@ def real_modes(
 ) -> tuple[Array, Array]:
     """The lowest real modes of K x = omega^2 M x, of a large sparse system by Lanczos' method.
 
-    Rows without mass follow the others at rest.
+    Rows without mass follow the others statically and have no modes.
 
     Parameters
     ----------
@@ -28,8 +28,8 @@ def real_modes(
     count : int
         How many modes.
     ratios : function, optional
-        Damping ratios of frequencies (Hz), NaN where it knows none: then all modes are computed
-        that it knows of, of a sparse system.
+        Damping ratios of frequencies (Hz), NaN outside of the range that it covers. Of a sparse
+        system all modes up to the end of that range are computed, whatever their `count`.
 
     Returns
     -------
@@ -62,17 +62,17 @@ def real_modes(
 def _sparse_modes(
     K: Matrix, M: Matrix, count: int, ratios: Callable[[Array], Array] | None
 ) -> tuple[Array, Array]:
-    """Squares of frequencies (k,) and vectors (n, k), as many as wanted or as `ratios` know of."""
+    """Squares of frequencies (k,) and vectors (n, k) of a sparse system, see `real_modes`."""
     from scipy.sparse.linalg import eigsh
 
-    shift = -1e-9 * norm_of(K) / norm_of(M)  # below all squares: rigid bodies pass
+    shift = -1e-9 * norm_of(K) / norm_of(M)  # below all squares, so that K - shift M is regular
     k = FIRST_MODES if ratios else count
     while True:
         squares, modes = eigsh(K, k, M, shift)
         highest = np.sqrt(np.maximum(squares.max(keepdims=True), 0.0)) / math.tau
         if ratios is None or np.isnan(ratios(highest)[0]) or 4 * k > K.shape[0]:
             return squares, modes
-        k *= 2
+        k *= 2  # until the highest one lies outside of what `ratios` covers
 
 
 def _dense_modes(K: Array, M: Array, count: int) -> tuple[Array, Array]:
@@ -88,12 +88,12 @@ def _dense_modes(K: Array, M: Array, count: int) -> tuple[Array, Array]:
         squares, modes = eigh(K, M, subset_by_index=(0, count - 1))
     except np.linalg.LinAlgError:
         shift = float(norm_of(K) / norm_of(M))
-        inverse, modes = eigh(M, K + shift * M)
-        rounding = 4 * len(M) * EPS * abs(inverse[-1])
-        heavy = inverse > rounding
-        if inverse[0] < -rounding or not heavy.any():
+        r, modes = eigh(M, K + shift * M)
+        rounding = 4 * len(M) * EPS * abs(r[-1])
+        has_mass = r > rounding
+        if r[0] < -rounding or not has_mass.any():
             raise
-        inverse, modes = inverse[heavy][::-1], modes[:, heavy][:, ::-1]
-        squares = 1.0 / inverse - shift
-        modes = modes / np.sqrt(inverse)
+        r = r[has_mass][::-1]
+        modes = modes[:, has_mass][:, ::-1] / np.sqrt(r)
+        squares = 1.0 / r - shift
     return squares[:count], modes[:, :count]

@@ -44,7 +44,10 @@ STIFF = (
 
 
 def ordered(values: ComplexArray) -> NDArray[np.intp]:
-    """Indices that sort eigenvalues (..., m) as a Spectrum does, along the last axis."""
+    """Indices (..., m) that sort eigenvalues (..., m) along the last axis as a Spectrum does.
+
+    By rising |Im|, then by falling real part, the conjugate with Im > 0 first.
+    """
     # an exact conjugate pair or quadruple has equal |Im|, so the later keys decide within it;
     # of repeated eigenvalues the first is paired with the first conjugate, and so on
     equal = values[..., :, None] == values[..., None, :]
@@ -62,10 +65,10 @@ def root_rounding(
 ) -> Array:
     """How far rounding moves each eigenvalue (m,) of a matrix.
 
-    One that is far from all others moves by its size times error times condition, R. The
-    determinant, and with it R, is shared with others at distances d_j: where these come into reach,
-    r with r prod(1 + r / d_j) = R is how far it moves. No eigenvalue moves further than by the m-th
-    root of the relative error (Elsner 1985).
+    One that is far from all others moves by R, the error of the matrix times its own condition. One
+    with others within reach, at distances d_j, moves by r with r prod(1 + r / d_j) = R: the error
+    of the determinant is shared. No eigenvalue moves further than by the m-th root of the relative
+    error (Elsner 1985).
 
     Parameters
     ----------
@@ -78,7 +81,12 @@ def root_rounding(
     size : float or array (m,)
         Its norm.
     rows : int, optional
-        Its rows, if these are not the m eigenvalues given.
+        The number of its rows, if only some of its eigenvalues are given.
+
+    Returns
+    -------
+    array (m,)
+        In the unit of the eigenvalues.
     """
     matrix_error = np.broadcast_to(size * error, values.shape)
     isolated = np.broadcast_to(matrix_error * condition, values.shape)  # R
@@ -117,7 +125,11 @@ def square_roots(s: ComplexArray, rounding: Array) -> tuple[ComplexArray, Array]
 
 
 class Roots(NamedTuple):
-    """Eigenvalues (m,) with unit vectors as columns, condition numbers and `root_rounding`."""
+    """Eigenvalues (m,) and what is known of them.
+
+    right, left: unit vectors as columns; condition: condition numbers; rounding: how far rounding
+    moves each, see `root_rounding`.
+    """
 
     values: ComplexArray
     right: ComplexArray
@@ -157,9 +169,9 @@ def left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> Complex
 
 
 def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -> Roots:
-    """Eigenvalues of a real matrix, whose zero roots are counted by rank and set to zero.
+    """Eigenvalues of a real matrix with their vectors and rounding.
 
-    Their vectors are those of the null spaces.
+    Zero roots are counted by rank, set to exactly zero and given the vectors of the null spaces.
 
     Parameters
     ----------
@@ -175,8 +187,7 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
     left = left_vectors(A, values, right)
     zeros = 0
     noise = noise_of(A, rounding)
-    may_have_zeros = stiffness is None or zero_roots(stiffness, noise_of(stiffness, rounding))
-    if may_have_zeros:
+    if stiffness is None or zero_roots(stiffness, noise_of(stiffness, rounding)):
         zeros = zero_roots(A, noise)
     smallest = np.argsort(np.abs(values))[:zeros]
     if zeros:
@@ -204,9 +215,9 @@ def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -
     Parameters
     ----------
     s : array (n,)
-        The roots, n <= 3.
+        The roots, n <= 3, changed in place.
     rounding : array (n,)
-        How far rounding moves each.
+        How far rounding moves each; made smaller where a sign is certain after the correction.
     reduced : Reduced
         The system.
     """
@@ -220,20 +231,21 @@ def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -
         cubic = invariants(A.ravel().tolist(), floor=floor)
     if cubic.vague:
         return
-    # of real roots the coefficients of p(-s) change sign once for each negative one (Descartes)
-    signs = [1.0]
-    for coefficient in cubic[:3]:
-        if abs(coefficient.value) > coefficient.bound:
-            signs.append(np.sign(coefficient.value))
-    negative = sum(bool(x != y) for x, y in itertools.pairwise(signs))
-    reals = np.arange(n)
+    reals = np.arange(n)  # indices of real roots
     if cubic.discriminant.value < -cubic.discriminant.bound:
-        negative = int(cubic.c.value < -cubic.c.bound)  # the real root has the sign of c
+        negative_count = int(cubic.c.value < -cubic.c.bound)  # the real root has the sign of c
         pair = _make_complex_pair(s, rounding, cubic)
         reals = np.setdiff1d(reals, pair)
+    else:
+        # of real roots the coefficients of p(-s) change sign once for each negative one (Descartes)
+        signs = [1.0]
+        for coefficient in cubic[:3]:
+            if abs(coefficient.value) > coefficient.bound:
+                signs.append(np.sign(coefficient.value))
+        negative_count = sum(bool(x != y) for x, y in itertools.pairwise(signs))
     s[reals] = s[reals].real
-    rising = reals[np.argsort(s[reals].real)]
-    for k in rising[:negative]:
+    smallest_first = reals[np.argsort(s[reals].real)]
+    for k in smallest_first[:negative_count]:
         sign_is_open = s[k].real >= 0.0 or rounding[k] >= -s[k].real
         if sign_is_open:
             # the product of all roots is the last coefficient, up to its sign
@@ -242,7 +254,7 @@ def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -
             if product_of_others:
                 s[k] = -abs(cubic[n - 1].value / product_of_others)
         rounding[k] = min(rounding[k], abs(s[k]) / 2)  # so that its sign is certain
-    not_negative = rising[negative:]
+    not_negative = smallest_first[negative_count:]
     s[not_negative] = np.maximum(s[not_negative].real, 0.0)
 
 
@@ -269,18 +281,21 @@ def _make_complex_pair(s: ComplexArray, rounding: Array, cubic: Cubic) -> NDArra
 
 
 def dependence(reduced: Reduced) -> NDArray[np.bool_]:
-    """Which rows (n, n) of A and B depend on which unknowns, see `matrices.reaches`."""
+    """Which rows of A and B depend on which unknowns: a mask (n, n), see `matrices.reaches`."""
     pattern = reduced.A != 0.0
-    return reaches(pattern if reduced.B is None else pattern | (reduced.B != 0.0))
+    if reduced.B is not None:
+        pattern |= reduced.B != 0.0
+    return reaches(pattern)
 
 
 def roots_of(reduced: Reduced, reach: NDArray[np.bool_] | None = None) -> Roots:
     """The 2n roots lambda (rad/s) of a system, vectors (n, 2n) in mass-normalised coordinates.
 
-    Each strong component of the rows has its own, with vectors that leave out what it drives; what
-    acts one way only would cost digits and change no root. Those that neither grow nor decay have a
-    real part of at most their rounding, without damping of exactly zero. `reach` is `dependence`,
-    if it is known. Raises ComputationError if roots are beyond double precision.
+    Each strong component of the rows is solved by itself: what acts from one on another would cost
+    digits and changes no root. Vectors are zero outside of the component of their root. Roots that
+    neither grow nor decay have a real part of at most their rounding, without damping of exactly
+    zero. `reach` is `dependence(reduced)`, if it is known. Raises ComputationError if roots are
+    beyond double precision.
     """
     parts = []
     for rows in components(dependence(reduced) if reach is None else reach):
@@ -290,21 +305,17 @@ def roots_of(reduced: Reduced, reach: NDArray[np.bool_] | None = None) -> Roots:
         right[rows] = part.right
         left[rows] = part.left
         parts.append(part._replace(right=right, left=left))
-    return Roots(
-        values=np.concatenate([part.values for part in parts]),
-        right=np.concatenate([part.right for part in parts], axis=1),
-        left=np.concatenate([part.left for part in parts], axis=1),
-        condition=np.concatenate([part.condition for part in parts]),
-        rounding=np.concatenate([part.rounding for part in parts]),
-    )
+    # side by side: the last axis of each array is that of the roots
+    return Roots._make(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
 
 
 def _part_of(reduced: Reduced, rows: NDArray[np.intp]) -> Reduced:
-    """Some of the rows, without what acts on them from others."""
+    """The system of some rows (k,), without what acts on them from others."""
     within = np.ix_(rows, rows)
-    B = None if reduced.B is None else reduced.B[within]
-    damping = B if B is not None and B.any() else None
-    return Reduced(reduced.A[within], damping, reduced.T[within], reduced.rounding)
+    B = None
+    if reduced.B is not None and reduced.B[within].any():
+        B = reduced.B[within]
+    return Reduced(reduced.A[within], B, reduced.T[within], reduced.rounding)
 
 
 def _roots_of_component(reduced: Reduced) -> Roots:
@@ -327,7 +338,7 @@ def _roots_of_component(reduced: Reduced) -> Roots:
 
 
 def _undamped_roots(reduced: Reduced) -> Roots:
-    """Both square roots of each s = -lambda^2, side by side."""
+    """Roots lambda (2n,) of a system without damping: of each -s both square roots, in a row."""
     squares = _standard_roots(reduced.A, reduced.rounding)
     if len(squares.values) <= 3:
         _agree_with_invariants(squares.values, squares.rounding, reduced)
@@ -346,9 +357,9 @@ def hides_slow_roots(
 ) -> bool:
     """True if rounding hides slow roots, as beside a light mass, a stiff spring or a strong damper.
 
-    Then some root is known to fewer than three digits, or there are more zero roots than the ranks
-    of K and of K and C together leave free. Roots of pads, and of systems whose nearly massless
-    coordinates are eliminated instead, need this answer before the referee is asked.
+    Then some root is known to fewer than three digits, or the number of zero roots is not that
+    which follows from the ranks of K and of K and C together. Callers then refuse the system or
+    eliminate its nearly massless coordinates.
 
     Parameters
     ----------
@@ -359,13 +370,14 @@ def hides_slow_roots(
     roots : Roots, optional
         Its roots, if they are known.
     """
-    zeros = 0
+    zeros = 0  # that follow from ranks
     for rows in components(dependence(reduced)):
         block = np.ix_(rows, rows)
         rank = scaled_rank(K[block])
         rank_with_damping = rank
         if C is not None and reduced.B is not None:
             rank_with_damping = scaled_rank(np.vstack([K[block], C[block]]))
+        # a motion without stiffness is a zero root, without damping of it a double one
         zeros += 2 * len(rows) - rank - rank_with_damping
     known = roots or roots_of(reduced)
     size = np.abs(known.values)

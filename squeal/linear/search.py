@@ -29,7 +29,7 @@ from squeal.linear.continuation import (
     SpectrumAtParameter,
 )
 from squeal.linear.event_guesses import guesses_of, window_guesses
-from squeal.linear.events import Event, bracket_by_sign, located
+from squeal.linear.events import Event, bracket_by_sign, locate_event
 from squeal.linear.steps import Guess, Step, may_exchange_partner, near_coalescences
 from squeal.linear.system import SystemFunction, TermSystem
 from squeal.linear.verdicts import UnstableCount
@@ -49,8 +49,8 @@ def required_crossings(
 ) -> list[RequiredCrossing]:
     """What has to cross the line between two values, so that the counts of growing roots agree.
 
-    Of the pairs these are the ones whose frequencies are farthest from any pair that grows on the
-    other side.
+    The frequencies of pairs are those of the side on which more pairs grow, without those that are
+    nearest to a pair of the other side, which grows throughout.
     """
     pairs = above.unstable_count.pairs - below.unstable_count.pairs
     reals = above.unstable_count.reals - below.unstable_count.reals
@@ -59,20 +59,27 @@ def required_crossings(
         joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs))
         pairs -= joined
         reals += 2 * joined
-    more, less = (above, below) if pairs > 0 else (below, above)
-    candidates = [float(more.omegas[k]) for k in more.unstable_pairs]
-    persisting = [float(less.omegas[k]) for k in less.unstable_pairs]
-    for omega in persisting[: max(len(candidates) - abs(pairs), 0)]:
+    with_more, with_fewer = (above, below) if pairs > 0 else (below, above)
+    candidates = [float(with_more.omegas[k]) for k in with_more.unstable_pairs]
+    persisting = [float(with_fewer.omegas[k]) for k in with_fewer.unstable_pairs]
+    number = abs(pairs)
+    for omega in persisting[: max(len(candidates) - number, 0)]:
         candidates.remove(min(candidates, key=lambda candidate: abs(candidate - omega)))
-    omegas = (candidates + [0.0] * abs(pairs))[: abs(pairs)]
-    crossings = [RequiredCrossing(omega, int(np.sign(pairs))) for omega in omegas]
-    return crossings + [RequiredCrossing(0.0, int(np.sign(reals)))] * abs(reals)
+    omegas = (candidates + [0.0] * number)[:number]  # 0 where no frequency is left
+    pair_crossings = [RequiredCrossing(omega, int(np.sign(pairs))) for omega in omegas]
+    real_crossings = [RequiredCrossing(0.0, int(np.sign(reals)))] * abs(reals)
+    return pair_crossings + real_crossings
 
 
 def counts_consistent(events: Sequence[Event], below: UnstableCount, above: UnstableCount) -> bool:
-    """True if events add up to the change of what grows, but for divergent roots that join to a
-    growing pair, or come from one, and cross nothing."""
-    change = sum(event.direction * (2 if event.omega else 1) for event in events)
+    """True if the events between two values explain the change of the number of growing roots.
+
+    Divergent roots that join to a growing pair, or come from one, cross nothing and change no sum.
+    """
+    change = 0
+    for event in events:
+        roots = 2 if event.omega else 1  # a pair or a real root
+        change += event.direction * roots
     return above.roots - below.roots == change
 
 
@@ -88,8 +95,8 @@ class SearchResult:
     @property
     def edges(self) -> list[float]:
         """The values between which `unstable_counts` are: the ends of the range and clusters."""
-        places = [cluster[0].value for cluster in self.clusters]
-        return [self.continuation.low, *places, self.continuation.high]
+        values = [cluster[0].value for cluster in self.clusters]
+        return [self.continuation.low, *values, self.continuation.high]
 
 
 def search(
@@ -115,8 +122,8 @@ def search(
     refinement.guesses += _meetings_at_end(continuation.at(high), 1e-6 * (high - low))
     refinement.locate_events()
     clusters = refinement.clusters()
-    between = _midpoints(continuation, clusters)
-    counts = tuple(continuation.at(p).unstable_count for p in between)
+    midpoints = _midpoints(continuation, clusters)
+    counts = tuple(continuation.at(p).unstable_count for p in midpoints)
     result = SearchResult(tuple(clusters), counts, continuation)
     if not isinstance(system, TermSystem):
         return result
@@ -124,7 +131,10 @@ def search(
 
 
 def _affordable(rows: int, options: ContinuationOptions) -> tuple[int, int]:
-    """How many steps are taken first, and how many values in all, of a matrix of that many rows."""
+    """How many steps a search takes first, and how many values in all it may compute.
+
+    rows: of the matrix A, as each value costs rows^3.
+    """
     if rows <= 60:
         return max(options.steps, 2), options.budget
     if rows <= 150:
@@ -133,18 +143,33 @@ def _affordable(rows: int, options: ContinuationOptions) -> tuple[int, int]:
 
 
 class _AdaptiveRefinement:
-    """Steps along a continuation with a budget of values, the `events` so far, and whether the
-    budget left a step `unresolved`: with roots unmatched or a factor too bent."""
+    """Steps along a continuation, divided until roots are matched, and the events found so far.
+
+    Attributes
+    ----------
+    continuation : Continuation
+        The system along its parameter.
+    budget : int
+        How many values it may compute.
+    guesses : list of Guess
+        Where events may be, not located yet.
+    events : list of Event
+        Those located so far, each once, by rising value.
+    located : list of Event
+        The same and those that may be one of them again, or its twin.
+    unresolved : bool
+        Whether the budget left a step with roots unmatched or a factor too bent.
+    """
 
     def __init__(self, continuation: Continuation, budget: int) -> None:
         self.continuation = continuation
         self.budget = budget
         self.range = continuation.high - continuation.low
-        # of the parameter: events closer than this coincide
-        self.merge_distance = 4 * continuation.options.same * self.range
+        # events closer than this coincide
+        self.merge_distance = 4 * continuation.options.event_tolerance * self.range
         self.guesses: list[Guess] = []
         self.events: list[Event] = []
-        self.located: list[Event] = []  # also what may be one of the events again, or its twin
+        self.located: list[Event] = []
         self.unresolved = False
         self.factors = factors_of(continuation.system)
 
@@ -161,17 +186,19 @@ class _AdaptiveRefinement:
         guesses, division = guesses_of(step, (low == continuation.low, high == continuation.high))
         meetings = list(near_coalescences(before, after))
         is_bent = any(bends_within(continuation, step, factor) for factor in self.factors)
-        # third roots decide, or two windows are near
-        has_several = (
+        # several windows are near (one pair, seen from both ends, gives two meetings), or third
+        # roots decide
+        is_crowded = (
             len(meetings) > 2
             or any(meeting.doubtful for meeting in meetings)
             or may_exchange_partner(before, after)
         )
-        # half of the budget is left for matches
-        budget = self.budget / 2 if has_several and division is None else self.budget
+        budget = float(self.budget)
+        if is_crowded and division is None:
+            budget /= 2  # half of it is left for steps whose roots are not matched
         is_spent = len(continuation.states) >= budget
-        if is_bent or has_several:
-            division = options.aside
+        if is_bent or is_crowded:
+            division = options.division_share
         if division is not None and depth > 0 and not is_spent:
             middle = low + division * (high - low)
             if low < middle < high:
@@ -185,7 +212,7 @@ class _AdaptiveRefinement:
             with suppress(np.linalg.LinAlgError):
                 self.guesses += window_guesses(continuation, meeting, high - low)
             if len(self.guesses) == count and continuation.problem is not DAMPED:
-                # near a third root another pair may have been taken
+                # near a third root another pair may have been taken: the count there tells
                 continuation.at(meeting.value)
 
     def locate_events(self) -> None:
@@ -194,7 +221,7 @@ class _AdaptiveRefinement:
         Of one frequency and direction events whose intervals touch may be one: the first is added.
         """
         for guess in self.guesses:
-            event = located(self.continuation, guess)
+            event = locate_event(self.continuation, guess)
             if event is not None and event.value - self.continuation.low <= 1e-6 * self.range:
                 event = self.snap_to_range_start(event)
             if event is None:
@@ -206,7 +233,10 @@ class _AdaptiveRefinement:
         self.events.sort(key=lambda event: event.value)
 
     def snap_to_range_start(self, event: Event) -> Event | None:
-        """An event, at the start if rounding leaves that; none if decay begins from rest there."""
+        """The event, moved to the start of the range if its root lies on the line there.
+
+        None if that root decays from the start on: it crosses nothing within the range.
+        """
         continuation = self.continuation
         low = continuation.low
         if event.interval[0] > low or not _rests_at_start(continuation, event.omega):
@@ -214,15 +244,17 @@ class _AdaptiveRefinement:
         return replace(event, value=low) if event.direction > 0 else None
 
     def clusters(self) -> list[tuple[Event, ...]]:
-        """All events in clusters of coincident ones, which add up to what grows between them as far
-        as can be.
+        """All events in clusters of coincident ones, by rising value.
 
-        Those at the start of the range, where growth begins from rest, are a cluster of their own.
+        Missing events are searched for before, so that the events add up to what grows between the
+        clusters as far as can be. Those at the start of the range, where growth begins from rest,
+        are a cluster of their own.
         """
         continuation = self.continuation
         low = continuation.low
-        between = _midpoints(continuation, cluster_events(self.events, self.merge_distance))
-        edges = [low, *between[1:-1], max(between[-1], continuation.high)]
+        midpoints = _midpoints(continuation, cluster_events(self.events, self.merge_distance))
+        # one interval around each cluster; the last midpoint may lie beyond the range
+        edges = [low, *midpoints[1:-1], max(midpoints[-1], continuation.high)]
         resolved: list[Event] = []
         for a, b in itertools.pairwise(edges):
             resolved += self.resolve_events(a, b, (a, b))
@@ -233,15 +265,16 @@ class _AdaptiveRefinement:
         if at_start:
             groups.insert(0, fastest_first(continuation, at_start))
         clusters: list[tuple[Event, ...]] = []
-        ends = itertools.pairwise(_midpoints(continuation, groups))
-        for group, (a, b) in zip(groups, ends, strict=True):
+        intervals = itertools.pairwise(_midpoints(continuation, groups))
+        for group, (a, b) in zip(groups, intervals, strict=True):
             clusters += self.split_cluster(group, a, b)
         return clusters
 
     def split_cluster(self, events: list[Event], a: float, b: float) -> list[tuple[Event, ...]]:
-        """The parts of a cluster of events, divided where the counts between its events agree.
+        """A cluster of events, divided between events where the count of growing roots confirms it.
 
-        a and b lie below and above the cluster. Twins that are almost one are told apart so.
+        Nearly coincident crossings of twins become clusters of their own so. a and b lie below and
+        above the cluster.
         """
         parts = []
         start = 0
@@ -249,26 +282,27 @@ class _AdaptiveRefinement:
             p = (events[k - 1].value + events[k].value) / 2
             if any(event.interval[0] <= p <= event.interval[1] for event in events):
                 continue
-            below, here, above = (self.continuation.at(x).unstable_count for x in (a, p, b))
-            lower_agree = counts_consistent(events[:k], below, here)
-            if lower_agree and counts_consistent(events[k:], here, above):
+            below, between, above = (self.continuation.at(x).unstable_count for x in (a, p, b))
+            lower_agree = counts_consistent(events[:k], below, between)
+            if lower_agree and counts_consistent(events[k:], between, above):
                 parts.append(tuple(events[start:k]))
                 start = k
         return [*parts, tuple(events[start:])]
 
     def resolve_events(self, a: float, b: float, limits: Interval) -> list[Event]:
-        """Events from a to b that add up to the change of what grows, as far as can be.
+        """Events from a to b that explain the change of the number of growing roots, if possible.
 
-        Where they do not, the range is halved beside the events and searched again. Of equal
-        subsystems that cross at one place one located event stands for all; where there is no room
-        to halve, and no such event, the count alone gives one.
+        Where those located so far do not, the range is divided beside the events and searched
+        again. Where there is no room to divide, each required crossing is taken from a located
+        event, which may stand for several equal subsystems that cross at one place, or else from
+        the count alone.
 
         Parameters
         ----------
         a, b : float
             The range.
         limits : (float, float)
-            What the interval of an event that only the count gives may fill.
+            The widest interval that an event may have of which only the count tells.
         """
         continuation = self.continuation
         inside = [event for event in self.events if a <= event.value <= b]
@@ -276,8 +310,10 @@ class _AdaptiveRefinement:
         above = continuation.at(b).unstable_count
         is_consistent = self._is_consistent(inside, a, b)
         is_coarse = b - a > self.range / 64
-        # without events all of the range lies below the first one
-        first, last = (inside[0].value, inside[-1].value) if inside else (b, b)
+        first = last = b  # without events all of the range lies below the first one
+        if inside:
+            first = inside[0].value
+            last = inside[-1].value
         if is_consistent:
             if not is_coarse:
                 return inside
@@ -291,20 +327,20 @@ class _AdaptiveRefinement:
         if is_exhausted or (is_consistent and division is None):
             return inside
         if division is None:
-            known = []
+            required = []
             for change in changes:
                 event = self._located_event(change, a, b)
                 if event is None:
                     event = self._event_from_count(change, a, b, limits)
                 if event is not None:
-                    known.append(event)
-            return known
+                    required.append(event)
+            return required
         if coincident and not is_consistent:
-            around = self._rescan_beside(a, b, inside, limits)
-            if around is not None:
-                return around
-            located = [self._located_event(change, a, b) for change in changes]
-            twins = [event for event in located if event is not None]
+            rescanned = self._rescan_beside(a, b, inside, limits)
+            if rescanned is not None:
+                return rescanned
+            located_events = [self._located_event(change, a, b) for change in changes]
+            twins = [event for event in located_events if event is not None]
             if changes and len(twins) == len(changes):  # of equal subsystems, all at one place
                 return twins
         if is_coarse:  # a finer range was refined within a coarse one: it is only divided
@@ -317,28 +353,27 @@ class _AdaptiveRefinement:
         ]
 
     def _is_consistent(self, events: list[Event], a: float, b: float) -> bool:
-        """True if events from a to b add up to the change of what grows."""
+        """True if events from a to b explain the change of the number of growing roots."""
         below = self.continuation.at(a).unstable_count
         above = self.continuation.at(b).unstable_count
         if counts_consistent(events, below, above):
             return True
-        # what crosses at the end of the range is not seen beyond it
-        seen = [event for event in events if event.interval[1] < b]
-        return b == self.continuation.high and counts_consistent(seen, below, above)
+        # the count at the end of the range does not show yet what crosses there
+        before_end = [event for event in events if event.interval[1] < b]
+        return b == self.continuation.high and counts_consistent(before_end, below, above)
 
     def _rescan_beside(
         self, a: float, b: float, inside: list[Event], limits: Interval
     ) -> list[Event] | None:
-        """All events from a to b, after a finer search on both sides of coincident ones.
+        """All events from a to b, after a finer search below and above coincident ones.
 
-        a, b, limits: as `resolve_events`; inside: the coincident events. None if the change of what
-        grows happens where these lie: what crosses elsewhere is no twin of them.
+        a, b, limits: as `resolve_events`; inside: the coincident events. None if the counts change
+        where these lie, so that twins of them are missing and not crossings elsewhere.
         """
         continuation = self.continuation
         low, high = hull(inside)
-        below = continuation.at(a).unstable_count
-        above = continuation.at(b).unstable_count
-        if _is_expected_beside(continuation, (low, high), (a, b), below, above):
+        persists_below = _count_persists(continuation, (low, high), a, -1)
+        if persists_below and _count_persists(continuation, (low, high), b, 1):
             return None
         margin = 16 * max(high - low, _resolution(low, high))
         before = max(low - margin, (a + low) / 2)
@@ -346,7 +381,7 @@ class _AdaptiveRefinement:
         cuts = [a, max(a, before), min(b, after), b]
         pieces = [(p, q) for p, q in itertools.pairwise(cuts) if p < q]
         for p, q in pieces:
-            if not p <= low <= q:
+            if not p <= low <= q:  # not the piece of the coincident events
                 self.refine(p, q, continuation.options.depth)
         self.locate_events()
         resolved: list[Event] = []
@@ -358,38 +393,48 @@ class _AdaptiveRefinement:
         """Where to divide the range from a to b: near the middle, or next to an event.
 
         It lies beside the intervals of the events `inside`; None where there is no room for that.
-        Where rounding hides what grows a count that lies outside of those at a and b is noise.
+        A value at which the count is uncertain, and outside of those at a and b, is passed over.
         """
-        least = max(1e-10 * self.range, _resolution(a, b))
-        fewer, more = sorted(self.continuation.at(p).unstable_count.roots for p in (a, b))
-        candidates = [a + self.continuation.options.aside * (b - a)]
+        clearance = max(1e-10 * self.range, _resolution(a, b))
+        fewer, more = self._counts_at_ends(a, b)
+        candidates = [a + self.continuation.options.division_share * (b - a)]
         for event in inside:
-            candidates += [event.interval[0] - least, event.interval[1] + least]
+            candidates += [event.interval[0] - clearance, event.interval[1] + clearance]
         for p in candidates:
             is_free = not any(
-                event.interval[0] - least < p < event.interval[1] + least for event in inside
+                event.interval[0] - clearance < p < event.interval[1] + clearance
+                for event in inside
             )
-            if not (is_free and a + least < p < b - least):
+            if not (is_free and a + clearance < p < b - clearance):
                 continue
             state = self.continuation.at(p)
-            if state.sure or fewer <= state.unstable_count.roots <= more:
+            if state.count_is_certain or fewer <= state.unstable_count.roots <= more:
                 return p
         return None
 
+    def _counts_at_ends(self, a: float, b: float) -> tuple[int, int]:
+        """How many roots grow at a and at b, the smaller number first."""
+        at_a = self.continuation.at(a).unstable_count.roots
+        at_b = self.continuation.at(b).unstable_count.roots
+        return min(at_a, at_b), max(at_a, at_b)
+
     def _located_event(self, change: RequiredCrossing, a: float, b: float) -> Event | None:
-        """The located event of a frequency and direction near a and b; it may stand for twins, and
-        its interval holds all that are alike."""
-        near = self.continuation.options.near
+        """The located event from a to b of the frequency and direction of a required crossing.
+
+        Of several it is the narrowest, with an interval that holds all: equal subsystems may cross
+        there. None if there is none.
+        """
+        tolerance = self.continuation.options.root_tolerance
         low = a - self.merge_distance
         high = b + self.merge_distance
-        alike = [
-            event
-            for event in self.located
-            if low <= event.value <= high and _has_frequency(event, *change, near)
-        ]
-        if not alike:
+        candidates = []
+        for event in self.located:
+            if low <= event.value <= high and _has_frequency(event, *change, tolerance):
+                candidates.append(event)
+        if not candidates:
             return None
-        return replace(min(alike, key=lambda event: event.width), interval=hull(alike))
+        narrowest = min(candidates, key=lambda event: event.width)
+        return replace(narrowest, interval=hull(candidates))
 
     def _event_from_count(
         self, change: RequiredCrossing, a: float, b: float, limits: Interval
@@ -401,16 +446,19 @@ class _AdaptiveRefinement:
         """
         continuation = self.continuation
         direction = change.direction
-        fewer, more = sorted(continuation.at(p).unstable_count.roots for p in (a, b))
+        fewer, more = self._counts_at_ends(a, b)
 
         def sign(p: float) -> int:
-            least, most = continuation.at(p).bounds
+            """-1 where p certainly lies below the event, 1 above it, 0 where that is uncertain."""
+            least, most = continuation.at(p).count_bounds
             if most <= fewer:
                 return -direction
-            return direction if least >= more else 0
+            if least >= more:
+                return direction
+            return 0
 
         bracket = bracket_by_sign(sign, (a, b), 1e-7 * self.range, *limits)
-        interval = limits if bracket is None else bracket[:2]
+        interval = limits if bracket is None else (bracket.low, bracket.high)
         event = Event((a + b) / 2, change.omega, direction, interval, converged=False)
         return self.snap_to_range_start(event)
 
@@ -420,9 +468,10 @@ def _resolution(a: float, b: float) -> float:
     return 4 * float(np.spacing(max(abs(a), abs(b))))
 
 
-def _has_frequency(event: Event, omega: float, direction: int, near: float) -> bool:
+def _has_frequency(event: Event, omega: float, direction: int, tolerance: float) -> bool:
+    """True if an event has this direction and, up to a relative tolerance, this omega (rad/s)."""
     difference = abs(event.omega - omega)
-    return event.direction == direction and difference <= near * min(event.omega, omega)
+    return event.direction == direction and difference <= tolerance * min(event.omega, omega)
 
 
 def _is_same_event(event: Event, other: Event) -> bool:
@@ -442,8 +491,7 @@ def hull(events: Sequence[Event]) -> Interval:
 
 
 def cluster_events(events: Sequence[Event], distance: float) -> list[list[Event]]:
-    """Clusters of events by rising value, in which each is no further than a distance from the one
-    before."""
+    """Clusters of events by rising value: each lies within a distance of the one before it."""
     clusters: list[list[Event]] = []
     for event in events:
         if clusters and not event.value - clusters[-1][-1].value > distance:
@@ -453,17 +501,13 @@ def cluster_events(events: Sequence[Event], distance: float) -> list[list[Event]
     return clusters
 
 
-def _is_expected_beside(
-    continuation: Continuation,
-    interval: Interval,
-    limits: Interval,
-    below: UnstableCount,
-    above: UnstableCount,
+def _count_persists(
+    continuation: Continuation, interval: Interval, limit: float, direction: int
 ) -> bool:
-    """True if just outside of an interval of events as many roots grow as are expected there.
+    """True if on one side of an interval of events, close to it, as many roots grow as at a limit.
 
-    Counted is 16 widths away, or further where rounding hides what grows, within the limits.
-    Nearly equal subsystems need this: their crossings are not one event.
+    Nearly equal subsystems need this: their crossings are not one event. Roots are counted 16
+    widths of the interval away from it, or further where rounding hides the count.
 
     Parameters
     ----------
@@ -471,41 +515,39 @@ def _is_expected_beside(
         The system along its parameter.
     interval : (float, float)
         That of the events.
-    limits : (float, float)
-        How far below and above it is looked.
-    below, above : UnstableCount
-        What is expected below and above.
+    limit : float
+        The value on that side whose count is compared; no value beyond it is tried.
+    direction : int
+        1 for the side above the interval, -1 for that below it.
     """
     low, high = interval
+    start = high if direction > 0 else low
     width = max(high - low, _resolution(low, high))
-    furthest = max(1e5 * width, 1e-6 * (continuation.high - continuation.low))
-    for end, direction, limit, expected in (
-        (low, -1, limits[0], below),
-        (high, 1, limits[1], above),
-    ):
-        most = min(max(direction * (limit - end), 0.0), furthest)
-        step = min(16 * width, most)
-        state = continuation.at(end + direction * step)
-        while state.unstable_count.roots != expected.roots and not state.sure and step < most:
-            step = min(2 * step, most)
-            state = continuation.at(end + direction * step)
-        if state.unstable_count.roots != expected.roots:
+    reach = max(1e5 * width, 1e-6 * (continuation.high - continuation.low))
+    furthest = min(max(direction * (limit - start), 0.0), reach)
+    expected = continuation.at(limit).unstable_count.roots
+    distance = min(16 * width, furthest)
+    state = continuation.at(start + direction * distance)
+    while state.unstable_count.roots != expected:
+        if state.count_is_certain or not distance < furthest:
             return False
+        distance = min(2 * distance, furthest)
+        state = continuation.at(start + direction * distance)
     return True
 
 
 def _midpoints(continuation: Continuation, clusters: Sequence[Sequence[Event]]) -> list[float]:
-    """A value between neighbouring clusters, and below the first and above the last.
+    """Values between neighbouring clusters, and one below the first and one above the last.
 
-    Where the last one lies at the end of the range it is a value a little beyond, if the system has
-    one there.
+    Above a cluster at the end of the range it lies a little beyond, if the system has matrices
+    there.
     """
     low = continuation.low
     high = continuation.high
     lasts = [low, *(cluster[-1].value for cluster in clusters)]
     nexts = [*(cluster[0].value for cluster in clusters), high]
     midpoints = [(a + b) / 2 for a, b in zip(lasts, nexts, strict=True)]
-    if clusters and high - lasts[-1] <= continuation.options.same * (high - low):
+    if clusters and high - lasts[-1] <= continuation.options.event_tolerance * (high - low):
         beyond = high + 1e-6 * (high - low)
         with suppress(InputError, ComputationError, ValueError, ArithmeticError):
             continuation.at(beyond)  # there may be none, beyond a fold
@@ -535,18 +577,19 @@ def _rests_at_start(continuation: Continuation, omega: float) -> bool:
     state = continuation.at(continuation.low)
     if not omega:
         return bool(np.any(np.abs(state.roots) <= state.rounding))
-    near = np.abs(state.omegas - omega) <= continuation.options.near * omega
+    near = np.abs(state.omegas - omega) <= continuation.options.root_tolerance * omega
     resting = near & state.on_line
     if continuation.problem is DAMPED:
         return bool(resting.any())
+    # more close pairs than those of each root with itself
     return bool(state.close[np.ix_(resting, resting)].sum() > resting.sum())
 
 
 def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[Event]:
     """Coincident events in one direction, that of the fastest growing root first.
 
-    The growth rates are those a little beyond the events, on the side on which the roots grow, or
-    at an end of the range on the other one, on which they decay.
+    The growth rates are those a little beyond the events, where the roots grow. Where that lies
+    outside of the range the decay rates on the other side stand for them.
     """
     if len({event.omega for event in events}) < 2:
         return list(events)
@@ -554,16 +597,18 @@ def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[E
     high = continuation.high
     widest = max(event.width for event in events)
     distance = np.clip(1e3 * widest, 1e-5 * (high - low), 1e-2 * (high - low))
-    beside = events[0].direction * float(distance)
-    inside = low <= events[0].value + beside <= high
-    side = 1.0 if inside else -1.0  # at an end what decays fastest inside grows fastest beyond
-    state = continuation.at(events[0].value + side * beside)
-    rates = side * state.exponents.real
+    offset = events[0].direction * float(distance)
+    sign = 1.0
+    if not low <= events[0].value + offset <= high:
+        sign = -1.0  # what decays fastest inside grows fastest beyond the end
+    state = continuation.at(events[0].value + sign * offset)
+    rates = sign * state.exponents.real
 
     def rate(event: Event) -> float:
-        near = continuation.options.near * max(event.omega, float(state.omegas.min()))
-        alike = np.abs(state.omegas - event.omega) <= near
-        return float(np.max(rates[alike & (rates > 0)], initial=-np.inf))
+        """The largest rate (1/s) of a root of the event's frequency, -inf if none grows."""
+        near = continuation.options.root_tolerance * max(event.omega, float(state.omegas.min()))
+        has_frequency = np.abs(state.omegas - event.omega) <= near
+        return float(np.max(rates[has_frequency & (rates > 0)], initial=-np.inf))
 
     return sorted(events, key=rate, reverse=True)
 
@@ -572,19 +617,22 @@ def _is_steady(continuation: Continuation, low: float, high: float, count: Unsta
     """True if at each state between low and high as many roots grow, as far as rounding tells."""
     for state in continuation.states:
         if low < state.value < high:
-            least, most = state.bounds
+            least, most = state.count_bounds
             if not least <= count.roots <= most:
                 return False
     return True
 
 
-def _doubts(result: SearchResult, is_exhausted: bool) -> Iterator[str]:
-    """What the search itself knows to be wrong with its events, in words."""
+def _doubts(result: SearchResult, is_unresolved: bool) -> Iterator[str]:
+    """Sentences on what may be wrong with the events of a search, as far as it knows itself.
+
+    is_unresolved: whether its budget left a step unresolved.
+    """
     continuation = result.continuation
     counts = result.unstable_counts
-    if is_exhausted:
+    if is_unresolved:
         yield "the search ran out of values; a narrower range needs fewer"
-    widest = continuation.options.wide * (continuation.high - continuation.low)
+    widest = continuation.options.widest_interval * (continuation.high - continuation.low)
     for k, cluster in enumerate(result.clusters):
         if not counts_consistent(cluster, counts[k], counts[k + 1]):
             yield f"what grows changes otherwise than by what crosses at {cluster[0].value:.9g}"

@@ -42,16 +42,20 @@ def _term_sizes(
 
 
 def _real_mode_products(M: Matrix, z: Values, x: NDArray, y: NDArray) -> Array:
-    """2 |z| (x^H M x y^H M y)^(1/2): y^H P' x of a real mode."""
+    """2 |z| (x^H M x y^H M y)^(1/2) of roots z (m,) with vectors x, y (n, m) as columns.
+
+    Of an undamped mode with real vectors it is |y^H P' x|.
+    """
     mass_x = np.abs(np.sum(x.conj() * (M @ x), axis=0))
     mass_y = np.abs(np.sum(y.conj() * (M @ y), axis=0))
     return 2 * np.abs(z) * np.sqrt(mass_x * mass_y)
 
 
 class _Cluster(NamedTuple):
-    """Roots that are one to rounding.
+    """k roots that are one to rounding.
 
-    roots: a mask (m,); block (k, k): y_i^H P' x_j of these k; regular: whether it is regular.
+    roots: which of all, a mask (m,); block (k, k): y_i^H P' x_j of the k roots; regular: whether
+    it is regular, so that the roots have finite derivatives.
     """
 
     roots: NDArray[np.bool_]
@@ -92,6 +96,7 @@ def sensitivities(
     ([0.25, -0.25], [1.0, 1.0])
     """
     n = matrices[0].shape[0]
+    # vectors as columns (n, m), also without roots
     z = np.array([e.value for e in eigenvalues], dtype=complex)
     x = np.array([e.right for e in eigenvalues], complex).reshape(-1, n).T
     y = np.array([e.left for e in eigenvalues], complex).reshape(-1, n).T
@@ -100,31 +105,32 @@ def sensitivities(
     real_modes = _real_mode_products(matrices[0], z, x, y)
     rounding = 100 * EPS * np.maximum(real_modes, _term_sizes(inertia, matrices, z, x, y))
     # of a root of zero, where a real mode has no weight either, the condition is 1
-    compared = np.where(z, real_modes, weight)
+    numerator = np.where(z, real_modes, weight)
     condition = np.full(len(z), np.inf)
-    np.divide(compared, weight, out=condition, where=weight > rounding)
+    np.divide(numerator, weight, out=condition, where=weight > rounding)
     clusters = []
-    for roots in np.unique(np.abs(z[:, None] - z) <= ONE_ROOT * np.abs(z), axis=0):
+    is_one_root = np.abs(z[:, None] - z) <= ONE_ROOT * np.abs(z)
+    for roots in np.unique(is_one_root, axis=0):  # masks (m,)
         block = W[np.ix_(roots, roots)]
         smallest = np.linalg.svd(block, compute_uv=False)[-1]
         clusters.append(_Cluster(roots, block, bool(smallest > rounding[roots].max())))
     slopes = {}
     for name, change in changes.items():
-        F = y.conj().T @ applied(change, z, x)
+        F = y.conj().T @ applied(change, z, x)  # y_i^H dP(z_j) x_j
         slopes_of_roots = np.zeros_like(z)
         for cluster in clusters:
             roots = cluster.roots
-            forces = F[np.ix_(roots, roots)]
+            block = F[np.ix_(roots, roots)]
             if not cluster.regular:
                 sizes = _term_sizes(applied, change, z[roots], x[:, roots], y[:, roots])
-                separates = np.abs(forces).max() > 100 * EPS * sizes.max()
+                separates = np.abs(block).max() > 100 * EPS * sizes.max()
                 slopes_of_roots[roots] = np.inf if separates else 0.0
                 continue
-            rates = np.linalg.solve(cluster.block, -forces)
-            if len(rates) == 1:
-                slopes_of_roots[roots] = rates[0]
+            quotient = np.linalg.solve(cluster.block, -block)
+            if len(quotient) == 1:
+                slopes_of_roots[roots] = quotient[0]
             else:
-                slopes_of_roots[roots] = np.linalg.eigvals(rates)
+                slopes_of_roots[roots] = np.linalg.eigvals(quotient)
         slopes[name] = slopes_of_roots
     return slopes, condition
 
@@ -133,32 +139,33 @@ def sensitivities(
 
 
 class Singular(NamedTuple):
-    """P(root) = root^2 M + root C + K where it is singular: P right = 0, left^H P = 0.
+    """P(root) = root^2 M + root C + K at a root, with its null vectors (n,) and a solver.
 
-    solve(b, adjoint) gives any u with P u = b, or P^H u = b, where there is one.
+    P right = 0 and left^H P = 0. solve(b, adjoint) gives any u with P u = b, or if `adjoint`
+    P^H u = b, for b (n,) for which there is one.
     """
 
     root: complex
-    right: ComplexArray  # (n,)
+    right: ComplexArray
     left: ComplexArray
     solve: Callable[[ComplexArray, bool], ComplexArray]
 
     @staticmethod
     def of(matrices: Change, root: complex) -> Singular:
-        """The singular P of dense matrices whose rows are of one size.
+        """P of dense matrices at a root, from its singular values.
 
-        Raises ComputationError where P is regular.
+        Rows must be of one size. Raises ComputationError where P is regular.
         """
         P = applied(matrices, root, np.eye(len(matrices[0]), dtype=complex))
         U, sizes, Vh = np.linalg.svd(P)
         if sizes[-1] > 1e-6 * sizes[0]:
             raise ComputationError("no root meets the imaginary axis there")
-        inverse = (Vh[:-1].conj().T / sizes[:-1]) @ U[:, :-1].conj().T
+        pseudo_inverse = (Vh[:-1].conj().T / sizes[:-1]) @ U[:, :-1].conj().T
 
         def solve(b: ComplexArray, adjoint: bool) -> ComplexArray:
             if adjoint:
-                return inverse.conj().T @ b
-            return inverse @ b
+                return pseudo_inverse.conj().T @ b
+            return pseudo_inverse @ b
 
         return Singular(root, right=Vh[-1].conj(), left=U[:, -1], solve=solve)
 
@@ -203,25 +210,29 @@ def crossing_slopes(
     slopes = {}
     for name, change in changes.items():
         by_q = quotient.of(change)
-        move = float(-(by_q.vanishing / by_p.vanishing).real) + 0.0
-        frequency = float((by_q.root + move * by_p.root).imag) / math.tau + 0.0
-        slopes[name] = move, frequency
+        # + 0.0: no negative zeros
+        dp_dq = float(-(by_q.vanishing / by_p.vanishing).real) + 0.0
+        frequency_slope = float((by_q.root + dp_dq * by_p.root).imag) / math.tau + 0.0
+        slopes[name] = dp_dq, frequency_slope
     return slopes
 
 
 class _Rates(NamedTuple):
-    """Derivatives by a parameter of what vanishes along a crossing, and of the root, or the mean of
-    two."""
+    """Derivatives by a parameter at a crossing.
+
+    vanishing: of what stays zero along the crossing: Re lambda of one root, y^H P x where two
+    coalesce; root: of the root lambda, or of the mean of two.
+    """
 
     vanishing: complex
     root: complex
 
 
 class _Quotient(NamedTuple):
-    """How a root moves with changes of M, C and K: by y^H dP x over `weight`.
+    """How a root moves with changes of M, C and K: by -y^H dP x / weight.
 
-    Of two that coalesce x1, y1 are the vectors that follow x, y in the chain of the double root;
-    None of a single root.
+    x1, y1 (n,): where two roots coalesce, the generalised vectors that follow x, y in the chain of
+    the double root, else None.
     """
 
     at: Singular
@@ -230,43 +241,45 @@ class _Quotient(NamedTuple):
     y1: ComplexArray | None = None
 
     def of(self, change: Change) -> _Rates:
-        """The rates of one change."""
+        """The derivatives by the parameter of a change dM, dC, dK."""
         z = self.at.root
         x = self.at.right
         y = self.at.left
-        image = applied(change, z, x)
-        form = np.vdot(y, image)
+        dP_x = applied(change, z, x)
+        y_dP_x = np.vdot(y, dP_x)
         if self.x1 is None or self.y1 is None:
-            root = -form / self.weight
+            root = -y_dP_x / self.weight
             return _Rates(root.real + 0j, root)
-        both = np.vdot(y, inertia(change, z, x) + applied(change, z, self.x1))
-        both = both + np.vdot(self.y1, image)
-        return _Rates(form, -both / self.weight)
+        mean = np.vdot(y, inertia(change, z, x) + applied(change, z, self.x1))
+        mean = mean + np.vdot(self.y1, dP_x)
+        return _Rates(y_dP_x, -mean / self.weight)
 
 
 def _quotient_at(at: Singular, matrices: Change) -> _Quotient:
     """How a single root, or two that coalesce, move with changes of M, C and K.
 
-    Of a double root with one vector x the chain is P x1 = -P' x, y1^H P = -y^H P'. What stands for
-    y^H P' x is then y^H P'' x + y1^H P' x + y^H P' x1, P'' = 2 M.
+    Of a double root with one vector x the chain is P x1 = -P' x, y1^H P = -y^H P'. The weight of
+    the mean is then y^H P'' x + y1^H P' x + y^H P' x1, P'' = 2 M, in place of y^H P' x.
     """
     z = at.root
     x = at.right
     y = at.left
-    inward = inertia(matrices, z, x)  # P' x
-    weight = np.vdot(y, inward)
+    Pprime_x = inertia(matrices, z, x)
+    weight = np.vdot(y, Pprime_x)
     real_mode = _real_mode_products(matrices[0], z, x, y)
     if abs(weight) > ONE_ROOT * max(real_mode, _term_sizes(inertia, matrices, z, x, y)):
         return _Quotient(at, weight)
     M, C, K = (None if matrix is None else matrix.conj().T for matrix in matrices)
-    outward = inertia((M, C, K), np.conj(z), y)  # P'^H y
-    x1 = _without(x, at.solve(-inward, False))
-    y1 = _without(y, at.solve(-outward, True))
-    chain = 2 * np.vdot(y, matrices[0] @ x) + np.vdot(y1, inward) + np.vdot(outward, x1)
-    return _Quotient(at, chain, x1, y1)
+    Pprime_y = inertia((M, C, K), np.conj(z), y)  # P'^H y
+    # multiples of x in x1, and of y in y1, are free
+    x1 = _without_direction(x, at.solve(-Pprime_x, False))
+    y1 = _without_direction(y, at.solve(-Pprime_y, True))
+    weight_of_mean = 2 * np.vdot(y, matrices[0] @ x)
+    weight_of_mean = weight_of_mean + np.vdot(y1, Pprime_x) + np.vdot(Pprime_y, x1)
+    return _Quotient(at, weight_of_mean, x1, y1)
 
 
-def _without(direction: ComplexArray, vector: ComplexArray) -> ComplexArray:
-    """A vector without its part along a direction, which is free."""
+def _without_direction(direction: ComplexArray, vector: ComplexArray) -> ComplexArray:
+    """The part of a vector (n,) that is orthogonal to a direction (n,)."""
     share = np.vdot(direction, vector) / np.vdot(direction, direction)
     return vector - direction * share

@@ -88,6 +88,8 @@ class _Approaches(NamedTuple):
         Whether the two are conjugate to each other.
     u, v : array (pairs,)
         Difference of the two roots at the end of the step, and its mean slope up to the crossing.
+    mean, mean_slope : array (pairs,)
+        Mean of the two roots at the end of the step, and its slope into the step.
     a, b : array (pairs,)
         Their couplings, those by other roots included.
     crossing_distance : array (pairs,)
@@ -105,6 +107,8 @@ class _Approaches(NamedTuple):
     conjugate: Bools
     u: ComplexArray
     v: ComplexArray
+    mean: ComplexArray
+    mean_slope: ComplexArray
     a: ComplexArray
     b: ComplexArray
     crossing_distance: Array
@@ -121,17 +125,19 @@ class _Approaches(NamedTuple):
         """Half the distance (pairs,) between the two places at which the roots coalesce."""
         return np.abs(self.ends[0] - self.ends[1]) / 2
 
-    def place(self, span: float) -> Array:
-        """Where in a step of this length the pairs (pairs,) are to be looked for: in the middle of
-        the two places, or at the one of them that lies in the step."""
+    def meeting_distance(self, span: float) -> Array:
+        """The distance (pairs,) at which each pair is predicted to meet, in a step of length span.
+
+        It is the middle between the two places at which the roots coalesce or, where that lies
+        outside of the step, the one of them inside.
+        """
         end_inside = np.where(self.inside[0], self.ends[0], self.ends[1])
-        centre = self.ends.mean(axis=0)
-        return np.clip(np.where(self.inside[2], centre, end_inside), 0.0, span)
+        middle = self.ends.mean(axis=0)
+        return np.clip(np.where(self.inside[2], middle, end_inside), 0.0, span)
 
 
 def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _Approaches:
-    """The pairs of `state.couplings` with where in the step each would cross uncoupled, and where
-    it would coalesce, as one end of the step predicts it.
+    """Where in a step the pairs of `state.couplings` come close, as one of its ends predicts it.
 
     Parameters
     ----------
@@ -164,6 +170,8 @@ def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _App
         conjugate=pairs.conjugate,
         u=u,
         v=v,
+        mean=(state.roots[pairs.k] + state.roots[pairs.l]) / 2,
+        mean_slope=(slopes[pairs.k] + slopes[pairs.l]) / 2,
         a=a,
         b=b,
         crossing_distance=crossing_distance,
@@ -194,23 +202,20 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
         k = pairs.k
         l = pairs.l
         product = np.abs(pairs.a * pairs.b)
-        third = _third_root_coupling(state, pairs, direction)
-        doubtful = third > product
+        third_coupling = _third_root_coupling(state, pairs, direction)
+        doubtful = third_coupling > product
         rounding = state.rounding[k] * state.rounding[l]
         # else rounding alone couples the two
-        couples_beyond_rounding = pairs.crossing_distance**2 * third > rounding
+        couples_beyond_rounding = pairs.crossing_distance**2 * third_coupling > rounding
         may_meet_by_third_root = pairs.roots_cross & doubtful & couples_beyond_rounding
-        meets = _may_meet(state, pairs, span, direction, third) | may_meet_by_third_root
-        slopes = direction * state.slopes
-        mean = (state.roots[k] + state.roots[l]) / 2
-        mean_slope = (slopes[k] + slopes[l]) / 2
-        place = pairs.place(span)
+        meets = _may_meet(state, pairs, span, third_coupling) | may_meet_by_third_root
+        distance = pairs.meeting_distance(span)
         half_width = pairs.half_width
     for n in np.flatnonzero(meets).tolist():
         both = [k[n], l[n]]
         yield Guess(
-            value=state.value + direction * float(place[n]),
-            root=complex(mean[n] + place[n] * mean_slope[n]),
+            value=state.value + direction * float(distance[n]),
+            root=complex(pairs.mean[n] + distance[n] * pairs.mean_slope[n]),
             right=state.right[:, both],
             left=state.left[:, both],
             coalesces=True,
@@ -220,52 +225,49 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
 
 
 def _may_meet(
-    state: SpectrumAtParameter, pairs: _Approaches, span: float, direction: int, third: Array
+    state: SpectrumAtParameter, pairs: _Approaches, span: float, third_coupling: Array
 ) -> Bools:
     """Which pairs (pairs,) may meet on the line, or with damping cross it, within a step.
 
     d and, with damping, the real parts of both roots are sampled around the closest approach. They
-    may vanish where their sign changes up to their errors, of which `third` (pairs,) is what other
-    roots may add to the product a b of the couplings.
+    may vanish where their sign changes up to their errors, which follow from `third_coupling`
+    (pairs,), see `_third_root_coupling`. state: one end of the step; span: its length.
     """
     k = pairs.k
     l = pairs.l
     product = pairs.a * pairs.b
-    width = np.abs(pairs.u * np.sqrt(product) / pairs.v**2)
-    width = width + 1e-6 * span  # also where both ends are one
+    width = np.abs(pairs.u * np.sqrt(product) / pairs.v**2)  # of the closest approach
+    width = width + 1e-6 * span  # not zero where both ends are one
     offsets = 10.0 ** np.linspace(-1.0, 0.9, 12)  # of the half width of a close approach
     offsets = np.concatenate([-offsets, [0.0], offsets])[:, None]
     centre = pairs.ends.mean(axis=0)
     x = np.clip(centre + offsets * np.maximum(pairs.half_width, width), 0.0, span)
     d = (pairs.u + x * pairs.v) ** 2 / 4 + x**2 * product
     # a tenth of the pair's own coupling may be wrong
-    error = x**2 * (third + 0.1 * np.abs(product))
+    error = x**2 * (third_coupling + 0.1 * np.abs(product))
     meets = _passes_zero(d.real, error)
     if state.problem is DAMPED:
-        slopes = direction * state.slopes
-        mean = (state.roots[k] + state.roots[l]) / 2
-        mean_slope = (slopes[k] + slopes[l]) / 2
-        slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d)))
+        slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d)))  # the error of sqrt(d)
         slack = slack + state.rounding[k] + state.rounding[l]
-        middle = (mean + x * mean_slope).real
+        mean = (pairs.mean + x * pairs.mean_slope).real
         half_difference = np.sqrt(d).real
-        reaches_axis = _passes_zero(middle + half_difference, slack)
-        reaches_axis |= _passes_zero(middle - half_difference, slack)
+        reaches_axis = _passes_zero(mean + half_difference, slack)
+        reaches_axis |= _passes_zero(mean - half_difference, slack)
         meets = (meets | ~pairs.conjugate) & reaches_axis
     # else rounding alone couples the two
     farthest = x.max(axis=0)
     rounding = state.rounding[k] * state.rounding[l]
-    couples_beyond_rounding = farthest**2 * (np.abs(product) + third) > rounding
+    couples_beyond_rounding = farthest**2 * (np.abs(product) + third_coupling) > rounding
     return meets & couples_beyond_rounding
 
 
 def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, direction: int) -> Array:
-    """How much other roots may change the product a b of the couplings of each pair (pairs,).
+    """A bound (pairs,) of how much other roots may change the product a b of each pair's couplings.
 
     By way of a root m the roots k and l are coupled by x W_km W_ml / (z_m - z), taken at the
     distance x at which the two would cross, where z is their mean.
     """
-    # two modes that only a third one couples need it: else their window is missed
+    # without it the window of two modes that only a third one couples would be missed
     k = pairs.k
     l = pairs.l
     W = state.coupling
@@ -286,7 +288,7 @@ def may_exchange_partner(before: SpectrumAtParameter, after: SpectrumAtParameter
 
     It passes so closely that coupling moves the root off the line by a quarter of its distance.
     """
-    # three modes that cross at nearly one place need it: else a window is missed
+    # without it a window of three modes that cross at nearly one value would be missed
     span = after.value - before.value
     return _may_exchange_partner(before, span, 1) or _may_exchange_partner(after, span, -1)
 
@@ -317,15 +319,39 @@ def _may_exchange_partner(state: SpectrumAtParameter, span: float, direction: in
     gap_slope = slopes[:, None] - slopes
     with np.errstate(all="ignore"):
         closest = -(gap * gap_slope.conj()).real / np.abs(gap_slope) ** 2
-        moved = closest**2 * np.abs(W * W.T) / np.abs(gap + closest * gap_slope)
+        shift = closest**2 * np.abs(W * W.T) / np.abs(gap + closest * gap_slope)
         height = np.abs(z.imag[:, None] + closest * slopes.imag[:, None])
-        exchanges = (closest > 0) & (closest < span) & (4 * moved > height)
+        exchanges = (closest > 0) & (closest < span) & (4 * shift > height)
     return bool(exchanges[np.ix_(above, state.on_line)].any())
 
 
 def _passes_zero(values: Array, slack: Array) -> Bools:
-    """Which columns have values on both sides of zero, each up to its slack."""
+    """Which columns of values (k, m) have values on both sides of zero, each up to its slack."""
     return ((values - slack).min(axis=0) < 0) & ((values + slack).max(axis=0) > 0)
+
+
+def closest_pairs(
+    roots: Sequence[int], before: ComplexArray, after: ComplexArray
+) -> list[list[int]]:
+    """All pairs of some roots by how close they come at either end of a step, the closest first.
+
+    roots: indices; before, after: the values (m,) of all roots at both ends, in the same order.
+    """
+
+    def distance(pair: tuple[int, int]) -> float:
+        k, l = pair
+        return min(abs(before[k] - before[l]), abs(after[k] - after[l]))
+
+    return [list(pair) for pair in sorted(itertools.combinations(roots, 2), key=distance)]
+
+
+def squared_ends(ends: Sequence[ComplexArray] | ComplexArray) -> ComplexArray:
+    """The value and slope before a step, and both after it (4, ...), of the square of a quantity.
+
+    ends: the same of the quantity itself.
+    """
+    value, slope, later_value, later_slope = ends
+    return np.array([value**2, 2 * value * slope, later_value**2, 2 * later_value * later_slope])
 
 
 class StepEnds(NamedTuple):
@@ -385,7 +411,8 @@ class Step:
         slope_sums = before.slopes[:, None] + after.slopes
         slope_changes = before.slopes[:, None] - after.slopes
         mismatch = np.abs(after.roots - before.roots[:, None] - length / 2 * slope_sums)
-        # two that cross in the middle fit as well if each turns back: the smaller change of slope
+        # two that cross in the middle fit as well if each turns back: prefer the smaller change of
+        # slope
         self.mismatch = mismatch + 0.01 * np.abs(length * slope_changes)
         self.order = assigned(self.mismatch)
         self.ends = StepEnds(
@@ -397,7 +424,9 @@ class Step:
         z, dz, later_z, later_dz = self.ends
         self.deviation = later_z - z - (dz + later_dz) / 2
         self.rounding = np.maximum(before.rounding, after.rounding[self.order])
-        allowed = np.maximum(options.doubt * np.abs(later_z - z), options.near * np.abs(z))
+        allowed = np.maximum(
+            options.doubt * np.abs(later_z - z), options.root_tolerance * np.abs(z)
+        )
         self.matched = np.abs(self.deviation) <= allowed + 4 * self.rounding
         self.matched &= self.order >= 0
         self.cubic = hermite_cubic(z.real, dz.real, later_z.real, later_dz.real)
@@ -419,24 +448,27 @@ class Step:
         options = self.options
 
         def products(left_of: SpectrumAtParameter, right_of: SpectrumAtParameter) -> Array:
+            """|y^H x| of the left vectors of one end with the right vectors of another."""
             return np.abs(left_of.left.conj().T @ right_of.right)
 
         with np.errstate(all="ignore"):
             norms = np.multiply.outer(
                 products(before, before).diagonal(), products(after, after).diagonal()
             )
-            alike = products(before, after) * products(after, before).T / norms
+            overlap = products(before, after) * products(after, before).T / norms
         allowed = options.doubt * np.abs(after.roots - before.roots[:, None])
-        allowed = np.maximum(allowed, options.near * np.abs(before.roots)[:, None])
-        same = alike > options.alike
-        same |= (alike > options.likely) & (self.mismatch <= allowed)
+        allowed = np.maximum(allowed, options.root_tolerance * np.abs(before.roots)[:, None])
+        same = overlap > options.mode_overlap
+        same |= (overlap > options.mode_overlap_with_slopes) & (self.mismatch <= allowed)
         only_one_before = same.sum(axis=0) == 1
         only_one_after = same.sum(axis=1) == 1
         return same & only_one_before & only_one_after[:, None]
 
     def vectors(self, t: float, roots: Sequence[int]) -> tuple[ComplexArray, ComplexArray]:
-        """Right and left vectors (N, number of roots) at that end of the step which is nearer to
-        the share t of it; `roots` are indices before the step."""
+        """Right and left vectors (N, number of roots) of some roots at one end of the step.
+
+        It is the end that is nearer to the share t of the step; `roots` are indices before it.
+        """
         if t < 0.5:
             indices = list(roots)
             return self.before.right[:, indices], self.before.left[:, indices]
@@ -450,32 +482,25 @@ class Step:
         are paired first; `roots` are indices before the step.
         """
 
-        def distance(two: tuple[int, int]) -> float:
-            k, l = two
-            z = self.ends.z
-            later_z = self.ends.later_z
-            return min(abs(z[k] - z[l]), abs(later_z[k] - later_z[l]))
-
         remaining = set(roots)
-        for two in sorted(itertools.combinations(roots, 2), key=distance):
-            if not remaining.issuperset(two):
+        for pair in closest_pairs(roots, self.ends.z, self.ends.later_z):
+            if not remaining.issuperset(pair):
                 continue
-            ends = np.array([values[list(two)] for values in self.ends])
+            ends = np.array([values[pair] for values in self.ends])  # (4, 2): see `StepEnds`
             mean = ends.mean(axis=1)
-            half = (ends[:, 0] - ends[:, 1]) / 2
-            square = half[0] ** 2, 2 * half[0] * half[1], half[2] ** 2, 2 * half[2] * half[3]
+            square = squared_ends((ends[:, 0] - ends[:, 1]) / 2)
             largest = max(abs(square[0]), abs(square[2]))
             if self._is_cubic(mean, abs(mean[0])) and self._is_cubic(square, largest):
-                remaining -= set(two)
-                yield RootPair(list(two), hermite_cubic(*mean), hermite_cubic(*square))
+                remaining -= set(pair)
+                yield RootPair(pair, hermite_cubic(*mean), hermite_cubic(*square))
 
-    def _is_cubic(self, ends: Sequence[complex], size: float) -> bool:
+    def _is_cubic(self, ends: ComplexArray, size: float) -> bool:
         """True if the slopes at both ends predict how a quantity changes over the step.
 
         ends: its value before the step, its slope there times the length of the step, and both
-        after it; size: a change of less than this times `ContinuationOptions.near` is none.
+        after it; size: what a change is small against, see `ContinuationOptions.root_tolerance`.
         """
         before, before_slope, after, after_slope = ends
-        allowed = self.options.doubt * max(abs(after - before), self.options.near * size)
+        allowed = self.options.doubt * max(abs(after - before), self.options.root_tolerance * size)
         deviation = after - before - (before_slope + after_slope) / 2
         return bool(abs(deviation) <= allowed)

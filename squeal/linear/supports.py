@@ -19,7 +19,10 @@ PENALTY = 1e10  # how far a support's diagonal entry stands above all others
 def support_rows(
     masses: Array, stiffness: NDArray, largest_couplings: Callable[[], csc_array]
 ) -> NDArray[np.intp]:
-    """The rows (k,) of the supports, rising; none if no such gap divides the diagonal.
+    """The indices (k,) of the rows that are supports, in order; empty if there are none.
+
+    Supports lie above the first gap of `PENALTY` between neighbouring sizes of the diagonal of K
+    that has most rows below it. Their entries must also exceed all couplings and inertias by that.
 
     Parameters
     ----------
@@ -28,22 +31,24 @@ def support_rows(
     stiffness : array or sparse array (n, n)
         K at the system's own parameters.
     largest_couplings : function
-        The sizes (n, n) that the entries of K may have at other parameters.
+        Gives the sizes (n, n) that the entries of K may have at other parameters.
     """
     from scipy.sparse import csc_array
 
     sizes = np.abs(masses)
     diagonal = np.abs(csc_array(stiffness).diagonal())
-    rising = np.argsort(diagonal)
-    rising = rising[diagonal[rising] > 0.0]
-    above_gap = 1 + np.flatnonzero(diagonal[rising[1:]] >= PENALTY * diagonal[rising[:-1]])
-    above_gap = above_gap[2 * above_gap > rising.size]  # soft rows may lie below a gap too
-    if not above_gap.size:
-        return above_gap
-    rows = np.sort(rising[above_gap[0] :])
+    by_size = np.argsort(diagonal)
+    by_size = by_size[diagonal[by_size] > 0.0]
+    is_gap = diagonal[by_size[1:]] >= PENALTY * diagonal[by_size[:-1]]
+    first_above = 1 + np.flatnonzero(is_gap)  # for each gap, how many rows lie below it
+    first_above = first_above[2 * first_above > by_size.size]  # soft rows may lie below a gap too
+    if not first_above.size:
+        return first_above
+    rows = np.sort(by_size[first_above[0] :])
     free = np.setdiff1d(np.arange(diagonal.size), rows)
-    heavy = free[sizes[free] > 0.0]
-    fastest = np.max(diagonal[heavy] / sizes[heavy], initial=0.0)
+    free_with_mass = free[sizes[free] > 0.0]
+    # omega^2 of the stiffest free row by itself
+    fastest = np.max(diagonal[free_with_mass] / sizes[free_with_mass], initial=0.0)
     couplings = largest_couplings()
     couplings.setdiag(0.0)
     largest = max(

@@ -149,20 +149,20 @@ class System:
         labels: tuple[Label, ...] = (),
     ) -> None:
         if K is None:
-            raise InputError("System: K: missing; a matrix or a mapping of formulas to matrices is")
+            raise InputError("System: K: missing; it must be a matrix or map formulas to matrices")
         arguments: dict[str, SystemMatrix] = {
             "M": () if M is None else M,
             "C": () if C is None else C,
             "K": K,
         }
         from_terms = all(map(_are_terms, arguments.values()))
-        if not from_terms:  # as somebody typed it
+        if not from_terms:  # a user's arguments; those of terms come from our own code
             if parameters is not None:
                 where = Place("System", "parameters")
                 parameters = kind_of(Mapping[str, float]).read(parameters, where)
             parameter = TEXT.read(parameter, Place("System", "parameter"))
             name = TEXT.read(name, Place("System", "name"))
-        # of a frozen class, whose attributes nobody else sets
+        # `vars`, as the attributes of a frozen class cannot be assigned
         vars(self).update(
             parameters=parameters or {},
             parameter=parameter,
@@ -177,19 +177,23 @@ class System:
             self._check_terms()
             if from_terms:
                 return
-            without, supports = without_supports(self)
+            reduced, supports = without_supports(self)
         if supports.size:
-            Place("System", "K").warn(supported(supports, self.labels))
-            vars(self).update(vars(without))
+            Place("System", "K").warn(supports_warning(supports, self.labels))
+            vars(self).update(vars(reduced))
 
     def _complete_parameters(self) -> None:
-        """Give the free parameter and the frequency of each root values if they have none."""
+        """Give the free parameter the value 0 if it has none, and set `follows`.
+
+        The frequencies that follow each root get a value in the middle of what tables cover, so
+        that every factor has a value.
+        """
         if not self.M or not self.K:
             raise InputError("M and K: at least one matrix each is required")
         values = {self.parameter: 0.0} | dict(self.parameters)
-        frequencies = sorted((FREQUENCY.keys() & self.names) - values.keys())
-        if frequencies:
-            vars(self)["follows"] = tuple(frequencies)
+        without_value = sorted((FREQUENCY.keys() & self.names) - values.keys())
+        if without_value:
+            vars(self)["follows"] = tuple(without_value)
             values |= self.frequency(None)
         vars(self)["parameters"] = MappingProxyType(values)
 
@@ -246,7 +250,7 @@ class System:
         return f"<System {self.name}: {self.n} rows, {len(self.terms)} terms, {values}>"
 
     def __reduce__(self) -> tuple[type[System], tuple[object, ...]]:
-        parameters = dict(self.parameters)  # a view of them is not sent to other processes
+        parameters = dict(self.parameters)  # as a MappingProxyType cannot be pickled
         return type(self), (
             *self.parts,
             parameters,
@@ -360,7 +364,9 @@ class System:
         """
         if omega is None:
             low, high = self.covered
-            hertz = (low + high) / 2 if high < math.inf else max(1000.0, low)
+            hertz = (low + high) / 2
+            if high == math.inf:  # no table
+                hertz = 1000.0
             omega = math.tau * hertz
         return {name: omega * FREQUENCY[name] for name in self.follows}
 
@@ -392,7 +398,8 @@ class System:
         >>> C is None, K.tolist()
         (True, [[9.0]])
         """
-        if not (changes or {}).keys() >= set(self.follows):
+        changed = (changes or {}).keys()
+        if not changed >= set(self.follows):
             raise InputError(
                 f"{self.name}: matrices depend on the {self.follows[0]} of each root; it must be "
                 "one of the parameters here, the same for all roots"
@@ -430,18 +437,25 @@ class System:
         >>> system.derivative("k")[2].tolist()
         [[8.0]]
         """
-        self.values({name: 0.0})
+        self.values({name: 0.0})  # refuses an unknown name
         parameters = self.values(changes)
 
         def slope(term: Term) -> complex:
             return term.factor.slope(parameters, name)
 
-        M, C, K = ([term for term in terms if name in term.factor.names] for terms in self.parts)
-        return self._sum(M, slope), self._sum(C, slope), self._sum(K, slope)
+        def dependent(terms: Sequence[Term]) -> list[Term]:
+            return [term for term in terms if name in term.factor.names]
+
+        dM = self._sum(dependent(self.M), slope)
+        dC = self._sum(dependent(self.C), slope)
+        dK = self._sum(dependent(self.K), slope)
+        return dM, dC, dK
 
     def _sum(self, terms: Sequence[Term], factor_of: Callable[[Term], complex]) -> Matrix | None:
-        """The sum of terms with these factors, sparse if any matrix of the system is; None if there
-        are no terms."""
+        """The sum of the matrices of terms (n, n), each times what `factor_of` makes of its factor.
+
+        Sparse if any matrix of the system is; None if there are no terms.
+        """
         if not terms:
             return None
         as_matrix = np.asarray
@@ -469,22 +483,33 @@ TermSystem = System
 """The class by the name that it had when `System` was a function."""
 
 
-def _are_terms(given: object) -> bool:
-    """Whether terms are given, no array."""
-    return isinstance(given, tuple) and all(isinstance(term, Term) for term in given)
+def _are_terms(matrix: object) -> bool:
+    """True for a matrix that is given as a tuple of terms."""
+    return isinstance(matrix, tuple) and all(isinstance(term, Term) for term in matrix)
 
 
 def _read_terms(
-    given: Mapping[str, Any],
+    matrices: Mapping[str, Any],
 ) -> tuple[dict[str, tuple[Term, ...]], tuple[Label, ...]]:
-    """The terms of M, C and K, as they are, from arrays, or from mappings of formulas to arrays;
-    and the labels of their rows, if they are data frames.
+    """The terms of M, C and K, and the labels of their rows.
 
     Raises InputError for what is no matrix, and for data frames whose labels differ.
+
+    Parameters
+    ----------
+    matrices : mapping of str to terms, array or mapping of formulas to arrays
+        By the letters M, C and K. Terms are taken as they are, an array has the factor 1.
+
+    Returns
+    -------
+    parts : dict of str to tuple of Term
+        By the same letters.
+    labels : tuple
+        Those of data frames, empty without.
     """
     parts: dict[str, tuple[Term, ...]] = {}
-    labels: dict[str, list[Label]] = {}
-    for part, value in given.items():
+    labels: dict[str, list[Label]] = {}  # of rows and columns, by what messages call them
+    for part, value in matrices.items():
         if _are_terms(value):
             parts[part] = value
             continue
@@ -499,11 +524,13 @@ def _read_terms(
                     labels[f"index of {name}"] = array_labels[0]
                     labels[f"columns of {name}"] = array_labels[1]
                 matrix = given_matrix(array, real=part == "M")
-                terms.append(Term(matrix, Formula(TEXT.read(factor, Place("factor")))))
+                formula = Formula(TEXT.read(factor, Place("factor")))
+                terms.append(Term(matrix, formula))
         parts[part] = tuple(terms)
     with Place("System").named():
         refuse_other_labels(labels)
-    return parts, tuple(next(iter(labels.values()), ()))
+    first_labels = next(iter(labels.values()), [])  # all others are the same
+    return parts, tuple(first_labels)
 
 
 def labels_of(matrix: object) -> tuple[list[Label], list[Label]] | None:
@@ -539,18 +566,20 @@ def refuse_other_labels(labels: Mapping[str, list[Label]]) -> None:
 
 
 def matrices_of(system: SystemFunction, ps: Sequence[float]) -> list[tuple[Array, Array, Array]]:
-    """M, C (zero without damping) and K, arrays (n, n), at each value.
+    """M, C (zero without damping) and K, arrays (n, n), at each value of the parameter.
 
-    Raises InputError where the system gives no square, finite matrices of one size, or a function
-    complex ones.
+    Raises InputError where the system gives no square, finite matrices of one size. Those of a
+    plain function must be real.
     """
     many = getattr(system, "many", None)
+    unchecked = many(list(ps)) if many else [matrices_at(system, p) for p in ps]
     real = not isinstance(system, System) or system.real
-    given = many(list(ps)) if many else [matrices_at(system, p) for p in ps]
     matrices = []
-    for M, C, K in given:
+    for M, C, K in unchecked:
         mass, damping, stiffness = checked(M, C, K, real)
-        matrices.append((mass, np.zeros_like(mass) if damping is None else damping, stiffness))
+        if damping is None:
+            damping = np.zeros_like(mass)
+        matrices.append((mass, damping, stiffness))
     return matrices
 
 
@@ -578,9 +607,11 @@ def with_slopes(
     step = difference * (high - low)
     before = np.maximum(low, inside - step)
     after = np.minimum(high, inside + step)
-    at, first, last = np.split(np.array(matrices_of(system, [*ps, *before, *after])), 3)
-    differences = (last - first) / (after - before)[:, None, None, None]
-    return list(zip(at, differences, strict=True))
+    # (3 m, 3, n, n), in one call: a system with `many` computes all values together
+    stacked = np.array(matrices_of(system, [*ps, *before, *after]))
+    matrices, matrices_before, matrices_after = np.split(stacked, 3)
+    differences = (matrices_after - matrices_before) / (after - before)[:, None, None, None]
+    return list(zip(matrices, differences, strict=True))
 
 
 def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
@@ -627,8 +658,8 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
     )
 
 
-def supported(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:
-    """What is said of rows that `without_supports` left out, of a system with these labels."""
+def supports_warning(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:
+    """The warning that `without_supports` left out rows (k,) of a system with these labels."""
     first = f"row {rows[0] + 1}"
     if labels:
         first += f", {row_name(labels[rows[0]])}"
@@ -639,11 +670,11 @@ def supported(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:
 
 
 def matrices_at(system: SystemFunction, p: float) -> Matrices:
-    """What a system gives at p. Raises InputError if it is no function that gives M, C and K."""
-    given = system(p) if callable(system) else None
-    if not isinstance(given, tuple | list) or len(given) != 3:
+    """What a system gives at p, unchecked. Raises InputError if that is not M, C and K."""
+    matrices = system(p) if callable(system) else None
+    if not isinstance(matrices, tuple | list) or len(matrices) != 3:
         raise InputError(
             f"system: {type(system).__name__} is not allowed; it must be a function of one "
             "parameter that gives M, C (or None) and K"
         )
-    return given
+    return matrices

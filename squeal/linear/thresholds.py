@@ -26,7 +26,7 @@ from squeal.linear.continuation import (
     SpectrumAtParameter,
     hermite_cubic,
 )
-from squeal.linear.events import Crossing, Event, hertz_of, located
+from squeal.linear.events import Crossing, Event, hertz_of, locate_event
 from squeal.linear.matrices import LightMassError
 from squeal.linear.search import (
     SearchResult,
@@ -179,15 +179,17 @@ def points_and_crossings(part: SearchResult) -> tuple[list[CriticalPoint], list[
                 event in fastest or fastest == (None, None) for fastest in responsible
             )
             state = part.continuation.at(event.value)
-            mode = _mode_number(state, event.omega, 2 if event.coalesces else 1)
+            members = 2 if event.coalesces else 1
+            mode = _mode_number(state, event.omega, members)
             crossings.append(event.crossing(mode, changes_verdict))
-    return [_critical_point(part, change, fastest) for change, fastest in changes], crossings
+    points = [_critical_point(part, change, fastest) for change, fastest in changes]
+    return points, crossings
 
 
 def _points_at_jump(
     mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
 ) -> list[CriticalPoint]:
-    """The change of verdict at a breakpoint, of which only the states on both sides are known."""
+    """The change of verdict at a breakpoint mu, from the states on both sides; empty if none."""
     before = below.unstable_count.verdict
     after = above.unstable_count.verdict
     if before == after:
@@ -204,42 +206,48 @@ def _points_at_jump(
 def _crossings_at_jump(
     mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
 ) -> list[Crossing]:
-    """What crosses the axis at a breakpoint."""
-    changes = below.unstable_count.verdict != above.unstable_count.verdict
+    """The crossings of the axis at a breakpoint mu, from the states on both sides."""
+    changes_verdict = below.unstable_count.verdict != above.unstable_count.verdict
     crossings = []
     for omega, direction in required_crossings(below, above):
-        mode = _mode_number(above if direction > 0 else below, omega)
-        crossings.append(Event(mu, omega, direction, (mu, mu)).crossing(mode, changes))
+        unstable = above if direction > 0 else below
+        event = Event(mu, omega, direction, (mu, mu))
+        crossings.append(event.crossing(_mode_number(unstable, omega), changes_verdict))
     return crossings
 
 
 def _mode_number(state: SpectrumAtParameter, omega: float, members: int = 1) -> int:
-    """Number of a mode by rising frequency, from 1; of several `members` that meet there the
-    first."""
+    """Number by rising frequency, from 1, of the mode of angular frequency omega (rad/s).
+
+    Of several `members` that meet there it is that of the first.
+    """
     roots_per_mode = 1 if state.problem is UNDAMPED else 2
     nearest_first = np.argsort(np.abs(state.omegas - omega))
     others = state.omegas[nearest_first][roots_per_mode * members :]
-    near = 1e-6 if members > 1 else 1e-9
-    return 1 + int(np.sum(others < omega * (1 - near))) // roots_per_mode
+    tolerance = 1e-6 if members > 1 else 1e-9  # frequencies that coalesce are known to fewer digits
+    slower = int(np.sum(others < omega * (1 - tolerance)))
+    return 1 + slower // roots_per_mode
 
 
 def _leading_omega(state: SpectrumAtParameter) -> float:
     """Angular frequency of the pair that grows fastest (rad/s), 0 if none does."""
-    return float(state.omegas[state.unstable_pairs[0]]) if state.unstable_pairs else 0.0
+    if not state.unstable_pairs:
+        return 0.0
+    return float(state.omegas[state.unstable_pairs[0]])
 
 
 # Changes of verdict, from what grows and what crosses
 
 
 class VerdictChange(NamedTuple):
-    """A change of verdict from `below` to `above` with rising parameter, at `value` +- `half`.
+    """A change of verdict from `below` to `above` with rising parameter, at value +- half_width.
 
-    cluster: the index of the cluster of events that makes it; None where the faster growth changes
-    hands and nothing crosses the axis.
+    cluster: the index of the cluster of events that makes it; None where a pair begins to outgrow
+    the fastest real root, or the reverse, and nothing crosses the axis.
     """
 
     value: float
-    half: float
+    half_width: float
     below: str
     above: str
     cluster: int | None
@@ -256,8 +264,9 @@ class _VerdictAt(NamedTuple):
 def _verdict_changes(part: SearchResult) -> Iterator[VerdictChange]:
     """All changes of verdict by rising value.
 
-    Next to rest the verdict is that of what crosses. Everywhere else it changes only where the
-    faster growth changes hands; where that is at a cluster of crossings it belongs to these.
+    Where growth begins or ends what crosses there names the verdict. Everywhere else it changes
+    only where a pair begins to outgrow the fastest real root, or the reverse; where that is at a
+    cluster of crossings these make the change.
     """
     for a, b in itertools.pairwise(_known_verdicts(part)):
         if a.cluster is not None and a.cluster == b.cluster:
@@ -268,25 +277,24 @@ def _verdict_changes(part: SearchResult) -> Iterator[VerdictChange]:
 
 
 def _known_verdicts(part: SearchResult) -> list[_VerdictAt]:
-    """Verdicts by rising parameter: at all computed states, and on both sides of the clusters that
+    """Verdicts by rising parameter: at computed states, and on both sides of the clusters that
     begin or end all growth.
 
-    Between two clusters the states at which as many roots grow as follows from the crossings count,
-    else the middle.
+    Of the states between two clusters those are taken at which as many roots grow as in the middle
+    between these; if there are none, the middle.
     """
-    continuation = part.continuation
     edges = part.edges
-    values = [state.value for state in continuation.states]
+    states = part.continuation.states
     verdicts: list[_VerdictAt] = []
     for k, count in enumerate(part.unstable_counts):
         low = edges[k]
         high = edges[k + 1]
         inner = []
-        for value in values:
-            if low <= value <= high and count.roots:
-                growth = continuation.at(value).unstable_count
+        for state in states:
+            if low <= state.value <= high and count.roots:
+                growth = state.unstable_count
                 if growth.roots == count.roots:
-                    inner.append(_VerdictAt(value, growth.verdict))
+                    inner.append(_VerdictAt(state.value, growth.verdict))
         if not inner:
             inner = [_VerdictAt((low + high) / 2, count.verdict)]
         if k:
@@ -298,48 +306,67 @@ def _known_verdicts(part: SearchResult) -> list[_VerdictAt]:
 def _beside_cluster(
     part: SearchResult, cluster: int, before: _VerdictAt, after: _VerdictAt
 ) -> list[_VerdictAt]:
-    """The verdicts just below and above a cluster that begins or ends all growth, else none.
+    """The verdicts just below and above a cluster that begins or ends all growth.
 
-    cluster: its index; before, after: the nearest known verdicts below and above it. The growth
-    beside it is of the kind of what crosses there, if that is of one kind.
+    On the side on which something grows the verdict is the kind of what crosses, if that is one
+    kind.
+
+    Parameters
+    ----------
+    part : SearchResult
+        The search.
+    cluster : int
+        The index of the cluster.
+    before, after : _VerdictAt
+        The nearest known verdicts below and above it.
+
+    Returns
+    -------
+    list of _VerdictAt
+        Empty if something grows on both sides, or on neither.
     """
-    rest_before = before.verdict == "quiet"
-    rest_after = after.verdict == "quiet"
-    if rest_before == rest_after:
+    quiet_before = before.verdict == "quiet"
+    quiet_after = after.verdict == "quiet"
+    if quiet_before == quiet_after:
         return []
-    unstable, direction = (after, 1) if rest_before else (before, -1)
     events = part.clusters[cluster]
+    begins = quiet_before
+    direction = 1 if begins else -1
+    kind = after.verdict if begins else before.verdict
     kinds = {event.kind for event in events if event.direction == direction}
-    kind = kinds.pop() if len(kinds) == 1 else unstable.verdict
-    at_rest = _VerdictAt(events[0].value, "quiet", cluster)
+    if len(kinds) == 1:
+        kind = kinds.pop()
+    quiet = _VerdictAt(events[0].value, "quiet", cluster)
     growing = _VerdictAt(events[0].value, kind, cluster)
-    return [at_rest, growing] if rest_before else [growing, at_rest]
+    return [quiet, growing] if begins else [growing, quiet]
 
 
 def _at_cluster(part: SearchResult, change: VerdictChange) -> VerdictChange:
-    """A change of verdict, at a cluster of events that lies there and makes it, if there is one."""
-    options = part.continuation.options
-    near = 4 * options.same * (part.continuation.high - part.continuation.low)
+    """A change of verdict, moved to a cluster of events that lies there and makes it, if any.
+
+    Such a cluster ends growth of the kind below and begins growth of the kind above.
+    """
+    continuation = part.continuation
+    near = 4 * continuation.options.event_tolerance * (continuation.high - continuation.low)
     required = {(change.below, -1), (change.above, 1)}
     for k, cluster in enumerate(part.clusters):
-        place = cluster[0].value
-        if abs(place - change.value) <= near and required <= {
-            (event.kind, event.direction) for event in cluster
-        }:
-            return change._replace(value=place, cluster=k)
+        value = cluster[0].value
+        kinds = {(event.kind, event.direction) for event in cluster}
+        if abs(value - change.value) <= near and required <= kinds:
+            return change._replace(value=value, cluster=k)
     return change
 
 
 def _exchanges(
     continuation: Continuation, a: _VerdictAt, b: _VerdictAt, depth: int = 5
 ) -> Iterator[VerdictChange]:
-    """Where the faster growth changes hands between two values at which something grows.
+    """Changes between flutter and divergence from a to b, at both of which something grows.
 
-    Where it may do so and change back the range is halved, up to `depth` times.
+    Where two such changes may lie between the range is halved, up to `depth` times.
     """
     if a.verdict != b.verdict:
-        value, half = _exchange(continuation, a, b)
-        yield VerdictChange(value, half, a.verdict, b.verdict, None)
+        value, half_width = _exchange(continuation, a, b)
+        yield VerdictChange(value, half_width, a.verdict, b.verdict, None)
     elif depth and _may_exchange_twice(
         continuation.at(a.value), continuation.at(b.value), a.verdict
     ):
@@ -351,7 +378,7 @@ def _exchanges(
 
 
 def _may_exchange_twice(a: SpectrumAtParameter, b: SpectrumAtParameter, verdict: str) -> bool:
-    """True if the faster growth may change hands and back between two states of one verdict.
+    """True if between two states of one verdict there may be two changes to the other and back.
 
     The lead of the fastest pair over the fastest real root is predicted by the cubic through its
     values and slopes at both ends, up to the error of that cubic.
@@ -363,22 +390,22 @@ def _may_exchange_twice(a: SpectrumAtParameter, b: SpectrumAtParameter, verdict:
     length = b.value - a.value
     first = _lead_of_pair(a)
     last = _lead_of_pair(b)
-    first_slope = first.slope * length
-    last_slope = last.slope * length
-    cubic = hermite_cubic(first.value, first_slope, last.value, last_slope)
+    first_change = first.slope * length
+    last_change = last.slope * length
+    cubic = hermite_cubic(first.value, first_change, last.value, last_change)
     lead = np.polyval(cubic[::-1], np.linspace(0.0, 1.0, 17))
     if verdict != "flutter":
         lead = -lead
-    error = abs(last.value - first.value - (first_slope + last_slope) / 2)
+    error = abs(last.value - first.value - (first_change + last_change) / 2)
     return bool(lead.min() <= error)
 
 
 def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple[float, float]:
-    """Where the faster growth changes hands, and half of the interval that holds this place.
+    """Where flutter turns into divergence or the reverse, and half the width of its interval.
 
-    At a the verdict is flutter and at b divergence, or the reverse. The zero of the difference
-    between the growth rates of pair and real root is found by Ridders's method (1979), or, where a
-    pair becomes two real roots, as the place at which these meet.
+    The verdict is the one at a and the other at b. The zero of the lead, the growth rate of the
+    fastest pair less that of the fastest real root, is found by Ridders's method (1979), or, where
+    a pair becomes two real roots, as the value at which these meet.
     """
     low = a.value
     high = b.value
@@ -387,21 +414,22 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
     p = math.inf
     for k in range(100):
         before = p
-        p = (low + high) / 2
-        first, middle, last = (continuation.at(value).unstable_count for value in (low, p, high))
-        same_counts = (first.pairs, first.reals) == (last.pairs, last.reals)
+        middle = (low + high) / 2
+        counts = [continuation.at(value).unstable_count for value in (low, middle, high)]
+        at_low, _, at_high = counts
+        same_counts = (at_low.pairs, at_low.reals) == (at_high.pairs, at_high.reals)
         if k == 6 and not same_counts:  # after a few halvings
             meeting = _meeting_on_real_axis(continuation, low, high)
             if meeting is not None:
                 return meeting
-        x, m, y = (count.pair_rate - count.real_rate for count in (first, middle, last))
-        tried = [p]
-        if x * y < 0.0:
-            p += (p - low) * np.sign(x) * m / math.sqrt(m**2 - x * y)
-            tried = sorted({*tried, p})
+        lead_low, lead_middle, lead_high = (count.pair_rate - count.real_rate for count in counts)
+        p = middle
+        if lead_low * lead_high < 0.0:  # Ridders's step from the middle
+            root = math.sqrt(lead_middle**2 - lead_low * lead_high)
+            p += (middle - low) * np.sign(lead_low) * lead_middle / root
         if high - low <= resolution or abs(p - before) <= resolution:
             break
-        for value in tried:
+        for value in sorted({middle, p}):
             if continuation.at(value).unstable_count.verdict == b.verdict:
                 high = value
                 break
@@ -416,12 +444,16 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
 def _meeting_on_real_axis(
     continuation: Continuation, low: float, high: float
 ) -> tuple[float, float] | None:
-    """Where the fastest growing pair becomes two real roots, and half of the interval that holds
-    this place; None if another pair leads there, or none meets."""
-    flutter = [p for p in (low, high) if continuation.at(p).unstable_count.verdict == "flutter"]
+    """Where from low to high the fastest growing pair becomes two real roots, or comes from two.
+
+    Returns the value and half the width of its interval; None if another pair grows faster there,
+    or none meets.
+    """
+    states = [continuation.at(p) for p in (low, high)]
+    flutter = [state for state in states if state.unstable_count.verdict == "flutter"]
     if continuation.problem is GYROSCOPIC or not flutter:
         return None
-    state = continuation.at(flutter[0])
+    state = flutter[0]
     if not len(state.right):  # roots without vectors
         return None
     k = state.unstable_pairs[0]
@@ -436,18 +468,18 @@ def _meeting_on_real_axis(
         coalesces=True,
         width=high - low,
     )
-    event = located(continuation, guess, crosses=False)
+    event = locate_event(continuation, guess, crosses=False)
     if event is None or not low - event.width <= event.value <= high + event.width:
         return None
     met = continuation.at(float(np.clip(event.value, low, high)))
     fastest = int(np.argmax(met.exponents.real))
     if abs(met.roots[fastest].imag) > 2 * met.rounding[fastest]:
-        return None  # one that meets while another pair leads
+        return None  # this pair meets while another one grows faster
     return event.value, event.width / 2
 
 
 class _Lead(NamedTuple):
-    """A difference of growth rates (1/s), its slope and its rounding."""
+    """A growth rate, or a difference of two (1/s), its derivative and its rounding."""
 
     value: float
     slope: float
@@ -455,21 +487,24 @@ class _Lead(NamedTuple):
 
 
 def _lead_of_pair(state: SpectrumAtParameter) -> _Lead:
-    """By how much the fastest pair outgrows the fastest real root; 0 stands for one that is not
-    there."""
+    """By how much the fastest growing pair outgrows the fastest growing real root.
+
+    The growth rate is 0 where there is no such pair or root.
+    """
     pair = _growth_rate(state, state.unstable_pairs)
     real = _growth_rate(state, state.unstable_reals)
     return _Lead(pair.value - real.value, pair.slope - real.slope, pair.rounding + real.rounding)
 
 
 def _growth_rate(state: SpectrumAtParameter, fastest_first: list[int]) -> _Lead:
-    """The growth rate of the first of these roots."""
+    """The growth rate of the first of some roots, given by their indices; 0 without any."""
     if not fastest_first:
         return _Lead(0.0, 0.0, 0.0)
     k = fastest_first[0]
     exponent = state.exponents[k]  # lambda
-    # d lambda / dz
-    derivative = -0.5 / exponent if state.problem is UNDAMPED else exponent / state.roots[k]
+    derivative = exponent / state.roots[k]  # d lambda / dz, constant
+    if state.problem is UNDAMPED:  # z = -lambda^2
+        derivative = -0.5 / exponent
     return _Lead(
         value=float(exponent.real),
         slope=float((derivative * state.slopes[k]).real),
@@ -478,8 +513,11 @@ def _growth_rate(state: SpectrumAtParameter, fastest_first: list[int]) -> _Lead:
 
 
 class _FastestEvents(NamedTuple):
-    """Of the events that a change of verdict belongs to the fastest that ends what grew below, and
-    the fastest that begins what grows above."""
+    """The two events of a cluster that make a change of verdict; None where there is no such one.
+
+    ending: of the kind that grew below the fastest that ends; beginning: of the kind that grows
+    above the fastest that begins.
+    """
 
     ending: Event | None
     beginning: Event | None
@@ -492,8 +530,8 @@ def _fastest_events(part: SearchResult, change: VerdictChange) -> _FastestEvents
     cluster = part.clusters[change.cluster]
 
     def fastest(kind: str, direction: int) -> Event | None:
-        alike = [event for event in cluster if (event.kind, event.direction) == (kind, direction)]
-        return fastest_first(part.continuation, alike)[0] if alike else None
+        events = [event for event in cluster if (event.kind, event.direction) == (kind, direction)]
+        return fastest_first(part.continuation, events)[0] if events else None
 
     return _FastestEvents(fastest(change.below, -1), fastest(change.above, 1))
 
@@ -502,38 +540,48 @@ def _critical_point(
     part: SearchResult, change: VerdictChange, fastest: _FastestEvents
 ) -> CriticalPoint:
     """A change of verdict for callers; `fastest` are the events of its cluster that make it."""
-    continuation = part.continuation
-    events = () if change.cluster is None else part.clusters[change.cluster]
-    grows = change.above in GROWING
-    event = fastest.beginning if grows else fastest.ending
-    low = change.value - change.half
-    high = change.value + change.half
-    if events:
+    if change.above in GROWING:
+        kind = change.above
+        event = fastest.beginning
+    else:
+        kind = "restabilised"
+        event = fastest.ending
+    low = change.value - change.half_width
+    high = change.value + change.half_width
+    converged = True
+    if change.cluster is not None:
+        events = part.clusters[change.cluster]
         low, high = hull(events)
-    is_narrow = high - low <= continuation.options.same * max(abs(change.value), 1e-300)
-    all_converged = all(event.converged for event in events)
-    omega = event.omega if event else _omega_without_event(part, change, (low, high))
+        tolerance = part.continuation.options.event_tolerance
+        is_narrow = high - low <= tolerance * max(abs(change.value), 1e-300)
+        converged = is_narrow and all(each.converged for each in events)
+    if event is None:
+        omega = _omega_without_event(part, change, (low, high))
+        residual = None
+    else:
+        omega = event.omega
+        residual = event.residual
     return CriticalPoint(
         mu=float(change.value),
-        kind=change.above if grows else "restabilised",
+        kind=kind,
         frequency_hz=omega / (2 * math.pi),
         interval=(float(low), float(high)),
-        converged=(is_narrow or not events) and all_converged,
-        residual=event.residual if event else None,
+        converged=converged,
+        residual=residual,
     )
 
 
 def _omega_without_event(
     part: SearchResult, change: VerdictChange, interval: tuple[float, float]
 ) -> float:
-    """The angular frequency (rad/s) of the mode that changes the verdict, 0 of a real root, where
-    no event tells it.
+    """The angular frequency (rad/s) of the mode that changes the verdict, where no event tells it.
 
-    interval: where the change lies.
+    It is that of the fastest pair at the nearest state on the side on which this grows; 0 of a real
+    root. interval: where the change lies.
     """
     continuation = part.continuation
-    grows = change.above in GROWING
-    kind = change.above if grows else change.below
+    grows_above = change.above in GROWING
+    kind = change.above if grows_above else change.below
     if kind != "flutter":
         return 0.0
     if change.cluster is None:
@@ -542,9 +590,11 @@ def _omega_without_event(
         growth = state.unstable_count
         alike = abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate
         return _leading_omega(state) if alike else 0.0
-    # of the nearest state on that side
     low, high = interval
     states = continuation.states
-    beside = [state for state in states if (state.value > high if grows else state.value < low)]
-    nearest = min(beside or states, key=lambda state: abs(state.value - change.value))
+    if grows_above:
+        candidates = [state for state in states if state.value > high]
+    else:
+        candidates = [state for state in states if state.value < low]
+    nearest = min(candidates or states, key=lambda state: abs(state.value - change.value))
     return _leading_omega(nearest)

@@ -32,8 +32,11 @@ ACCEPTED = 1e-6
 
 
 def assumed_rounding(values: ArrayLike, undamped: bool = False) -> Array:
-    """How far rounding may move roots (...) without known left vectors, hence without condition: a
-    share of |lambda|, greater without damping, where it parts two equal roots as a square root."""
+    """How far rounding may move roots (...) whose condition is unknown: a share of |lambda|.
+
+    The share is greater without damping, where rounding separates two equal roots by its square
+    root.
+    """
     share = 1e-7 if undamped else 1e-10
     return share * np.abs(values)
 
@@ -44,9 +47,9 @@ def kinds(values: ArrayLike, rounding: ArrayLike) -> Codes:
     rounding: how far rounding may move each, rad/s.
     """
     values = np.asarray(values)
-    growing = np.where(np.abs(values.imag) > rounding, FLUTTER, DIVERGENCE)
-    not_growing = np.where(values.real >= -np.asarray(rounding), MARGINAL, STABLE)
-    return np.where(values.real > rounding, growing, not_growing).astype(np.int8)
+    if_growing = np.where(np.abs(values.imag) > rounding, FLUTTER, DIVERGENCE)
+    if_not = np.where(values.real >= -np.asarray(rounding), MARGINAL, STABLE)
+    return np.where(values.real > rounding, if_growing, if_not).astype(np.int8)
 
 
 @dataclass(frozen=True)
@@ -72,13 +75,14 @@ def decide(values: ArrayLike, rounding: ArrayLike) -> Judgement:
     """
     values = np.atleast_1d(np.asarray(values, dtype=complex))
     rounding = np.broadcast_to(rounding, values.shape)
-    each = kinds(values, rounding)
-    if np.any(each >= FLUTTER):
-        leading = int(np.argmax(np.where(each >= FLUTTER, values.real, -np.inf)))
-        name = VERDICTS[each[leading]]
+    codes = kinds(values, rounding)
+    grows = codes >= FLUTTER
+    if grows.any():
+        leading = int(np.argmax(np.where(grows, values.real, -np.inf)))
+        name = VERDICTS[codes[leading]]
     else:
         leading = int(np.argmax(values.real))
-        name = "marginal" if np.any(each == MARGINAL) else "stable"
+        name = "marginal" if np.any(codes == MARGINAL) else "stable"
     return Judgement(name, float(values[leading].real), float(rounding[leading]))
 
 

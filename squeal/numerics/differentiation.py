@@ -46,14 +46,18 @@ def with_derivative(f: Callable[[Number], Number], x: ArrayLike) -> tuple[np.nda
 
     Both come from one evaluation of f at complex x (see `complex_step`).
     """
-    at = np.asarray(x, dtype=complex)[:, None]
-    shifts = np.eye(len(at)).reshape((len(at), -1) + (1,) * (at.ndim - 2))
-    values = np.asarray(f(at + 1j * STEP * shifts))
+    point = np.asarray(x, dtype=complex)[:, None]
+    # along the second axis the j-th shift is that of x_j
+    shifts = np.eye(len(point)).reshape((len(point), -1) + (1,) * (point.ndim - 2))
+    values = np.asarray(f(point + 1j * STEP * shifts))
     return values.real[:, 0], values.imag / STEP
 
 
 class _Arithmetic:
-    """What follows from sum, product, negative and power; numpy leaves mixed operations to it."""
+    """Difference and quotient, from the sum, product, negative and power of a subclass.
+
+    numpy leaves operations of arrays with such numbers to them.
+    """
 
     __slots__ = ()
     __array_ufunc__: ClassVar = None
@@ -99,20 +103,20 @@ class Dual(_Arithmetic):
 
 
 def dual(x: Number) -> Dual:
-    """x itself, or a constant."""
+    """x as a dual number: itself if it is one, else a constant of derivative 0."""
     return x if isinstance(x, Dual) else Dual(x, 0.0)
 
 
 def _function(
     f: Callable[[Number], Number], slope: Callable[[Number], Number]
 ) -> Callable[[Number], Dual]:
-    """A function of dual numbers, by the chain rule."""
+    """A function f of dual numbers by the chain rule, from f and its derivative `slope`."""
 
-    def of(x: Number) -> Dual:
-        at = dual(x)
-        return Dual(f(at.value), slope(at.value) * at.slope)
+    def of_dual(x: Number) -> Dual:
+        argument = dual(x)
+        return Dual(f(argument.value), slope(argument.value) * argument.slope)
 
-    return of
+    return of_dual
 
 
 sin = _function(np.sin, np.cos)
@@ -125,9 +129,10 @@ ALLOWED = "a formula of parameters and numbers with + - * / ** (by a number) and
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula; `names` are the parameters that it depends on. Raises InputError when made.
+    """A formula; `names` are the parameters that it depends on.
 
-    `place` (a file and the key in it) stands before what it refuses later.
+    `place` (a file and the key in it) stands at the head of later errors. Raises InputError for a
+    text that is no formula.
     """
 
     text: str
@@ -140,7 +145,7 @@ class Formula:
             if len(self.text) > 500:
                 raise ValueError
             tree = ast.parse(self.text.strip(), mode="eval").body
-            names = _names(tree)
+            names = _parameter_names(tree)
         except (SyntaxError, ValueError, MemoryError, RecursionError):
             allowed = f"{ALLOWED}, of at most 500 characters"
             raise InputError(f"{self.text:.60}: is not allowed; it must be {allowed}") from None
@@ -149,12 +154,14 @@ class Formula:
 
     def value(self, parameters: Mapping[str, float]) -> float:
         """The formula's value. Raises InputError where it is not a finite number."""
-        return self._finite(parameters, "", "finite number")
+        return self._finite(parameters, "", kind="finite number")
 
-    def over(self, parameters: Mapping[str, Number], number: Callable[[Number], Number]) -> Number:
+    def in_arithmetic(
+        self, parameters: Mapping[str, Number], number: Callable[[Number], Number]
+    ) -> Number:
         """The value in another arithmetic, in which `number` makes a constant of a double."""
-        at = {name: number(parameters[name]) for name in self.names}
-        return _walked(self._tree, at, number)
+        numbers = {name: number(parameters[name]) for name in self.names}
+        return _evaluated(self._tree, numbers, number)
 
     def slope(self, parameters: Mapping[str, float], name: str) -> float:
         """The derivative by one parameter; 0 if the formula does not depend on it.
@@ -162,46 +169,50 @@ class Formula:
         Raises InputError where the value or the derivative is not a finite number.
         """
         self.value(parameters)
-        return self._finite(parameters, name, "function with a finite derivative")
+        return self._finite(parameters, name, kind="function with a finite derivative")
 
     def curvature(
         self, parameters: Mapping[str, float], name: str, low: float, high: float
     ) -> float:
-        """A bound of |second derivative| by one parameter over low to high, by interval arithmetic;
-        inf if none is known."""
+        """A bound of |second derivative| by one parameter for values of it from low to high.
+
+        By interval arithmetic; inf if no bound is known.
+        """
         # a dual number of dual numbers, whose slope has the second derivative for slope
         x = Dual(Dual(_Interval(low, high), 1.0), Dual(1.0, 0.0))
         try:
-            second = dual(dual(_walked(self._tree, {**parameters, name: x})).slope).slope
+            result = dual(_evaluated(self._tree, {**parameters, name: x}))
+            second_derivative = dual(result.slope).slope
         except (ZeroDivisionError, OverflowError, ValueError):
             return math.inf
-        most = max(map(abs, _ends(second)))
-        return most if math.isfinite(most) else math.inf
+        bound = max(map(abs, _ends_of(second_derivative)))
+        return bound if math.isfinite(bound) else math.inf
 
-    def _finite(self, parameters: Mapping[str, float], by: str, what: str) -> float:
+    def _finite(self, parameters: Mapping[str, float], by: str, kind: str) -> float:
         """The value, or its derivative by the parameter `by` if that is not empty.
 
-        Raises InputError for unknown parameters, and as no `what` for a result that is not finite.
+        Raises InputError for unknown parameters, and for a result that is not finite: it says that
+        the formula is not a `kind` there.
         """
         about = f"{self.place}: {self.text}" if self.place else self.text
         for name in sorted(self.names - parameters.keys()):
             raise InputError(f"{about}: {name} is no parameter; {meant(name, sorted(parameters))}")
-        at: dict[str, Number] = {name: float(parameters[name]) for name in self.names}
-        if by in at:
-            at[by] = Dual(at[by], 1.0)
+        numbers: dict[str, Number] = {name: float(parameters[name]) for name in self.names}
+        if by in numbers:
+            numbers[by] = Dual(numbers[by], 1.0)
         try:
-            result = dual(_walked(self._tree, at))
-            number = result.slope if by else result.value
+            dual_result = dual(_evaluated(self._tree, numbers))
+            result = dual_result.slope if by else dual_result.value
         except (ZeroDivisionError, OverflowError):
-            number = math.nan
-        if isinstance(number, complex) or not math.isfinite(number):
+            result = math.nan
+        if isinstance(result, complex) or not math.isfinite(result):
             where = ", ".join(f"{name} = {parameters[name]:g}" for name in sorted(self.names))
-            raise InputError(f"{about}: is not a {what} at {where or 'any value'}")
-        return float(number)
+            raise InputError(f"{about}: is not a {kind} at {where or 'any value'}")
+        return float(result)
 
 
 def _power(base: Number, exponent: float) -> Number:
-    """Also where the derivative of the base's power would divide by zero."""
+    """base^exponent; exponents 0 and 1 apart, whose derivatives would divide by a base of zero."""
     if exponent == 0.0:
         return 1.0
     if exponent == 1.0:
@@ -218,38 +229,41 @@ _OPERATIONS: dict[type, Callable[[Number, Number], Number]] = {
 }
 
 
-def _names(node: ast.expr) -> set[str]:
-    """The parameters in a tree. Raises ValueError for what is no part of a formula."""
+def _parameter_names(node: ast.expr) -> set[str]:
+    """The parameters in the tree of a formula. Raises ValueError for what is not allowed in it."""
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
             return set()
         case ast.Name(id=name):
             return {name}
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=operand):
-            return _names(operand)
+            return _parameter_names(operand)
         case ast.BinOp(op=op, left=left, right=right) if type(op) in _OPERATIONS:
             if not isinstance(op, ast.Pow):
-                return _names(left) | _names(right)
-            if not _names(right):
-                return _names(left)
+                return _parameter_names(left) | _parameter_names(right)
+            if not _parameter_names(right):  # an exponent is a number
+                return _parameter_names(left)
     raise ValueError
 
 
-def _walked(
-    node: ast.expr, at: Mapping[str, Number], constant: Callable[[Number], Number] = float
+def _evaluated(
+    node: ast.expr, numbers: Mapping[str, Number], constant: Callable[[Number], Number] = float
 ) -> Number:
-    """The value of a checked tree in the arithmetic of the numbers in `at`."""
+    """The value of a tree that `_parameter_names` has checked.
+
+    numbers: the parameters, in any arithmetic; constant: makes a number of it from a double.
+    """
     match node:
         case ast.Constant(value=number):
             return constant(float(number))  # type: ignore[arg-type]
         case ast.Name(id=name):
-            return at[name]
+            return numbers[name]
         case ast.UnaryOp(op=op, operand=operand):
-            value = _walked(operand, at, constant)
+            value = _evaluated(operand, numbers, constant)
             return -value if isinstance(op, ast.USub) else value
     assert isinstance(node, ast.BinOp)
-    left = _walked(node.left, at, constant)
-    right = _walked(node.right, at, constant)
+    left = _evaluated(node.left, numbers, constant)
+    right = _evaluated(node.right, numbers, constant)
     return _OPERATIONS[type(node.op)](left, right)
 
 
@@ -264,16 +278,17 @@ class _Interval(_Arithmetic):
         return _Interval(-self.high, -self.low)
 
     def __add__(self, other: Number) -> _Interval:
-        low, high = _ends(other)
+        low, high = _ends_of(other)
         return _Interval(self.low + low, self.high + high)
 
     def __mul__(self, other: Number) -> _Interval:
-        ends = [x * y for x in _ends(self) for y in _ends(other)]
+        ends = [x * y for x in _ends_of(self) for y in _ends_of(other)]
         return _Interval(min(ends), max(ends))
 
     def __pow__(self, power: float) -> _Interval:
-        """Raises ValueError where that is not real and bounded."""
-        if (self.low <= 0.0 <= self.high and power < 0) or (self.low < 0.0 and power != int(power)):
+        """All powers of the numbers. Raises ValueError where they are not real and bounded."""
+        divides_by_zero = self.low <= 0.0 <= self.high and power < 0
+        if divides_by_zero or (self.low < 0.0 and power != int(power)):
             raise ValueError
         low, high = sorted((self.low**power, self.high**power))
         if self.low < 0.0 < self.high and power and power % 2 == 0:
@@ -284,7 +299,8 @@ class _Interval(_Arithmetic):
     __rmul__ = __mul__
 
 
-def _ends(x: Number) -> tuple[float, float]:
+def _ends_of(x: Number) -> tuple[float, float]:
+    """The ends of an interval, or a number twice."""
     return (x.low, x.high) if isinstance(x, _Interval) else (x, x)
 
 

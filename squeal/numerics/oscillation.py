@@ -8,35 +8,45 @@ FAINT = 1e-8  # of the greatest: what is below it is rounding
 def exponent(samples: np.ndarray, step: float) -> complex | None:
     """The exponent lambda of free linear motion z(t) = z0 + sum_k c_k exp(lambda_k t).
 
-    samples (n, d): z at equal steps of time, d at least the number of components. Of the
-    components that change z at least a tenth as fast as the strongest one at the end, it is that
-    which grows fastest (of several that grow alike the strongest). None where the samples, and
-    their first halves, are not such a motion to a thousandth or hold less than two periods (of a
-    real exponent: less than 1/|lambda|).
+    It is that of the fastest growing component, of several that grow alike that of the strongest.
+    Components that change z at the end less than a tenth as fast as the strongest do not count.
+
+    Parameters
+    ----------
+    samples : array (n, d)
+        z at equal steps of time, d at least the number of components.
+    step : float
+        The step, s.
+
+    Returns
+    -------
+    complex or None
+        1/s, Im >= 0. None where the samples, and their first halves, are not such a motion to a
+        thousandth or hold less than two periods (of a real exponent: less than 1/|lambda|).
     """
     count = len(samples)
     while count >= 32:
-        fitted = _fitted(samples[:count], step)
+        fitted = _fitted_exponent(samples[:count], step)
         if fitted is not None:
             return fitted
         count //= 2  # a motion that grows is linear at its start at least
     return None
 
 
-def _fitted(samples: np.ndarray, step: float) -> complex | None:
-    """The exponent of samples (n, d), None where they are no such motion or too short of one."""
+def _fitted_exponent(samples: np.ndarray, step: float) -> complex | None:
+    """As `exponent`, of all samples (n, d): None if they are no such motion or too short of one."""
     modes = _dynamic_modes(samples)
     if modes is None:
         return None
     factors, strengths = modes
     with np.errstate(divide="ignore"):
         exponents = np.log(factors.astype(complex)) / step
-    strong = (strengths >= 0.1 * strengths.max()) & np.isfinite(exponents)
-    if not strong.any():
+    is_strong = (strengths >= 0.1 * strengths.max()) & np.isfinite(exponents)
+    if not is_strong.any():
         return None
-    fastest = exponents.real[strong].max()
-    alike = strong & (exponents.real >= fastest - 1e-6 * np.abs(exponents))
-    value = complex(exponents[np.argmax(np.where(alike, strengths, 0.0))])
+    fastest = exponents.real[is_strong].max()
+    grows_fastest = is_strong & (exponents.real >= fastest - 1e-6 * np.abs(exponents))
+    value = complex(exponents[np.argmax(np.where(grows_fastest, strengths, 0.0))])
     duration = step * (len(samples) - 1)
     if abs(value.imag) * step < 1e-9:
         too_short = abs(value) * duration < 1.0
@@ -50,9 +60,12 @@ def _fitted(samples: np.ndarray, step: float) -> complex | None:
 
 
 def _dynamic_modes(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Dynamic mode decomposition: the map from one difference of samples (n, d) to the next, by
-    least squares, has the eigenvalues exp(lambda step); these (r,), and the strengths (r,) of the
-    components in the last difference. None where no map fits to a thousandth."""
+    """Factors and strengths (r,) of components of samples (n, d), by dynamic mode decomposition.
+
+    The linear map from one difference of samples to the next, by least squares, has the eigenvalues
+    exp(lambda step): these are the factors. Strengths are the sizes of the components in the last
+    difference. None where no map fits to a thousandth.
+    """
     differences = np.diff(samples, axis=0).T  # (d, n - 1)
     before = differences[:, :-1]
     after = differences[:, 1:]
@@ -63,8 +76,8 @@ def _dynamic_modes(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         return None
     basis = U[:, :rank]
     reduced_map = basis.T @ after @ (V[:rank].T / sizes[:rank])  # in coordinates of the basis
-    missed = np.linalg.norm(after - basis @ (reduced_map @ (basis.T @ before)))
-    if missed > 1e-3 * np.linalg.norm(after - before):
+    misfit = np.linalg.norm(after - basis @ (reduced_map @ (basis.T @ before)))
+    if misfit > 1e-3 * np.linalg.norm(after - before):
         return None
     factors, modes = np.linalg.eig(reduced_map)
     components = np.abs(np.linalg.solve(modes, basis.T @ after[:, -1]))
@@ -72,7 +85,10 @@ def _dynamic_modes(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
 
 
 def _windowed(signals: np.ndarray) -> np.ndarray:
-    """Without their mean, under Hann's window of sum 1, which spreads a line over few lines."""
+    """Signals (n, d) without their mean, times Hann's window of sum 1.
+
+    The window spreads a spectral line over few neighbours.
+    """
     window = np.hanning(len(signals) + 1)[:-1, None]
     return (signals - signals.mean(axis=0)) * (window / window.sum())
 
@@ -80,57 +96,66 @@ def _windowed(signals: np.ndarray) -> np.ndarray:
 def spectrum(signals: np.ndarray, step: float, finer: int = 1) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies (m,) and amplitudes (m, d) of signals (n, d) at equal steps, mean taken out.
 
-    `finer` gives so many times as many frequencies. A steady sine shows its amplitude where it lies
-    on a frequency, and at least 0.85 of it in between.
+    finer: how many times as many frequencies are computed, between the usual ones. A steady sine
+    shows its amplitude where it lies on a frequency, and at least 0.85 of it in between.
     """
     size = len(signals) * finer
     transform = np.fft.rfft(_windowed(signals), size, axis=0)
     return np.fft.rfftfreq(size, step), 2.0 * np.abs(transform)
 
 
-def line(signals: np.ndarray, step: float) -> tuple[float, float]:
-    """Frequency of the strongest line in signals (n, d) at equal steps, and its share of their
-    power, that of all together; 0, 0 of signals that do not change."""
+def strongest_line(signals: np.ndarray, step: float) -> tuple[float, float]:
+    """Frequency of the strongest spectral line of signals (n, d), and its share of the power.
+
+    The power is that of all signals together. 0 and 0 of signals that do not change. step: the
+    time between samples; the frequency is in its reciprocal unit.
+    """
     if len(signals) < 6:
         return 0.0, 0.0
     frequencies, amplitudes = spectrum(signals, step)
     power = (amplitudes[1:] ** 2).sum(axis=1)
     if not power.max() > 0.0:
         return 0.0, 0.0
-    k = int(np.argmax(power))
+    k = int(np.argmax(power))  # power[0] belongs to frequencies[1]
     share = float(power[max(k - 2, 0) : k + 3].sum() / power.sum())
-    return _refined_peak(signals, step, float(frequencies[k + 1]), float(frequencies[1])), share
+    frequency = _refined_peak(signals, step, float(frequencies[k + 1]), float(frequencies[1]))
+    return frequency, share
 
 
-def _refined_peak(signals: np.ndarray, step: float, start: float, width: float) -> float:
-    """The frequency of a peak next to a line of a spectrum with lines `width` apart, by closer
-    samples of the same spectrum around it."""
+def _refined_peak(signals: np.ndarray, step: float, start: float, spacing: float) -> float:
+    """The frequency of the peak of a spectrum next to the frequency `start`.
+
+    The spectrum is sampled ever more closely around it, at first over the `spacing` between the
+    frequencies of `spectrum` to both sides.
+    """
     windowed = _windowed(signals)
     times = step * np.arange(len(signals))
     middle = start
-    reach = width
+    reach = spacing
     for _ in range(3):
-        near = middle + reach * np.linspace(-1.0, 1.0, 9)
-        transform = np.exp(-2j * np.pi * near[:, None] * times) @ windowed
+        frequencies = middle + reach * np.linspace(-1.0, 1.0, 9)
+        transform = np.exp(-2j * np.pi * frequencies[:, None] * times) @ windowed
         power = (np.abs(transform) ** 2).sum(axis=1)
         i = min(max(int(np.argmax(power)), 1), 7)
-        # the top of the parabola through the logarithms of three samples, a quarter apart
+        # the top of the parabola through the logarithms of three samples, reach / 4 apart
         a, b, c = np.log(power[i - 1 : i + 2])
         reach /= 4.0
-        middle = float(near[i] + reach * 0.5 * (a - c) / (a - 2.0 * b + c))
+        middle = float(frequencies[i] + reach * 0.5 * (a - c) / (a - 2.0 * b + c))
     return middle
 
 
 def swing(signals: np.ndarray) -> np.ndarray:
-    """Half of the difference between greatest and least value of smooth signals (n, d), each from
-    the parabola through three samples."""
+    """Half of the range (d,) of smooth signals (n, d): of the greatest less the least value.
+
+    Extremes between samples are those of parabolas through three samples.
+    """
     if len(signals) < 3:
         return np.ptp(signals, axis=0) / 2.0
     return (_greatest_values(signals) + _greatest_values(-signals)) / 2.0
 
 
 def _greatest_values(signals: np.ndarray) -> np.ndarray:
-    """The greatest value (d,) of each signal (n, d), between its samples too."""
+    """The greatest value (d,) of each signal (n, d), also between its samples."""
     columns = np.arange(signals.shape[1])
     i = np.clip(np.argmax(signals, axis=0), 1, len(signals) - 2)
     a = signals[i - 1, columns]

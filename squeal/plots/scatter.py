@@ -12,10 +12,10 @@ from squeal.results.scatter import CONFIDENCE, Scatter
 
 
 def scatter_drawing(scatter: Scatter, name: str) -> Drawing:
-    """Histogram over the cumulative share with the intervals of its quantiles, one axis of values.
+    """Draw a histogram of the samples, and below it their cumulative share with its quantiles.
 
-    Pads without a threshold in the range are missing from the histogram, and keep the share
-    below 1. Below, where they were computed, the Sobol indices of each parameter.
+    Samples without a threshold in the range are missing from the histogram, and keep the share
+    below 1. Sobol indices, where they were computed, stand below both.
     """
     of_growth = scatter.of == "growth"
     if of_growth:
@@ -63,7 +63,7 @@ def scatter_drawing(scatter: Scatter, name: str) -> Drawing:
 
 
 def _draw_samples(upper: Axes, lower: Axes, scatter: Scatter, limit: float) -> None:
-    """The histogram of the samples that have a value, and their share of all samples."""
+    """Draw the histogram of the samples that have a value, and their share of all samples."""
     known = scatter.values[np.isfinite(scatter.values)]
     if not len(known):
         return
@@ -74,7 +74,7 @@ def _draw_samples(upper: Axes, lower: Axes, scatter: Scatter, limit: float) -> N
 
 
 def _draw_quantiles(axes: Axes, scatter: Scatter) -> None:
-    """The confidence interval of each quantile as a bar at its level; none with an open end."""
+    """Draw the confidence interval of each quantile as a bar at its level, if it has both ends."""
     label = f"quantiles, {100 * CONFIDENCE:g} %"
     for quantile in scatter.quantiles:
         ends: Any = [quantile.low, quantile.high]
@@ -84,7 +84,7 @@ def _draw_quantiles(axes: Axes, scatter: Scatter) -> None:
 
 
 def _mark_limit(upper: Axes, lower: Axes, limit: float, words: str) -> None:
-    """The limit of stability in both panels, whose axis reaches a little beyond it."""
+    """Draw the limit of stability in both panels, whose axis then reaches a little beyond it."""
     low, high = lower.get_xlim()
     margin = 0.05 * (high - low)
     look: Any = {"color": "#C8380E", "linestyle": "--", "linewidth": 0.8, "gid": "own"}
@@ -107,7 +107,7 @@ def _bin_edges(values: np.ndarray, limit: float) -> np.ndarray:
 
 
 def _draw_indices(axes: Axes, scatter: Scatter) -> None:
-    """Sobol indices of each parameter as two bars with their intervals, the total one on top."""
+    """Draw Sobol indices of each parameter as two bars with intervals, the total one on top."""
     rows = np.arange(len(scatter.indices))
     for order, colour, up in (("total", "#CFE6F5", 0.19), ("first", "#3498DB", -0.19)):
         sizes = np.array([getattr(index, order) for index in scatter.indices])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -103,7 +103,7 @@ def judge_modes(
     roots = np.asarray(values, dtype=complex).reshape(-1)
     pieces = []
     for piece in band.pieces:
-        if _may_hold_listed(piece, low, high, rate):
+        if _overlap(piece, low, high, rate).some:
             pieces.append(piece)
     if len(roots) and not pieces:
         return Proof("refuted", "enclosure", reason="no root is there", where=complex(roots[0]))
@@ -122,7 +122,7 @@ def judge_modes(
         if is_counted and listed > piece.count:
             reason = "a root is listed that is none"
             return Proof("refuted", "enclosure", reason=reason, where=centre, errors=errors)
-        if is_counted and listed < piece.count and _all_are_listed(piece, low, high, rate):
+        if is_counted and listed < piece.count and _overlap(piece, low, high, rate).all:
             reason = "a root is missing"
             return Proof("refuted", "enclosure", reason=reason, where=centre, errors=errors)
         if not is_counted or listed < piece.count:
@@ -146,22 +146,27 @@ def judge_modes(
     return Proof("proved", "enclosure", growth_below, errors=errors, pieces=tuple(pieces))
 
 
-def _may_hold_listed(piece: Piece, low: float, high: float, rate: float) -> bool:
-    """True if a root of the piece may lie in the band and grow or decay no faster than the rate."""
-    heights = piece.centres.imag
-    margins = piece.radii * (1.0 + 4.0 * EPS)
-    if piece.low > rate or piece.high < -rate:
-        return False
-    return bool(np.any((heights + margins >= low) & (heights - margins <= high)))
+class _Overlap(NamedTuple):
+    """Whether some root of a piece may be one that the list has to hold, and whether all are."""
+
+    some: bool
+    all: bool
 
 
-def _all_are_listed(piece: Piece, low: float, high: float, rate: float) -> bool:
-    """True if all roots of the piece lie in the band and grow or decay no faster than the rate."""
-    heights = piece.centres.imag
+def _overlap(piece: Piece, low: float, high: float, rate: float) -> _Overlap:
+    """Compare a piece with the roots to be listed.
+
+    These have low < Im lambda < high (rad/s), and grow or decay no faster than the rate (1/s).
+    """
     margins = piece.radii * (1.0 + 4.0 * EPS)
-    if piece.low < -rate or piece.high > rate:
-        return False
-    return bool(np.all((heights - margins > low) & (heights + margins < high)))
+    bottoms = piece.centres.imag - margins
+    tops = piece.centres.imag + margins
+    some_slow = piece.low <= rate and piece.high >= -rate
+    all_slow = piece.low >= -rate and piece.high <= rate
+    return _Overlap(
+        some=some_slow and bool(np.any((tops >= low) & (bottoms <= high))),
+        all=all_slow and bool(np.all((bottoms > low) & (tops < high))),
+    )
 
 
 def _nearest_pieces(roots: NDArray[np.complex128], pieces: Sequence[Piece]) -> NDArray[np.intp]:

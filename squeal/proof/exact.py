@@ -151,7 +151,10 @@ def _undamped(M: Integers, K: Integers) -> tuple[Polynomial, int]:
     n = len(M)
     multiple = _common_multiple(M)
     if multiple:
-        rows = [[v * (multiple // M[i][i]) for v in K[i]] for i in range(n)]
+        rows = []  # of multiple M^-1 K
+        for i in range(n):
+            factor = multiple // M[i][i]
+            rows.append([v * factor for v in K[i]])
         return flint.fmpz_mat(rows).charpoly(), multiple
     mass = flint.fmpz_mat(M)
     stiffness = flint.fmpz_mat(K)
@@ -167,7 +170,11 @@ def _damped(M: Integers, C: Integers, K: Integers) -> tuple[Polynomial, int]:
     n = len(M)
     multiple = _common_multiple(M)
     if multiple:
-        rows = [[int(j == n + i) for j in range(2 * n)] for i in range(n)]
+        rows = []
+        for i in range(n):
+            unit_row = [0] * (2 * n)
+            unit_row[n + i] = 1
+            rows.append(unit_row)
         for i in range(n):
             factor = -(multiple // M[i][i])
             rows.append([v * factor * multiple for v in K[i]] + [v * factor for v in C[i]])

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import LinAlgError, eigh, qr
 from scipy.sparse import block_array, csc_array, diags_array, sparray
 from scipy.sparse.linalg import ArpackError, LinearOperator, SuperLU, eigs, splu
@@ -172,19 +172,19 @@ def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -
     # between U and W the smallest singular value of P(lambda) is at least that of K, less what
     # lambda^2 M + lambda (alpha M + beta K + C') takes of it
     skewness = _norm_of(csc_array(abs(M - metric) + EPS * abs(M)), np.sqrt(diagonal), share)
-    least = sigma * (1.0 - DAMPING - radius * abs(damping.beta))
-    least -= radius * (radius * (1.0 + skewness) + abs(damping.alpha))
+    smallest = sigma * (1.0 - DAMPING - radius * abs(damping.beta))
+    smallest -= radius * (radius * (1.0 + skewness) + abs(damping.alpha))
     # N is a sum in floating point; it misses by no more than EPS / share of itself
-    least -= 32.0 * (EPS / share) * (sigma + radius * abs(damping.alpha))
-    if not least > 0.0:
+    smallest -= 32.0 * (EPS / share) * (sigma + radius * abs(damping.alpha))
+    if not smallest > 0.0:
         return BandProof(radius, reason="damping beyond the core is too large", core=k)
 
-    # the Schur complement differs from Y' P X by at most (couplings of Y) (of X) / least
+    # the Schur complement differs from Y' P X by at most (couplings of Y) (of X) / smallest
     floor = ((share - 4.0 * EPS) * diagonal + extra) * (1.0 - 8.0 * EPS)  # N >= diag(floor)
     couplings_of_X = _couplings((M, C, K), X, MX, floor, radius)
     transposed = (csc_array(M.T), csc_array(C.T), csc_array(K.T))
     couplings_of_Y = _couplings(transposed, Y, MY, floor, radius)
-    core_error = upper(np.outer(couplings_of_Y, couplings_of_X) / least, 8)
+    core_error = upper(np.outer(couplings_of_Y, couplings_of_X) / smallest, 8)
     if not (_is_regular(Y, MX) and _is_regular(X, MY)):
         return BandProof(radius, reason="left and right vectors are nearly orthogonal", core=k)
     core_M = _projected(Y, M, X)
@@ -225,37 +225,53 @@ def _bases(M: csc_array, K: csc_array, core: int, radius: float) -> tuple[Floats
     """Real bases X and Y (n, k) of right and left vectors of K - s M; the proof assumes nothing.
 
     They span the vectors of the smallest eigenvalues, up to the widest relative gap in the last
-    quarter of those computed. ARPACK computes them by shift and invert.
+    quarter of those computed.
     """
-    n = M.shape[0]
-    count = min(core, n - 2)
+    count = min(core, M.shape[0] - 2)
     shift = -0.01 * radius**2  # left of zero, where free bodies leave K - s M regular
-    start = np.random.default_rng(0).standard_normal(n)
-    spectra = []  # eigenvalues and vectors of K - s M, then of its transpose, by rising size
-    for A in (K, csc_array(K.T)):
-        factors = _factorised(csc_array(A - shift * M))
-        inverse = LinearOperator((n, n), factors.solve, dtype=np.float64)
-        values, vectors = eigs(A, k=count, M=M, sigma=shift, OPinv=inverse, v0=start)
-        order = np.argsort(np.abs(values), kind="stable")
-        spectra.append((values[order], vectors[:, order]))
-    right_values, _ = spectra[0]
-    sizes = np.abs(right_values)
+    right = _eigenpairs_near(K, M, shift, count)
+    left = _eigenpairs_near(csc_array(K.T), M, shift, count)
+    sizes = np.abs(right.values)
     last_quarter = 3 * count // 4
     gaps = sizes[last_quarter + 1 :] / sizes[last_quarter:-1]
     cut = last_quarter + int(np.argmax(gaps)) + 1
     scale = np.sqrt(M.diagonal())[:, None]
-    bases = []
-    for values, vectors in spectra:
-        # a complex pair spans the real and the imaginary part of one of its vectors
-        chosen = vectors[:, :cut]
-        is_real_or_first_of_pair = values[:cut].imag >= 0.0
-        is_first_of_pair = values[:cut].imag > 0.0
-        real_parts = chosen[:, is_real_or_first_of_pair].real
-        imaginary_parts = chosen[:, is_first_of_pair].imag
-        spanning = np.hstack([real_parts, imaginary_parts])
-        bases.append(qr(spanning * scale, mode="economic")[0] / scale)
-    k = min(X.shape[1] for X in bases)
-    return bases[0][:, :k], bases[1][:, :k]
+    X = _real_basis(right, cut, scale)
+    Y = _real_basis(left, cut, scale)
+    k = min(X.shape[1], Y.shape[1])
+    return X[:, :k], Y[:, :k]
+
+
+class _Eigenpairs(NamedTuple):
+    """Computed eigenvalues (m,) by rising absolute value, and their vectors (n, m)."""
+
+    values: NDArray[np.complex128]
+    vectors: NDArray[np.complex128]
+
+
+def _eigenpairs_near(K: csc_array, M: csc_array, shift: float, count: int) -> _Eigenpairs:
+    """The eigenvalues of K - s M nearest to a shift, with right vectors, by ARPACK."""
+    n = M.shape[0]
+    start = np.random.default_rng(0).standard_normal(n)
+    factors = _factorised(csc_array(K - shift * M))
+    inverse = LinearOperator((n, n), factors.solve, dtype=np.float64)
+    values, vectors = eigs(K, k=count, M=M, sigma=shift, OPinv=inverse, v0=start)
+    order = np.argsort(np.abs(values), kind="stable")
+    return _Eigenpairs(values[order], vectors[:, order])
+
+
+def _real_basis(pairs: _Eigenpairs, cut: int, scale: Floats) -> Floats:
+    """A real basis (n, k) of the first `cut` vectors, orthonormal with rows times scale (n, 1).
+
+    Of a complex pair it holds the real and the imaginary part of one vector.
+    """
+    vectors = pairs.vectors[:, :cut]
+    imaginary_values = pairs.values[:cut].imag
+    real_parts = vectors[:, imaginary_values >= 0.0].real
+    imaginary_parts = vectors[:, imaginary_values > 0.0].imag
+    spanning = np.hstack([real_parts, imaginary_parts])
+    orthonormal, _ = qr(spanning * scale, mode="economic")
+    return np.asarray(orthonormal / scale)
 
 
 def _factorised(A: csc_array) -> SuperLU:
@@ -273,7 +289,7 @@ def _most_in_a_row(A: csc_array) -> int:
     """The largest number of entries in a row."""
     if not A.nnz:
         return 0
-    return int(np.bincount(A.indices).max())
+    return int(np.bincount(A.indices).max())  # of columns stored one by one, the indices of rows
 
 
 def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None:
@@ -302,13 +318,13 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
     left = abs(L)  # left @ right bounds |A - L D L'|
     # the norm of a matrix E scaled by 1 / weights is at most the largest sum of a row of the mean
     # of |E| and its transpose
-    inverse = np.empty(n)  # 1 / weights in the order of elimination
-    inverse[factors.perm_c] = 1.0 / weights
-    rows = _row_product(left, _row_product(right, inverse, terms), terms)
+    inverse_weights = np.empty(n)  # in the order of elimination
+    inverse_weights[factors.perm_c] = 1.0 / weights
+    rows = _row_product(left, _row_product(right, inverse_weights, terms), terms)
     left_t = csc_array(left.T)
     right_t = csc_array(right.T)
-    columns = _row_product(right_t, _row_product(left_t, inverse, terms), terms)
-    of_factors = 0.5 * (rows + columns) * inverse
+    columns = _row_product(right_t, _row_product(left_t, inverse_weights, terms), terms)
+    of_factors = 0.5 * (rows + columns) * inverse_weights
     of_doubt = _row_product(doubt, 1.0 / weights, _most_in_a_row(doubt) + 1) / weights
     underflow = n * terms * TINY * (1.0 + np.max(np.abs(pivots))) / np.min(weights) ** 2
     error = float(upper(np.max(of_factors) + np.max(of_doubt) + underflow, terms + 8))
@@ -318,7 +334,10 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
 
 
 def _mass_share(M: csc_array, diagonal: Floats) -> float:
-    """c with M >= c diag(M), 0 if none is proved."""
+    """A share c with M >= c diag(M), by the inertia of the difference; 0 if none is proved.
+
+    diagonal (n,): that of M.
+    """
     weights = np.sqrt(diagonal)
     for share in MASS_SHARES:
         A = csc_array(M - diags_array(share * diagonal))

@@ -477,17 +477,19 @@ def _characteristic(
 
     The former where C (3, 3) is zero. Each is a polynomial in t. mass: the diagonal (3,) of M.
     """
-    is_damped = any(entry.length() for row in C for entry in row)
+    is_damped = False
+    for row in C:
+        is_damped = is_damped or any(entry.length() for entry in row)  # zero has the length 0
     entries: list[list[list[Polynomial]]] = []  # (3, 3), each by rising powers of s, or of r
     for i in range(3):
-        row = []
+        entries_of_row = []
         for j in range(3):
             mass_entry = flint.arb_poly([float(mass[i]) if i == j else 0.0])
             if is_damped:
-                row.append([K[i][j], C[i][j], mass_entry])
+                entries_of_row.append([K[i][j], C[i][j], mass_entry])
             else:
-                row.append([K[i][j], -mass_entry])
-        entries.append(row)
+                entries_of_row.append([K[i][j], -mass_entry])
+        entries.append(entries_of_row)
     determinant: list[Polynomial] = []  # by the first row
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         minor = _minus(_times(entries[1][j], entries[2][k]), _times(entries[1][k], entries[2][j]))

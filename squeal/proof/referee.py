@@ -232,6 +232,16 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
         The matrices as given.
     answer : RootList
         What is printed of them.
+
+    Examples
+    --------
+    >>> system = Quadratic.of([[1.0]], [[0.5]], [[4.0]], "half an ulp")
+    >>> roots = [-0.25 + 1.984j, -0.25 - 1.984j]
+    >>> proof = prove_roots(system, RootList.of(roots, 1e-3, "stable"))
+    >>> proof.status, proof.by, proof.growth_below
+    ('proved', 'enclosure', 0.0)
+    >>> prove_roots(system, RootList.of(roots, 1e-6, "stable")).reason
+    'no root lies within the error of a listed one'
     """
     finding = _with_free_motions(system, enclosed(system, answer))
     proof = judge_finding(finding, answer)
@@ -251,51 +261,6 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
         return _open(finding, FREE, exact_proof.where, exact_proof.errors)
     reason = f"{LAST_DIGITS}: {exact_proof.reason}"
     return _open(exact, reason, exact_proof.where, exact_proof.errors)
-
-
-def judge(
-    M: ArrayLike,
-    C: ArrayLike | None,
-    K: ArrayLike,
-    values: ArrayLike,
-    errors: ArrayLike | None = None,
-    verdict: str | None = None,
-    data: str = HALF_ULP,
-    shapes: ArrayLike | None = None,
-) -> Proof:
-    """Whether all roots of a dense system, and the verdict on them, are printed right.
-
-    Parameters
-    ----------
-    M, C, K : array_like (n, n)
-        Real or complex matrices, C None without damping.
-    values : array_like (m,)
-        All finite roots, rad/s.
-    errors : array_like (m,), optional
-        What is printed as their errors, rad/s. Left out, `errors` of the result can be printed.
-    verdict : str, optional
-        `stable`, `marginal`, `flutter` or `divergence`.
-    data : str
-        `as given`, `half an ulp`, or a number of digits such as `10 digits`.
-    shapes : array_like (n, m), optional
-        The mode shapes, however they were computed; a proof that is built on them costs less.
-
-    Raises
-    ------
-    ValueError
-        If the matrices are not square, of one size, or `data` is none of these.
-
-    Examples
-    --------
-    >>> proof = judge([[1.0]], [[0.5]], [[4.0]], [-0.25 + 1.984j, -0.25 - 1.984j], 1e-3, "stable")
-    >>> proof.status, proof.by, proof.growth_below
-    ('proved', 'enclosure', 0.0)
-    >>> judge([[1.0]], [[0.5]], [[4.0]], [-0.25 + 1.98j, -0.25 - 1.98j], 1e-3).reason
-    'no root lies within the error of a listed one'
-    """
-    claimed_errors = math.inf if errors is None else errors
-    printed = RootList.of(values, claimed_errors, verdict, shapes)
-    return prove_roots(Quadratic.of(M, C, K, data), printed)
 
 
 def unstable_count(system: Quadratic) -> Count:

@@ -193,7 +193,7 @@ def advise(
     Returns
     -------
     Advice
-        The parameters with what became of the pad, the strongest first.
+        The parameters with both outcomes, that of the strongest effect first.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def advise(
 
         file = file_of(subject)
         values = dict(space.values)
-        for name in seat_parameters(file):  # the seat of contact stays, so they have no effect
+        for name in seat_parameters(file):  # the seat of contact is held: their effect is unknown
             values.pop(name, None)
         space = replace(space, values=values)
         notes = [seat_note(file), note_of_seat_parameters(file)]

@@ -150,9 +150,9 @@ def compare(
     """Pair the modes of an answer with those of another one, or with test frequencies.
 
     Pairs are assigned together: the sum of their differences in frequency, over the tolerance, and
-    of 1 - MAC, where shapes are known, is the least. Of modes equally near to one of the reference
-    that which grows is taken if the latter does, or its damping is not known, since what squeals is
-    measured; the tie is a warning.
+    of 1 - MAC, where shapes are known, is the least. Where several modes are equally near to one of
+    the reference, one that grows is preferred if that of the reference grows, or its damping is not
+    known: tests measure what squeals. Each such tie is a warning.
 
     Parameters
     ----------
@@ -168,7 +168,8 @@ def compare(
     Raises
     ------
     InputError
-        For other rows, doubled names, frequencies that are none, and nodes without coordinates.
+        For another number of rows, names that stand twice, frequencies that are no numbers above 0,
+        and shapes at nodes without coordinates.
 
     Examples
     --------

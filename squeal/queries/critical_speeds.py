@@ -146,14 +146,13 @@ class _CampbellDiagram:
         crossings = []
         for k, rank in np.argwhere(gaps == 0.0).tolist():
             crossings.append((float(speeds[k]), rank))
-        tolerance = 1e-13 * float(speeds[-1])
         for k, rank in np.argwhere(gaps[:-1] * gaps[1:] < 0.0).tolist():
             speed = brentq(
                 self.gap,
                 speeds[k],
                 speeds[k + 1],
                 args=(rank, order),
-                xtol=tolerance,
+                xtol=1e-13 * speeds[-1],
                 rtol=1e-14,
             )
             crossings.append((float(speed), rank))

@@ -254,10 +254,7 @@ class Cycles(Answer):
         >>> found.to_dict()["cycles"]
         []
         """
-        turning_points = []
-        for orbit in self.orbits:
-            if orbit.turn:
-                turning_points.append({"kind": orbit.turn, "value": orbit.value})
+        turns = [orbit for orbit in self.orbits if orbit.turn]
         return {
             "model": self.model,
             "parameter": self.parameter,
@@ -265,7 +262,7 @@ class Cycles(Answer):
             "own": self.own if self.orbits else None,
             "reason": self.reason or None,
             "ends": [reason or None for reason in self.ends],
-            "turning_points": turning_points,
+            "turning_points": [{"kind": orbit.turn, "value": orbit.value} for orbit in turns],
             "sliding": [{"value": at, "verdict": verdict} for at, verdict in self.sliding],
             "sliding_changes": [{"value": at, "verdict": verdict} for at, verdict in self.critical],
         }

@@ -212,7 +212,8 @@ class _Search:
 
         Raises ComputationError if no root lies in the band.
         """
-        for evaluation in self.evaluations[:-4:-1]:  # SLSQP asks for values and slopes apart
+        # SLSQP asks for values and for slopes at the same q: the newest ones are looked at
+        for evaluation in self.evaluations[:-4:-1]:
             if np.array_equal(evaluation.q, q):
                 return evaluation
         parameters = self.parameters(q)
@@ -239,7 +240,7 @@ class _Search:
     ) -> _Evaluation:
         """The growth rates of leading roots (m,) at q, and their derivatives by q.
 
-        Vectors of these roots are computed first: a derivative is y^H (dT/dp) x over y^H T' x.
+        With the vectors x and y of a root of P its derivative is -y^H (dP/dp) x / (y^H P' x).
         """
         model = self.model
         if isinstance(model, Reduction):
@@ -272,16 +273,16 @@ class _Search:
 
         first = len(self.evaluations)
         best = self.evaluate(start)
-        # a search of flat functions ends where it begins
+        # where the largest rate is flat the others set the unit
         steepest = np.abs(best.slopes[0]).max() or np.abs(best.slopes).max()
         unit = float(steepest) or 1.0
 
         def slack(v: Array) -> Array:
             """t - g_i(q) (LEADING,), which must not be negative; 1 where fewer roots exist."""
             rates = self.evaluate(v[:-1]).rates
-            slack = np.ones(LEADING)
-            slack[: len(rates)] = v[-1] - rates / unit
-            return slack
+            distances = np.ones(LEADING)
+            distances[: len(rates)] = v[-1] - rates / unit
+            return distances
 
         def slack_slope(v: Array) -> Array:
             """The derivative (LEADING, p + 1) of the slack by v."""

@@ -238,7 +238,7 @@ class ParameterSpace:
         changed: scenes by the number of the change. The outcomes have the same numbers; those that
         the stack cannot decide are missing.
         """
-        names = tuple(self.values)  # all of them: some may follow others
+        names = tuple(self.values)  # all of them: some follow from the value of another one
         rows = []  # of each parameter its values in all pads
         for name in names:
             rows.append([getattr(changed_scene.pad, name) for changed_scene in changed.values()])

@@ -206,13 +206,9 @@ def pad_statement(
     statement = RangeStatement("open", "enclosure", data=AS_GIVEN, until=high, high=high)
     if proof.status != "proved":
         return _with_reason(statement, proof), []
-    proved = replace(
-        statement,
-        status="proved",
-        growth_below=proof.growth_below,
-        until=min(proof.until, high),
-    )
-    return proved, list(proof.places)
+    until = min(proof.until, high)
+    statement = replace(statement, status="proved", growth_below=proof.growth_below, until=until)
+    return statement, list(proof.places)
 
 
 def _rise(crossing: Crossing) -> int:
@@ -263,7 +259,7 @@ def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
 
     def product(ball: Any) -> Any:
         at = values | {system.parameter: ball}
-        first, *others = [formula.over(at, as_ball) for formula in formulas]
+        first, *others = [formula.in_arithmetic(at, as_ball) for formula in formulas]
         return math.prod(others, start=first)
 
     return product

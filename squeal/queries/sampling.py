@@ -41,8 +41,9 @@ SPREADS = Group(
 
 
 def read_spreads(path: Path | str) -> dict[str, Any]:
-    """Read a file of spreads: arguments of `scatter`, but for the parameters unchecked there.
+    """Read a file of spreads as keyword arguments of `scatter`.
 
+    Names of parameters are not checked, which needs the scene or system: `scatter` does so.
     Raises InputError with one sentence that names the file, the key and what is allowed.
 
     Examples
@@ -112,7 +113,7 @@ def _values_at(
 
     ((kind, size),) = spread.items()
     at = Place("spreads")
-    if not isinstance(size, float):
+    if not isinstance(size, float):  # between two values
         space.require(name, at)
         low, high = size
         if not low < high:
@@ -122,4 +123,4 @@ def _values_at(
     width = space.step(name, size, is_share=kind == "relative", at=at)
     if kind == "within":
         return space.values[name] + width * (2 * probabilities - 1)
-    return space.values[name] + width * ndtri(probabilities)
+    return space.values[name] + width * ndtri(probabilities)  # of the normal distribution

@@ -133,7 +133,9 @@ def _ports_of_loop(system: System, loop: str, changes: dict[str, float]) -> _Por
     if mass is not None:
         raise InputError(f"loop: M of {system.name} depends on {loop}; K and C alone may")
     zero = np.zeros((system.n, system.n))
-    slopes = [zero if matrix is None else dense(matrix) for matrix in (stiffness, damping)]
+    slopes = []
+    for matrix in (stiffness, damping):
+        slopes.append(zero if matrix is None else dense(matrix))
     forces, measured = _factored(np.hstack(slopes))
     return _Ports(forces, *np.hsplit(measured, 2))
 

@@ -278,7 +278,7 @@ def _widened_by_rounding(located: Located, path: Path) -> Located:
     interval = (located.mu - error, located.mu + error)
     if isinstance(located, Crossing):
         return replace(located, interval=interval)
-    converged = 2 * error <= ContinuationOptions.same * located.mu
+    converged = 2 * error <= ContinuationOptions.event_tolerance * located.mu
     return replace(located, interval=interval, converged=converged)
 
 

@@ -72,7 +72,7 @@ def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape,
             number=number_of_mode,
             frequency_hz=root.frequency_hz,
             growth_rate=root.growth_rate,
-            shape=root.right / lengths[largest],  # coordinates, not lengths: levers only scale
+            shape=root.right / lengths[largest],  # levers set the scale alone
         )
         shapes.append(mode)
     return tuple(shapes)
@@ -213,7 +213,7 @@ class Eigenvalues(Answer):
         first_of_mode: dict[int, Eigenvalue] = {}
         for number_of_mode, root in self.of_modes:
             first_of_mode.setdefault(number_of_mode, root)
-        from squeal.io.shapes import write_shapes  # here, since it reads no system and few ask
+        from squeal.io.shapes import write_shapes  # which few answers need
 
         write_shapes(Path(path), coordinates, sorted(first_of_mode.items()))
 

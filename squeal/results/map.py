@@ -166,6 +166,8 @@ class Map(Answer):
             answer["admissible_share"] = float(self.admissible.mean())
         if self.quantity is not None:
             name, unit, numbers = self.quantity
-            rows = [[plain(value) for value in row] for row in numbers.tolist()]
+            rows = []
+            for row in numbers.tolist():
+                rows.append([plain(value) for value in row])
             answer |= {"quantity": name, "unit": unit, "values": rows}
         return answer | deepcopy(dict(self.details))

@@ -87,9 +87,9 @@ class Thresholds(Answer):
         all_upwards = all(crossing.direction == "up" for crossing in begun)
         if not modes or len(begun) != len(modes) or not all_upwards:
             return {}
-        of_modes = np.array([mode.frequency_hz or 0 for mode in modes])
-        of_crossings = np.array([crossing.frequency_hz or 0 for crossing in begun])
-        distances = np.abs(of_modes[:, None] - of_crossings)
+        hertz_of_modes = np.array([mode.frequency_hz or 0 for mode in modes])
+        hertz_of_crossings = np.array([crossing.frequency_hz or 0 for crossing in begun])
+        distances = np.abs(hertz_of_modes[:, None] - hertz_of_crossings)
         onsets = {}
         for mode, k in zip(modes, assigned(distances), strict=True):
             onsets[mode] = {"onset": begun[k].mu, "interval": begun[k].interval}

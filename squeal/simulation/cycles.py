@@ -45,9 +45,10 @@ VALUE = 7  # place of the parameter in the unknowns (z, T, value)
 
 
 def deviations(model: PadModel, segment: Segment) -> np.ndarray:
-    """The matrix of small deviations (6, 6) along a motion, in natural units.
+    """The matrix (6, 6) that takes small deviations at the begin of a motion to those at its end.
 
-    All steps of the motion are integrated at once, then multiplied.
+    The variational equations are integrated by the Runge-Kutta method over all steps of the motion
+    at once; the matrices of the steps are then multiplied.
     """
     steps = segment.steps
     identity = np.eye(6)
@@ -81,9 +82,9 @@ class Cycle:
 
     state (6,): a state that it passes; period; monodromy (6, 6): the matrix of small deviations
     over a period; value: of the scaled parameter; gap: distance of its ends, relative to its size;
-    segment: the motion over the period; turn: what happens at it on a branch, empty for nothing: a
-    fold, a period doubling, a torus (a complex pair leaves or enters the unit circle) or a grazing
-    (the sequence of contact states changes).
+    segment: the motion over the period; turn: a bifurcation or grazing that was located at it on a
+    branch, empty without one: a fold, a period doubling, a torus (a complex pair of multipliers
+    leaves or enters the unit circle) or a grazing (the sequence of contact states changes).
     """
 
     state: np.ndarray
@@ -147,8 +148,9 @@ class Point(NamedTuple):
     direction: np.ndarray
 
 
-Sign = Callable[[Cycle, np.ndarray], bool | int | tuple[State, ...]]
-"""What changes, of a cycle and the direction (8,) of its branch, where something happens."""
+TestValue = bool | int | tuple[State, ...]
+TestFunction = Callable[[Cycle, np.ndarray], TestValue]
+"""A function of a cycle and the direction (8,) of its branch that changes its value at a turn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +187,7 @@ class Shooting:
         return whole(model, integrator, self.units, state, time, dense, since)
 
     def over(self, state: np.ndarray, period: float, value: float) -> Cycle:
-        """The motion from a state over some time, as a cycle."""
+        """The motion from a state over some time, as a cycle, whose gap tells whether it is one."""
         segment = self.motion(state, period, value, dense=True)
         distance = np.abs(segment.end[:, 0] - state).max()
         return Cycle(
@@ -207,7 +209,7 @@ class Shooting:
         """
         e_value = np.eye(8)[VALUE]
         orthogonal_to = e_value if direction is None else direction
-        # of the states that a cycle passes that in a plane across the motion of the guess
+        # phase condition: of the states of a cycle the one in a plane across the guess's motion
         phase = self._rates(guess[:6], guess[VALUE])
         phase /= np.linalg.norm(phase)
         x = guess.copy()
@@ -241,6 +243,7 @@ class Shooting:
     def _solve_or_none(
         self, guess: np.ndarray, direction: np.ndarray | None = None, passes: int = PASSES
     ) -> Point | None:
+        """As `solve`; None where Newton's method does not converge."""
         try:
             return self.solve(guess, direction, passes)
         except ComputationError:
@@ -249,8 +252,31 @@ class Shooting:
     def settle(
         self, state: np.ndarray, window: float, value: float, windows: int
     ) -> tuple[Cycle | None, str]:
-        """The cycle to which the motion from a state settles within so many windows of time, or
-        None with the reason. Raises ComputationError where the model ends."""
+        """The cycle to which the motion from a state settles.
+
+        Parameters
+        ----------
+        state : array (6,)
+            Where it starts.
+        window : float
+            Time after which the motion is examined for a return, again and again.
+        value : float
+            Of the scaled parameter.
+        windows : int
+            How many windows at most.
+
+        Returns
+        -------
+        cycle : Cycle or None
+            None where the motion settles to none.
+        reason : str
+            Why there is none, else empty.
+
+        Raises
+        ------
+        ComputationError
+            Where the model ends.
+        """
         start = state
         speed = 0.0
         changes = 0
@@ -264,7 +290,7 @@ class Shooting:
                 break
             at_change, period = _first_return(segment)
             if period:
-                # from between two changes, so that none falls on an end
+                # start between two changes of contact, so that none falls on an end of the period
                 between = self.motion(at_change, 0.01 * period, value).end[:, 0]
                 cycle, _ = self.solve(np.concatenate([between, [period, value]]))
                 return self._shortest(cycle), ""
@@ -275,7 +301,8 @@ class Shooting:
         return None, "the motion still oscillates, without a change of contact"
 
     def _shortest(self, cycle: Cycle) -> Cycle:
-        """The cycle over its least period: a slow transient returns late, after several of them."""
+        """The cycle over its least period: while a transient decays, a motion may first return to
+        itself after several periods."""
         for parts in range(len(cycle.segment.t), 1, -1):
             part = self.over(cycle.state, cycle.period / parts, cycle.value)
             if part.gap < RETURNED:
@@ -290,12 +317,27 @@ class Shooting:
         longest_step: float,
         most: int,
     ) -> tuple[list[Cycle], str]:
-        """Cycles along the branch from a first one in the sense in which the value goes `towards`
-        (+1 or -1), and why no more follow.
+        """The branch of cycles from a first one, by pseudo-arclength continuation.
 
-        Steps of at most `longest_step` in (z, T, value), shortened where Newton's method fails;
-        ends after `most` cycles, outside the values `ends`, or where it fails with a thousandth of
-        the step.
+        Parameters
+        ----------
+        first : Cycle
+            Where it begins; it is not among the cycles returned.
+        towards : float
+            Sense in which the value goes at first, +1 or -1.
+        ends : (float, float)
+            Values at which the branch ends.
+        longest_step : float
+            In (z, T, value). A step is halved where Newton's method fails, down to a thousandth.
+        most : int
+            Number of cycles after which it ends.
+
+        Returns
+        -------
+        cycles : list of Cycle
+            In order along the branch, located turns among them.
+        reason : str
+            Why no more follow; empty where the value leaves `ends`.
         """
         low, high = ends
         members: list[Cycle] = []
@@ -370,54 +412,61 @@ class Shooting:
         return None
 
     def _between(self, cycle: Cycle, beyond: Cycle, value: float) -> list[Cycle]:
-        """The cycle at a value between two, where there is one."""
+        """The cycle at a value between those of two cycles, in a list; none where Newton's method
+        does not converge."""
         share = (value - cycle.value) / (beyond.value - cycle.value)
         guess = cycle.unknowns + share * (beyond.unknowns - cycle.unknowns)
         guess[VALUE] = value
-        found = self._solve_or_none(guess)
-        return [] if found is None else [found.cycle]
+        point = self._solve_or_none(guess)
+        return [] if point is None else [point.cycle]
 
     def _turns(self, first: Point, step: float, last: Point) -> list[Cycle]:
         """The cycles within a step of the branch where it folds, grazes or changes stability.
 
-        They stand in their order along the step, each located by bisection between its ends.
+        They stand in their order along the step, each located by bisection of a test function
+        between the ends of the step.
         """
         located: list[tuple[float, Cycle]] = []
-        for kind, sign in SIGNS.items():
-            # vibrations of any amplitude stand at one value: they neither fold nor change stability
+        for kind, test in TEST_FUNCTIONS.items():
+            # a family of vibrations at one value neither folds nor changes stability
             if last.cycle.of_any_amplitude and kind != "grazing":
                 continue
             low = 0.0
-            sign_at_low = sign(*first)
-            sign_at_end = sign(*last)
-            while sign_at_low != sign_at_end and low < step:
-                high, at_high = self._first_change(first, sign, sign_at_low, low, (step, last))
-                # two real multipliers of product 1 change the sign too, but lie on no unit circle
-                if kind in ("fold", "grazing") or _is_critical(at_high.cycle):
-                    located.append((high, replace(at_high.cycle, turn=kind)))
+            at_low = test(*first)
+            at_end = test(*last)
+            while at_low != at_end and low < step:
+                high, behind = self._first_change(first, test, at_low, low, (step, last))
+                # a pair of real multipliers with product 1 may change the test function too, but
+                # crosses no unit circle
+                if kind in ("fold", "grazing") or _is_critical(behind.cycle):
+                    located.append((high, replace(behind.cycle, turn=kind)))
                 low = high
-                sign_at_low = sign(*at_high)
+                at_low = test(*behind)
         located.sort(key=itemgetter(0))
         return [cycle for _, cycle in located]
 
     def _first_change(
         self,
         first: Point,
-        sign: Sign,
-        sign_at_low: bool | int | tuple[State, ...],
+        test: TestFunction,
+        at_low: TestValue,
         low: float,
-        beyond: tuple[float, Point],
+        end: tuple[float, Point],
     ) -> tuple[float, Point]:
-        """By bisection where, from `low` on, a sign changes on a step from its first point: how far
-        along, and the point behind the change. `beyond`: an end with another sign."""
-        high, at_high = beyond
+        """Where a test function first changes on a step behind `low`, by bisection.
+
+        Distances are those along the step from its `first` point; `at_low` is the value at `low`,
+        and `end` the distance and the point of the end, at which it differs. Returns the distance
+        and the point just behind the change.
+        """
+        high, at_high = end
         for _ in range(HALVINGS):
             middle = (low + high) / 2.0
             guess = first.cycle.unknowns + middle * first.direction
             point = self._solve_or_none(guess, first.direction)
             if point is None:
                 break
-            if sign(*point) == sign_at_low:
+            if test(*point) == at_low:
                 low = middle
             else:
                 high = middle
@@ -431,6 +480,9 @@ def _is_critical(cycle: Cycle) -> bool:
         abs(abs(multiplier) - 1.0) < CRITICAL and multiplier.real < AT_ONE
         for multiplier in cycle.multipliers
     )
+
+
+# The test functions
 
 
 def _value_rises(_cycle: Cycle, direction: np.ndarray) -> bool:
@@ -449,17 +501,18 @@ def _contact_states(cycle: Cycle, _direction: np.ndarray) -> tuple[State, ...]:
     return cycle.contacts
 
 
-SIGNS: dict[str, Sign] = {
+TEST_FUNCTIONS: dict[str, TestFunction] = {
     "fold": _value_rises,
     "period doubling": _real_multipliers_below_minus_one,
     "torus": _pairs_outside_the_unit_circle,
     "grazing": _contact_states,
 }
-"""What changes at each kind of turn."""
+"""What changes its value at each kind of turn."""
 
 
 def _first_return(segment: Segment) -> tuple[np.ndarray, float]:
-    """The state (6,) from which a separation repeats and the time until then, 0 if none does."""
+    """The state (6,) at the first separation of a segment and the time until the motion separates
+    in the same state again, 0 if it does not."""
     changes = np.arange(len(segment.t))
     separations = np.flatnonzero(segment.on[segment.point, changes] == 0)
     if not separations.size:
@@ -467,7 +520,8 @@ def _first_return(segment: Segment) -> tuple[np.ndarray, float]:
     first = separations[0]
     same_contact = (segment.on == segment.on[:, [first]]).all(axis=0)
     same_point = segment.point == segment.point[first]
-    passages = separations[(same_contact & same_point)[separations]]  # the first one begins them
+    # separations of the same point into the same contact state, the first one among them
+    passages = separations[(same_contact & same_point)[separations]]
     start = segment.state[:, first]
     later = passages[1 : PASSAGES + 1]
     size = np.abs(segment.state[:, passages]).max()

@@ -372,11 +372,12 @@ def integrate(
     options: Options = DEFAULT,
     since: float = 0.0,
 ) -> MotionEnd:
-    """Run a scaled pad from a state (6,) to `stop`, both in natural units.
+    """Run a scaled pad from a state (6,) to the time `stop`, both in natural units.
 
-    since: the time that has passed before, which refusals count in. Each segment is handed to the
-    observers; with `dense` it holds the motion between changes. Raises ModelEnd after the last
-    segment before the model ends, and ComputationError where a contact change was missed.
+    Each segment is handed to the observers; with `dense` it holds the motion between changes.
+    `since` is the time that has passed before, which the times in messages count from. Raises
+    ModelEnd after the last segment before the model ends, and ComputationError where a contact
+    change was missed.
     """
 
     def instant(t: float) -> str:

@@ -1,4 +1,4 @@
-"""What is watched along a run, and what a motion comes to: its frequency, amplitude and growth.
+"""What is observed along a run, and its response: frequency, amplitude and growth of the motion.
 
 Each observer sees the segments as they come and holds no more than its own result, so memory does
 not grow with the length of the run. `Grid` serves single motions and ensembles alike.
@@ -7,6 +7,7 @@ not grow with the length of the run. `Grid` serves single motions and ensembles 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from squeal.io.writing import number
 from squeal.model.contact import ContactLaw
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Coefficients, facing, pose
-from squeal.numerics.oscillation import exponent, line, swing
+from squeal.numerics.oscillation import exponent, strongest_line, swing
 from squeal.simulation.hybrid import DEFAULT, Options, Segment, state_of
 
 UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}
@@ -24,6 +25,15 @@ PARTS = 20  # equal parts of the run whose kinetic energies are compared
 LINE = 0.25  # least share of the power in the strongest line of a motion that has a frequency
 PERIODS = 4  # least number of periods that show a frequency
 STEADY = 0.1  # largest change of an amplitude that counts as steady
+
+
+class Peaks(NamedTuple):
+    """Maxima (m,) of a signal within steps."""
+
+    step: np.ndarray  # numbers of the steps
+    share: np.ndarray  # where in the step, 0 to 1
+    value: np.ndarray
+
 
 Read = Callable[[Coefficients, np.ndarray, np.ndarray], np.ndarray]
 """A signal (...) from coefficients, states (6, ...) and contact (points, ...)."""
@@ -59,13 +69,11 @@ class Grid:
         """A signal (..., k, s) at all places."""
         return signal(self.c, self.states, self.steps.on[:, None])
 
-    def peaks(
-        self, signal: Read, values: np.ndarray, enough: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Maxima between the samples (k, s) of a signal that may exceed `enough` (s,), a number of
-        each step; what surely does not is left out, which saves time.
+    def peaks(self, signal: Read, values: np.ndarray, enough: np.ndarray) -> Peaks:
+        """Maxima of a signal between its samples `values` (k, s), exact to rounding.
 
-        Returns their steps (m,), shares (m,) of them, and values (m,), exact to rounding.
+        Those that cannot exceed `enough` (s,), a number for each step, are left out, which saves
+        time. By parabolas through three samples each, then Newton's method on differences.
         """
         high = np.fmax.reduce(values)
         low = np.fmin.reduce(values)
@@ -74,7 +82,7 @@ class Grid:
         parabola, column, share = self._tops(values[:, promising], enough[promising])
         step = promising[column]
         if not step.size:
-            return step, share, share
+            return Peaks(step, share, value=share)
         least = self.shares[parabola]
         most = self.shares[parabola + 2]
         steps = self.steps.some(step)
@@ -92,13 +100,16 @@ class Grid:
                 move = distance * (after - before) / (2.0 * (2.0 * here - before - after))
             move = np.where(np.isfinite(move), move, 0.0)
             share = np.clip(share + move, least, most)
-        return step, share, np.fmax(value(share), here)
+        return Peaks(step, share, np.fmax(value(share), here))
 
     def _tops(
         self, values: np.ndarray, enough: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Tops of parabolas through each three neighbouring samples (k, j) of j steps, where they
-        may exceed `enough` (j,): parabola (m,) by its first sample, step (m,), share of it (m,)."""
+        """Tops of the parabolas through each three neighbouring samples (k, j) of j steps.
+
+        Those that may exceed `enough` (j,): number (m,) of the parabola's first sample, number (m,)
+        of its step, and share (m,) of the step at which the top lies.
+        """
         shares = self.shares[:, None]
         # the place of each top, and its height over the middle sample
         slopes = np.diff(values, axis=0) / np.diff(shares, axis=0)
@@ -155,10 +166,12 @@ class Grid:
         highest = np.fmax.reduce(counting)
         highest = np.where(np.isnan(highest), -np.inf, highest)
         greatest = np.fmax.reduceat(highest, self.first)
-        step, share, tops = self.peaks(signal, around_peaks, greatest[lane])
+        peaks = self.peaks(signal, around_peaks, greatest[lane])
+        step = peaks.step
+        # a peak counts as well if it lies less than one sample before the time
         widest = np.diff(self.shares).max()
-        late = self.steps.t[step] + self.steps.h[step] * (share + widest) >= begin[step]
-        np.fmax.at(greatest, lane[step[late]], tops[late])
+        counts = self.steps.t[step] + self.steps.h[step] * (peaks.share + widest) >= begin[step]
+        np.fmax.at(greatest, lane[step[counts]], peaks.value[counts])
         return greatest
 
 
@@ -318,12 +331,13 @@ class Sliding:
         grid = Grid(segment, self._count)
         steps = segment.steps
         values = grid.read(self._excess)
-        step, share, top = grid.peaks(self._excess, values, np.zeros(len(steps.t)))
-        times_of_peaks = steps.t[step] + steps.h[step] * share
-        too_fast = np.append(grid.t[values >= 0.0], times_of_peaks[top >= 0.0])
+        peaks = grid.peaks(self._excess, values, np.zeros(len(steps.t)))
+        times_of_peaks = steps.t[peaks.step] + steps.h[peaks.step] * peaks.share
+        too_fast = np.append(grid.t[values >= 0.0], times_of_peaks[peaks.value >= 0.0])
         if not too_fast.size:
             return
-        # bisection, down to neighbouring numbers, between the last time before and the first one
+        # bisection between the first of these times and the last one before, down to neighbouring
+        # numbers
         high = too_fast.min()
         low = max(grid.t[grid.t < high].max(initial=-np.inf), segment.t0[0])
         middle = low + (high - low) / 2
@@ -390,7 +404,7 @@ class ResponseObserver:
         # of a long run no more samples than tell its frequency well
         first = np.arange(min(32_768, int(stop / self._step) + 1)) * self._step
         last = stop - first[first <= LAST * stop][::-1]
-        # places that no frequency is in step with
+        # random times in equal cells, which no frequency is in step with
         cells = np.arange(200 * PARTS)
         spread = stop * (cells + np.random.default_rng(0).random(len(cells))) / len(cells)
         self._first = Samples(model, first)
@@ -417,8 +431,8 @@ class ResponseObserver:
         if growth is not None:
             hertz = growth.imag / (2 * np.pi * time)
             response = Response(growth_rate=growth.real / time, growth_frequency_hz=hertz)
-        frequency, share = line(last[:, 3:] * np.sqrt(self._mass), self._step)
-        if frequency * self._step * len(last) < PERIODS:
+        frequency, share = strongest_line(last[:, 3:] * np.sqrt(self._mass), self._step)
+        if frequency * self._step * len(last) < PERIODS:  # too few show neither of what follows
             return response
         if share >= LINE:
             response = replace(response, frequency_hz=frequency / time)
@@ -432,7 +446,7 @@ class ResponseObserver:
         return response
 
     def _energy_of_parts(self) -> np.ndarray:
-        """Mean kinetic energy, doubled, in each of `PARTS` equal parts of the run."""
+        """Twice the mean kinetic energy (PARTS,) in each of equal parts of the run."""
         energy = (self._mass * self._spread.states[:, 3:] ** 2).sum(axis=1)
         return np.asarray(energy.reshape(PARTS, -1).mean(axis=1))
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from operator import itemgetter
 from types import ModuleType
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
@@ -246,8 +246,20 @@ def first_place(scene: Scene) -> tuple[float, ...]:
     return (x, y, theta, *scene.initial[3:])
 
 
-def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
-    """Units of a scene's motion, and its pad, first state (6,) and length of time in them."""
+class InitialValues(NamedTuple):
+    """What a motion is integrated from, in natural units."""
+
+    units: Units
+    model: PadModel
+    state: np.ndarray  # (6,), the first one
+    stop: float  # length of time
+
+
+def in_natural_units(scene: Scene) -> InitialValues:
+    """The pad, first state and length of time of a scene's motion in its natural units.
+
+    Raises ComputationError where there is no equilibrium to start from, or no damping.
+    """
     assert scene.stop is not None  # as a scene that is simulated has it
     first = first_place(scene)
     model = scene.pad_model
@@ -256,7 +268,12 @@ def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
         from squeal.equilibrium.damping import damped_model
 
         model = damped_model(scene)
-    return units, units.scaled(model), units.to_scaled(np.array(first)), scene.stop / units.time
+    return InitialValues(
+        units=units,
+        model=units.scaled(model),
+        state=units.to_scaled(np.array(first)),
+        stop=scene.stop / units.time,
+    )
 
 
 def _observers(

@@ -47,15 +47,15 @@ class SciPyIntegrator(Integrator):
         self.tolerance = max(tolerance, 3e-14)
         pad = model.pad
         # rotation is faster than translation where the moment of inertia is small
-        turn = math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7
-        self._max_step = options.scipy_step * min(1.0, turn)
+        rotation_time = math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7
+        self._max_step = options.scipy_step * min(1.0, rotation_time)
 
     def _rhs(self, contact: list[int]) -> Callable[[float, np.ndarray], list[float]]:
         """The rates (6,) of states (6,) in a contact state, as SciPy calls for them."""
         model = self._model
         c = model.c
         inverse_m = 1.0 / c.m
-        turn = c.w / c.I
+        w_over_I = c.w / c.I
         D = model.decay
         damped = "damping" in model.terms
 
@@ -63,7 +63,7 @@ class SciPyIntegrator(Integrator):
             state = s.tolist()
             c_at_speed = at_speed(math, c, model.pad.fall, state[3])
             f = net_loads(math, c_at_speed, model.law, c.place(state), contact)
-            rates = [f.x * inverse_m, f.y * inverse_m, f.moment * turn]
+            rates = [f.x * inverse_m, f.y * inverse_m, f.moment * w_over_I]
             if damped:
                 rates = (rates - D @ s[3:]).tolist()
             return [*state[3:], *rates]
@@ -93,14 +93,19 @@ class SciPyIntegrator(Integrator):
             events.append(_Event(slower_than_surface, _DOWNWARDS))
         return events
 
-    def _turn(self, nodes: np.ndarray, states: np.ndarray, contact: np.ndarray) -> float | None:
-        """When a gap first turns back within a step about as far as zero, by cubics through the
-        gaps and their rates at nodes (s,) with states (6, s); None for never."""
+    def _turning_time(
+        self, nodes: np.ndarray, states: np.ndarray, contact: np.ndarray
+    ) -> float | None:
+        """The time of the first extremum of a gap within a step that comes close to zero or passes
+        it, so that both ends of the step may hide two changes of contact; None if there is none.
+
+        By cubics through the gaps and their rates at nodes (s,) with states (6, s).
+        """
         c = self._model.c
         moving = states.astype(complex)
         moving[:3] += 1j * _IMAGINARY * states[3:]
         gaps = np.array(self._model.law.gaps(c, pose(np, c.place(moving))))
-        gaps *= np.where(contact, 1.0, -1.0)[:, None]  # that a change of contact raises above zero
+        gaps *= np.where(contact, 1.0, -1.0)[:, None]  # a change of contact raises them above zero
         rates = gaps.imag / _IMAGINARY
         h = np.diff(nodes)
         a = gaps.real[:, :-1]
@@ -113,9 +118,9 @@ class SciPyIntegrator(Integrator):
             share = da / (np.sqrt(second**2 - 3 * da * third) - second)
             top = a + share * (da + share * (second + share * third))
             near_zero = top > 0.02 * np.maximum(a, b)
-        turns = (a < 0) & (b < 0) & (da > 0) & (db < 0) & near_zero
-        turns &= (share > 0.01) & (share < 0.99)  # else the motion was solved up to there
-        first = np.where(turns, nodes[:-1] + share * h, np.inf).min(initial=np.inf)
+        has_top = (a < 0) & (b < 0) & (da > 0) & (db < 0) & near_zero
+        has_top &= (share > 0.01) & (share < 0.99)  # a top at a node has been solved up to already
+        first = np.where(has_top, nodes[:-1] + share * h, np.inf).min(initial=np.inf)
         return float(first) if first < nodes[-1] else None
 
     def run(
@@ -140,9 +145,9 @@ class SciPyIntegrator(Integrator):
             raise ComputationError(
                 f"SciPy gave up at natural time {solution.t[-1]:.9g}: {solution.message}"
             )
-        turn = self._turn(solution.t, solution.y, contact)
-        if turn is not None:
-            return self.run(contact, t, state, turn, dense)
+        turning_time = self._turning_time(solution.t, solution.y, contact)
+        if turning_time is not None:
+            return self.run(contact, t, state, turning_time, dense)
         last = len(solution.t) - 1
         limit = Limit.NONE
         point = np.empty(0, dtype=int)
@@ -176,8 +181,11 @@ class SciPyIntegrator(Integrator):
         )
 
     def _collapse(self, states: np.ndarray) -> tuple[Limit, int] | None:
-        """The first spring that passes through zero length, where its force jumps, and the step
-        behind, if one does: it turns by more than 90 degrees from a state (6, s) to the next."""
+        """The first spring that passes through zero length, where its force jumps, and the number
+        of the state behind; None if none does.
+
+        Such a spring turns by more than 90 degrees from one of the states (6, s) to the next.
+        """
         c = self._model.c
         vectors = spring_vectors(c, pose(np, c.place(states)))
         for limit, (vx, vy) in zip((Limit.SPRING_1, Limit.SPRING_2), vectors, strict=True):

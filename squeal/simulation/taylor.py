@@ -53,11 +53,16 @@ NumberType = Callable[[float], Number]
 """What makes numbers of the integration: float, numpy.longdouble or heyoka.real128."""
 
 
-def equations(
-    law: ContactLaw, on: Touching, terms: tuple[str, ...] = ()
-) -> tuple[list[tuple[Number, Number]], list[Number], list[Number]]:
-    """Symbolic equations of motion of (x, y, w theta) and their rates, gaps of the contact points,
-    and limits, which are positive as long as the model holds, in the order of `LIMITS`.
+class Equations(NamedTuple):
+    """Symbolic equations of motion of a pad."""
+
+    system: list[tuple[Number, Number]]  # each of (x, y, w theta) and their rates, and its rate
+    gaps: list[Number]  # of the contact points
+    limits: list[Number]  # positive as long as the model holds, in the order of `LIMITS`
+
+
+def equations(law: ContactLaw, on: Touching, terms: tuple[str, ...] = ()) -> Equations:
+    """The equations of a contact law, whose numbers are runtime parameters.
 
     `on` is the contact state, as constants or as symbols; `terms` are those with velocities, see
     `PadModel.terms`, whose numbers, `PadModel.term_values`, follow as runtime parameters.
@@ -86,7 +91,7 @@ def equations(
     if "falling" in terms:
         limits.append(numbers[SURFACE_SPEED] - u)
     system = list(zip(state, rates, strict=True))
-    return system, list(law.gaps(c, at)), [FAINT * limit for limit in limits]
+    return Equations(system, list(law.gaps(c, at)), [FAINT * limit for limit in limits])
 
 
 def state_parameters(law: ContactLaw) -> tuple[Number, ...]:

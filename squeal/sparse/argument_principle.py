@@ -1,10 +1,10 @@
 """How many roots lie in a region: the argument principle on factorised determinants.
 
-det P winds once around zero for each root inside a circle. Divided by the factors of the roots that
-are known, what is left is analytic inside and without zeros if none is missing: its phase is then
-the harmonic conjugate of the logarithm of its size. The pivots of a factorisation give both, the
-phase but for half turns; by as many turns as the two differ around the circle, so many roots are
-missing.
+det P winds once around zero for each root inside a circle. Divided by the factors of the known
+roots, the quotient is analytic inside, and has no zeros there if no root is missing: its phase is
+then the harmonic conjugate of the logarithm of its size. The pivots of a factorisation give both,
+the phase up to half turns. The number of turns by which the two differ around the circle is the
+number of missing roots.
 Only logarithms of pivots are used, so nothing can overflow.
 """
 
@@ -27,7 +27,7 @@ from squeal.sparse.quadratic import (
 )
 
 DAMPED = 0.25  # a band holds roots whose real part is at most this share of its upper end
-NODES = (8, 16, 32)  # on a circle, until they resolve what is left of the determinant
+NODES = (8, 16, 32)  # on a circle, until they resolve the quotient
 SINGLE_ROWS = 150_000  # of more, rounding of single precision hides what few determinants show
 NEGATIVE_POWERS = (0.035, 0.02)  # largest shares of the powers -2 and -1 in an analytic function
 
@@ -60,6 +60,12 @@ class Rectangle:
     def centre(self) -> complex:
         """The middle."""
         return complex(self.low_real, self.low_imag) + self.size / 2
+
+    @property
+    def off_centre(self) -> complex:
+        """A shift for inverse iteration, beside the centre: at a root P is singular, and next to
+        one, where symmetry may put it, single precision shows no other root."""
+        return self.centre + (0.03 + 0.04j) * self.radius
 
     @property
     def radius(self) -> float:
@@ -130,25 +136,38 @@ def band(low_hz: float, high_hz: float) -> Rectangle:
 def count_roots(
     problem: Quadratic, disc: Disc, known: ComplexArray, reusable: Factor | None = None
 ) -> int | None:
-    """The number of roots of P inside a disc, multiple ones counted as often; None if 32
-    determinants do not settle it.
+    """The number of roots of P inside a disc by the argument principle, with multiplicity; None if
+    32 determinants do not resolve it.
 
-    `known` (m,) are roots in and around it, of real matrices with their conjugates; those outside
-    may be rough. A root that is left out is counted all the same; one outside the disc and near it
-    costs determinants, and one on its outline makes the number depend on rounding. `reusable` is a
-    factor that is no longer needed. Raises ComputationError if P is singular everywhere.
+    Parameters
+    ----------
+    problem : Quadratic
+        P.
+    disc : Disc
+        Where.
+    known : ndarray (m,)
+        Roots in and around the disc, of real matrices with their conjugates; those outside may be
+        rough. A root that is left out is counted all the same. One that is left out near the disc
+        costs determinants, and one on its outline makes the number depend on rounding.
+    reusable : Factor, optional
+        One that is no longer needed, whose memory may serve.
+
+    Raises
+    ------
+    ComputationError
+        If P is singular everywhere.
     """
     finest = NODES[-1]
     end = finest
     mirrored = problem.real and disc.centre.imag == 0.0  # the lower half mirrors the upper one
     if mirrored:
         end = finest // 2 + 1
-    precisions = [False]
+    is_single = [False]
     if problem.n <= SINGLE_ROWS:
-        # single precision first: what its rounding spoils does not fit
-        precisions.insert(0, True)
+        # single precision first: what its rounding spoils gives no whole number of turns
+        is_single.insert(0, True)
     factor = reusable
-    for single in precisions:
+    for single in is_single:
         logarithms = np.full(finest, np.nan, dtype=complex)
         for nodes in NODES:
             step = finest // nodes
@@ -169,16 +188,16 @@ def count_roots(
 
 
 def _winding(logarithms: ComplexArray) -> int | None:
-    """How often exp(logarithms) winds around zero, of values (N,) on a circle whose imaginary parts
-    are known up to half turns; None if too few.
+    """How often exp(logarithms) winds around zero, from N logarithms at equal steps on a circle.
 
-    A root close to the outline hides behind a half turn, but not from what is predicted: of 240,000
-    random roots inside one did, among steps below pi / 8 that leave no negative powers.
+    Their imaginary parts (phases) are known up to half turns. None if N is too small: the phase
+    must step by little from one node to the next, and without turns the function must be analytic
+    inside. Of 240,000 random roots inside the circle and near it one was missed.
     """
     nodes = len(logarithms)
     to_conjugate = -1j * np.sign(np.fft.fftfreq(nodes))
     to_conjugate[nodes // 2] = 0.0
-    # without zeros inside the phase is the harmonic conjugate of the logarithm of the size
+    # without zeros inside, the phase is the harmonic conjugate of the logarithm of the size
     predicted = np.fft.ifft(to_conjugate * np.fft.fft(logarithms.real)).real
     deviation = logarithms.imag - predicted
     steps = np.diff(np.append(deviation, deviation[0]))
@@ -199,9 +218,11 @@ def _winding(logarithms: ComplexArray) -> int | None:
 
 
 def disc_around(region: Rectangle, known: ComplexArray, reach: float) -> Disc:
-    """A disc that holds a rectangle and whose outline runs far from the known roots.
+    """A disc that holds a rectangle and whose outline runs far from the known roots (m,).
 
-    Up to the radius `reach` all roots are believed to be known; it goes a quarter of the way.
+    All roots up to the distance `reach` from the centre are believed to be known. The outline is
+    put into the widest gap between them within the first quarter of the way from the corners to
+    the reach.
     """
     distances = np.abs(known - region.centre)
     least = region.radius

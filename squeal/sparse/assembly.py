@@ -35,21 +35,21 @@ from squeal.sparse.reduced_basis import root_error_bounds
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-OWN = {"mu": 0.0, "contact": 1.0, "tangential": 1.0}  # parameters of every assembly
+ASSEMBLY_DEFAULTS = {"mu": 0.0, "contact": 1.0, "tangential": 1.0}  # parameters of every assembly
 
 
-class ReductionLack(NamedTuple):
-    """What modes of roots (m,) lack by the reduction of the components."""
+class TruncationTerm(NamedTuple):
+    """What the truncated motions inside the components add to y_i^H P x_j of the full problem."""
 
-    known: ComplexArray  # (m, m): missing in y^H P x
-    uncertainty: Array  # (m, m): how much more it may be
+    value: ComplexArray  # (m, m), the first term of the series
+    uncertainty: Array  # (m, m), a bound of its further terms
 
 
 class _RootError(NamedTuple):
-    """How far a root may be off, 1/s."""
+    """How far a root may be off, rad/s."""
 
-    error: float | None  # with rounding; None where it is not known
-    by_reduction: float
+    error: float | None  # by reduction and rounding; None where it is not known
+    growth_error: float  # by the reduction alone, of Re lambda: 0 where the root stays on the axis
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +99,21 @@ class Assembly:
         }
 
     def bounded(self, system: TermSystem, roots: Sequence[Eigenvalue]) -> tuple[Eigenvalue, ...]:
-        """Roots of the system at its parameters with the error of the reduction, at least rounding,
-        and a rounding raised to it: infinite above the cutoff.
+        """Roots of the system with the error that the reduction of the components brings.
+
+        Parameters
+        ----------
+        system : TermSystem
+            That of the assembly, at the values at which its roots were computed.
+        roots : sequence of Eigenvalue
+            With right and left vectors.
+
+        Returns
+        -------
+        tuple of Eigenvalue
+            The same roots. `error` is that of the reduction, at least rounding, None above the
+            cutoff; `rounding` is raised to the error of the growth rate, infinite above the cutoff;
+            `open` is True where the error leaves the sign of the growth rate open.
 
         Examples
         --------
@@ -118,11 +131,11 @@ class Assembly:
         unknown = _RootError(None, math.inf)
         bounded = []
         for root in roots:
-            error, by_reduction = errors.get(root.value, unknown)
+            error, growth_error = errors.get(root.value, unknown)
             is_sign_open = False
-            if error is not None and by_reduction > 0.0:
+            if error is not None and growth_error > 0.0:
                 is_sign_open = abs(root.value.real) <= error
-            rounding = max(root.rounding, by_reduction)
+            rounding = max(root.rounding, growth_error)
             bounded.append(replace(root, error=error, rounding=rounding, open=is_sign_open))
         return tuple(bounded)
 
@@ -141,25 +154,34 @@ class Assembly:
         slope = np.add.outer(z, z) * (left.conj().T @ M @ right)
         if C is not None:
             slope += left.conj().T @ C @ right
-        lack = self.lack(z, right, left, system.parameters)
-        bounds = root_error_bounds(z, slope, lack.known, lack.uncertainty)
+        truncation = self.truncation_term(z, right, left, system.parameters)
+        bounds = root_error_bounds(z, slope, truncation.value, truncation.uncertainty)
         is_undamped = system.real and not system.C
-        by_reduction = np.where(bounds.stay_on_axis & is_undamped, 0.0, bounds.errors)
+        growth_errors = np.where(bounds.stay_on_axis & is_undamped, 0.0, bounds.errors)
         with_rounding = np.maximum(bounds.errors, assumed_rounding(z, is_undamped))
         errors = {}
         for k, value in enumerate(z.tolist()):
-            errors[value] = _RootError(float(with_rounding[k]), float(by_reduction[k]))
+            errors[value] = _RootError(float(with_rounding[k]), float(growth_errors[k]))
             errors[value.conjugate()] = errors[value]
         return errors
 
-    def lack(
+    def truncation_term(
         self, roots: ArrayLike, right: ComplexArray, left: ComplexArray, at: Changes
-    ) -> ReductionLack:
-        """What y^H P x of modes (n, m) of roots z (m,) at parameters lacks.
+    ) -> TruncationTerm:
+        """What the truncated motions of the reduced components add to y_i^H P x_j.
 
-        What a component lacks moves inside with the other nodes held, above the cutoff: K, at the
-        component's own parameters, alone meets the residuals there but for what contracts by
-        q = `(|z| / cutoff)^2`. The series of further terms is at most q / (1 - q) of the first.
+        These motions are inside a component, with its boundary held, and above its cutoff. There
+        K (at the component's own parameters) balances the residuals up to a part that contracts by
+        q = `(|z| / cutoff)^2`: further terms of the series are at most q / (1 - q) of the first.
+
+        Parameters
+        ----------
+        roots : array_like (m,)
+            z in rad/s, below the cutoff; the uncertainty is NaN above it.
+        right, left : ndarray (n, m)
+            Their modes x and y.
+        at : mapping of str to float
+            The parameters.
 
         Examples
         --------
@@ -170,28 +192,29 @@ class Assembly:
         >>> touch = squeal.Contact(("one", "other"), [(1, 1)], (0, 0, 1), stiffness=2.0)
         >>> found = squeal.assemble([fixed, pressed], [touch])
         >>> [root, *_] = squeal.eigenvalues(found.system).eigenvalues
-        >>> at = found.system.parameters
-        >>> found.lack([root.value], root.right[:, None], root.left[:, None], at).known.tolist()
+        >>> x = root.right[:, None]
+        >>> y = root.left[:, None]
+        >>> found.truncation_term([root.value], x, y, found.system.parameters).value.tolist()
         [[0j]]
         """
         z = np.asarray(roots)
-        known = np.zeros((len(z), len(z)), complex)
+        value = np.zeros((len(z), len(z)), complex)
         right_energies = np.zeros(len(z))
         left_energies = np.zeros(len(z))
         start = 0
         for body in self.components:
             rows = slice(start, start + body.system.n)
             start = rows.stop
-            if body.lacks is not None:
-                inside = body.interior_lack(z, right[rows], left[rows], at)
-                known = known + inside.known
+            if body.residual_flexibility is not None:
+                inside = body.interior_truncation(z, right[rows], left[rows], at)
+                value = value + inside.value
                 right_energies = right_energies + inside.right_energies
                 left_energies = left_energies + inside.left_energies
         contraction = (np.abs(z) / (math.tau * self.cutoff)) ** 2
         series = contraction / (1.0 - contraction)
         right_norms = np.sqrt(np.abs(right_energies) * series)
         left_norms = np.sqrt(np.abs(left_energies) * series)
-        return ReductionLack(known, np.outer(left_norms, right_norms))
+        return TruncationTerm(value, np.outer(left_norms, right_norms))
 
 
 def assemble(
@@ -256,10 +279,10 @@ def assemble(
             located.append(contact.located(bodies))
     if cutoff is not None:
         bodies = {key: _reduced(body, located, cutoff) for key, body in bodies.items()}
-    joints: list[PairDirections] = []
+    pair_sets: list[PairDirections] = []
     for contact in located:
         with Place(f"contact {contact.name}").named():
-            joints.append(pair_directions(contact, bodies))
+            pair_sets.append(pair_directions(contact, bodies))
     joined = list(bodies.values())
     all_parameters = _merged_parameters(joined, parameters or {})
     if parameter not in all_parameters:
@@ -276,13 +299,13 @@ def assemble(
     for contact in located:
         with Place(f"contact {contact.name}").named():
             contact.require_direction(structure.parameters)
-    seats, displacements = seat_contacts(structure, joints, joined)
+    seats, displacements = seat_contacts(structure, pair_sets, joined)
     is_large = is_sparse(structure.M[0].matrix)
     springs: list[Term] = []
     dampers: list[Term] = []
-    for joint, static in zip(joints, seats, strict=True):
-        springs += _contact_springs(joint, static, is_large)
-        dampers += _contact_dampers(joint, static, is_large)
+    for pairs, static in zip(pair_sets, seats, strict=True):
+        springs += _contact_springs(pairs, static, is_large)
+        dampers += _contact_dampers(pairs, static, is_large)
     system = replace(structure, C=(*structure.C, *dampers), K=(*structure.K, *springs))
 
     def joined_at(changes: Changes) -> Assembly:
@@ -310,13 +333,16 @@ def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Com
     return body.reduced(nodes, cutoff)
 
 
-def _merged_parameters(bodies: Sequence[Component], given: Changes) -> dict[str, float]:
-    """The parameters of all components, then those given. Raises InputError where matrices of two
-    components depend on different numbers."""
-    parameters = dict(OWN)
+def _merged_parameters(bodies: Sequence[Component], overrides: Changes) -> dict[str, float]:
+    """The defaults, over them the parameters of all components, over these the overrides.
+
+    Raises InputError where matrices of two components depend on a parameter of one name that has
+    another value in each, and no override settles it.
+    """
+    parameters = dict(ASSEMBLY_DEFAULTS)
     used: set[str] = set()  # parameters that matrices depend on
     for body in bodies:
-        for key in (used & body.system.names) - given.keys():
+        for key in (used & body.system.names) - overrides.keys():
             value = body.system.parameters[key]
             if parameters[key] != value:
                 raise InputError(
@@ -326,11 +352,14 @@ def _merged_parameters(bodies: Sequence[Component], given: Changes) -> dict[str,
                 )
         parameters |= body.system.parameters
         used |= body.system.names
-    return parameters | dict(given)
+    return parameters | dict(overrides)
 
 
 def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
-    """Terms of M, C or K of all components on the rows of all, one for each factor."""
+    """Block-diagonal terms of M, C or K (part 0, 1 or 2) of all components, one for each formula.
+
+    Components that have terms with the same formula share one term of the assembly.
+    """
     from scipy.sparse import block_diag, csc_array
 
     is_large = any(is_sparse(term.matrix) for body in bodies for term in body.system.terms)
@@ -350,38 +379,46 @@ def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
     return tuple(terms)
 
 
-def _contact_springs(joint: PairDirections, static: StaticContact, is_large: bool) -> list[Term]:
-    """Terms of K: across the normal, along it, and its friction."""
-    contact = joint.contact
-    tangential = static.closed * joint.area * contact.tangential
+def _contact_springs(pairs: PairDirections, static: StaticContact, is_large: bool) -> list[Term]:
+    """Terms of K of the closed pairs: normal springs, tangential springs in both directions across
+    the normal, and the friction along sliding that the normal springs cause."""
+    contact = pairs.contact
+    tangential = static.closed * pairs.area * contact.tangential
     friction = f"({contact.friction}) * ({contact.factor})"
-    springs = _coupling(joint.normal, static.stiffness, joint.normal, contact.factor, is_large)
-    for rows in joint.across:
-        springs += _coupling(rows, tangential, rows, "tangential", is_large)
-    return springs + _coupling(joint.sliding, static.stiffness, joint.normal, friction, is_large)
+    springs = _coupling(pairs.normal, static.stiffness, pairs.normal, contact.factor, is_large)
+    for direction in pairs.across:
+        springs += _coupling(direction, tangential, direction, "tangential", is_large)
+    springs += _coupling(pairs.sliding, static.stiffness, pairs.normal, friction, is_large)
+    return springs
 
 
-def _contact_dampers(joint: PairDirections, static: StaticContact, is_large: bool) -> list[Term]:
-    """Terms of C by the static normal forces: friction turns with the direction of sliding, and
-    depends on its speed."""
-    contact = joint.contact
+def _contact_dampers(pairs: PairDirections, static: StaticContact, is_large: bool) -> list[Term]:
+    """Terms of C by friction of the static normal forces N.
+
+    A small velocity across the sliding turns the direction of friction, which damps by mu N / speed
+    there; one along it changes the coefficient, which damps by (d mu / d speed) N.
+    """
+    contact = pairs.contact
     dampers: list[Term] = []
     if contact.speed:
-        _, across = joint.across
+        _, across = pairs.across
         friction = f"({contact.friction}) / ({contact.speed})"
-        dampers += _coupling(across, static.forces / joint.radius, across, friction, is_large)
+        dampers += _coupling(across, static.forces / pairs.radius, across, friction, is_large)
     if contact.slope != "0":
-        sliding = joint.sliding
+        sliding = pairs.sliding
         dampers += _coupling(sliding, static.forces, sliding, contact.slope, is_large)
     return dampers
 
 
 def _coupling(
-    left: csr_array, weights: Array, right: csr_array, factor: str, is_large: bool
+    force: csr_array, weights: Array, displacement: csr_array, factor: str, is_large: bool
 ) -> list[Term]:
-    """The term of pairs that pull along `left` (m, n) by weights (m,) times what `right` (m, n)
-    measures; none where nothing acts."""
-    if not left.nnz or not weights.any():
+    """The term force^T diag(weights) displacement times a factor; no term where it is zero.
+
+    Each of the m pairs measures a relative displacement of the rows, a row of `displacement`
+    (m, n), and answers with weight (m,) times it along its row of `force` (m, n).
+    """
+    if not force.nnz or not weights.any():
         return []
-    product = left.T @ right.multiply(weights[:, None])
+    product = force.T @ displacement.multiply(weights[:, None])
     return [Term(product.tocsc() if is_large else product.toarray(), Formula(factor))]

@@ -51,11 +51,13 @@ class Component:
         Where in m the node of each row lies.
     load : array_like (n,), optional
         Brake load in N (N m for rotations), under which contact is seated.
-    rows, cutoff, basis, lacks : int, float, array (rows, n), array (s t n, s t n)
-        Of a reduced one how many rows it had, up to which frequency in Hz it kept modes, the
-        displacements of those rows, and W^H K^-1 W of the forces W that its t terms exert inside
-        by these displacements: as right vectors and, if a term is not Hermitian, as left ones too
-        (s = 2).
+    rows, cutoff, basis : int, float, array (rows, n)
+        Of a reduced component: how many rows it had, up to which frequency in Hz it kept modes, and
+        the displacements of those rows.
+    residual_flexibility : array (t n, t n) or (2 t n, 2 t n)
+        Of a reduced component with t terms, for the errors of roots: W^H K^-1 W inside, in which W
+        are the forces that each term exerts there by each column of the basis. If a term is not
+        Hermitian, W has those of all transposed terms too.
 
     Examples
     --------
@@ -79,16 +81,16 @@ class Component:
     rows: int | None = None
     cutoff: float = np.inf
     basis: Array | None = field(default=None, repr=False)
-    lacks: Any = field(default=None, repr=False)
+    residual_flexibility: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         kinds = {"nodes": str, "directions": int, "places": float, "load": float}
         for name, kind in kinds.items():
-            given = getattr(self, name)
-            if given is None:
+            entries = getattr(self, name)
+            if entries is None:
                 continue
-            refuse_unit(given, Place(self.name, name))
-            values: NDArray = np.asarray(given).astype(kind)
+            refuse_unit(entries, Place(self.name, name))
+            values: NDArray = np.asarray(entries).astype(kind)
             if len(values) != self.system.n:
                 raise InputError(
                     f"{self.name}: {name}: {len(values)} rows are not allowed; the matrices have "
@@ -107,7 +109,8 @@ class Component:
         return self.system.name
 
     def rows_of(self, nodes: ArrayLike) -> Indices:
-        """The rows (m, 3) of nodes (m,), -1 where there is none. Raises InputError if unknown.
+        """The rows (m, 3) of nodes (m,) for displacements along x, y and z, -1 where a node has no
+        such row. Raises InputError for a node that is none of the component's.
 
         Examples
         --------
@@ -117,12 +120,12 @@ class Component:
         >>> plate.rows_of([2]).tolist()  # it moves along z alone
         [[-1, -1, 1]]
         """
-        wanted = np.asarray(nodes).astype(str)
+        requested = np.asarray(nodes).astype(str)
         labels, label_of_row = np.unique(self.nodes, return_inverse=True)
-        position = np.minimum(np.searchsorted(labels, wanted), len(labels) - 1)
-        is_unknown = (labels[position] != wanted) | (wanted == "")
+        position = np.minimum(np.searchsorted(labels, requested), len(labels) - 1)
+        is_unknown = (labels[position] != requested) | (requested == "")
         if np.any(is_unknown):
-            raise InputError(f"{wanted[is_unknown][0]} is no node of {self.name}")
+            raise InputError(f"{requested[is_unknown][0]} is no node of {self.name}")
         rows = np.full((len(labels), 3), -1)
         moving = np.flatnonzero(self.directions >= 0)
         rows[label_of_row[moving], self.directions[moving]] = moving
@@ -213,11 +216,11 @@ class Component:
         InputError."""
         from scipy.sparse import coo_array
 
-        given = np.asarray(axis, dtype=float)
-        length = np.linalg.norm(given)
+        vector = np.asarray(axis, dtype=float)
+        length = np.linalg.norm(vector)
         if not length > 0.0:
             raise InputError(f"{self.name}: axis: has no length")
-        x, y, z = given / length
+        x, y, z = vector / length
         of_node = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
         rows = self.rows_of(np.unique(self.nodes[self.directions >= 0]))
         n = self.system.n
@@ -273,14 +276,15 @@ class Component:
             matrices += [A.conj().T for A in matrices]
         if len(interior):
             factor, basis = self._craig_bampton(boundary, interior, cutoff)
-            lacks = _interior_products(matrices, basis, interior, factor)
+            flexibility = _residual_flexibility(matrices, basis, interior, factor)
         else:
             basis = _unit_columns(self.system.n, boundary)
             size = len(matrices) * len(boundary)
-            lacks = np.zeros((size, size))
-        if self.lacks is not None:  # of an earlier reduction
-            repeated = block_diag([basis] * (len(self.lacks) // self.system.n), "csc")
-            lacks = lacks + repeated.T @ self.lacks @ repeated
+            flexibility = np.zeros((size, size))
+        earlier = self.residual_flexibility
+        if earlier is not None:  # what an earlier reduction truncated adds to it
+            basis_of_terms = block_diag([basis] * (len(earlier) // self.system.n), "csc")
+            flexibility = flexibility + basis_of_terms.T @ earlier @ basis_of_terms
         modes = basis.shape[1] - len(boundary)
         places = None
         if self.places is not None:
@@ -299,14 +303,19 @@ class Component:
             rows=self.rows or self.system.n,
             cutoff=min(cutoff, self.cutoff),
             basis=basis if self.basis is None else self.basis @ basis,
-            lacks=lacks,
+            residual_flexibility=flexibility,
         )
 
     def _craig_bampton(
         self, boundary: Indices, interior: Indices, cutoff: float
     ) -> tuple[Factor, Array]:
-        """The factorised K inside, and the basis (n, d): constraint modes, modes up to the cutoff,
-        and what those above add. Raises InputError if the boundary does not hold the component."""
+        """The factorised K of the interior rows, and the basis (n, d) of the reduction.
+
+        Its columns: the constraint modes (static, by a unit displacement of each boundary row), the
+        normal modes up to the cutoff in Hz with the boundary held, and the static answer of the
+        modes above it to the inertia of the constraint modes. Raises InputError if the boundary
+        does not hold the component.
+        """
         from scipy.linalg import eigh
         from scipy.sparse import csc_array
 
@@ -325,11 +334,12 @@ class Component:
             ) from None
         constraint = _unit_columns(self.system.n, boundary)
         constraint[interior] = -factor.solve(K[interior][:, boundary].toarray())
-        # what modes above the cutoff add at half of it: the static answer to inertia, of the
-        # motions of the boundary in which it has a share of the energy
-        omega = np.pi * cutoff
+        # modes above the cutoff: their static answer to the inertia of the constraint modes
         static = factor.solve((M @ constraint)[interior])
         static -= modes @ (modes.T @ (inner_M @ static))
+        # it is kept for those motions of the boundary of whose energy it has a share at half of
+        # the cutoff
+        omega = np.pi * cutoff
         energy = constraint.T @ (K @ constraint) + omega**2 * (constraint.T @ (M @ constraint))
         shares, motions = eigh(omega**4 * (static.T @ (inner_K @ static)), energy)
         static = static @ motions[:, shares > SHARE]
@@ -338,54 +348,64 @@ class Component:
         inside[interior] = np.hstack([modes, static])
         return factor, np.hstack([constraint, inside])
 
-    def interior_lack(
+    def interior_truncation(
         self, z: ComplexArray, right: ComplexArray, left: ComplexArray, at: Changes
-    ) -> InteriorLack:
-        """What right and left modes (n, m) of roots z (m,) at parameters lack inside, by their
-        residuals R = P x and S = P^H y there.
+    ) -> InteriorTruncation:
+        """The static answer of the truncated motions to the residuals of modes inside.
+
+        Parameters
+        ----------
+        z : ndarray (m,)
+            Roots, rad/s.
+        right, left : ndarray (n, m)
+            Their modes x and y on the rows of the reduced component. They leave the residuals
+            R = P x and S = P^H y on the interior rows.
+        at : mapping of str to float
+            The parameters.
 
         Examples
         --------
         >>> import numpy as np, squeal
         >>> K = np.array([[2.0, -1.0], [-1.0, 1.0]])
         >>> chain = Component(squeal.System(np.eye(2), K=K), [1, 2], [0, 0])
-        >>> small = chain.reduced([2], cutoff=0.3)  # which keeps all modes: nothing is lacking
+        >>> small = chain.reduced([2], cutoff=0.3)  # which keeps all modes: nothing is truncated
         >>> [root, *_] = squeal.eigenvalues(small.system).eigenvalues
+        >>> z = np.array([root.value])
         >>> vectors = root.right[:, None], root.left[:, None]
-        >>> lack = small.interior_lack(np.array([root.value]), *vectors, small.system.parameters)
-        >>> lack.known.real.round(9).tolist()
+        >>> truncation = small.interior_truncation(z, *vectors, small.system.parameters)
+        >>> truncation.value.real.round(9).tolist()
         [[0.0]]
         """
         weights = term_weights(self.system, at, z)[:, None]
+        # in coordinates of the forces W of all terms: a residual is their sum with these weights
         R = (weights * right).reshape(-1, len(z))
         S = (weights.conj() * left).reshape(-1, len(z))
-        if len(self.lacks) > len(R):  # the terms from the left follow those from the right
+        if len(self.residual_flexibility) > len(R):  # transposed terms, which act on left vectors
             R = np.vstack([R, 0 * R])
             S = np.vstack([0 * S, S])
-        solved_R = self.lacks @ R
-        solved_S = self.lacks @ S
-        return InteriorLack(
-            known=S.conj().T @ solved_R,
+        solved_R = self.residual_flexibility @ R
+        solved_S = self.residual_flexibility @ S
+        return InteriorTruncation(
+            value=S.conj().T @ solved_R,
             right_energies=np.sum(R.conj() * solved_R, axis=0).real,
             left_energies=np.sum(S.conj() * solved_S, axis=0).real,
         )
 
 
-class InteriorLack(NamedTuple):
-    """What modes (n, m) of a reduced component lack inside, statically."""
+class InteriorTruncation(NamedTuple):
+    """Products of the residuals R and S of m modes inside a reduced component with K^-1 there."""
 
-    known: ComplexArray  # S^H K^-1 R (m, m)
-    right_energies: Array  # R^H K^-1 R (m,)
-    left_energies: Array  # S^H K^-1 S (m,)
+    value: ComplexArray  # S^H K^-1 R (m, m)
+    right_energies: Array  # diagonal of R^H K^-1 R (m,)
+    left_energies: Array  # diagonal of S^H K^-1 S (m,)
 
 
-def _interior_products(
+def _residual_flexibility(
     matrices: Sequence[Matrix], basis: Array, interior: Indices, factor: Factor
 ) -> Array:
     """Blocks (d, d) of V^T A^H K^-1 B V for all pairs A, B of matrices (n, n), in rows inside.
 
-    With the basis V (n, d) and the inverse of K inside they give what modes lack there, see
-    `Component.interior_lack`.
+    V is the basis (n, d) and `factor` that of K inside.
     """
     from scipy.sparse import csc_array
 
@@ -415,9 +435,10 @@ def _is_hermitian(A: Matrix) -> bool:
 
 
 def _real_modes(K: csc_array, M: csc_array, factor: Factor, cutoff: float) -> tuple[Array, Array]:
-    """Squares (rad/s)^2 and modes (n, k) up to a frequency (Hz), from the factor of K.
+    """Squared frequencies (k,) in (rad/s)^2 and modes (n, k) with unit mass up to a cutoff in Hz.
 
-    Raises ZeroDivisionError where K does not hold all motions.
+    By shift-and-invert Lanczos with the factor of K, with more modes until one lies above the
+    cutoff; of few rows all at once. Raises ZeroDivisionError where K does not hold all motions.
     """
     from scipy.linalg import eigh
     from scipy.sparse.linalg import LinearOperator, eigsh
@@ -425,7 +446,7 @@ def _real_modes(K: csc_array, M: csc_array, factor: Factor, cutoff: float) -> tu
     n = K.shape[0]
     limit = (2 * np.pi * cutoff) ** 2
     count = 24
-    while 4 * count < n:
+    while 4 * count < n:  # of more modes than a quarter of the rows the dense problem is faster
         inverse = LinearOperator((n, n), matvec=factor.solve, dtype=float)
         start = np.random.default_rng(n).standard_normal(n)
         squares, modes = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)

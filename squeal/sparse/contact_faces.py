@@ -84,11 +84,10 @@ class FaceContact(NamedTuple):
 
 
 class _Shape(NamedTuple):
-    """Shape functions (k, nodes) at reference coordinates (k, 2), and their slopes
-    (k, nodes, 2)."""
+    """Shape functions of a face at k places, given by their reference coordinates (k, 2)."""
 
-    values: Array
-    slopes: Array
+    values: Array  # (k, nodes)
+    slopes: Array  # (k, nodes, 2), derivatives by the reference coordinates
 
 
 def _triangle(at: Array) -> _Shape:
@@ -109,10 +108,10 @@ def _triangle_with_middles(at: Array) -> _Shape:
         values.append(of_corner * (2.0 * of_corner - 1.0))
         slopes.append((4.0 * of_corner - 1.0)[:, None] * corners.slopes[:, i])
     for i, j in ((0, 1), (1, 2), (2, 0)):
-        one = corners.values[:, i]
-        other = corners.values[:, j]
-        values.append(4.0 * one * other)
-        slope = one[:, None] * corners.slopes[:, j] + other[:, None] * corners.slopes[:, i]
+        L_i = corners.values[:, i]
+        L_j = corners.values[:, j]
+        values.append(4.0 * L_i * L_j)
+        slope = L_i[:, None] * corners.slopes[:, j] + L_j[:, None] * corners.slopes[:, i]
         slopes.append(4.0 * slope)
     return _Shape(np.stack(values, axis=1), np.stack(slopes, axis=1))
 
@@ -135,17 +134,18 @@ def _quad(at: Array) -> _Shape:
 
 
 def _quad_with_middles(at: Array) -> _Shape:
-    """Eight nodes, without one in the centre (serendipity)."""
+    """Eight nodes (serendipity): (1 + r_i r) (1 + s_i s) (r_i r + s_i s - 1) / 4 at the corners,
+    (1 - r^2) (1 + s_i s) / 2 or (1 + r_i r) (1 - s^2) / 2 in the middles of the edges."""
     r, s = at.T
     values = []
     slopes = []
     for r_i, s_i in _CORNERS:
         along_r = 1.0 + r_i * r
         along_s = 1.0 + s_i * s
-        rest = r_i * r + s_i * s - 1.0
-        values.append(along_r * along_s * rest / 4.0)
-        by_r = r_i * along_s * (rest + along_r)
-        by_s = s_i * along_r * (rest + along_s)
+        diagonal = r_i * r + s_i * s - 1.0
+        values.append(along_r * along_s * diagonal / 4.0)
+        by_r = r_i * along_s * (diagonal + along_r)
+        by_s = s_i * along_r * (diagonal + along_s)
         slopes.append(np.stack([by_r, by_s], axis=1) / 4.0)
     for r_i, s_i in _MIDDLES:
         if r_i == 0.0:
@@ -219,7 +219,7 @@ class Surface(NamedTuple):
 
 
 def _faces_by_kind(surface: Surface) -> list[_Faces]:
-    """The faces by the number of their nodes. Raises InputError."""
+    """The faces of a surface, one entry for each number of nodes. Raises InputError."""
     kinds: list[_Faces] = []
     for size in sorted({len(face) for face in surface.faces}):
         if size not in SHAPES:
@@ -231,7 +231,7 @@ def _faces_by_kind(surface: Surface) -> list[_Faces]:
 
 
 def _moving(body: Component, labels: Labels, weights: Array) -> Array:
-    """The weights (m, k), 0 of nodes that are none of the component's."""
+    """The weights (m, k) of nodes (m, k), zero where a node is none of the component's."""
     return np.where(np.isin(labels, body.nodes), weights, 0.0)
 
 
@@ -291,6 +291,7 @@ def forces_of_pressure(surface: Surface) -> dict[str, Array]:
     forces: dict[str, Array] = {}
     for faces in _faces_by_kind(surface):
         points = _integration_points(faces)
+        # the force of a point goes to the nodes of its face by their shape functions
         shares = points.areas[:, None] * points.weights
         parts = -shares[:, :, None] * points.normals[:, None, :]
         labels, index = np.unique(points.labels, return_inverse=True)
@@ -302,19 +303,21 @@ def forces_of_pressure(surface: Surface) -> dict[str, Array]:
 
 
 class _Feet(NamedTuple):
-    """Where points (m,) meet the faces of a surface along their normals: distance (infinite without
-    a face), and labels and weights (m, k) of the face's nodes, k that of the face of most nodes."""
+    """Where points (m,) meet the faces of a surface along their normals.
 
-    distances: Array
-    labels: Labels
-    weights: Array
+    k is the largest number of nodes of a face; a smaller face repeats a node with weight zero.
+    """
+
+    distances: Array  # (m,), infinite where a point meets no face
+    labels: Labels  # (m, k), nodes of the face
+    weights: Array  # (m, k), their shape functions there
 
 
 def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -> _Feet:
-    """The nearest face of a surface along the normal of each point, to either side.
+    """The nearest face of a surface along the normal of each point, in either sense.
 
-    `kinds` are the faces of the surface by their numbers of nodes; none farther away than
-    `farthest` (m) is taken.
+    `kinds` are the faces of the surface by their numbers of nodes. Faces farther away than
+    `farthest` (m) do not count. A tree of the points shows which may meet a face.
     """
     from scipy.spatial import KDTree
 
@@ -339,12 +342,12 @@ def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -
             away = np.abs(heights)
             is_met = _is_inside(at, faces.is_triangle) & (away <= farthest)
             is_nearer = is_met & (away < distances[candidates])
-            found = candidates[is_nearer]
-            distances[found] = away[is_nearer]
-            weights[found] = 0.0
-            weights[found, :size] = SHAPES[size](at[is_nearer]).values
-            labels[found] = faces.nodes[face, 0]  # fills up, with weight zero
-            labels[found, :size] = faces.nodes[face]
+            nearer = candidates[is_nearer]
+            distances[nearer] = away[is_nearer]
+            weights[nearer] = 0.0
+            weights[nearer, :size] = SHAPES[size](at[is_nearer]).values
+            labels[nearer] = faces.nodes[face, 0]  # in the columns that the face does not fill
+            labels[nearer, :size] = faces.nodes[face]
     return _Feet(distances, labels, weights)
 
 
@@ -361,13 +364,13 @@ def _foot(corners: Array, places: Array, normals: Array) -> tuple[Array, Array]:
     is_lost = np.zeros(len(places), dtype=bool)
     for _ in range(STEPS):
         values, slopes = shape(unknowns[:, :2])
-        misses = values @ corners - unknowns[:, 2:] * normals - places
+        residuals = values @ corners - unknowns[:, 2:] * normals - places
         tangents = np.einsum("mkt,kx->mxt", slopes, corners)
         jacobians = np.concatenate([tangents, -normals[:, :, None]], axis=2)
         is_lost |= np.linalg.det(jacobians) == 0.0  # the line lies in the face
         jacobians[is_lost] = np.eye(3)
-        misses[is_lost] = 0.0
-        change = np.linalg.solve(jacobians, misses[:, :, None])[:, :, 0]
+        residuals[is_lost] = 0.0
+        change = np.linalg.solve(jacobians, residuals[:, :, None])[:, :, 0]
         unknowns = unknowns - change
         unknowns[:, :2] = np.clip(unknowns[:, :2], -FAR, FAR)
         is_moving = np.abs(change[:, :2]).max(axis=1) > SETTLED
@@ -467,7 +470,8 @@ def contact_between_faces(
 
 
 def _joined(parts: Sequence[FaceContact]) -> FaceContact:
-    """The points of several contacts as one, with weights of zero where a face has fewer nodes."""
+    """The points of several contacts as one, with weights of zero where a face has fewer nodes
+    than the largest one."""
     sides: list[tuple[Labels, Array]] = []
     for side in (0, 1):
         of_parts = [part.points.side(side) for part in parts]

@@ -119,10 +119,11 @@ class Contact:
         return " - ".join(self.between)
 
     def require_direction(self, values: Changes, varied: Collection[str] = ()) -> None:
-        """Raises InputError for friction without a direction, but for that of a joint, which does
+        """Raises InputError for friction without a direction; bonded pairs need none, since they do
         not slide.
 
-        values: of all parameters; varied: those that change, with which friction may rise from 0.
+        values: of all parameters; varied: names of those that will be varied, so that friction that
+        is zero now may rise.
 
         Examples
         --------
@@ -140,7 +141,8 @@ class Contact:
             )
 
     def located(self, bodies: Mapping[str, Component]) -> Contact:
-        """The contact with its pairs as ContactPoints. Raises InputError.
+        """The contact with its pairs as ContactPoints, searched by distance if need be. Raises
+        InputError for unknown components, and without a pair.
 
         Examples
         --------
@@ -159,44 +161,54 @@ class Contact:
             return self
         pairs = np.asarray(self.pairs)
         if not pairs.ndim:
-            one, other = (bodies[name] for name in self.between)
-            pairs = _nearest_pairs(one, other, self.pairs)
+            first, second = self.between
+            pairs = _nearest_pairs(bodies[first], bodies[second], self.pairs)
         if pairs.ndim != 2 or pairs.shape[1] != 2 or not len(pairs):
             raise InputError("pairs: there is none; labels (m, 2) or a greater distance are needed")
         return replace(self, pairs=ContactPoints.at_nodes(pairs.astype(str)))
 
 
-def _nearest_pairs(one: Component, other: Component, distance: float) -> NDArray[np.str_]:
-    """Labels (m, 2) of nodes of the other and the nearest one of the first within a distance."""
+def _nearest_pairs(first: Component, second: Component, distance: float) -> NDArray[np.str_]:
+    """Labels (m, 2): each node of the second component, behind the nearest node of the first, if
+    that lies within a distance (m)."""
     from scipy.spatial import KDTree
 
-    first = np.unique(one.nodes[one.directions >= 0])
-    second = np.unique(other.nodes[other.directions >= 0])
-    distances, nearest = KDTree(one.places_of(first)).query(other.places_of(second))
-    return np.column_stack([first[nearest], second])[distances <= distance]
+    nodes = np.unique(first.nodes[first.directions >= 0])
+    second_nodes = np.unique(second.nodes[second.directions >= 0])
+    tree = KDTree(first.places_of(nodes))
+    distances, nearest = tree.query(second.places_of(second_nodes))
+    return np.column_stack([nodes[nearest], second_nodes])[distances <= distance]
 
 
 class PairDirections(NamedTuple):
-    """The pairs of a contact in the rows of the assembly: displacements (m, n) of the second side
-    less those of the first, along each direction."""
+    """The m pairs of a contact in the n rows of the assembly.
+
+    The matrices (m, n) give the displacement of the second side less that of the first along a
+    direction, from the displacements of all rows.
+    """
 
     contact: Contact
     area: Array  # (m,)
     normal: csr_array
     sliding: csr_array  # zero without sliding
     across: tuple[csr_array, csr_array]  # both directions across the normal, sliding first
-    radius: Array  # (m,) times the contact's `speed` is that of sliding: 1, or to the axis
+    radius: Array  # (m,): the sliding speed over the contact's `speed`, 1 or the distance from axis
 
 
 def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDirections:
-    """The pairs of a located contact. Raises InputError for directions that are none."""
+    """The pairs of a located contact, in the rows of all components one after the other.
+
+    Raises InputError for a direction of no length, a sliding along the normal, or pairs that do not
+    move along the normal.
+    """
     points = contact.pairs
-    sides = [
-        _Side(bodies, name, *points.side(number)) for number, name in enumerate(contact.between)
-    ]
+    sides = []
+    for number, name in enumerate(contact.between):
+        labels, weights = points.side(number)
+        sides.append(_Side(bodies, name, labels, weights))
+    first, second = sides
 
     def relative_displacement(vectors: Array) -> csr_array:
-        first, second = sides
         return second.displacement(vectors) - first.displacement(vectors)
 
     normals = _unit_vectors("normal", contact.normal, points)
@@ -259,18 +271,19 @@ class _Side:
         self.labels = labels
         self.weights = weights
         self.size = int(ends[-1])  # rows of all components
-        self.is_used = weights != 0.0  # the others fill rows of the table
+        self.is_used = weights != 0.0  # False where a row of the table has fewer nodes
         rows = self.body.rows_of(labels[self.is_used])
         self.rows = np.full((*labels.shape, 3), -1)
         self.rows[self.is_used] = np.where(rows >= 0, rows + starts[name], -1)
 
     def displacement(self, vectors: Array) -> csr_array:
-        """The displacements (m, n) along vectors (m, 3)."""
+        """The matrix (m, n) of the displacements of the pairs along vectors (m, 3)."""
         from scipy.sparse import coo_array
 
         entries = self.weights[:, :, None] * vectors[:, None, :]
         is_used = (self.rows >= 0) & (entries != 0.0)
-        where = (np.nonzero(is_used)[0], self.rows[is_used])
+        pair_numbers, _, _ = np.nonzero(is_used)
+        where = (pair_numbers, self.rows[is_used])
         return coo_array((entries[is_used], where), shape=(len(self.labels), self.size)).tocsr()
 
     def places(self) -> Array:
@@ -289,7 +302,7 @@ def _unit_vectors(name: str, given: ArrayLike, points: ContactPoints) -> Array:
 
 
 def _require_at_pairs(holds: Bools, words: str, points: ContactPoints) -> None:
-    """Raises InputError with these words and the name of the first pair that does not hold."""
+    """Raises InputError with these words and the name of the first pair where `holds` is False."""
     if not np.all(holds):
         raise InputError(f"{words} at the pair {points.name_of(int(np.argmin(holds)))}")
 
@@ -343,7 +356,7 @@ class _PairLaws(NamedTuple):
     tangential: Array  # stiffness across the normal
 
     def forces(self, approach: Array) -> tuple[Array, Array]:
-        """Normal forces (m,) and their derivatives, both without the factor.
+        """Normal forces (m,) and their derivatives by the approach (m,), both without the factor.
 
         The stiffness grows with a power of the force, dF/du = k (F / R)^e, so that
         F = (1 - e) k u ((1 - e) k u / R)^(e / (1 - e)); R is the reference. Open pairs have none.
@@ -379,10 +392,11 @@ def _pair_laws(directions: PairDirections, parameters: Changes) -> _PairLaws:
 
 
 def seat_contacts(
-    structure: TermSystem, joints: Sequence[PairDirections], bodies: Sequence[Component]
+    structure: TermSystem, pair_sets: Sequence[PairDirections], bodies: Sequence[Component]
 ) -> tuple[list[StaticContact], Array]:
-    """The contacts under the load, and the displacements (n,).
+    """Each contact under the load of the components, and the displacements (n,) of all rows.
 
+    `structure` are the components side by side without contact, `pair_sets` the contacts' pairs.
     Raises InputError without a load where pairs may open, and where all open; ComputationError
     where the contact is not settled.
     """
@@ -390,78 +404,76 @@ def seat_contacts(
     for body in bodies:
         loads.append(np.zeros(body.system.n) if body.load is None else body.load)
     load = np.concatenate(loads)
-    if not load.any() and not all(joint.contact.bonded for joint in joints):
+    if not load.any() and not all(pairs.contact.bonded for pairs in pair_sets):
         raise InputError("load: missing; pairs that may open are seated under the brake load")
     K = structure.at()[2].real
-    pairs = _JoinedPairs.of(joints, structure.parameters)
-    seat = _seat(K, load, pairs)
-    normal_forces = seat.closed * pairs.laws.factor * seat.forces
+    joined = _JoinedPairs.of(pair_sets, structure.parameters)
+    seat = _seat(K, load, joined)
+    normal_forces = seat.closed * joined.laws.factor * seat.forces
     contacts = []
     start = 0
-    for joint in joints:
-        of_contact = slice(start, start + len(joint.area))
+    for pairs in pair_sets:
+        of_contact = slice(start, start + len(pairs.area))
         start = of_contact.stop
         contacts.append(
             StaticContact(
-                name=joint.contact.name,
+                name=pairs.contact.name,
                 closed=seat.closed[of_contact],
                 forces=normal_forces[of_contact],
-                pressures=normal_forces[of_contact] / joint.area,
+                pressures=normal_forces[of_contact] / pairs.area,
                 stiffness=seat.closed[of_contact] * seat.slopes[of_contact],
-                constant=not joint.contact.exponent,
+                constant=not pairs.contact.exponent,
             )
         )
     return contacts, seat.displacements
 
 
 class _JoinedPairs(NamedTuple):
-    """The pairs (m,) of all contacts in the rows of the assembly.
-
-    laws: what acts at each; normal (m, n): approach along the normal; across (2m, n): both
-    directions across it; push (n, m): where a normal force acts, its friction included.
-    """
+    """The pairs (m,) of all contacts in the n rows of the assembly."""
 
     laws: _PairLaws
-    normal: csr_array
-    across: csr_array
-    push: csr_array
+    normal: csr_array  # (m, n), relative displacements along the normals
+    across: csr_array  # (2 m, n), those along both directions across them
+    push: csr_array  # (n, m), loads of a unit normal force at each pair with its friction
 
     @staticmethod
-    def of(joints: Sequence[PairDirections], parameters: Changes) -> _JoinedPairs:
+    def of(pair_sets: Sequence[PairDirections], parameters: Changes) -> _JoinedPairs:
         """The joined pairs of some contacts at some parameters."""
         from scipy.sparse import vstack
 
-        of_contacts = [_pair_laws(joint, parameters) for joint in joints]
+        laws = [_pair_laws(pairs, parameters) for pairs in pair_sets]
         pushes = []
-        for joint in joints:
-            friction = Formula(joint.contact.friction).value(parameters)
-            pushes.append(joint.normal + friction * joint.sliding)
-        first = [joint.across[0] for joint in joints]
-        second = [joint.across[1] for joint in joints]
+        for pairs in pair_sets:
+            friction = Formula(pairs.contact.friction).value(parameters)
+            pushes.append(pairs.normal + friction * pairs.sliding)
+        first = [pairs.across[0] for pairs in pair_sets]
+        second = [pairs.across[1] for pairs in pair_sets]
+        fields = [np.hstack(of_contacts) for of_contacts in zip(*laws, strict=True)]
         return _JoinedPairs(
-            laws=_PairLaws(*(np.hstack(part) for part in zip(*of_contacts, strict=True))),
-            normal=vstack([joint.normal for joint in joints]),
+            laws=_PairLaws(*fields),
+            normal=vstack([pairs.normal for pairs in pair_sets]),
             across=vstack(first + second),
             push=vstack(pushes).T,
         )
 
 
 class _Seat(NamedTuple):
-    """The equilibrium under the load: which pairs (m,) are closed, their normal forces and the
-    slopes of these, both without the factor, and the displacements (n,)."""
+    """The equilibrium under the load."""
 
-    closed: Bools
-    forces: Array
-    slopes: Array
-    displacements: Array
+    closed: Bools  # (m,), pairs that touch
+    forces: Array  # (m,), normal forces without the factor
+    slopes: Array  # (m,), their derivatives by the approach, without the factor
+    displacements: Array  # (n,)
 
 
 def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
-    """Newton's method on the laws of the pairs.
+    """The equilibrium of the structure K (n, n) under a load (n,), by Newton's method on the laws
+    of the pairs.
 
-    With constant stiffness it passes from one set of closed pairs to the next and ends where it
-    does not change. Once a set returns, one pair changes at a time, the first that violates its
-    condition, after which none returns (Murty).
+    With constant stiffness it passes from one set of closed pairs to the next and ends where the
+    set does not change. Once a set returns, one pair changes at a time, the first that violates its
+    condition, after which no set returns (Murty's principal pivoting). Raises InputError where all
+    pairs open, and ComputationError if the set keeps changing.
     """
     laws = pairs.laws
     is_nonlinear = laws.exponent.any()
@@ -476,7 +488,8 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
         tangential = np.tile(closed * laws.tangential, 2)
         A = K + pairs.push @ pairs.normal.multiply(springs[:, None])
         A = A + pairs.across.T @ pairs.across.multiply(tangential[:, None])
-        # the force that the tangent of each law has where the gap is closed
+        # the law of each pair is replaced by its tangent: springs, and the force left at no
+        # displacement
         preload = closed * laws.factor * (forces - slopes * (approach + laws.gap))
         displacements = _solve(A, load + pairs.push @ preload)
         before = approach

@@ -1,12 +1,12 @@
-"""Crossings of the imaginary axis along a parameter: seen on a reduced system, proved on the full.
+"""Crossings of the imaginary axis along a parameter: seen on a reduced system, located on the full.
 
 At values of the parameter the reduced system gives roots in a region and their derivatives. They
-are matched from one value to the next by where their slopes point; what is in doubt halves the
-step, and where two roots are predicted to come close (`near_coalescences`), that value is looked
-at. Newton's method on the full system has the last word: of right and left vectors x, y of a mode
-y^H P(i omega, p) x = 0 is a complex equation for two real unknowns, whose error is of second order
-in that of the vectors. Inverse iteration and residuals, by a factor of P, bring what these lack in
-the reduced system.
+are matched from one value to the next by where their slopes point. A doubtful match halves the
+step; where two roots are predicted to come close (`near_coalescences`), the step is divided at that
+value. Newton's method on the full system has the last word: with right and left vectors x, y of a
+mode y^H P(i omega, p) x = 0 is a complex equation for two real unknowns, whose error is of second
+order in that of the vectors. The vectors of the reduced system are corrected to those of the full
+one by inverse iteration and by residuals, with a factor of P.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from squeal.linear.continuation import (
     hermite_cubic,
     zeros_between,
 )
-from squeal.linear.events import Event, located
+from squeal.linear.events import Event, locate_event
 from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.search import search
 from squeal.linear.steps import Guess, near_coalescences
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 # When the roots of a reduced system are in doubt, and what following them may cost
 SHORTEST_STEP = 2.0**-40  # of the range
 SPECTRA = 600  # values at which roots are computed; beyond, no step is halved
-MISSED_SHARE = 0.25  # of a root's path: a slope may miss it by so much to match it
+MISSED_SHARE = 0.25  # of a root's path: two roots match if their slopes miss it by at most this
 MISSED = 1e-4  # of |lambda|: ... or by this
 REAL = 1e-6  # of the highest imaginary part: below, a root of real matrices is real
 SAME = 1e-7  # relative: crossings closer than this are one
@@ -65,8 +65,8 @@ EXACT = 1e-12  # of null vectors: what they add less is left out
 FACTOR_SERVES = 3  # steps of Newton's method: the later ones correct vectors by residuals
 CONVERGED = 1e-12  # step relative to p and omega; its error is the square
 SHORTEST_PART = 2.0**-10  # singular K: of the range; shorter ones are not halved
-CONTRACTS = 0.4  # ... below what a part contracts, by few powers that may tell too little
-PARTS = 200  # ... and how many are looked at
+CONTRACTS = 0.4  # ... below 1, since few powers of T may underestimate its contraction
+PARTS = 200  # ... and how many are examined
 
 
 class CrossingGuess(NamedTuple):
@@ -95,12 +95,13 @@ class AxisCrossing(Event):
 class _FrozenPart(NamedTuple):
     """A reduced system frozen at one of some frequencies, in a region around it."""
 
-    searched: ReducedBasis | Reduction
+    path_reduction: ReducedBasis | Reduction
     omega: float  # rad/s
     spacing: float  # to the next of these frequencies
 
 
 def _frozen_parts(reduction: DispersiveReduction) -> Iterator[_FrozenPart]:
+    """The reduced system frozen at each of some frequencies of its band, overlapping."""
     region = reduction.region
     grid = frequencies(reduction.system, region)
     spacing = float(np.diff(grid).max())
@@ -117,9 +118,11 @@ def _frozen_parts(reduction: DispersiveReduction) -> Iterator[_FrozenPart]:
 def spectrum_with_slopes(
     system: TermSystem, name: str, value: float, roots: Roots, lifted: bool = False
 ) -> SpectrumAtParameter:
-    """Some roots (rad/s) at a value of the parameter with their slopes, their vectors (n, m).
+    """Roots (m,) at a value of the parameter p, their vectors (n, m) and how p moves both.
 
-    Lifted, these are of first order (2n, m), so that left^H right of two roots vanishes.
+    The couplings (m, m) of the spectrum are -y_i^H dP/dp x_j / y_i^H P' x_i, on the diagonal the
+    slope dz/dp of each root. `lifted` vectors (2n, m) are those of the first-order form, for which
+    left^H right of two different roots vanishes.
     """
     z = roots.values
     right = roots.right
@@ -129,7 +132,7 @@ def spectrum_with_slopes(
     M, C, _ = matrices
     change = left.conj().T @ applied(system.derivative(name, at), z, right)
     weight = np.sum(left.conj() * inertia(matrices, z, right), axis=0)
-    # a double root at zero leaves it as a square root, if at all
+    # y^H P' x vanishes at the double root zero of a free motion, which has no slope
     damping = 0.0 if C is None else norm_of(C)
     is_single = (z != 0) | (np.abs(weight) > assumed_rounding(damping))
     coupling = -change / np.where(is_single, weight, np.inf)[:, None]
@@ -142,14 +145,15 @@ def spectrum_with_slopes(
 
 
 class _Match(NamedTuple):
-    """Which roots of two spectra are the same, and by how much their slopes miss."""
+    """Pairs (k,) of roots of two spectra that are taken for the same root."""
 
     before: Indices
     after: Indices
-    misses: Array
+    misses: Array  # distance of the later root from where the slopes of both predict it, rad/s
 
 
 def _match(before: SpectrumAtParameter, after: SpectrumAtParameter) -> _Match:
+    """The assignment of roots that minimises the sum of `misses` (Hungarian method)."""
     from scipy.optimize import linear_sum_assignment
 
     span = after.value - before.value
@@ -160,9 +164,10 @@ def _match(before: SpectrumAtParameter, after: SpectrumAtParameter) -> _Match:
 
 
 class CrossingSearch:
-    """Where roots of a reduced system cross the imaginary axis along one parameter.
+    """The search for crossings of the imaginary axis on a reduced system along one parameter.
 
-    Raises InputError for a region without a part of the upper axis.
+    It keeps the spectra that it has computed. Raises InputError for a region without a part of the
+    upper imaginary axis.
     """
 
     def __init__(self, reduction: ReducedBasis | Reduction, name: str) -> None:
@@ -172,7 +177,7 @@ class CrossingSearch:
         region = reduction.region
         if not region.low_real < 0.0 < region.high_real or region.high_imag <= 0.0:
             raise InputError(f"region {region}: must hold a part of the upper imaginary axis")
-        # a root of real matrices is real below this; complex ones mean what is above the axis
+        # roots of real matrices come in pairs: the upper ones serve, and below this they are real
         self.real = REAL * region.high_imag if reduction.system.real else 0.0
         self.region = replace(region, low_imag=max(region.low_imag, -self.real))
         self._spectra: dict[float, SpectrumAtParameter] = {}
@@ -187,7 +192,10 @@ class CrossingSearch:
         return self._spectra[value]
 
     def between(self, low: float, high: float, shortest: float) -> Iterator[CrossingGuess]:
-        """Where a root crosses the axis from low to high; steps are divided down to `shortest`."""
+        """The crossings between two values of the parameter, each located on the reduced system.
+
+        The step is divided where its two spectra leave a doubt, down to the length `shortest`.
+        """
         before = self.at(low)
         after = self.at(high)
         match = _match(before, after)
@@ -195,17 +203,17 @@ class CrossingSearch:
         guesses: list[CrossingGuess] = []
         if division is None:
             for i, j in zip(match.before, match.after, strict=True):
-                of_root = self._guesses_of_root(before, after, i, j)
-                if of_root is None:
+                guesses_of_root = self._guesses_of_root(before, after, i, j)
+                if guesses_of_root is None:
                     division = (low + high) / 2
                     break
-                guesses += of_root
+                guesses += guesses_of_root
         if division is None:
             yield from guesses
         elif high - low > shortest and len(self._spectra) < SPECTRA:
             yield from self.between(low, division, shortest)
             yield from self.between(division, high, shortest)
-        else:  # as near as values of the parameter differ
+        else:  # the shortest step: the end nearer to the crossing is the guess
             for i, j in zip(match.before, match.after, strict=True):
                 if not _changes_sign(before.roots[i], after.roots[j]):
                     continue
@@ -217,10 +225,10 @@ class CrossingSearch:
     def _division(
         self, before: SpectrumAtParameter, after: SpectrumAtParameter, match: _Match
     ) -> float | None:
-        """Where a step has to be divided, None if it has not.
+        """The value at which a step has to be divided, None if it has not.
 
-        It has not where each root is matched or leaves the region for good, without crossing the
-        axis, and no two may meet on the way.
+        It need not be divided if each root is matched, or leaves the region without crossing the
+        axis, and no two roots may meet on the way.
         """
         span = after.value - before.value
         middle = (before.value + after.value) / 2
@@ -231,24 +239,26 @@ class CrossingSearch:
             return middle
         unmatched_before = np.delete(np.arange(len(before.roots)), match.before)
         unmatched_after = np.delete(np.arange(len(after.roots)), match.after)
-        if self._may_not_be_gone(before, unmatched_before, span):
+        if self._exit_is_doubtful(before, unmatched_before, span):
             return middle
-        if self._may_not_be_gone(after, unmatched_after, -span):
+        if self._exit_is_doubtful(after, unmatched_after, -span):
             return middle
-        for met in near_coalescences(before, after):
-            width = max(met.width, 1e-9 * abs(met.value))
-            # where a spectrum was computed within the window, it has been seen from its inside
-            is_seen = min(abs(value - met.value) for value in self._spectra) <= width / 2
-            is_inside = before.value < met.value < after.value
-            if is_inside and width < abs(span) / 8 and not is_seen:
-                return met.value
+        for meeting in near_coalescences(before, after):
+            width = max(meeting.width, 1e-9 * abs(meeting.value))
+            # a spectrum within the width of the meeting has resolved it already
+            distance = min(abs(value - meeting.value) for value in self._spectra)
+            is_resolved = distance <= width / 2
+            is_inside = before.value < meeting.value < after.value
+            if is_inside and width < abs(span) / 8 and not is_resolved:
+                return meeting.value
         return None
 
-    def _may_not_be_gone(self, state: SpectrumAtParameter, unmatched: Indices, span: float) -> bool:
-        """True if a root that leaves the region may cross the axis, meet its conjugate, or is
-        predicted to stay."""
-        z = state.roots[unmatched]
-        change = span * state.slopes[unmatched]
+    def _exit_is_doubtful(self, spectrum: SpectrumAtParameter, which: Indices, span: float) -> bool:
+        """True if one of some roots, which have no partner at the other end of the step, may not
+        have left the region: its slope predicts that it stays, or it may cross the axis or meet its
+        conjugate on the way. `span` is negative from the later spectrum back."""
+        z = spectrum.roots[which]
+        change = span * spectrum.slopes[which]
         meets_conjugate = (z.imag > 0.0) & ((z + change).imag < 0.0) & (self.region.low_imag < 0.0)
         stays = self.region.contains(z + change)
         return bool(np.any(meets_conjugate | stays | _changes_sign(z, z + 2 * change)))
@@ -256,8 +266,11 @@ class CrossingSearch:
     def _guesses_of_root(
         self, before: SpectrumAtParameter, after: SpectrumAtParameter, i: int, j: int
     ) -> list[CrossingGuess] | None:
-        """Where the cubic through the real parts of one root, and their derivatives, vanishes
-        between two values, refined on the reduced system; None if a change of sign shows none."""
+        """The crossings of one root, number i before and j after, by the zeros of the Hermite cubic
+        of its real part, refined by Newton's method on the reduced system.
+
+        None if the real part changes its sign and no crossing was located.
+        """
         span = after.value - before.value
         start = before.roots[i]
         end = after.roots[j]
@@ -274,56 +287,64 @@ class CrossingSearch:
                 else:
                     guess = self._guess(after, j, value, root)
                 crossing = axis_crossing(self.scaled, self.name, guess)
+                # Newton's method may have gone to a crossing far outside of the step
                 if abs(crossing.value - (before.value + after.value) / 2) <= 3 * span / 4:
-                    guesses.append(_guess_of(crossing))
+                    vectors = crossing.vector, crossing.left
+                    guesses.append(CrossingGuess(crossing.value, crossing.omega, *vectors))
         if not guesses and _changes_sign(start, end):
             return None
         return guesses
 
     def _guess(
-        self, state: SpectrumAtParameter, k: int, value: float, root: complex
+        self, spectrum: SpectrumAtParameter, k: int, value: float, root: complex
     ) -> CrossingGuess:
-        """The crossing at a value of the parameter by a root with the vectors of a spectrum."""
+        """A crossing of a root at a value of the parameter, with the vectors of root k nearby."""
         omega = abs(root.imag)
         return CrossingGuess(
             value=value,
             omega=0.0 if omega <= self.real else omega,
-            right=state.right[:, k] / self.scaled.scale,
-            left=state.left[:, k] / self.scaled.scale,
+            right=spectrum.right[:, k] / self.scaled.scale,
+            left=spectrum.left[:, k] / self.scaled.scale,
         )
 
 
-def _guess_of(crossing: AxisCrossing) -> CrossingGuess:
-    return CrossingGuess(crossing.value, crossing.omega, crossing.vector, crossing.left)
-
-
-def _changes_sign(one: NDArray, other: NDArray) -> Bools:
-    """True where the real parts differ in sign by more than rounding."""
-    return _growth_beyond_rounding(one) * _growth_beyond_rounding(other) < 0.0
+def _changes_sign(before: NDArray, after: NDArray) -> Bools:
+    """True where the growth rates of roots differ in sign by more than rounding."""
+    return _growth_beyond_rounding(before) * _growth_beyond_rounding(after) < 0.0
 
 
 def _growth_beyond_rounding(z: NDArray) -> NDArray:
+    """Real parts, 0 where they are rounding."""
     return np.where(np.abs(z.real) > assumed_rounding(z), z.real, 0)
 
 
 def singular_stiffness(
     scaled: ScaledSystem, values: Sequence[float]
 ) -> tuple[list[CrossingGuess], list[str]]:
-    """Where K of real matrices becomes singular between values of the parameter, and a sentence for
-    each change of sign of its determinant where that was not located.
+    """Where K of real matrices becomes singular over the free parameter: a real root passes zero.
 
-    A real root passes zero there, and may come from far above a band and leave it between two
-    values. Parts of the range are halved, as far as the constants allow, until the determinant has
-    the same sign at both ends and 1 - K(middle)^-1 K contracts there.
+    Such a root may come from far above a band and leave it again between two values, so that no
+    spectrum shows it. The range is halved, as far as the constants allow, into parts at whose ends
+    the determinant has the same sign and in which 1 - K(middle)^-1 K contracts.
+
+    Returns
+    -------
+    crossings : list of CrossingGuess
+        With omega 0, in no order.
+    unclear : list of str
+        A sentence for each change of sign that was not located.
     """
     stiffness = _SweptStiffness(scaled, values)
     span = values[-1] - values[0]
-    edge = 1e-6 * span
-    found: list[CrossingGuess] = []
+    edge = 1e-6 * span  # what is cut out on either side of a singular K
+    crossings: list[CrossingGuess] = []
     unclear: list[str] = []
     parts = [(values[0], values[-1])]
-    for a, b in parts:  # which grow
-        close = [one for one in found if min(abs(one.value - a), abs(one.value - b)) <= 2 * edge]
+    for a, b in parts:  # the list grows in the loop
+        close = []  # K is nearly singular at an end of the part
+        for known in crossings:
+            if min(abs(known.value - a), abs(known.value - b)) <= 2 * edge:
+                close.append(known)
         contracts = stiffness.contracts(a, b, close)
         if contracts and not close:  # no sign can have changed
             continue
@@ -332,22 +353,22 @@ def singular_stiffness(
             continue
         shortest = edge if changes else SHORTEST_PART * span
         is_last = b - a <= shortest or len(parts) >= PARTS
-        one = None
+        crossing = None
         if changes or is_last:
-            one = singular_between(scaled, stiffness.name, (a, b), edge)
-        if one and all(abs(one.value - other.value) > edge for other in found):
-            found.append(one)
-            if a < one.value - edge:
-                parts.append((a, one.value - edge))
-            if one.value + edge < b:
-                parts.append((one.value + edge, b))
+            crossing = singular_between(scaled, stiffness.name, (a, b), edge)
+        if crossing and all(abs(crossing.value - known.value) > edge for known in crossings):
+            crossings.append(crossing)
+            if a < crossing.value - edge:
+                parts.append((a, crossing.value - edge))
+            if crossing.value + edge < b:
+                parts.append((crossing.value + edge, b))
         elif not is_last:
             middle = stiffness.middle(a, b)
             parts += [(a, middle), (middle, b)]
         elif changes:
             where = f"{stiffness.name} = {a:.6g} and {b:.6g}"
             unclear.append(f"a real root passes zero between {where} and was not located")
-    return found, unclear
+    return crossings, unclear
 
 
 class _SweptStiffness:
@@ -361,7 +382,7 @@ class _SweptStiffness:
         for value in values:
             p = scaled.system.values({self.name: value})
             slopes.add(tuple(term.factor.slope(p, self.name) for term in scaled.system.K))
-        # a linear K is farthest at the ends of a part
+        # K that is linear in the parameter differs most from that of the middle at the ends
         self._inner_values = values if len(slopes) > 1 else ()
 
     def at(self, value: float) -> csc_array:
@@ -390,10 +411,13 @@ class _SweptStiffness:
         return math.copysign(1.0, math.cos(factor.logarithm().imag))
 
     def contracts(self, a: float, b: float, close: Sequence[CrossingGuess]) -> bool:
-        """True if K is regular from a to b, but for the null vectors of singular ones close by."""
+        """True if K is regular from a to b: 1 - K(middle)^-1 K contracts at all values that were
+        tried, apart from the null vectors of singular K close to the ends."""
         basis = np.zeros((self.scaled.n, 0))
         if close:
-            columns = [vector for one in close for vector in (one.right, one.left)]
+            columns: list[NDArray] = []
+            for crossing in close:
+                columns += [crossing.right, crossing.left]
             basis = enlarged(basis, np.column_stack(columns), EXACT)
         K = self.at(self.middle(a, b))
         try:
@@ -408,8 +432,11 @@ class _SweptStiffness:
 def singular_between(
     scaled: ScaledSystem, name: str, ends: tuple[float, float], near: float
 ) -> CrossingGuess | None:
-    """Where K of real matrices is singular between two values, by Newton's method from their
-    middle to far below `near`, with its unit null vectors; None if it does not converge there."""
+    """Where K of real matrices is singular between two values, with its unit null vectors x, y.
+
+    By Newton's method on y' K(p) x = 0 from the middle, until a step is far below `near`; None if
+    it leaves the interval or does not converge.
+    """
     low, high = ends
     value = (low + high) / 2
     x, y = np.random.default_rng(1).standard_normal((2, scaled.n))
@@ -418,17 +445,18 @@ def singular_between(
         slope = scaled.slope(name, {name: value}, 0.0)
         with suppress(ZeroDivisionError), np.errstate(all="ignore"):
             factor = factorise(K)
-            for _ in range(3):  # of K + m slope the null vectors of the least m
+            # inverse iteration: null vectors of K + m dK/dp for the smallest m
+            for _ in range(3):
                 x = factor.solve(slope @ x)
                 y = factor.solve(slope.T @ y, transposed=True)
                 x = x / np.linalg.norm(x)
                 y = y / np.linalg.norm(y)
         with np.errstate(all="ignore"):
-            move = -float(y @ (K @ x)) / float(y @ (slope @ x) or np.nan)
-        value += move
-        if not low < value < high:  # also of NaN
+            step = -float(y @ (K @ x)) / float(y @ (slope @ x) or np.nan)
+        value += step
+        if not low < value < high:  # NaN too
             return None
-        if abs(move) <= 1e-3 * near:
+        if abs(step) <= 1e-3 * near:
             return CrossingGuess(value, 0.0, x, y)
     return None
 
@@ -438,11 +466,32 @@ def crossings_along(
 ) -> tuple[list[AxisCrossing], list[str]]:
     """All crossings of the imaginary axis inside the region between the first and last value.
 
-    The reduced system must be good at the values (rising), which set the first steps. Each
-    crossing is located on the full system; a sentence names each one that it does not confirm.
-    Where matrices depend on the frequency of each root they are frozen at some, and what crosses
-    near one of these is located with its own. `known` are guesses of the full system from
-    elsewhere. Raises InputError for a region without the axis.
+    Crossings of the reduced system are located on the full one. Where matrices depend on the
+    frequency of each root they are frozen at some frequencies, and a crossing near one of these is
+    located with matrices at its own.
+
+    Parameters
+    ----------
+    reduction : Reduction
+        The reduced system, good at all values.
+    name : str
+        The parameter.
+    values : sequence of float
+        Its values, rising: the ends of the first steps.
+    known : sequence of CrossingGuess
+        Guesses in the coordinates of the full system, from elsewhere.
+
+    Returns
+    -------
+    crossings : list of AxisCrossing
+        By rising value of the parameter.
+    unconfirmed : list of str
+        A sentence for each crossing of the reduced system that was not located on the full one.
+
+    Raises
+    ------
+    InputError
+        For a region without a part of the upper imaginary axis.
     """
     low = values[0]
     high = values[-1]
@@ -453,52 +502,57 @@ def crossings_along(
             crossings.append(axis_crossing(reduction.scaled, name, guess))
         except ComputationError as error:
             unconfirmed.append(str(error))
-    parts: Iterator[_FrozenPart] = iter([_FrozenPart(reduction.searched, 0.0, math.inf)])
+    # of matrices that do not depend on the frequency one part serves the whole band
+    parts: Iterator[_FrozenPart] = iter([_FrozenPart(reduction.path_reduction, 0.0, math.inf)])
     if isinstance(reduction, DispersiveReduction):
         parts = _frozen_parts(reduction)
     for part in parts:
-        search_on_part = CrossingSearch(part.searched, name)
+        reduced = part.path_reduction
+        search_on_part = CrossingSearch(reduced, name)
         scale = search_on_part.scaled.scale
         for a, b in itertools.pairwise(values):
             shortest = SHORTEST_STEP * (high - low)
             for guess in search_on_part.between(a, b, shortest):
-                vectors = part.searched.in_projection(scale * guess.right, scale * guess.left)
+                vectors = reduced.in_projection(scale * guess.right, scale * guess.left)
                 right, left = multiply(reduction.vectors, np.array(vectors, dtype=complex).T).T
                 try:
                     full_guess = guess._replace(right=right, left=left)
-                    one = axis_crossing(reduction.scaled, name, full_guess)
+                    crossing = axis_crossing(reduction.scaled, name, full_guess)
                 except ComputationError as error:
-                    # else it is another part's to find
+                    # farther from the part's frequency the neighbouring part has to locate it
                     if abs(guess.omega - part.omega) <= part.spacing / 2:
                         unconfirmed.append(str(error))
                     continue
-                if not any(_is_same(one, other) for other in crossings):
-                    crossings.append(one)
+                if not any(_is_same(crossing, other) for other in crossings):
+                    crossings.append(crossing)
     inside: list[AxisCrossing] = []
-    for one in crossings:
-        inside += _in_range(one, low, high)
-    inside.sort(key=lambda one: (one.value, -abs(one.slope)))
+    for crossing in crossings:
+        in_range = _in_range(crossing, low, high)
+        if in_range is not None:
+            inside.append(in_range)
+    inside.sort(key=lambda crossing: (crossing.value, -abs(crossing.slope)))
     return inside, unconfirmed
 
 
 def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[float]) -> list[Event]:
-    """Where two roots of an undamped system meet on the axis whose matrices, real ones, depend on
-    the frequency of each root.
+    """Where two roots meet on the axis, of an undamped system whose real matrices depend on the
+    frequency of each root.
 
-    With matrices frozen at omega they meet at omega_c(omega), and with their own where both are
-    one. The secant method goes there from each of the frequencies of the frozen parts.
+    With matrices frozen at omega they meet at a frequency omega_c(omega), and with matrices at
+    their own frequency where omega_c(omega) = omega. The secant method solves this from each of the
+    frequencies of the frozen parts.
     """
     low = values[0]
     high = values[-1]
-    found: list[Event] = []
+    meetings: list[Event] = []
     for part in _frozen_parts(reduction):
-        for event in itertools.chain(*search(part.searched.system, low, high).clusters):
+        for event in itertools.chain(*search(part.path_reduction.system, low, high).clusters):
             if not event.omega or abs(event.omega - part.omega) > part.spacing:
                 continue
-            one = _at_own_frequency(reduction.system, event, part.omega, low, high)
-            if one and not any(_is_same_meeting(one, other) for other in found):
-                found.append(replace(one, residual=reduction.worst))
-    return sorted(found, key=lambda one: one.value)
+            meeting = _at_own_frequency(reduction.system, event, part.omega, low, high)
+            if meeting and not any(_is_same_meeting(meeting, other) for other in meetings):
+                meetings.append(replace(meeting, residual=reduction.worst))
+    return sorted(meetings, key=lambda meeting: meeting.value)
 
 
 def _is_same_meeting(one: Event, other: Event) -> bool:
@@ -511,8 +565,11 @@ def _is_same_meeting(one: Event, other: Event) -> bool:
 def _at_own_frequency(
     system: TermSystem, start: Event, frozen: float, low: float, high: float
 ) -> Event | None:
-    """The coalescence next to one with matrices frozen at some omega; None if the secant method, or
-    the search at one of its steps, does not find it."""
+    """The coalescence with matrices at its own frequency, from one with matrices frozen at another.
+
+    By the secant method on the excess omega_c(omega) - omega; None if it does not converge, or if
+    no coalescence is located at one of its steps.
+    """
     event = start
     omega_before = frozen
     omega = event.omega
@@ -529,11 +586,11 @@ def _at_own_frequency(
             coalesces=True,
             width=high - low,
         )
-        one = located(continuation, guess)
-        if one is None or not one.omega:
+        meeting = locate_event(continuation, guess)
+        if meeting is None or not meeting.omega:
             return None
-        event = one
-        excess = one.omega - omega
+        event = meeting
+        excess = event.omega - omega
         if abs(excess) <= CONVERGED * omega:
             return event
         step = excess * (omega - omega_before) / (excess_before - excess)
@@ -543,18 +600,26 @@ def _at_own_frequency(
     return None
 
 
-def _in_range(one: AxisCrossing, low: float, high: float) -> list[AxisCrossing]:
-    """A crossing, at an end of the range exactly if rounding leaves that; none if it lies outside,
-    or if what does not grow at the start begins to decay."""
-    first, last = one.interval
+def _in_range(crossing: AxisCrossing, low: float, high: float) -> AxisCrossing | None:
+    """A crossing within a range of the parameter, None if it lies outside.
+
+    It is placed at an end of the range if its interval holds that. A root that begins to decay at
+    the lower end grows nowhere in the range, and does not count.
+    """
+    first, last = crossing.interval
     if first <= low <= last:
-        return [replace(one, value=low, interval=(low, last))] if one.direction > 0 else []
+        if crossing.direction <= 0:
+            return None
+        return replace(crossing, value=low, interval=(low, last))
     if first <= high <= last:
-        return [replace(one, value=high)]
-    return [one] if low <= one.value <= high else []
+        return replace(crossing, value=high)
+    if low <= crossing.value <= high:
+        return crossing
+    return None
 
 
 def _is_same(one: AxisCrossing, other: AxisCrossing) -> bool:
+    """Whether two crossings agree in parameter, frequency and mode."""
     distance = SAME * max(abs(one.value), abs(other.value)) + one.width + other.width
     return bool(
         abs(one.value - other.value) <= distance
@@ -564,10 +629,11 @@ def _is_same(one: AxisCrossing, other: AxisCrossing) -> bool:
 
 
 def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> AxisCrossing:
-    """The crossing of the axis by the parameter `name` next to a guess.
+    """The crossing of the imaginary axis next to a guess, along the parameter `name`.
 
-    Raises ComputationError if Newton's method does not converge (no crossing is near, or two
-    coincide).
+    Newton's method for the parameter and omega with y^H P x = 0 alternates with inverse iteration
+    for the vectors x, y. Raises ComputationError if it does not converge (no crossing is near, or
+    two coincide).
     """
     value = guess.value
     omega = guess.omega
@@ -579,7 +645,7 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
             _, factor = factorise_at(problem, complex(0.0, omega))
             right = factor.solve(y)
             left = factor.solve(x.conj(), transposed=True).conj()
-        else:
+        else:  # residual inverse iteration with the factor of an earlier step
             P = problem.at(complex(0.0, omega))
             right = x - factor.solve(P @ x)
             left = y - factor.solve(P.T @ y.conj(), transposed=True).conj()
@@ -602,12 +668,14 @@ class _NewtonStep(NamedTuple):
     """Where a step of Newton's method ends."""
 
     crossing: AxisCrossing
-    is_converged: bool  # the step is rounding
+    is_converged: bool  # True if the step is rounding
 
 
 def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _NewtonStep | None:
-    """The zero of y^H P(i omega, p) x by one step from a guess with unit vectors (n,); None where
-    y^H dP x is singular."""
+    """One step of Newton's method on y^H P(i omega, p) x = 0 for p and omega.
+
+    The guess has unit vectors x, y (n,). None where the Jacobian (2, 2) is singular.
+    """
     system = scaled.system
     p = guess.value
     omega = guess.omega
@@ -620,11 +688,11 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     product = complex(y @ image)
     by_root = y @ (problem.slope(root) @ x)
     by_parameter = y @ (scaled.slope(name, at, root) @ x)
-    by_frequency = 0.0
+    by_frequency = 0.0  # of matrices that depend on the frequency of the root
     for frequency, share in system.frequency(1.0).items():
         by_frequency = by_frequency + share * (y @ (scaled.slope(frequency, at, root) @ x))
     columns = [1j * by_root + by_frequency, by_parameter]
-    if omega == 0.0:  # it stays zero
+    if omega == 0.0:  # a real root stays real: its equation has the parameter alone
         columns = [1.0, 1j * by_parameter.real]
         product = complex(0.0, product.real)
     jacobian = np.array([np.real(columns), np.imag(columns)])
@@ -634,7 +702,8 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
     omega_step, step = (-inverse @ [product.real, product.imag]).tolist()
     size = float(problem.size(np.array(root)))
-    uncertain = 2 * EPS * size * float(np.abs(inverse[1]).sum())  # by rounding of P x
+    # how far rounding of P x may move p
+    uncertain = 2 * EPS * size * float(np.abs(inverse[1]).sum())
     is_small = abs(step) <= CONVERGED * max(abs(p + step), abs(p) or 1.0)
     is_small &= abs(omega_step) <= CONVERGED * max(abs(omega + omega_step), 1.0)
     new_omega = omega + omega_step
@@ -642,10 +711,11 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
         least, most = system.covered
         new_omega = min(max(new_omega, 2 * math.pi * least), 2 * math.pi * most)
     new_p = p + step
-    # the root follows the parameter, and the matrices its frequency
+    # dz/dp: the parameter moves the root, and its frequency the matrices, which move it again
     direct = -by_parameter / by_root
-    turn = by_frequency / by_root
-    slope = float((direct - turn * (direct.imag / (1.0 + turn.imag))).real)
+    by_own_frequency = by_frequency / by_root
+    frequency_slope = direct.imag / (1.0 + by_own_frequency.imag)  # d omega/dp
+    slope = float((direct - by_own_frequency * frequency_slope).real)
     half_width = uncertain + abs(step) + 2 * EPS * abs(new_p)
     crossing = AxisCrossing(
         value=new_p,

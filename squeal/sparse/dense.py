@@ -54,8 +54,10 @@ def dense_values(
 ) -> ComplexArray:
     """All finite roots of lambda^2 M + lambda C + K, matrices (n, n) of any kind.
 
+    By the standard eigenproblem with the inverse of M, or as a pencil where M is nearly singular.
     Without damping those on the imaginary axis are exactly there, and roots of motions that nothing
-    holds are exactly zero. K may carry the rounding of a matrix of a greater norm `stiffness`.
+    holds are exactly zero. `stiffness` is given if K is the projection of a larger matrix, whose
+    rounding it carries: the norm of that matrix.
     """
     damping = _nonzero(C)
     try:
@@ -82,7 +84,7 @@ def dense_values(
     sizes = np.abs(values)
     if stiffness is not None:
         zeros = _count_zeros(M, damping, K, ROUNDING * stiffness)
-    elif np.min(sizes) <= EPS**0.25 * np.max(sizes):  # as far as chains leave roots from zero
+    elif np.min(sizes) <= EPS**0.25 * np.max(sizes):  # rounding moves zeros in chains up to here
         zeros = _count_zeros(np.eye(len(M)), B, A, noise_of(A, rounding))
     else:
         zeros = 0
@@ -98,13 +100,16 @@ def _nonzero(C: Matrix | None) -> Matrix | None:
 
 
 def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
-    """How many roots are zero, of K (n, n) whose singular values up to `noise` are rounding."""
+    """How many roots are exactly zero: those of the null space of K, two of each undamped motion.
+
+    Singular values of K up to `noise` are rounding.
+    """
     null, left_null = null_spaces(K, noise)
     if not null.size:
         return 0
     if _nonzero(C) is None:
         return 2 * zero_roots(K, noise, M)
-    # each motion counts twice but for those whose damping moves a root by more than rounding
+    # each motion has two zeros, or one if damping moves the other by more than rounding
     damping = np.linalg.svd(left_null.conj().T @ (C @ null), compute_uv=False)
     mass = float(np.linalg.norm(left_null.conj().T @ (M @ null), 2))
     return 2 * null.shape[1] - int(np.sum(damping > math.sqrt(noise * mass)))
@@ -120,7 +125,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     C_or_none = _nonzero(C)
     n = len(M)
     U, masses, Wh = np.linalg.svd(M)
-    # how many motions have mass is judged whatever the units; these have the largest `masses`
+    # how many motions have mass is judged on M of unit diagonal, in which units do not matter
     rank = rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))
     size = divisor(norm_of(K))
     if rank == 0 and C_or_none is not None:  # the system is of the first order
@@ -152,33 +157,36 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
 
 
 def _finite_values(F: Matrix, E: Matrix, infinite: int) -> ComplexArray:
-    """The finite eigenvalues s = alpha / beta of F - s E (N, N), at least `infinite` of which are
-    infinite; exactly conjugate in pairs if F is real."""
+    """The finite eigenvalues s = alpha / beta of F - s E (N, N), by the QZ algorithm.
+
+    At least `infinite` of the N are infinite. If F is real they are exactly conjugate in pairs.
+    """
     from scipy.linalg import eigvals
 
     alpha, beta = eigvals(F, E, homogeneous_eigvals=True)
-    with np.errstate(over="ignore"):  # of a root at zero, the last to be taken for infinite
-        closeness = np.abs(beta) / np.maximum(np.abs(alpha), np.finfo(float).tiny)  # 0: infinite
-    is_finite = (closeness > 4 * EPS) | (infinite == 0)  # all, if none has to be infinite
-    is_finite[np.argsort(closeness)[:infinite]] = False
+    with np.errstate(over="ignore"):  # a root at zero has an infinite inverse
+        inverses = np.abs(beta) / np.maximum(np.abs(alpha), np.finfo(float).tiny)  # 1 / |s|
+    is_finite = (inverses > 4 * EPS) | (infinite == 0)  # all, if none has to be infinite
+    is_finite[np.argsort(inverses)[:infinite]] = False
     values = (alpha / np.where(beta == 0, 1.0, beta))[is_finite].astype(complex)
-    if not np.iscomplexobj(F):  # the second of a pair follows the first
+    if not np.iscomplexobj(F):  # in a pair the lower root comes next to the upper one
         lower = np.flatnonzero(values.imag < 0)
         values[lower] = values[lower - 1].conj()
     return values
 
 
 def _state_pencil(M: Matrix, C: Matrix, K: Matrix, rank: int) -> tuple[Matrix, Matrix]:
-    """F and E of F z = lambda E z: the state z is what has mass, its velocity, and what has none.
+    """F and E (n + rank, n + rank) of F z = lambda E z, the first-order form.
 
-    M is diagonal, the first `rank` entries alone not zero.
+    M is diagonal, its first `rank` entries alone not zero. The state z is the displacements of
+    coordinates with mass, their velocities, and the displacements of coordinates without mass.
     """
     n = len(M)
     eye = np.eye(rank)
     zero = np.zeros((rank, rank))
-    none = np.zeros((rank, n - rank))
-    E = np.block([[eye, zero, none], [np.zeros((n, rank)), M[:, :rank], C[:, rank:]]])
-    F = np.block([[zero, eye, none], [-K[:, :rank], -C[:, :rank], -K[:, rank:]]])
+    massless = np.zeros((rank, n - rank))
+    E = np.block([[eye, zero, massless], [np.zeros((n, rank)), M[:, :rank], C[:, rank:]]])
+    F = np.block([[zero, eye, massless], [-K[:, :rank], -C[:, :rank], -K[:, rank:]]])
     return F, E
 
 
@@ -190,11 +198,11 @@ def roots_at(
     left: bool = False,
     stiffness: float | None = None,
 ) -> Roots:
-    """Known roots, sorted, with unit right vectors and, if wanted, left ones (else NaN).
+    """Known roots (m,), sorted, with unit right vectors and, if `left`, left ones (else NaN).
 
-    Roots that are too close for a vector each share those of the smallest singular values of P at
-    their mean, roots of zero the null space of K, which may carry the rounding of a matrix of a
-    greater norm `stiffness`.
+    By inverse iteration on P at each root. Roots that are too close for a vector each share the
+    singular vectors of the smallest singular values of P at their mean, zero roots the null space
+    of K. `stiffness` is the norm of the larger matrix whose rounding K carries, if there is one.
     """
     ordered = values[np.lexsort((values.real, values.imag))]
     right_vectors = np.full((len(M), len(ordered)), np.nan, dtype=complex)
@@ -202,17 +210,18 @@ def roots_at(
     for group in _clusters(ordered):
         mean = ordered[group].mean()
         right: NDArray = np.zeros((len(M), 0))
-        adjoint = right
+        left_null = right
         if mean == 0.0:
             noise = noise_of(K) if stiffness is None else ROUNDING * stiffness
-            right, adjoint = null_spaces(K, noise)
+            right, left_null = null_spaces(K, noise)
         if not right.shape[1]:
             P = mean * mean * M + (0.0 if C is None else mean * C) + K
-            dimension = min(len(group), len(M))  # a root may be met more often than there are rows
-            right, adjoint = _null_vectors(P, dimension, left)
-        repeated = np.arange(len(group)) % right.shape[1]  # a chain repeats its one vector
+            dimension = min(len(group), len(M))  # a root may repeat more often than there are rows
+            right, left_null = _null_vectors(P, dimension, left)
+        # a defective root has fewer vectors than its multiplicity: they are repeated
+        repeated = np.arange(len(group)) % right.shape[1]
         right_vectors[:, group] = right[:, repeated]
-        left_vectors[:, group] = adjoint[:, repeated]
+        left_vectors[:, group] = left_null[:, repeated]
     return Roots(ordered, right_vectors, left_vectors)
 
 
@@ -225,14 +234,17 @@ def _clusters(values: ComplexArray) -> list[Indices]:
 
 
 def _null_vectors(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray, ComplexArray]:
-    """Right and left unit vectors (n, count) of the smallest singular values, by inverse iteration
-    on one factorisation; left ones NaN unless wanted. Where fewer vanish the first is repeated."""
+    """Right and left singular vectors (n, count) of the smallest singular values of P, by inverse
+    iteration on one factorisation.
+
+    Left ones are NaN unless `left`. Where fewer singular values vanish, the first vector repeats.
+    """
     from scipy.linalg import lu_factor, lu_solve
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a singular P is what is expected here
         lu, pivots = lu_factor(P, check_finite=False)
-    # pivots that vanish are rounding: what they solve points along the null space
+    # a pivot that vanishes gets the size of rounding: solutions then point along the null space
     floor = EPS / 2 * (float(np.abs(P).max()) or 1.0)
     small = np.flatnonzero(np.abs(np.diag(lu)) < floor)
     lu[small, small] = floor
@@ -245,7 +257,7 @@ def _null_vectors(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray
         solution = lu_solve((lu, pivots), b, trans=2, check_finite=False)
         return np.linalg.qr(solution)[0]
 
-    # the inverse of P and of its adjoint by turns converge to singular vectors
+    # P^-1 and its adjoint in alternation converge to the singular vectors
     start = np.random.default_rng(len(P)).standard_normal((len(P), 2 * count)).view(complex)
     y = solve_adjoint(start)
     for _ in range(1 if count == 1 else 3):

@@ -48,18 +48,15 @@ CONVERGED = 1e-10  # last step, relative to the root; its error is about the squ
 SAME = 1e-7  # relative: nearer roots are one
 
 
-class RepeatedRoot(NamedTuple):
-    """A root (rad/s) and its multiplicity."""
+@dataclass
+class RepeatedRoot:
+    """A root that Newton's method has reached, at its own frequency."""
 
-    value: complex
-    multiplicity: int
-
-
-class RootsAtOwnFrequencies(NamedTuple):
-    """Roots of the reduced system, each at its own frequency."""
-
-    roots: list[RepeatedRoot]
-    unsure: int  # roots that the frozen frequency on one side alone led to
+    value: complex  # rad/s
+    multiplicity: int = 1
+    # whether the frozen frequencies from which it was reached lie above its own: {True, False} once
+    # it was reached from both sides
+    from_above: set[bool] = field(default_factory=set)
 
 
 class ModesAtOwnFrequencies(NamedTuple):
@@ -69,19 +66,11 @@ class ModesAtOwnFrequencies(NamedTuple):
     unsure: int  # roots that the frozen frequency on one side alone led to
 
 
-@dataclass
-class _ReachedRoot:
-    """A root that Newton's method has reached, from above its frequency or from below."""
-
-    value: complex
-    multiplicity: int = 1
-    from_above: set[bool] = field(default_factory=set)
-
-
 def frequencies(system: TermSystem, region: Rectangle) -> Array:
-    """Frequencies (rad/s) of a band at which matrices are frozen.
+    """The frequencies (rad/s) of a region's band, evenly spaced, at which matrices are frozen.
 
-    Raises InputError unless the region lies above the real axis and the tables cover it.
+    Raises InputError unless the region reaches above the real axis and the tables of moduli cover
+    its band.
     """
     low = max(region.low_imag, 0.0)
     high = region.high_imag
@@ -108,7 +97,11 @@ def _tables(system: TermSystem) -> list[str]:
 
 
 class DispersiveReduction(Reduction):
-    """A reduction whose roots have frequencies of their own where `changes` name none."""
+    """A reduction of matrices that depend on the frequency of each root.
+
+    Where `changes` name a frequency the matrices are frozen there, for all roots; otherwise each
+    root is one of the matrices at its own frequency.
+    """
 
     def frozen(self, omega: float, region: Rectangle) -> DispersiveReduction:
         """The reduction frozen at one frequency (rad/s), in a region around that frequency."""
@@ -118,6 +111,7 @@ class DispersiveReduction(Reduction):
         return other
 
     def _is_frozen(self, changes: Changes) -> bool:
+        """True if the changes name the frequency that the matrices depend on."""
         return changes.keys() >= set(self.system.follows)
 
     def roots(
@@ -127,7 +121,7 @@ class DispersiveReduction(Reduction):
         if self._is_frozen(changes):
             return super().roots(changes, left, values)
         assert values is None
-        return vectors_of(self, changes, roots_at_own_frequencies(self, changes).roots)
+        return vectors_of(self, changes, roots_at_own_frequencies(self, changes))
 
     def residuals(self, roots: Roots, changes: Changes) -> Array:
         """Backward errors (m,) in the full problem of roots of the reduced one, estimated."""
@@ -142,14 +136,18 @@ class DispersiveReduction(Reduction):
 
 def roots_at_own_frequencies(
     reduction: DispersiveReduction, changes: Changes
-) -> RootsAtOwnFrequencies:
-    """The roots of a reduced system in its region, each at its own frequency."""
+) -> list[RepeatedRoot]:
+    """The roots of a reduced system in its region, each at its own frequency.
+
+    Newton's method starts from the roots at each frozen frequency that lie near that frequency.
+    Where two of these reach one root, matrices frozen at its frequency show whether it is double.
+    """
     system = reduction.system
     grid = frequencies(system, reduction.region)
     reach = NEAR * np.diff(grid).max()
     pending = grid.tolist()
     tried: list[float] = []
-    reached: list[_ReachedRoot] = []
+    reached: list[RepeatedRoot] = []
     while pending and len(tried) < MOST:
         omega = pending.pop(0)
         tried.append(omega)
@@ -160,22 +158,18 @@ def roots_at_own_frequencies(
             if end is not None:
                 ends.append(end)
         for z in ends:
-            together = sum(_is_same(z, other) for other in ends)
-            root = next((one for one in reached if _is_same(z, one.value)), None)
+            coincident = sum(_is_same(z, other) for other in ends)
+            root = next((known for known in reached if _is_same(z, known.value)), None)
             if root is None:
-                root = _ReachedRoot(z)
+                root = RepeatedRoot(z)
                 reached.append(root)
             distance = SAME * abs(z)
-            if abs(z.imag - omega) <= distance:  # as often one as with these matrices
-                root.multiplicity = max(root.multiplicity, together)
-            elif together > 1 and all(abs(z.imag - w) > distance for w in tried + pending):
-                pending.append(z.imag)  # two starts met: frozen there, they separate
+            if abs(z.imag - omega) <= distance:  # these matrices are those of the root itself
+                root.multiplicity = max(root.multiplicity, coincident)
+            elif coincident > 1 and all(abs(z.imag - w) > distance for w in tried + pending):
+                pending.append(z.imag)  # frozen there, two roots separate or are one double root
             root.from_above.add(omega > z.imag)
-    inside = [one for one in reached if reduction.region.contains(np.array(one.value))]
-    return RootsAtOwnFrequencies(
-        roots=[RepeatedRoot(one.value, one.multiplicity) for one in inside],
-        unsure=sum(len(one.from_above) == 1 for one in inside),
-    )
+    return [root for root in reached if reduction.region.contains(np.array(root.value))]
 
 
 def _is_same(z: complex, other: complex) -> bool:
@@ -183,23 +177,27 @@ def _is_same(z: complex, other: complex) -> bool:
 
 
 def vectors_of(
-    reduction: DispersiveReduction, changes: Changes, found: Sequence[RepeatedRoot]
+    reduction: DispersiveReduction, changes: Changes, repeated: Sequence[RepeatedRoot]
 ) -> Roots:
-    """Such roots with right and left vectors of the reduced system."""
+    """Roots with right and left vectors of the reduced system, each at its own frequency; a
+    repeated root stands as often as its multiplicity."""
     roots = Roots.none(reduction.size)
-    for value, multiplicity in found:
-        at = {**changes, **reduction.system.frequency(abs(value.imag))}
-        roots = roots.joined(reduction.roots(at, True, np.full(multiplicity, value)))
+    for root in repeated:
+        at = {**changes, **reduction.system.frequency(abs(root.value.imag))}
+        values = np.full(root.multiplicity, root.value)
+        roots = roots.joined(reduction.roots(at, True, values))
     return roots
 
 
 def _newton(
     reduction: DispersiveReduction, changes: Changes, start: complex, frozen: float, grid: Array
 ) -> complex | None:
-    """The root at its own frequency next to one of the system frozen at some omega, or None.
+    """The root at its own frequency next to one of the system frozen at some omega; None if
+    Newton's method does not converge.
 
-    With right and left vectors x, y of P, and all by first order in dz and domega,
-    y P x + y P' x dz + y dP/domega x domega = 0 where z + dz has the imaginary part omega + domega.
+    With right and left vectors x, y of P the unknowns are dz and domega of
+    y P x + y P' x dz + y dP/domega x domega = 0 and Im(z + dz) = omega + domega. Frequencies stay
+    within the ends of the `grid`.
     """
     system = reduction.system
     z = start
@@ -222,11 +220,13 @@ def _newton(
         if by_root == 0:
             return None
         step = -residual / by_root
-        turn = by_omega / by_root
-        change = ((z + step).imag - omega) / (1 + turn.imag or 1.0)
-        step -= turn * change
+        root_by_omega = -by_omega / by_root
+        excess = (z + step).imag - omega
+        by_own_frequency = 1 - root_by_omega.imag  # -d excess / d omega
+        omega_step = excess / (by_own_frequency or 1.0)
+        step += root_by_omega * omega_step
         z = z + step
-        omega = float(np.clip(omega + change, grid[0], grid[-1]))
+        omega = float(np.clip(omega + omega_step, grid[0], grid[-1]))
         if abs(step) <= CONVERGED * abs(z):
             return z if abs(z.imag - omega) <= CONVERGED * abs(z) else None
     return None
@@ -235,10 +235,10 @@ def _newton(
 def modes_at_own_frequencies(
     reduction: DispersiveReduction, changes: Changes
 ) -> ModesAtOwnFrequencies:
-    """The roots of the full system in the region of a reduced one, each at its own frequency, with
-    left vectors and backward errors there.
+    """The roots of the full system in the region of a reduced one, each at its own frequency.
 
-    The reduced system grows until they solve the full one.
+    By residual inverse iteration: P^-1 of one frozen frequency, applied to the residuals in the
+    full system, enlarges the basis, until the roots solve the full system to rounding.
     """
     scaled = reduction.scaled
     system = scaled.system
@@ -246,37 +246,39 @@ def modes_at_own_frequencies(
     middle = system.frequency((max(region.low_imag, 0.0) + region.high_imag) / 2)
     _, factor = factorise_at(scaled.at({**changes, **middle}), region.centre)
     report("solving for the roots at their own frequencies")
-    reduced, unsure = roots_at_own_frequencies(reduction, changes)
+    repeated = roots_at_own_frequencies(reduction, changes)
     grid = frequencies(system, region)
     before = np.inf
     for _ in range(CORRECTIONS):
-        reduced_roots = vectors_of(reduction, changes, reduced)
+        reduced_roots = vectors_of(reduction, changes, repeated)
         full = Roots(
             values=reduced_roots.values,
             right=multiply(reduction.vectors, reduced_roots.right),
             left=multiply(reduction.vectors, reduced_roots.left),
         )
-        each = [full.select(np.array([k])) for k in range(len(full.values))]
+        single_roots = [full.select(np.array([k])) for k in range(len(full.values))]
         problems = [scaled.at({**changes, **system.frequency(z.imag)}) for z in full.values]
         residuals = Residuals(np.zeros_like(full.right), np.zeros_like(full.right))
         for k, problem in enumerate(problems):
-            right, left = residuals_of(problem, each[k])
-            residuals.right[:, [k]] = right
-            residuals.left[:, [k]] = left
-        errors = np.maximum(*(np.linalg.norm(part, axis=0) for part in residuals))
+            of_root = residuals_of(problem, single_roots[k])
+            residuals.right[:, [k]] = of_root.right
+            residuals.left[:, [k]] = of_root.left
+        right_errors = np.linalg.norm(residuals.right, axis=0)
+        left_errors = np.linalg.norm(residuals.left, axis=0)
+        errors = np.maximum(right_errors, left_errors)
         worst = float(np.max(errors, initial=0.0))
-        if worst <= EXACT or before / 2 < worst <= GOOD_ENOUGH:
+        no_longer_improves = worst > before / 2
+        if worst <= EXACT or (no_longer_improves and worst <= GOOD_ENOUGH):
             break
         before = worst
-        late = errors > EXACT
-        reduction.extend(residuals.corrections(factor, late, late))
-        moved = []
-        for value, multiplicity in reduced:
-            root = _newton(reduction, changes, value, value.imag, grid) or value
-            moved.append(RepeatedRoot(root, multiplicity))
-        reduced = moved
+        is_unsolved = errors > EXACT
+        reduction.extend(residuals.corrections(factor, is_unsolved, is_unsolved))
+        for root in repeated:
+            start = root.value
+            root.value = _newton(reduction, changes, start, start.imag, grid) or start
     eigenvalues: list[Eigenvalue] = []
-    for problem, root_with_vectors in zip(problems, each, strict=True):
-        eigenvalues += eigenvalues_of(problem, root_with_vectors)
+    for problem, single_root in zip(problems, single_roots, strict=True):
+        eigenvalues += eigenvalues_of(problem, single_root)
     eigenvalues.sort(key=lambda e: e.value.imag)
+    unsure = sum(len(root.from_above) == 1 for root in repeated)
     return ModesAtOwnFrequencies(tuple(eigenvalues), unsure)

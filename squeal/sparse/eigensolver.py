@@ -4,14 +4,15 @@ With lambda = shift + radius / theta the problem reads
 theta^2 P(shift) x + theta radius P'(shift) x + radius^2 M x = 0: the roots nearest the shift
 become the largest theta. A block Krylov subspace of the companion form, in single precision, shows
 roughly all roots within some distance. In the space of their vectors the full problem has Ritz
-pairs; P(shift)^-1, applied to the residuals of all of them at once, brings the directions that they
-lack (residual inverse iteration, Neumaier 1985), until right and left vectors solve the full
-problem to rounding. One basis gives multiple roots and rigid bodies as the dense problem does.
+pairs; P(shift)^-1, applied to the residuals of all of them at once, adds the directions that
+correct them (residual inverse iteration, Neumaier 1985), until right and left vectors solve the
+full problem to rounding. One basis gives multiple roots and rigid bodies as the dense problem does.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -37,7 +38,7 @@ from squeal.sparse.quadratic import (
     report,
 )
 
-# What a search for roots may cost, and when it is content
+# What a search for roots may cost, and the errors with which it ends
 COLUMNS = 180  # of a subspace; what it does not reach is left to other shifts
 BLOCK = 3  # vectors of a step: roots of that multiplicity converge at once
 RITZ_RESIDUAL = 1e-4  # of a Ritz value that has converged
@@ -57,17 +58,26 @@ ENLARGEMENTS = 12  # at most
 class RootsNearShift(NamedTuple):
     """Roots around a shift, roughly: all within `reach` of it, and some beyond."""
 
-    values: ComplexArray  # (m,) by distance
+    values: ComplexArray  # (m,) by distance from the shift
     vectors: ComplexArray  # (n, m) of unit length
-    reach: float
-    shift: complex
+    reach: float  # rad/s; infinite if the subspace holds all roots
+    shift: complex  # the one that was asked for, or one beside it where P is singular there
     factor: Factor  # of P(shift)
+
+
+class RitzPairs(NamedTuple):
+    """Approximate eigenpairs (m,) of an operator in a Krylov subspace."""
+
+    values: ComplexArray  # (m,)
+    coordinates: NDArray  # (m, m) of the vectors, in the first m columns of the basis
+    residuals: Array  # (m,) norms
 
 
 class BlockArnoldi:
     """An orthonormal basis of a block Krylov subspace, and an operator in it.
 
-    The first `applied` of `size` columns are those to which the operator has been applied.
+    The operator has been applied to the first `applied` of the `size` columns. The subspace is
+    invariant once that are all.
     """
 
     def __init__(
@@ -75,11 +85,12 @@ class BlockArnoldi:
     ) -> None:
         first, _ = orthogonalise(start[:, :0], operator(start))
         self.operator = operator
+        self.block = start.shape[1]
         self.applied = 0
         self.size = first.shape[1]
         self._storage = np.zeros((len(start), columns), start.dtype, order="F")
         self._storage[:, : self.size] = first
-        self._coordinates: list[NDArray] = []  # of the images of each block
+        self._coordinates: list[NDArray] = []  # of the images of each block: columns of H
 
     @property
     def basis(self) -> NDArray:
@@ -92,12 +103,26 @@ class BlockArnoldi:
         self._coordinates.append(coordinates)
         self.applied = self.size
         self.size += new.shape[1]
-        while self.size > self._storage.shape[1]:
+        while self.size > self._storage.shape[1]:  # double it
             self._storage = np.hstack([self._storage, np.zeros_like(self._storage)])
         self._storage[:, self.applied : self.size] = new
 
-    def eigenpairs(self) -> tuple[ComplexArray, NDArray, Array]:
-        """Eigenvalues (m,) of the operator in the subspace, their coordinates, and residuals."""
+    def growing(self, most: float = math.inf) -> Iterator[RitzPairs]:
+        """Grow block by block, and show the Ritz pairs at some sizes: each is an eigenproblem.
+
+        Ends when the subspace has more than `most` columns, or is invariant.
+        """
+        next_size = 2 * self.block
+        can_grow = True
+        while can_grow:
+            self.grow()
+            can_grow = self.applied < self.size <= most
+            if self.applied >= next_size or not can_grow:
+                next_size = self.applied + max(2 * self.block, self.applied // 8)
+                yield self._ritz_pairs()
+
+    def _ritz_pairs(self) -> RitzPairs:
+        """The eigenpairs of the operator's projection onto the subspace."""
         H = np.zeros((self.size, self.applied), self._storage.dtype)
         end = 0
         for coordinates in self._coordinates:
@@ -106,7 +131,8 @@ class BlockArnoldi:
             H[: len(coordinates), start:end] = coordinates
         square = H[: self.applied].astype(np.result_type(H, float))
         theta, vectors = np.linalg.eig(square)
-        return theta, vectors, np.linalg.norm(H[self.applied :] @ vectors, axis=0)
+        residuals = np.linalg.norm(H[self.applied :] @ vectors, axis=0)
+        return RitzPairs(theta, vectors, residuals)
 
 
 def roots_near_shift(
@@ -117,56 +143,68 @@ def roots_near_shift(
     seed: int = 0,
     single: bool = False,
 ) -> RootsNearShift:
-    """Roots near a shift until (values, reach) are `enough` or no more can be had.
+    """Roots near a shift, by block Arnoldi on the companion form with P(shift)^-1.
 
-    `radius` is the distance that becomes theta = 1; the subspace starts from random vectors of the
-    `seed`, in `single` precision if so.
+    Parameters
+    ----------
+    problem : Quadratic
+        n rows.
+    shift : complex
+        rad/s.
+    radius : float
+        The distance from the shift (rad/s) that becomes |theta| = 1.
+    enough : callable
+        Whether values (m,) by distance and the reach suffice. The subspace grows until they do, or
+        until it has as many columns as are allowed.
+    seed : int
+        Of the random vectors from which the subspace starts.
+    single : bool
+        Compute in single precision, at half the time and memory.
     """
     n = problem.n
     report(f"factorising {n} rows at {shift:.6g}")
-    centre, factor = factorise_at(problem, shift, single)
-    if problem.real and centre.imag == 0.0:
+    # where P(shift) is singular another shift close by serves
+    used_shift, factor = factorise_at(problem, shift, single)
+    if problem.real and used_shift.imag == 0.0:
         dtype = np.dtype(np.float32 if single else np.float64)
     else:
         dtype = np.dtype(np.complex64 if single else np.complex128)
-    slope = (radius * problem.slope(centre)).astype(dtype)
+    slope = (radius * problem.slope(used_shift)).astype(dtype)
     mass = (radius**2 * problem.M).astype(dtype)
 
     def companion(states: NDArray) -> NDArray:
-        """The companion form on vectors [theta x; x] (2n, m)."""
+        """The companion form, whose eigenvalues are theta, times states [theta x; x] (2n, m)."""
         upper = states[:n]
         return np.vstack([factor.solve(-(slope @ upper + mass @ states[n:])), upper])
 
     start = np.random.default_rng(seed).standard_normal((2 * n, BLOCK)).astype(dtype)
     most = min(COLUMNS, 2 * n)
     krylov = BlockArnoldi(companion, start, most + BLOCK)
-    next_look = 2 * BLOCK
-    while True:
-        can_grow = krylov.applied < krylov.size <= most
-        if can_grow:
-            krylov.grow()
-            if krylov.applied < next_look:  # an eigenproblem of its own: not after every block
-                continue
-        next_look = krylov.applied + max(2 * BLOCK, krylov.applied // 8)
-        theta, coordinates, residuals = krylov.eigenpairs()
-        sizes = np.maximum(np.abs(theta), np.finfo(float).tiny)
-        is_good = residuals <= RITZ_RESIDUAL * sizes
+    for ritz in krylov.growing(most):
+        sizes = np.maximum(np.abs(ritz.values), np.finfo(float).tiny)
+        is_good = ritz.residuals <= RITZ_RESIDUAL * sizes
+        # the nearest root that has not converged bounds the disc in which all have
         reach = float(np.min(radius / sizes[~is_good], initial=np.inf))
         nearest = np.flatnonzero(is_good)[np.argsort(-sizes[is_good])]
-        theta = theta[nearest].astype(complex)
-        values = centre + radius / theta
-        if not can_grow or (len(values) and enough(values, reach)):
+        theta: ComplexArray = ritz.values[nearest].astype(complex)
+        values = used_shift + radius / theta
+        if len(values) and enough(values, reach):
             break
-    chosen = coordinates[:, nearest].astype(np.result_type(dtype, np.complex64))
+    chosen = ritz.coordinates[:, nearest].astype(np.result_type(dtype, np.complex64))
     states = krylov.basis[:, : krylov.applied]
     # the longer of theta x and x has the smaller error
     vectors = np.where(np.abs(theta) >= 1.0, states[:n] @ chosen, states[n:] @ chosen)
     vectors /= np.linalg.norm(vectors, axis=0)
-    return RootsNearShift(values, vectors, reach, centre, factor)
+    return RootsNearShift(values, vectors, reach, used_shift, factor)
 
 
 def orthogonalise(basis: NDArray, columns: NDArray) -> tuple[NDArray, NDArray]:
-    """What columns add to an orthonormal basis, orthonormal, and their coordinates in both."""
+    """The directions that columns (n, m) add to an orthonormal basis (n, d), and coordinates.
+
+    Returns orthonormal columns (n, k), k <= m, which are new to rounding, and the coordinates
+    (d + k, m) of the given columns in [basis, new]. By Gram-Schmidt and a QR factorisation with
+    pivoting.
+    """
     from scipy.linalg import qr
 
     size = float(np.linalg.norm(columns))
@@ -180,7 +218,7 @@ def orthogonalise(basis: NDArray, columns: NDArray) -> tuple[NDArray, NDArray]:
     lengths = np.abs(np.diag(triangle))
     rank = int(np.sum(lengths > 4 * np.finfo(columns.dtype).eps * size))
     new = new[:, :rank]
-    if np.any(lengths[:rank] < 1e-3 * size):  # one that was small has lost it
+    if np.any(lengths[:rank] < 1e-3 * size):  # a small remainder is orthogonal to fewer digits
         new = new - basis @ (new.conj().T @ basis).conj().T
         new /= np.linalg.norm(new, axis=0)
     return new, np.vstack([inside, triangle[:rank, np.argsort(order)]])
@@ -192,9 +230,9 @@ class Modes:
 
     eigenvalues: tuple[Eigenvalue, ...]
     region: Region
-    count: int | None  # None where none was made or settled
+    count: int | None  # None if the roots were not counted, or no count was reached
     roots: Roots = field(repr=False)  # the same in scaled coordinates
-    # of one shift that showed all, where nothing is counted
+    # what one shift showed, if it served the whole region and nothing was counted
     near: RootsNearShift | None = field(default=None, repr=False)
     rough_values: tuple[complex, ...] = field(default=(), repr=False)  # also outside the region
 
@@ -217,11 +255,22 @@ def corrected_roots(
     exact: float = EXACT,
     accepted: float = GOOD_ENOUGH,
 ) -> Roots | None:
-    """The roots in a region by residual inverse iteration; None if they do not come to be good.
+    """The roots in a region by residual inverse iteration; None if it does not converge.
 
-    An orthonormal basis (n, d) nearly holds their right vectors, a factor is of P near them.
-    `exact` is the backward error of right vectors with which corrections end, `accepted` that of
-    left vectors, and of right ones where they gain no more.
+    Parameters
+    ----------
+    problem : Quadratic
+        n rows.
+    factor : Factor
+        Of P at a value near the roots.
+    basis : ndarray (n, d)
+        Orthonormal; it nearly holds their right vectors.
+    region : Rectangle or Disc
+        Where.
+    exact : float
+        Backward error of right vectors with which corrections end.
+    accepted : float
+        That of left vectors, and of right ones that corrections no longer improve.
     """
     if not basis.size:
         return Roots.none(problem.n)
@@ -240,14 +289,16 @@ def corrected_roots(
         residuals = residuals_of(problem, roots)
         errors = np.linalg.norm(residuals.right, axis=0)
         left_errors = np.linalg.norm(residuals.left, axis=0)
-        left_errors *= exact / accepted  # they enter conditions and derivatives
+        # left vectors enter conditions and derivatives alone: they may be off by `accepted`
+        left_errors *= exact / accepted
         worst = max(np.max(errors, initial=0.0), np.max(left_errors, initial=0.0))
-        if worst <= exact or before / 2 < worst <= accepted:
+        no_longer_improves = worst > before / 2
+        if worst <= exact or (no_longer_improves and worst <= accepted):
             return roots
         before = worst
         old = V
-        steps = residuals.corrections(factor, errors > exact, left_errors > exact)
-        V = enlarged(V, steps, dropped=1e-4)
+        corrections = residuals.corrections(factor, errors > exact, left_errors > exact)
+        V = enlarged(V, corrections, dropped=1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])
         M = grown(M, problem.M, old, new)
         C = grown(C, problem.C, old, new)
@@ -256,21 +307,21 @@ def corrected_roots(
 
 
 class Residuals(NamedTuple):
-    """P x and P' y* of right and left vectors x, y of roots, over a bound of |P| (n, m)."""
+    """P x and P' y* of right and left vectors x, y of m roots, over a bound of |P|."""
 
-    right: ComplexArray
-    left: ComplexArray
+    right: ComplexArray  # (n, m)
+    left: ComplexArray  # (n, m)
 
     def corrections(self, factor: Factor, of_right: Bools, of_left: Bools) -> ComplexArray:
-        """Directions that correct some of the right and some of the left vectors, by a factor of P
-        near them."""
+        """Directions P^-1 r (n, k) that correct some of the right and some of the left vectors, by
+        a factor of P near the roots; `of_right`, `of_left` (m,) choose them."""
         right = factor.solve(self.right[:, of_right])
         left = factor.solve(self.left[:, of_left], transposed=True)
         return np.hstack([right, left])
 
 
 def residuals_of(problem: Quadratic, roots: Roots) -> Residuals:
-    """What right and left vectors of roots lack in the full problem."""
+    """Residuals of right and left vectors of roots, relative to a bound of |P| at each root."""
     sizes = divisor(problem.size(roots.values))
     return Residuals(
         right=problem.apply(roots.values, roots.right) / sizes,
@@ -279,14 +330,16 @@ def residuals_of(problem: Quadratic, roots: Roots) -> Residuals:
 
 
 def grown(projected: Array, A: Matrix, old: Array, new: Array) -> Array:
-    """V' A V of a basis V = [old, new], of which old' A old is known."""
+    """V' A V of a basis V = [old, new], from `projected` = old' A old."""
     image = A @ new
     return np.block([[projected, old.T @ image], [(A.T @ new).T @ old, new.T @ image]])
 
 
 def enlarged(basis: Array, columns: NDArray, dropped: float) -> Array:
-    """An orthonormal basis (n, d) and what the real and imaginary parts of columns add to it, of
-    unit vectors what exceeds `dropped`."""
+    """An orthonormal real basis (n, d), enlarged by the real and imaginary parts of columns.
+
+    Directions in which unit columns add less than `dropped` (singular values) are left out.
+    """
     units = columns / divisor(np.linalg.norm(columns, axis=0))
     parts = [units.real, units.imag] if np.iscomplexobj(columns) else [units]
     remainder = np.hstack(parts).astype(float)
@@ -302,8 +355,8 @@ class _PartRoots(NamedTuple):
     """Roots in and around a part of a region."""
 
     roots: Roots
-    missing: int | None  # among them; None where that is not known
-    near: RootsNearShift  # what showed them
+    missing: int | None  # how many more a count finds; None if there is no count
+    near: RootsNearShift  # the rough roots that they were corrected from
 
 
 def modes_in(
@@ -315,11 +368,27 @@ def modes_in(
 ) -> Modes:
     """All roots in a rectangle with left vectors, and the count that certifies them.
 
-    The region is divided until one subspace each finds all roots around it. If the count shows
-    more roots than are listed, the search starts again in double precision from more vectors.
-    Orthonormal vectors `start` (n, d) that nearly hold the modes save corrections, whose backward
-    error is `exact`. Raises ComputationError if the region holds too
-    many roots, or some that rounding hides.
+    The region is halved until one Krylov subspace reaches all roots in and around each part. If
+    the count shows more roots than are listed, the search of that part starts again in double
+    precision from more vectors.
+
+    Parameters
+    ----------
+    problem : Quadratic
+        n rows.
+    region : Rectangle
+        Where.
+    certify : bool
+        Count the roots by the argument principle.
+    start : ndarray (n, d), optional
+        Orthonormal vectors that nearly hold the modes, which saves corrections.
+    exact : float
+        Backward error of right vectors with which corrections end.
+
+    Raises
+    ------
+    ComputationError
+        If the region holds too many roots, or some that rounding hides.
     """
     basis = np.zeros((problem.n, 0)) if start is None else start
     inner = region.widened(-1e-9)
@@ -329,24 +398,24 @@ def modes_in(
     pending = [region]
     for _ in range(PARTS):
         part = pending.pop()
-        found = _roots_around(problem, part, certify, basis, exact)
-        if found is None:
+        of_part = _roots_around(problem, part, certify, basis, exact)
+        if of_part is None:
             if part.radius <= SMALLEST_PART * region.radius:
                 raise ComputationError(
                     f"the roots around {part.centre:.6g} were not found: {STIFF}"
                 )
             pending += _halves(part)
             continue
-        is_uncounted = certify and found.missing is None
+        is_uncounted = certify and of_part.missing is None
         if is_uncounted and part.radius > UNCOUNTED_PART * region.radius:
-            pending += _halves(part)  # of a smaller part the count may be settled
+            pending += _halves(part)  # a count of a smaller part may succeed
             continue
-        rough_values += found.near.values.tolist()
-        if found.missing is None or _any_on_border(found.roots, part, inner):
-            missing = None
+        rough_values += of_part.near.values.tolist()
+        if of_part.missing is None or _any_on_border(of_part.roots, part, inner):
+            missing = None  # for good: the parts then have no count together
         elif missing is not None:
-            missing += found.missing
-        roots = roots.joined(found.roots.select(part.contains(found.roots.values)))
+            missing += of_part.missing
+        roots = roots.joined(of_part.roots.select(part.contains(of_part.roots.values)))
         if not pending:
             shows_all = part == region and not certify
             return Modes(
@@ -354,7 +423,7 @@ def modes_in(
                 region=region,
                 count=None if missing is None else len(roots.values) + missing,
                 roots=roots,
-                near=found.near if shows_all else None,
+                near=of_part.near if shows_all else None,
                 rough_values=tuple(rough_values),
             )
     raise ComputationError(
@@ -364,14 +433,18 @@ def modes_in(
 
 
 def _any_on_border(roots: Roots, part: Rectangle, inner: Rectangle) -> bool:
-    """True if a root lies where a part borders on another one: it might be in both, or in none."""
+    """True if a root lies where a part borders on another one, which makes it doubtful which of
+    them counts it. `inner` is the whole region less its own border."""
     values = roots.values
     is_close = part.widened(1e-9).contains(values) & inner.contains(values)
     return bool(np.any(is_close & ~part.widened(-1e-9).contains(values)))
 
 
 def _halves(region: Rectangle) -> list[Rectangle]:
-    """Two parts of a region, cut across its longer side beside the middle: a root may lie there."""
+    """Two parts of a region, cut across its longer side.
+
+    Beside the middle, where symmetry may have put a root.
+    """
     size = region.size
     if size.real > size.imag:
         cut = region.low_real + 0.4837 * size.real
@@ -383,12 +456,14 @@ def _halves(region: Rectangle) -> list[Rectangle]:
 def _roots_around(
     problem: Quadratic, region: Rectangle, certify: bool, start: Array, exact: float
 ) -> _PartRoots | None:
-    """The roots in and around a part of a region; None where one subspace does not reach around it
-    or its roots do not come to be good."""
-    # beside the middle: a root exactly there would hide all others from single precision
-    shift = region.centre + (0.03 + 0.04j) * region.radius
+    """The roots in and around a part of a region, with a count if `certify`.
+
+    None if one subspace does not reach all roots around the part, or their corrections do not
+    converge: the part then has to be halved.
+    """
+    shift = region.off_centre
     offset = abs(shift - region.centre)
-    wanted_reach = offset + REACH * region.radius
+    needed_reach = offset + REACH * region.radius
     basis = start
     best: _PartRoots | None = None
     for attempt in range(ATTEMPTS):
@@ -396,7 +471,7 @@ def _roots_around(
             problem,
             shift,
             region.radius,
-            enough=lambda _, reach: reach >= wanted_reach,
+            enough=lambda _, reach: reach >= needed_reach,
             seed=attempt,
             single=attempt == 0,
         )
@@ -404,7 +479,7 @@ def _roots_around(
         if reach < 1.02 * region.radius:
             if attempt or reach > 0.3 * region.radius:
                 return None
-            continue  # single precision may be what hides them
+            continue  # so short a reach may be due to single precision
         basis = enlarged(basis, near.vectors, dropped=1e-6)
         disc = disc_around(region, near.values, reach)
         around = disc if certify else region.widened(1e-6)
@@ -414,7 +489,7 @@ def _roots_around(
         count = _count_in_disc(problem, disc, roots, near) if certify else None
         missing = None if count is None else count - len(roots.values)
         best = _PartRoots(roots, missing, near)
-        # those close to the border may lie on its other side
+        # rough roots close to the border may lie on its other side
         expected = np.sum(region.widened(-0.01).contains(near.values))
         if missing == 0 or (not certify and expected <= len(roots.values)):
             break
@@ -424,10 +499,12 @@ def _roots_around(
 def _count_in_disc(
     problem: Quadratic, disc: Disc, roots: Roots, near: RootsNearShift
 ) -> int | None:
-    """How many roots lie in a disc, of which these are known and others around it; None if that is
-    not settled."""
+    """How many roots lie in a disc by the argument principle; None if too few determinants show it.
+
+    The count divides by all known roots: `roots` in the disc, and rough ones `near` it.
+    """
     outside = near.values[~disc.contains(near.values)]
-    if problem.real and disc.centre.imag:  # the conjugates of all that are not among them
+    if problem.real and disc.centre.imag:  # the conjugates of these are roots too
         known = np.concatenate([roots.values, outside])
         conjugates = known.conj()[~disc.contains(known.conj())]
         distances = np.abs(conjugates[:, None] - known).min(axis=1, initial=np.inf)
@@ -438,22 +515,26 @@ def _count_in_disc(
 def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
     """The `modes` roots of least |lambda| with Im lambda >= 0, and their conjugates.
 
-    The roots of a rigid body are two. The disc that the count certifies ends halfway to the next
-    root beyond, so that equal ones are in it together. Raises ComputationError.
+    A rigid body has two of these roots. The disc that the count certifies ends halfway to the next
+    root beyond, so that equal ones are in it together. A subspace around zero comes first; where it
+    does not reach so far, all roots are computed (few rows), or those of growing squares around
+    zero. Raises ComputationError if there is no root.
     """
-    rigid = 10 * np.sqrt(64 * EPS) * problem.frequency_scale  # what is slower may be a rigid body
+    # a root of smaller size may be the zero of a rigid body
+    rigid = 10 * np.sqrt(64 * EPS) * problem.frequency_scale
     scale = _lowest_frequency_scale(problem, rigid)
     shift = 0.3 * scale
 
     def enough(values: ComplexArray, reach: float) -> bool:
+        """Whether more roots than requested, with their conjugates, lie well within the reach."""
         return bool(np.sum(np.abs(values) < (reach - shift) / 1.5) > 2 * modes)
 
     basis = np.zeros((problem.n, 0))
-    largest = scale  # of the wanted roots that were seen
+    largest = scale  # |lambda| of the requested roots as far as they were seen
     for attempt in range(ATTEMPTS):
         near = roots_near_shift(problem, complex(shift), scale, enough, seed=attempt)
         basis = enlarged(basis, near.vectors, dropped=1e-6)
-        # both of a pair that may be zero count
+        # of a pair the upper root counts, and both of one that may be zero
         sizes = np.abs(near.values)
         is_upper = (near.values.imag >= -RITZ_RESIDUAL * sizes) | (sizes <= rigid)
         upper_sizes = np.sort(sizes[is_upper])
@@ -475,7 +556,8 @@ def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
 
 
 def _lowest_frequency_scale(problem: Quadratic, rigid: float) -> float:
-    """The median |lambda| of a few of the lowest roots that are no rigid bodies, rad/s."""
+    """The median |lambda| (rad/s) of at least four of the lowest roots above `rigid`; if there is
+    none, a small share of the problem's frequency scale."""
     shift = 1e-4 * problem.frequency_scale
 
     def enough(values: ComplexArray, _: float) -> bool:
@@ -515,14 +597,17 @@ def _lowest_of_all(problem: Quadratic, modes: int, certify: bool) -> Modes:
 
 
 def _lowest_of_squares(problem: Quadratic, modes: int, largest: float, certify: bool) -> Modes:
-    """The lowest modes from squares around zero, the first of half width about `largest`, that grow
-    until the disc in one of them holds so many; else those of the last one."""
+    """The lowest modes by searching squares around zero, the first of half width about `largest`.
+
+    The squares grow until a disc in one of them holds so many, or a number of times: those of the
+    last one are then returned.
+    """
     half_width = 1.02 * largest
     for _ in range(ENLARGEMENTS):
         low = -1e-6 * half_width if problem.real else -half_width
         square = Rectangle(-half_width, half_width, low, half_width)
-        found = modes_in(problem, square, certify)
-        roots = found.roots
+        in_square = modes_in(problem, square, certify)
+        roots = in_square.roots
         if problem.real:
             roots = roots.select(roots.values.imag >= 0.0)
         sizes = np.sort(np.abs(roots.values))
@@ -534,5 +619,5 @@ def _lowest_of_squares(problem: Quadratic, modes: int, largest: float, certify: 
     roots = roots.select(region.contains(roots.values))
     if problem.real:
         roots = roots.with_conjugates()
-    count = len(roots.values) if found.certified else None
+    count = len(roots.values) if in_square.certified else None
     return Modes(eigenvalues_of(problem, roots), region, count, roots)

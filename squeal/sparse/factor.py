@@ -123,7 +123,11 @@ EXACTLY_SINGULAR = -4
 
 
 class _Pardiso(Factor):
-    """By MKL's PARDISO for unsymmetric matrices, whose pivots stay on the diagonal of blocks."""
+    """A factor by MKL's PARDISO, which pivots within the diagonal blocks alone.
+
+    `reusable` is a factor that may lend its ordering and its memory. Raises ZeroDivisionError if
+    the matrix is singular to rounding.
+    """
 
     def __init__(self, matrix: csc_array, library: ctypes.CDLL, reusable: Factor | None) -> None:
         self._library = library
@@ -146,7 +150,7 @@ class _Pardiso(Factor):
             self._call(_Phase.FACTORISE)
         else:
             self._call(_Phase.ANALYSE_AND_FACTORISE)
-        if self._control[_Control.MOVED_PIVOTS]:
+        if self._control[_Control.MOVED_PIVOTS]:  # vanishing pivots that PARDISO has replaced
             raise ZeroDivisionError
 
     @property
@@ -161,25 +165,25 @@ class _Pardiso(Factor):
         )
 
     def _call(self, phase: _Phase, right: NDArray | None = None) -> NDArray:
-        """One call of the library; the solution in the phase of solving."""
-        given = np.zeros(0, self.dtype) if right is None else np.asfortranarray(right)
-        solution = np.empty_like(given)
+        """One call of the library; in the phase SOLVE the solution for `right` (n,) or (n, m)."""
+        rhs = np.zeros(0, self.dtype) if right is None else np.asfortranarray(right)
+        solution = np.empty_like(rhs)
         error = np.zeros(1, np.int32)
         arguments: tuple[NDArray | int, ...] = (
             self._memory,
-            1,  # factors that are held
-            1,  # which of them
+            1,  # number of factors that are held
+            1,  # number of the one that is meant
             COMPLEX_UNSYMMETRIC if self.dtype.kind == "c" else REAL_UNSYMMETRIC,
             int(phase),
             self._n,
             self._data,
             self._starts,
             self._indices,
-            np.zeros(self._n, np.int32),  # no ordering is given
-            given.shape[1] if given.ndim == 2 else 1,
+            np.zeros(self._n, np.int32),  # no ordering is prescribed
+            rhs.shape[1] if rhs.ndim == 2 else 1,
             self._control,
             0,  # it prints nothing
-            given,
+            rhs,
             solution,
             error,
         )
@@ -229,27 +233,28 @@ def factorise(matrix: csc_array, single: bool = False, reusable: Factor | None =
 
     Raises ZeroDivisionError if it is exactly singular.
     """
-    given = matrix
+    rounded = matrix
     if single:
-        given = matrix.astype(np.complex64 if np.iscomplexobj(matrix.data) else np.float32)
-    if given.shape[0] >= PARDISO_ROWS:
+        rounded = matrix.astype(np.complex64 if np.iscomplexobj(matrix.data) else np.float32)
+    if rounded.shape[0] >= PARDISO_ROWS:
         with suppress(ImportError):
-            return _Pardiso(given, _mkl(), reusable)
-    return Factor(given)
+            return _Pardiso(rounded, _mkl(), reusable)
+    return Factor(rounded)
 
 
 def factorise_at(
     problem: Quadratic, value: complex, single: bool = False, reusable: Factor | None = None
 ) -> tuple[complex, Factor]:
-    """P(value) factorised; where it is singular, P at a number close by, which is returned too.
+    """The value at which P was factorised, and the factor: P(value), or P at a value close by where
+    that is exactly singular.
 
     Raises ComputationError if P is singular there as well.
     """
     with suppress(ZeroDivisionError):
         return value, factorise(problem.at(value), single, reusable)
-    beside = value + 1e-6 * (1 + 0.5j) * (abs(value) or problem.frequency_scale)
+    shifted = value + 1e-6 * (1 + 0.5j) * (abs(value) or problem.frequency_scale)
     with suppress(ZeroDivisionError):
-        return beside, factorise(problem.at(beside), reusable=reusable)
+        return shifted, factorise(problem.at(shifted), reusable=reusable)
     raise ComputationError(
         f"lambda^2 M + lambda C + K is singular at and around {value:.6g}: M, C and K share a "
         "null vector, a part that nothing holds and that has no mass"

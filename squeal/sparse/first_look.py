@@ -3,14 +3,15 @@
 The basis V holds the real modes of the structure without friction, up to a multiple of the region's
 highest frequency, and what friction, contact and damping add to them: F^-1 R and F^-1 S, with the
 structure's own F = K - w^2 M, factorised once, and the residuals R = P x, S = P^H y of right and
-left modes in the full problem. Directions that V lacks are stiff, so that there P is F up to a part
-T = 1 - F^-1 P which contracts by q < 1. Eliminated, they change the roots of the projected problem
-as D = (Y^H P' X)^-1 S^H F^-1 R does; the rest of the series in T is at most q / (1 - q) times the
-product of the energies of R and S. In D the entry of a root itself acts directly, two of different
-roots through the gap between them. The sum is the error of the root, in 1/s; where it leaves the
-sign of the growth open the root is corrected in the full problem.
+left modes in the full problem. Directions outside of V are stiff, so that there P is F up to a part
+T = 1 - F^-1 P which contracts by q < 1. Eliminated (a Schur complement), they change the roots of
+the projected problem as D = (Y^H P' X)^-1 S^H F^-1 R does; the further terms of the series in T are
+at most q / (1 - q) times the product of the energy norms of R and S. In D the entry of a root
+itself acts directly, two of different roots through the gap between them. The sum is the error of
+the root, in rad/s; where it leaves the sign of the growth rate open the root is corrected in the
+full problem.
 
-Without q < 1 something that V lacks may have roots of its own: then the full problem is solved.
+Without q < 1 directions outside of V may have roots of their own: the full problem is then solved.
 """
 
 from __future__ import annotations
@@ -73,8 +74,10 @@ DECAYED = 2.0  # times its error: a root that decays by more is not corrected
 
 
 class Structure:
-    """The symmetric K at some parameters, without friction, less a shift of M: F, factorised where
-    it is needed."""
+    """F = K - shift M of the symmetric parts of M and K at some parameters, without friction.
+
+    `shift` is half the square of the `highest` frequency of the region, rad/s.
+    """
 
     def __init__(self, frictionless_problem: Quadratic, highest: float) -> None:
         K = _symmetric_part(frictionless_problem.K)
@@ -86,7 +89,7 @@ class Structure:
 
     @cached_property
     def factor(self) -> Factor:
-        """F, factorised."""
+        """F, factorised at the first use, which may move the shift."""
         try:
             return factorise(self.F)
         except ZeroDivisionError:  # the shift is the square of a frequency
@@ -95,14 +98,17 @@ class Structure:
             return factorise(self.F)
 
     def probes(self, V: Array) -> Probes:
-        """Random vectors whose products average to F^-1, in energies where an orthonormal V (n, d)
-        reaches."""
+        """Random vectors (n, SKETCH) whose products average to F^-1.
+
+        An orthonormal V (n, d) splits F^-1 into a part inside V, by its eigenvalues of either sign
+        there, and a part outside. Each has random vectors of its own.
+        """
         FV = self.F @ V
         energies, Q = np.linalg.eigh(V.T @ FV)
         inverse = (Q / energies) @ Q.T
         inside = random_vectors(V.shape[1], seed=50) / np.sqrt(np.abs(energies))[:, None]
         with_sign = np.sign(energies)[:, None] * inside
-        # of forces what is orthogonal to V, and of displacements what F makes orthogonal to it
+        # outside of V: forces orthogonal to V, and displacements that F makes orthogonal to it
         outside = random_vectors(len(V), seed=49)
         forces = outside - V @ (inverse @ (FV.T @ outside))
         displacements = self.factor.solve(outside) - V @ (inverse @ (V.T @ outside))
@@ -112,30 +118,27 @@ class Structure:
             right=displacements / balance + V @ (Q @ with_sign),
         )
 
-    def __getstate__(self) -> dict[str, object]:
+    def __getstate__(self) -> dict[str, object]:  # a factor stays in its process
         return {name: value for name, value in vars(self).items() if name != "factor"}
 
     def modes(self, highest: float) -> NDArray:
-        """Real modes as columns (n, m): all up to a frequency (rad/s), by block Arnoldi.
+        """Real modes as columns (n, m): all up to a frequency (rad/s), at least one.
 
-        The largest theta = 1 / (w^2 - shift) come first.
+        By shift-and-invert block Arnoldi: theta = 1 / (w^2 - shift) are the eigenvalues of F^-1 M,
+        and modes near the shift have the largest ones.
         """
         reach = highest**2 - self.shift
         start = np.random.default_rng(0).standard_normal((self.F.shape[0], BLOCK))
         krylov = BlockArnoldi(lambda x: self.factor.solve(self.M @ x), start, COLUMNS)
-        next_look = 2 * BLOCK
-        while True:
-            krylov.grow()
-            is_invariant = krylov.applied == krylov.size
-            if krylov.applied < next_look and not is_invariant:
-                continue
-            next_look = krylov.applied + max(2 * BLOCK, krylov.applied // 8)
-            theta, coordinates, residuals = krylov.eigenpairs()
-            closeness = reach * np.abs(theta)
-            is_wanted = closeness >= min(1.0, closeness.max())  # one at least
-            are_good = np.all((residuals <= MODE_RESIDUAL * np.abs(theta))[is_wanted])
-            if is_invariant or (not is_wanted.all() and are_good):
-                return krylov.basis[:, : krylov.applied] @ coordinates[:, is_wanted]
+        for ritz in krylov.growing():
+            theta = np.abs(ritz.values)
+            closeness = reach * theta  # at least 1 up to the highest frequency
+            is_wanted = closeness >= min(1.0, closeness.max())  # the nearest one at least
+            are_good = np.all((ritz.residuals <= MODE_RESIDUAL * theta)[is_wanted])
+            # a mode beyond the highest frequency shows that all below it are there
+            if not is_wanted.all() and are_good:
+                break
+        return krylov.basis[:, : krylov.applied] @ ritz.coordinates[:, is_wanted]
 
 
 def _symmetric_part(A: csc_array) -> csc_array:
@@ -146,29 +149,30 @@ class EstimatedRoots(NamedTuple):
     """Roots (m,) of the region at some parameters, in no order."""
 
     values: ComplexArray  # rad/s
-    residuals: Array  # backward errors in the full problem
-    errors: Array  # of the growth, 1/s
-    corrected: Bools  # in the full problem, else estimated
-    spurious: int  # roots that the full problem has not
-    projected: Roots  # roots of the projected problem, with its vectors
-    rough_values: ComplexArray  # all roots that the real modes reach
+    residuals: Array  # backward errors in the full problem; NaN where not estimated
+    errors: Array  # of the growth rate, 1/s; NaN where not estimated
+    corrected: Bools  # True where solved in the full problem, False where estimated
+    spurious: int  # how many roots of the projected problem the full one does not have
+    projected: Roots  # the roots of the region that were estimated, with reduced vectors
+    rough_values: ComplexArray  # of all roots that were estimated, also outside of the region
 
 
 class _ProjectedRoots(NamedTuple):
-    """Roots of the projected problem, and what their vectors lack in the full one."""
+    """Roots (m,) of the projected problem, their errors, and corrections of their vectors."""
 
-    roots: Roots  # reduced vectors
+    roots: Roots  # with reduced vectors
     residuals: Array  # backward errors in the full problem
-    errors: Array  # 1/s
-    stay_on_axis: Bools  # undamped, and alone on the imaginary axis
-    missing: ComplexArray  # F^-1 [R, S] (n, 2 m), directions that correct the vectors
+    errors: Array  # rad/s
+    stay_on_axis: Bools  # undamped, and alone on the imaginary axis: their growth rate is zero
+    corrections: ComplexArray  # F^-1 [R, S] (n, 2 m), directions to add to the basis
 
 
 class FirstLook(Reduction):
     """A reduction onto real modes and their corrections, which knows the errors of its roots.
 
-    `contraction` is q, `error` the largest error at the samples before the last corrections, as a
-    share of |lambda|. Few modes that serve all values are the `reduced_basis`.
+    `contraction` is q (0.5 until `build` has computed it). `error` is the largest error at the
+    samples before the last corrections, as a share of |lambda|. `reduced_basis` has the few modes
+    that serve at all values, None if they are not needed or not enough.
     """
 
     method = "modal"
@@ -210,8 +214,8 @@ class FirstLook(Reduction):
         return int(np.argmin(np.linalg.norm(relative, axis=1)))
 
     def build(self) -> FirstLook:
-        """Fill the basis with real modes and their corrections, and train the one of few modes;
-        returns itself."""
+        """Fill the basis with real modes and their corrections at the samples, and train the
+        `reduced_basis` of few modes; returns itself."""
         for structure in self.structures:
             report(f"real modes of {self.scaled.n} rows")
             self.extend(structure.modes(self.reach), DROPPED)
@@ -222,13 +226,15 @@ class FirstLook(Reduction):
                 near = values[self.wide.contains(values)]
                 at_samples.append(self._roots_with_errors(changes, near[near != 0.0]))
             shares = []
-            for found in at_samples:
-                sizes = np.abs(found.roots.values)
-                shares.append(np.max(found.errors / sizes, initial=0.0))
+            residuals = []
+            for estimated in at_samples:
+                sizes = np.abs(estimated.roots.values)
+                shares.append(np.max(estimated.errors / sizes, initial=0.0))
+                residuals.append(np.max(estimated.residuals, initial=0.0))
             self.error = float(max(shares))
-            self.worst = float(max(np.max(found.residuals, initial=0.0) for found in at_samples))
+            self.worst = float(max(residuals))
             report(f"{self.size} vectors, errors up to {self.error:.2g} of |lambda|")
-            self.extend(np.hstack([found.missing for found in at_samples]), DROPPED)
+            self.extend(np.hstack([estimated.corrections for estimated in at_samples]), DROPPED)
             if self.error <= ONE_ROUND:
                 break
         self.contraction = self._contraction(self.samples[int(np.argmax(shares))])
@@ -239,7 +245,7 @@ class FirstLook(Reduction):
         return self
 
     def _residual_sketch(self) -> ResidualSketch:
-        """What estimates residuals in the full problem of vectors of the basis."""
+        """Random vectors times terms times basis, to estimate residuals in the full problem."""
         V = self.vectors
         probes = []
         for structure in self.structures:
@@ -256,7 +262,8 @@ class FirstLook(Reduction):
         )
 
     def _modes_at(self, changes: Changes, values: ComplexArray | None) -> Roots:
-        """The modes of the basis next to some values, or all in and around the region."""
+        """Modes of the projected problem next to some values, for None all in and around the
+        region."""
         if values is None:
             values = self._projected_values(changes)
             values = values[self.region.widened(TRAINED_MARGIN).contains(values)]
@@ -265,35 +272,39 @@ class FirstLook(Reduction):
     def estimate(self, changes: Changes, deciding: bool = False) -> EstimatedRoots:
         """The roots of the region with their errors, by few modes where they suffice.
 
-        Of roots that clearly decay the errors are left out (NaN) if those that decide are wanted.
+        If the answer is for a verdict alone (`deciding`), roots that clearly decay get no error
+        (NaN), or are left out.
         """
-        found = self.estimate_by_few_modes(changes, deciding)
-        return found or self.estimate_by_basis(changes, deciding)
+        by_few_modes = self.estimate_by_few_modes(changes, deciding)
+        if by_few_modes is not None:
+            return by_few_modes
+        return self.estimate_by_basis(changes, deciding)
 
     def estimate_by_few_modes(
         self, changes: Changes, deciding: bool = False
     ) -> EstimatedRoots | None:
         """The roots of the region by few modes; None without these, and where an error leaves open
-        the sign of a growth or whether a root lies in the region."""
+        the sign of a growth rate or whether a root lies in the region."""
         if self.reduced_basis is None:
             return None
-        found = self.reduced_basis.estimate(changes, deciding)
-        values = found.roots.values
+        estimated = self.reduced_basis.estimate(changes, deciding)
+        values = estimated.roots.values
+        errors = estimated.errors
         distances = self.region.distance(values)
         is_inside = self.region.contains(values)
-        is_sign_open = is_inside & (found.errors >= np.abs(values.real))
-        is_coarse = (distances <= found.errors) & (found.errors > COARSE * np.abs(values))
-        is_on_border = np.abs(distances) <= found.errors
-        decays = values.real < -DECAYED * found.errors
+        is_sign_open = is_inside & (errors >= np.abs(values.real))
+        is_coarse = (distances <= errors) & (errors > COARSE * np.abs(values))
+        is_on_border = np.abs(distances) <= errors
+        decays = values.real < -DECAYED * errors
         if np.any(is_sign_open | ((is_coarse | is_on_border) & ~decays)):
             return None
         if np.any(is_on_border) and not deciding:
             return None
-        inside = found.roots.select(is_inside)
+        inside = estimated.roots.select(is_inside)
         return EstimatedRoots(
             values=inside.values,
-            residuals=found.residuals[is_inside],
-            errors=found.errors[is_inside],
+            residuals=estimated.residuals[is_inside],
+            errors=errors[is_inside],
             corrected=np.zeros(len(inside.values), dtype=bool),
             spurious=0,
             projected=inside,
@@ -311,13 +322,13 @@ class FirstLook(Reduction):
         return values[self.region.contains(values)]
 
     @property
-    def searched(self) -> ReducedBasis | Reduction:
-        """Where roots are followed: the few modes, if there are some."""
+    def path_reduction(self) -> ReducedBasis | Reduction:
+        """The reduced system on which eigenvalue paths are computed: few modes if they suffice."""
         return self.reduced_basis or self
 
     def misses_none(self, changes: Changes, growing: int) -> bool:
-        """True if a count on the full problem finds the roots of the basis around the region and no
-        others, as many `growing` in it as expected."""
+        """True if a count on the full problem finds as many roots around the region as the basis
+        has there, and `growing` of those in the region grow, as expected."""
         values = self._projected_values(changes)
         known = values[np.abs(values) <= self.reach]
         disc = disc_around(self.region, known, self.reach)
@@ -328,17 +339,17 @@ class FirstLook(Reduction):
 
     @property
     def converged(self) -> bool:
-        """True if the last corrections were of small errors and what the basis lacks contracts."""
+        """True if the last corrections were of small errors and the basis misses no root."""
         return self.error <= ONE_ROUND and self.holds
 
     @property
     def holds(self) -> bool:
-        """True if what the basis lacks has no roots of its own in the region."""
+        """True if T contracts: directions outside of the basis have no root in the region."""
         return self.contraction < CONTRACTS
 
     @property
     def _series(self) -> float:
-        """How much the rest of the series in T is at most of its first term."""
+        """A bound of the further terms of the series in T, as a multiple of its first one."""
         return self.contraction / max(1.0 - self.contraction, 1.0 - CONTRACTS)
 
     def _projected_values(self, changes: Changes) -> ComplexArray:
@@ -346,7 +357,8 @@ class FirstLook(Reduction):
         return dense_values(*self.system.at(changes), self._stiffness_norm(changes))
 
     def _roots_with_errors(self, changes: Changes, values: ComplexArray) -> _ProjectedRoots:
-        """Some roots of the projected problem, with what their vectors lack in the full one."""
+        """Some roots of the projected problem, with their errors and the corrections of their
+        vectors in the full one."""
         roots = self.roots(changes, left=True, values=values)
         problem = self.scaled.at(changes)
         structure = self.structures[self._nearest_structure(changes)]
@@ -363,7 +375,7 @@ class FirstLook(Reduction):
         bounds = root_error_bounds(
             z,
             slope,
-            lack=S.conj().T @ solved_R,
+            truncation=S.conj().T @ solved_R,
             uncertainty=self._series * energies,
         )
         is_undamped = self.system.real and not self.system.C
@@ -372,13 +384,13 @@ class FirstLook(Reduction):
             residuals=np.linalg.norm(R, axis=0) / (problem.size(z) * np.linalg.norm(X, axis=0)),
             errors=bounds.errors,
             stay_on_axis=bounds.stay_on_axis & is_undamped,
-            missing=solved,
+            corrections=solved,
         )
 
     def _contraction(self, changes: Changes) -> float:
-        """How T contracts what the basis lacks, at two corners of the region."""
+        """How T contracts the directions outside of the basis, at two corners of the region."""
         structure = self.structures[self._nearest_structure(changes)]
-        factor = structure.factor  # which may move F
+        factor = structure.factor  # before F is read: it may move the shift
         complement = Complement(
             basis=self.vectors,
             projected=self.vectors.T @ (structure.F @ self.vectors),
@@ -388,67 +400,74 @@ class FirstLook(Reduction):
         return complement.contraction_in(self.region, self.scaled.at(changes))
 
     def estimate_by_basis(self, changes: Changes, deciding: bool = False) -> EstimatedRoots:
-        """The roots of the region with their errors; of those that clearly decay and are not near
-        others the error is left out (NaN) if the ones that decide are wanted."""
+        """The roots of the region with their errors, by all vectors of the basis.
+
+        Roots whose error leaves a verdict open are corrected in the full problem; all of them where
+        the basis may miss one. If the answer is for a verdict alone (`deciding`), roots that
+        clearly decay and are not near others get no error (NaN).
+        """
         problem = self.scaled.at(changes)
-        every = self._projected_values(changes)
-        rough_values = every[np.abs(every) <= self.reach]
-        near = every[self.wide.contains(every)]
-        is_estimated = near != 0.0  # what nothing holds stays where it is
+        all_values = self._projected_values(changes)
+        rough_values = all_values[np.abs(all_values) <= self.reach]
+        near = all_values[self.wide.contains(all_values)]
+        is_estimated = near != 0.0  # the root 0 of a rigid body is exact
         if deciding and len(near):
             is_estimated &= near_axis(near, self.error, MARGIN)
-        found = self._roots_with_errors(changes, near[is_estimated])
-        others = near[~is_estimated & self.region.contains(near)]
-        z = found.roots.values
+        projected = self._roots_with_errors(changes, near[is_estimated])
+        z = projected.roots.values
+        errors = projected.errors
         distances = self.region.distance(z)
         is_inside = self.region.contains(z)
-        projected = found.roots.select(is_inside)
-        may_be_inside = distances <= found.errors
-        is_coarse = found.errors > COARSE * np.abs(z)
-        unknown = np.where(others == 0.0, 0.0, np.nan)
+        others = near[~is_estimated & self.region.contains(near)]
+        errors_of_others = np.where(others == 0.0, 0.0, np.nan)
         values = np.concatenate([z[is_inside], others])
         estimated = EstimatedRoots(
             values=values,
-            residuals=np.concatenate([found.residuals[is_inside], unknown]),
-            errors=np.concatenate([found.errors[is_inside], unknown]),
+            residuals=np.concatenate([projected.residuals[is_inside], errors_of_others]),
+            errors=np.concatenate([errors[is_inside], errors_of_others]),
             corrected=np.zeros(len(values), dtype=bool),
             spurious=0,
-            projected=projected,
+            projected=projected.roots.select(is_inside),
             rough_values=rough_values,
         )
+        may_be_inside = distances <= errors
+        is_coarse = errors > COARSE * np.abs(z)
         if not self.holds or np.any(may_be_inside & is_coarse):
             return self._with_solved(estimated, self.region, self._solve(problem, self.region))
-        is_sign_open = is_inside & ~found.stay_on_axis & (found.errors >= np.abs(z.real))
-        is_on_border = np.abs(distances) <= found.errors
-        is_no_root = is_inside & (found.residuals > ACCEPTED)  # such roots decide nothing
-        doubtful = is_sign_open | is_on_border | is_no_root
-        if not doubtful.any():
+        is_sign_open = is_inside & ~projected.stay_on_axis & (errors >= np.abs(z.real))
+        is_on_border = np.abs(distances) <= errors
+        may_be_spurious = is_inside & (projected.residuals > ACCEPTED)
+        is_doubtful = is_sign_open | is_on_border | may_be_spurious
+        if not is_doubtful.any():
             return estimated
-        part = _box_around(z[doubtful], found.errors[doubtful])
+        part = _box_around(z[is_doubtful], errors[is_doubtful])
         structure = self.structures[self._nearest_structure(changes)]
         return self._with_solved(estimated, part, self._solve(problem, part, structure.factor))
 
     def _with_solved(
         self, estimated: EstimatedRoots, part: Rectangle, solved: Sequence[Eigenvalue]
     ) -> EstimatedRoots:
-        """Estimated roots, those in a part of the plane replaced by solved ones in the region."""
-        rest = ~part.contains(estimated.values)
+        """Estimated roots, those in a part of the plane replaced by the solved ones there.
+
+        Solved roots outside of the region are left out; where fewer are solved than were estimated
+        the others were spurious.
+        """
+        is_kept = ~part.contains(estimated.values)
         inside = [e for e in solved if self.region.contains(np.array(e.value))]
-        lost = int((~rest).sum()) - len(inside)
-        rounding = [e.rounding for e in inside]
+        replaced = int((~is_kept).sum())
         return estimated._replace(
-            values=np.append(estimated.values[rest], [e.value for e in inside]),
-            residuals=np.append(estimated.residuals[rest], [e.residual for e in inside]),
-            errors=np.append(estimated.errors[rest], rounding),
-            corrected=np.append(estimated.corrected[rest], np.ones(len(inside), dtype=bool)),
-            spurious=max(0, lost),
+            values=np.append(estimated.values[is_kept], [e.value for e in inside]),
+            residuals=np.append(estimated.residuals[is_kept], [e.residual for e in inside]),
+            errors=np.append(estimated.errors[is_kept], [e.rounding for e in inside]),
+            corrected=np.append(estimated.corrected[is_kept], np.ones(len(inside), dtype=bool)),
+            spurious=max(0, replaced - len(inside)),
         )
 
     def _solve(
         self, problem: Quadratic, region: Rectangle, factor: Factor | None = None
     ) -> tuple[Eigenvalue, ...]:
-        """Roots of the full problem in a region: on the basis, corrected with a factor, or by
-        Krylov subspaces where that does not converge."""
+        """Roots of the full problem in a region: those of the basis, corrected with a factor of F;
+        without a factor, or where that does not converge, by Krylov subspaces."""
         roots = None
         if factor is not None:
             roots = corrected_roots(problem, factor, self.vectors, region)

@@ -1,4 +1,5 @@
-"""lambda^2 M + lambda C + K of large sparse matrices: freed of units, and its roots."""
+"""The quadratic eigenproblem lambda^2 M + lambda C + K of large sparse matrices, scaled so that
+units do not matter, and its roots."""
 
 from __future__ import annotations
 
@@ -112,10 +113,9 @@ def multiply(A: Matrix, columns: NDArray) -> ComplexArray:
 class ScaledSystem:
     """A system of terms in coordinates z, q = scale z, the same at all parameters.
 
-    Rows and columns are scaled alike, by powers of two, to a unit diagonal of K + w^2 M at the
-    system's own scale w and its own parameters: mixtures of units cost no accuracy. `terms` are the
-    scaled matrices of M, of C and of K. Raises InputError for a row without mass and stiffness, or
-    a system without mass.
+    Rows and columns are scaled alike, by powers of two, to a unit diagonal of K + w |C| + w^2 M at
+    a median frequency w and the system's own parameters: mixtures of units cost no accuracy.
+    `terms` are the scaled matrices of M, of C and of K. Raises InputError for an empty row.
     """
 
     def __init__(self, system: TermSystem) -> None:
@@ -182,8 +182,9 @@ def _diagonal_scale(system: TermSystem, matrices: list[list[csc_array]]) -> Arra
                 entries = np.where(entries > 0, entries, largest)
             total += abs(term.factor.value(system.parameters)) * entries
     mass, damping, stiffness = diagonals
-    squares = stiffness / np.where(mass > 0, mass, np.inf)  # of frequencies, row by row
-    squares = np.sort(squares[squares > 0])  # those of a mass that is rounding are the greatest
+    squares = stiffness / np.where(mass > 0, mass, np.inf)  # of the frequency of each row alone
+    # the median, since a mass that is rounding makes some of them huge
+    squares = np.sort(squares[squares > 0])
     if len(squares):
         square = float(squares[(len(squares) - 1) // 2])
     else:
@@ -246,16 +247,16 @@ class Roots:
 
 
 def eigenvalues_of(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
-    """Roots with backward errors, conditions and `root_rounding`, by rising frequency.
+    """Roots with backward errors, condition numbers and rounding, by rising frequency.
 
-    Vectors are in the caller's coordinates, x^H M x = 1 if there is mass, the largest part
-    positive; NaN where one is unknown.
+    Their vectors are in the coordinates of the system before scaling, with x^H M x = 1 if there is
+    mass, and the largest entry positive; NaN where one is unknown.
     """
     residuals = problem.backward_errors(roots.values, roots.right)
     conditions = _conditions(problem, roots)
     rounding = _rounding(problem, roots.values, residuals, conditions)
-    right = _in_given_coordinates(problem, roots.right)
-    left = _in_given_coordinates(problem, roots.left)
+    right = _in_unscaled_coordinates(problem, roots.right)
+    left = _in_unscaled_coordinates(problem, roots.left)
     eigenvalues = []
     for j in ordered(roots.values):
         eigenvalues.append(
@@ -291,8 +292,8 @@ def _rounding(
 ) -> Array:
     """How far rounding may move each root (rad/s).
 
-    What rounding of K moves is the square of a slow root: its own size says less than the
-    problem's frequency scale. Exact zeros have no rounding.
+    Rounding of K moves the square of a root. A root far below the problem's frequency scale
+    therefore moves by more than a share of its own size. Exact zeros have no rounding.
     """
     sizes = np.abs(values)
     errors = np.maximum(residuals, ROUNDING)
@@ -319,8 +320,9 @@ def _rounding(
     return np.where(sizes > 0, rounding[: len(values)], 0.0)
 
 
-def _in_given_coordinates(problem: Quadratic, scaled: ComplexArray) -> ComplexArray:
-    """Vectors (n, m) of unit mass, else of unit length, whose largest part is positive."""
+def _in_unscaled_coordinates(problem: Quadratic, scaled: ComplexArray) -> ComplexArray:
+    """Vectors (n, m) before scaling, of unit mass, else of unit length, the largest entry
+    positive."""
     mass = np.abs(np.sum(scaled.conj() * (problem.M @ scaled), axis=0))
     length = np.where(mass == 0, np.linalg.norm(scaled, axis=0), np.sqrt(mass))
     vectors = problem.scale[:, None] * scaled

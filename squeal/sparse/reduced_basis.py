@@ -33,7 +33,7 @@ from squeal.sparse.quadratic import (
 
 SKETCH = 48  # random vectors that estimate a residual within a factor of two
 DROPPED = 2e-4  # of unit vectors: what modes of another value add less is left out
-COARSE = 1e-3  # of |lambda|: greater errors are corrected, and roots that decay more decide nothing
+COARSE = 1e-3  # of |lambda|: greater errors are corrected; roots that decay faster are stable
 FINE = 1e-5  # of |lambda|: errors with which training ends
 FINE_GROWTH = 0.1  # ... or of the growth rate
 ADDED = 0.05  # of the largest error: modes of greater ones are added
@@ -53,20 +53,29 @@ class ErrorBounds(NamedTuple):
 
 
 def root_error_bounds(
-    values: ComplexArray, slope: ComplexArray, lack: ComplexArray, uncertainty: Array
+    values: ComplexArray, slope: ComplexArray, truncation: ComplexArray, uncertainty: Array
 ) -> ErrorBounds:
-    """How far roots (m,) of a projected problem may be from those of the full one.
+    """How far roots of a projected problem may be from those of the full one, by first order.
 
-    slope (m, m) is y_i^H ((l_i + l_j) M + C) x_j of left and right modes, the divided difference of
-    P, on the diagonal P'; lack (m, m) is S^H F^-1 R of what the modes lack, known up to
-    `uncertainty` (m, m).
+    Parameters
+    ----------
+    values : ndarray (m,)
+        The roots l_i of the projected problem, rad/s.
+    slope : ndarray (m, m)
+        y_i^H ((l_i + l_j) M + C) x_j of left and right modes: divided differences of P, and P' on
+        the diagonal.
+    truncation : ndarray (m, m)
+        What the directions outside of the projection add to y_i^H P x_j: S^H F^-1 R of the
+        residuals R = P x and S = P^H y.
+    uncertainty : ndarray (m, m)
+        How far an entry of `truncation` may be off.
     """
     try:
         inverse = np.linalg.inv(slope)
     except np.linalg.LinAlgError:  # a multiple root without as many modes
         inverse = np.full_like(slope, np.inf)
     with np.errstate(invalid="ignore", over="ignore"):
-        D = np.abs(inverse @ lack) + np.abs(inverse) @ uncertainty
+        D = np.abs(inverse @ truncation) + np.abs(inverse) @ uncertainty
         gaps = np.abs(np.subtract.outer(values, values))
         products = D * D.T
         np.fill_diagonal(products, 0.0)
@@ -96,18 +105,24 @@ def term_weights(system: TermSystem, p: Changes, values: ComplexArray) -> NDArra
 
 
 def near_axis(values: ComplexArray, decay: float, gap: float) -> Bools:
-    """True for roots that may decide, and those near one: shares of |lambda| for both.
+    """True for roots (m,) on which stability may depend, and for those that may couple with one.
 
-    A root may decide if it decays by less than a share, or least of all.
+    Stability may depend on a root that grows, that decays by less than the share `decay` of
+    |lambda|, or that decays least of all. Another root may couple with it within the share `gap`
+    of |lambda|.
     """
-    may_decide = (values.real > -decay * np.abs(values)) | (values.real == values.real.max())
-    deciding = values[may_decide]
-    gaps = np.abs(np.subtract.outer(values, deciding))
-    return np.any(gaps <= gap * np.abs(deciding), axis=1) | may_decide
+    is_critical = (values.real > -decay * np.abs(values)) | (values.real == values.real.max())
+    critical = values[is_critical]
+    gaps = np.abs(np.subtract.outer(values, critical))
+    return np.any(gaps <= gap * np.abs(critical), axis=1) | is_critical
 
 
 class Probes(NamedTuple):
-    """Random vectors, left right' = F^-1 of a structure on the average, or their products."""
+    """Random vectors whose products left right' average to F^-1 of a structure.
+
+    (n, SKETCH) in the full problem, or (terms, SKETCH, d): the same after multiplication with each
+    term and the d columns of a basis.
+    """
 
     left: NDArray
     right: NDArray
@@ -115,23 +130,23 @@ class Probes(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ResidualSketch:
-    """What estimates residuals in the full problem of vectors in the coordinates of a projection.
+    """Estimates residuals in the full problem of vectors in the coordinates of a projection.
 
-    `residual` (terms, SKETCH, d) are random vectors against what each term makes of right vectors;
-    `probes` of each structure are its probes against those of left and of right vectors. `norms`
-    (terms,) are those of the full terms, `structure_at` is the index of the structure that serves
-    some parameters, and `series` bounds the rest of the series of F^-1 by its first term.
+    Its arrays are random vectors times each term times the d columns of the projection, so that no
+    estimate needs a vector of the full length.
     """
 
-    residual: NDArray
-    probes: Sequence[Probes]
-    norms: Array
-    structure_at: Callable[[Changes], int]
-    series: float
+    residual: NDArray  # (terms, SKETCH, d), for the length of P x
+    probes: Sequence[Probes]  # of each structure, (terms, SKETCH, d), for products with its F^-1
+    norms: Array  # (terms,) of the matrices of the full terms
+    structure_at: Callable[[Changes], int]  # the index of the structure nearest to parameters
+    series: float  # a bound of the further terms of the series of P^-1, as a multiple of its first
 
     def of_modes(self, left: ComplexArray, right: ComplexArray) -> ResidualSketch:
-        """The sketch for vectors in the coordinates of columns (d, k)."""
-        probes = [Probes(one.left @ left.conj(), one.right @ right) for one in self.probes]
+        """The sketch for vectors in the coordinates of left and right columns (d, k)."""
+        probes = []
+        for of_structure in self.probes:
+            probes.append(Probes(of_structure.left @ left.conj(), of_structure.right @ right))
         return replace(self, residual=self.residual @ right, probes=probes)
 
 
@@ -143,7 +158,7 @@ class ModesWithErrors(NamedTuple):
     errors: Array  # rad/s
 
     def shares_of_allowed(self) -> Array:
-        """Errors over those with which training ends."""
+        """Errors (m,) over the largest ones with which training ends."""
         values = self.roots.values
         allowed = np.maximum(FINE * np.abs(values), FINE_GROWTH * np.abs(values.real))
         return self.errors / divisor(allowed)
@@ -157,22 +172,25 @@ class _SmallProblem(NamedTuple):
     K: ComplexArray
 
     def values(self, region: Rectangle) -> ComplexArray:
-        """All finite roots (rad/s), those in and around a region to rounding."""
+        """All finite roots (rad/s), by the inverse of P at a shift in the middle of a region: those
+        in and around the region to rounding."""
         M, C, K = self
-        shift = region.centre + (0.03 + 0.04j) * region.radius
+        shift = region.off_centre
         radius = region.radius
-        # theta = radius / (lambda - shift) of the companion form
+        # theta = radius / (lambda - shift) are the eigenvalues of the companion form
         images = np.hstack([radius * (2 * shift * M + C), radius**2 * M])
         solved = np.linalg.solve(shift * (shift * M + C) + K, images)
         companion = np.vstack([-solved, np.eye(len(M), 2 * len(M))])
         theta = np.linalg.eigvals(companion)
         sizes = np.abs(theta)
+        # theta that are zero to rounding are infinite roots
         theta = theta[sizes > np.finfo(float).eps * sizes.max(initial=0.0)]
         return shift + radius / theta
 
     def roots_at(self, values: ComplexArray) -> Roots:
-        """Roots with right and left unit vectors (k, m), by inverse iteration."""
-        z = values[:, None, None] * (1.0 + 8 * EPS)  # beside a root that is exact
+        """Roots with right and left unit vectors (k, m), by one step of inverse iteration each."""
+        # P is singular at a root that is exact, and regular beside it
+        z = values[:, None, None] * (1.0 + 8 * EPS)
         P = z * (z * self.M + self.C) + self.K
         start = np.random.default_rng(51).standard_normal((len(self.M), 1))
         right = np.linalg.solve(P, start)[:, :, 0].T
@@ -214,16 +232,23 @@ class ReducedBasis:
     ) -> None:
         """Add modes until no error at the points is above what is allowed.
 
-        All of those at the first, the last and the middle one; then greedily, where the largest
-        error is, those whose errors are too large. `modes_at` has the modes of the projection next
-        to some values, or all in the trained region.
+        First all modes at the middle, the first and the last point; then, greedily, at the point of
+        the largest error those modes whose errors are too large.
+
+        Parameters
+        ----------
+        points : sequence of mapping
+            Values of the parameters.
+        modes_at : callable
+            Modes of the projection at such values: those next to given roots (m,), or all in the
+            trained region for None.
         """
         last = len(points) - 1
         for k in (last // 2, 0, last):
             self.grow(modes_at(points[k], None))
         while self.size:
             estimates = [self.estimate(changes) for changes in points]
-            ratios = [found.shares_of_allowed() for found in estimates]
+            ratios = [estimate.shares_of_allowed() for estimate in estimates]
             largest = [float(np.max(of_point, initial=0.0)) for of_point in ratios]
             k = int(np.argmax(largest))
             report(f"{self.size} modes, errors up to {largest[k]:.2g} of allowed")
@@ -234,7 +259,7 @@ class ReducedBasis:
                 return
 
     def grow(self, modes: Roots) -> bool:
-        """Add right and left modes of the projection; False if that brings nothing."""
+        """Add right and left modes of the projection; False if the basis has their directions."""
         right, right_sizes = _directions_beyond(self.right, modes.right)
         left, left_sizes = _directions_beyond(self.left, modes.left)
         new = int(np.sum(np.maximum(right_sizes, left_sizes) > DROPPED))
@@ -264,7 +289,8 @@ class ReducedBasis:
         return self.right @ right, self.left @ left
 
     def estimate(self, changes: Changes, deciding: bool = False) -> ModesWithErrors:
-        """Roots in and around the region; of a decision those alone that are near the axis."""
+        """Roots in and around the region, with estimated errors and residuals in the full problem;
+        if `deciding`, those alone on which stability may depend."""
         problem = self._at(changes)
         values = problem.values(self.trained_region)
         values = values[self.estimated_region.contains(values)]
@@ -277,16 +303,18 @@ class ReducedBasis:
         weights = term_weights(self.projection, self.projection.values(changes), values)
         sketch = self._mode_residuals
         probes = sketch.probes[sketch.structure_at(changes)]
-        S = _images(probes.left, roots.left.conj(), weights)
-        R = _images(probes.right, roots.right, weights)
+        # products (SKETCH, m) with the residuals: S.T @ R estimates their product through F^-1
+        S = _sketched_residuals(probes.left, roots.left.conj(), weights)
+        R = _sketched_residuals(probes.right, roots.right, weights)
         share = UNCERTAINTY + sketch.series
         bounds = root_error_bounds(
             values,
             slope=np.add.outer(values, values) * mass + damping,
-            lack=S.T @ R,
+            truncation=S.T @ R,
             uncertainty=share * np.outer(np.linalg.norm(S, axis=0), np.linalg.norm(R, axis=0)),
         )
-        residuals = np.linalg.norm(_images(sketch.residual, roots.right, weights), axis=0)
+        sketched = _sketched_residuals(sketch.residual, roots.right, weights)
+        residuals = np.linalg.norm(sketched, axis=0)
         in_projection = self.in_projection(roots.right, roots.left)
         return ModesWithErrors(
             roots=Roots(values, *in_projection),
@@ -296,20 +324,27 @@ class ReducedBasis:
 
 
 def weighted_norms(weights: NDArray, norms: Array) -> Array:
-    """The sum (m,) of the norms (terms,) of the full terms with weights (terms, m)."""
+    """The sum (m,) of the norms (terms,) of the full terms, each times its |weight| (terms, m)."""
     sizes = np.abs(weights)
     return np.sum(sizes * norms[:, None], axis=0, where=sizes > 0.0)
 
 
-def _images(sketch: NDArray, vectors: ComplexArray, weights: NDArray) -> ComplexArray:
-    """Random vectors against residuals (SKETCH, m) of vectors (k, m), from (terms, SKETCH, k)."""
+def _sketched_residuals(sketch: NDArray, vectors: ComplexArray, weights: NDArray) -> ComplexArray:
+    """Products (SKETCH, m) of random vectors with the residuals of vectors (k, m).
+
+    `sketch` (terms, SKETCH, k) has their products with each term, `weights` (terms, m) the factor
+    and the power of lambda of each term in P(lambda_j) x_j.
+    """
     return np.einsum("trm,tm->rm", sketch @ vectors, weights)
 
 
 def _directions_beyond(basis: ComplexArray, columns: ComplexArray) -> tuple[ComplexArray, Array]:
-    """Orthonormal directions that unit columns add to a basis, and their sizes, falling."""
+    """Orthonormal directions that unit columns add to a basis, and how much of each, falling.
+
+    By the singular values of the columns less their projections.
+    """
     remainder = columns
-    for _ in range(2):
+    for _ in range(2):  # the second pass restores orthogonality to rounding
         remainder = remainder - basis @ (basis.conj().T @ remainder)
     axes, sizes, _ = np.linalg.svd(remainder, full_matrices=False)
     return axes, sizes

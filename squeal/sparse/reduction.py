@@ -61,17 +61,17 @@ MARGIN = 0.04  # of a region's size: what lies so close to it is sampled too
 
 @dataclass(frozen=True, eq=False)
 class Complement:
-    """The directions that an orthonormal basis V (n, d) lacks, seen by a factorised matrix F."""
+    """The directions outside of an orthonormal basis V (n, d), F-orthogonal to it."""
 
     basis: Array
     projected: NDArray  # V' F V
     matrix: csc_array  # F
-    factor: Factor
+    factor: Factor  # of F
 
     def contraction(self, P: csc_array) -> float:
-        """How T = 1 - F^-1 P contracts these directions.
+        """The largest |eigenvalue| of T = 1 - F^-1 P in these directions, by power iteration.
 
-        Below 1 what the basis lacks has no root of P of its own.
+        Below 1 T contracts, and these directions add no root to those of the projection onto V.
         """
         start = np.random.default_rng(1).standard_normal((len(self.basis), 3))
         x = start.astype(complex)
@@ -84,7 +84,8 @@ class Complement:
         return float(size.max())
 
     def contraction_in(self, region: Rectangle, problem: Quadratic) -> float:
-        """The larger one of P at two corners of a region, where roots grow fastest."""
+        """The larger contraction of P at the two right corners of a region in the upper half plane,
+        where roots grow fastest."""
         corners = (
             complex(region.high_real, max(region.low_imag, 0.0)),
             complex(region.high_real, max(abs(region.low_imag), abs(region.high_imag))),
@@ -130,8 +131,8 @@ class Reduction:
         self._sketch: Array = np.zeros((len(self._matrices), SKETCH, 0))
 
     def extend(self, columns: ComplexArray, dropped: float = TOLERANCE / 10) -> None:
-        """Add what the real and imaginary parts of columns (n, m) bring, of unit vectors what
-        exceeds `dropped`."""
+        """Enlarge the basis by the real and imaginary parts of columns (n, m), and project the
+        system onto it; directions in which unit columns add less than `dropped` are left out."""
         old = self.vectors
         self.vectors = enlarged(old, columns, dropped)
         new = np.ascontiguousarray(self.vectors[:, old.shape[1] :])
@@ -156,8 +157,9 @@ class Reduction:
     def sample(self, changes: Changes, region: Rectangle, certify: bool = False) -> None:
         """Add the modes of the full problem in a region at the parameters, some of them changed.
 
-        They are corrected by the factor of the first sample where that shows that none is missed,
-        and found by Krylov subspaces elsewhere.
+        Modes of the basis are corrected by the factor of the first sample where the contraction
+        shows that none is missed; elsewhere, and if they are to be counted (`certify`), they are
+        computed by Krylov subspaces.
         """
         problem = self.scaled.at(changes)
         roots = modes_in(problem, region).roots if certify else self._corrected(problem, region)
@@ -176,12 +178,12 @@ class Reduction:
             return None
         exact = TOLERANCE / 3
         roots = corrected_roots(problem, self.factor, self.vectors, region, exact, exact)
-        if roots is None or not len(roots.values):  # one may enter as it is corrected
+        if roots is None or not len(roots.values):  # an empty list proves nothing: search anew
             return None
         return roots
 
     def _reaches(self, problem: Quadratic) -> bool:
-        """True if what the basis lacks at some parameters has no root of its own in the region."""
+        """True if the basis misses no root of the problem at some parameters in the region."""
         assert self.factor is not None
         assert self._factor_at is not None
         changes, shift = self._factor_at
@@ -200,14 +202,14 @@ class Reduction:
         return self.vectors.shape[1]
 
     @property
-    def searched(self) -> ReducedBasis | Reduction:
-        """Where roots are followed."""
+    def path_reduction(self) -> ReducedBasis | Reduction:
+        """The reduced system on which eigenvalue paths are computed."""
         return self
 
     def in_projection(
         self, right: ComplexArray, left: ComplexArray
     ) -> tuple[ComplexArray, ComplexArray]:
-        """Right and left vectors (d,) of what is `searched` in the coordinates of the basis."""
+        """Right and left vectors (d,) of the `path_reduction` in the coordinates of the basis."""
         return right, left
 
     @property
@@ -216,7 +218,7 @@ class Reduction:
         return self.worst <= TOLERANCE
 
     def replaced(self, changes: Changes) -> Reduction:
-        """The reduction with other values of some parameters as its own."""
+        """The same basis with other values of some parameters as the system's own."""
         other = copy(self)
         other.scaled = copy(self.scaled)
         other.scaled.system = self.scaled.system.replace(changes)
@@ -232,8 +234,11 @@ class Reduction:
     def roots(
         self, changes: Changes, left: bool = False, values: ComplexArray | None = None
     ) -> Roots:
-        """The roots in the region at the parameters, some of them changed, spurious ones among
-        them, or the roots of these `values`; left vectors if wanted."""
+        """Roots of the reduced system at the parameters, some of them changed.
+
+        All in the region, spurious ones among them, or those with known `values` (m,). Their left
+        vectors are NaN unless `left` is True.
+        """
         M, C, K = self.system.at(changes)
         stiffness = self._stiffness_norm(changes)
         if values is not None:
@@ -273,34 +278,56 @@ def reduce_system(
     values: Sequence[Changes],
     kind: type[Reduction] = Reduction,
 ) -> Reduction:
-    """A reduced system whose roots in a region meet `TOLERANCE` at all values of the parameters.
+    """A reduced system whose roots in a region have backward errors of at most `TOLERANCE` in the
+    full problem, at all values of the parameters (a greedy reduced basis).
 
-    Right and left modes of the full system at one of the `values` (changes of one to three
-    parameters) start the basis, then those at the first and the last one; of the other values that
-    where a root's residual in the full problem is worst adds its own, until all are below that (a
-    backward error). Where the full problem was solved, what exceeds it by far is no root of it.
-    `worst` exceeds the tolerance if 20 samples do not suffice. Of a region without a root the basis
-    holds those around it. Raises ComputationError.
+    Parameters
+    ----------
+    scaled : ScaledSystem
+        The full system.
+    region : Rectangle
+        Where its roots are wanted. If it holds none, the basis holds modes around it.
+    values : sequence of mapping
+        Changes of one to three parameters.
+    kind : type
+        Reduction or DispersiveReduction.
+
+    Returns
+    -------
+    Reduction
+        Its basis starts from the right and left modes of the full system at the middle, the first
+        and the last value. Then, again and again, the value at which a root has the largest
+        residual in the full problem adds its modes. `worst` exceeds the tolerance if 20 such
+        samples do not suffice.
+
+    Raises
+    ------
+    ComputationError
+        If there is no root in the region or around it.
     """
     reduction = kind(scaled, region)
     wide = region.widened(MARGIN)
-    is_counted: dict[int, bool] = {}  # of each sample, by index of its value
+    # the samples by the index of their value: whether the roots of the full problem were counted
+    is_counted: dict[int, bool] = {}
+
+    def sample(k: int, where: Rectangle, certify: bool = False) -> None:
+        texts = [f"{name} = {value:.6g}" for name, value in values[k].items()]
+        report(f"sample {len(is_counted) + 1} at {', '.join(texts) or 'the parameters'}")
+        reduction.sample(values[k], where, certify)
+        is_counted[k] = certify
+
     for k in dict.fromkeys([len(values) // 2, 0, len(values) - 1]):
-        _report_sample(len(is_counted) + 1, values[k])
-        reduction.sample(values[k], wide)
-        is_counted[k] = False
+        sample(k, wide)
         if reduction.size == 0:
             _sample_around(reduction, values[k], wide)
     while True:
         residuals = [reduction.residuals(reduction.roots(p), p) for p in values]
+        # at a sample the basis holds the full modes: a root of large residual is none of them
         spurious = {k: int(np.sum(residuals[k] > SPURIOUS)) for k in is_counted}
-        # what the full problem seems not to have stands in doubt until it is counted
+        # ... unless the sample missed it, which a count shows
         doubtful = [k for k in is_counted if spurious[k] and not is_counted[k]]
         if doubtful:
-            k = doubtful[0]
-            _report_sample(len(is_counted) + 1, values[k])
-            reduction.sample(values[k], region, certify=True)
-            is_counted[k] = True
+            sample(doubtful[0], region, certify=True)
             continue
         for k in is_counted:
             residuals[k] = residuals[k][residuals[k] <= SPURIOUS]
@@ -310,22 +337,16 @@ def reduce_system(
         k = int(np.argmax(unsolved))
         if unsolved[k] <= TOLERANCE or len(is_counted) == SAMPLES:
             break
-        _report_sample(len(is_counted) + 1, values[k])
-        reduction.sample(values[k], wide)
-        is_counted[k] = False
+        sample(k, wide)
     reduction.samples = tuple(values[k] for k in is_counted)
     reduction.worst = float(worst.max())
     reduction.spurious = sum(spurious.values())
     return reduction
 
 
-def _report_sample(number: int, changes: Changes) -> None:
-    texts = [f"{name} = {value:.6g}" for name, value in changes.items()]
-    report(f"sample {number} at {', '.join(texts) or 'the parameters'}")
-
-
 def _sample_around(reduction: Reduction, changes: Changes, region: Rectangle) -> None:
-    """Start a basis from modes around a region: they may enter it at other values."""
+    """Start the basis of a region without roots from modes around it, which may enter the region at
+    other values. Raises ComputationError if the region holds no root however far it is widened."""
     scaled = reduction.scaled
     farthest = scaled.at(changes).frequency_scale + abs(region.centre)
     around = region

@@ -57,7 +57,7 @@ def test_a_step_is_that_of_40_digits(stem, on):
     rows = np.array(normal)[:, None]
     along = compiled.null_vectors(derivatives, rows)
     assert along[:, 0] == pytest.approx([float(x) for x in null], rel=1e-11, abs=1e-12)
-    assert compiled.side(derivatives) == float(side)
+    assert compiled.determinant_sign(derivatives) == float(side)
 
 
 @pytest.mark.parametrize("stem", STEMS)

@@ -323,6 +323,30 @@ def test_thresholds_name_their_seat_and_are_certified_in_it_alone(brake):
     assert "seated" not in str(squeal.sweep(joint, [0.1, 0.2], band=BAND))
 
 
+def test_without_a_threshold_another_seat_along_the_range_withdraws_the_certificate():
+    """Seated at mu = 0.95 one of two pairs is open and a mode grows; in the held seat none does."""
+    rng = np.random.default_rng(95)
+    A = rng.normal(size=(4, 4))
+    K = 10 * A @ A.T + 0.5 * np.eye(4)
+    M = np.diag(rng.integers(1, 4, 4).astype(float))
+    load = np.array([0, -1.0, 0, -1.0]) * rng.uniform(0.5, 2, 4)
+    K_disc = np.diag([200.0, 200.0])
+    disc = squeal.System(np.eye(2), 0.02 * K_disc, K_disc, name="disc")
+    pad = squeal.System(M, 0.02 * K, K, name="pad")
+    bodies = [
+        squeal.Component(disc, [1, 2], [2, 2]),
+        squeal.Component(pad, [1, 1, 2, 2], [0, 2, 0, 2], load=load.tolist()),
+    ]
+    pairs = [(1, 1), (2, 2)]
+    touch = squeal.Contact(("disc", "pad"), pairs, (0, 0, 1), stiffness=50.0, sliding=(1, 0, 0))
+    held = squeal.thresholds(squeal.assemble(bodies, [touch], {"mu": 0.0}), high=2.0)
+    assert not held.crossings
+    assert not held.certified
+    assert "seated anew at mu = 1 it is another contact" in str(held)
+    anew = squeal.eigenvalues(squeal.assemble(bodies, [touch], {"mu": 0.95}))
+    assert anew.verdict == "flutter"
+
+
 def test_what_acts_through_the_seat_has_no_derivative(brake):
     """With all pairs closed the factor of a constant stiffness has that of a bonded contact."""
     path, (disc, pad), contact = brake

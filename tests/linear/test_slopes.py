@@ -154,7 +154,7 @@ def test_what_surely_grows_and_what_may_grow_differ_only_where_roots_are_one():
     along = Continuation(
         lambda mu: (np.eye(3), None, np.diag([2.0, 2.0, 9.0]) + mu * turn), -1.0, 1.0
     )
-    assert along.at(0.5).bounds == (2, 2)
-    assert along.at(0.0).bounds == (0, 2)
+    assert along.at(0.5).count_bounds == (2, 2)
+    assert along.at(0.0).count_bounds == (0, 2)
     assert np.array_equal(along.at(0.5).close, np.eye(3))
     assert along.at(0.0).close.sum() == 5

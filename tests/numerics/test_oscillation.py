@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from squeal.numerics.oscillation import exponent, line, spectrum, swing
+from squeal.numerics.oscillation import exponent, spectrum, strongest_line, swing
 
 STEP = 0.2
 T = STEP * np.arange(600)
@@ -55,7 +55,7 @@ def test_what_is_no_sum_of_exponentials_over_two_periods_has_no_exponent():
 @pytest.mark.parametrize("frequency", [0.05, 0.0513, 0.4, 1.0])
 def test_a_sine_has_its_line_at_its_frequency(frequency):
     signals = np.array([3.0 + np.sin(2 * np.pi * frequency * T + 0.3), np.cos(6.28 * T) / 9]).T
-    found, share = line(signals, STEP)
+    found, share = strongest_line(signals, STEP)
     assert found == pytest.approx(frequency, rel=1e-4)
     assert share > 0.95
 
@@ -63,9 +63,13 @@ def test_a_sine_has_its_line_at_its_frequency(frequency):
 @pytest.mark.filterwarnings("error")
 def test_the_share_of_a_line_is_its_part_of_the_power():
     two = np.array([np.sin(2 * np.pi * 0.3 * T) + 2 * np.sin(2 * np.pi * 0.81 * T)]).T
-    assert line(two, STEP) == pytest.approx((0.81, 0.8), abs=0.01)
-    assert line(np.random.default_rng(0).standard_normal((600, 3)), STEP)[1] < 0.1
-    assert line(np.ones((600, 2)), STEP) == line(np.arange(5.0)[:, None], STEP) == (0.0, 0.0)
+    assert strongest_line(two, STEP) == pytest.approx((0.81, 0.8), abs=0.01)
+    assert strongest_line(np.random.default_rng(0).standard_normal((600, 3)), STEP)[1] < 0.1
+    assert (
+        strongest_line(np.ones((600, 2)), STEP)
+        == strongest_line(np.arange(5.0)[:, None], STEP)
+        == (0.0, 0.0)
+    )
 
 
 def test_amplitudes_of_sines_are_found_by_spectrum_and_by_range():

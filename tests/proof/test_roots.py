@@ -1,6 +1,7 @@
 """The referee on lists of roots, judged by systems whose roots are known by construction."""
 
 import itertools
+import math
 import warnings
 from typing import Any
 
@@ -13,9 +14,9 @@ from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import growing_counts
 from squeal.proof.referee import (
     FREE,
+    Proof,
     RootList,
     enclosed,
-    judge,
     possible_verdicts,
     prove_roots,
     unstable_count,
@@ -45,6 +46,12 @@ NEARLY_FREE = (
     ),
 )
 VERDICTS = ("stable", "marginal", "flutter", "divergence")
+
+
+def judge(M, C, K, values, errors=None, verdict=None, data=HALF_ULP) -> Proof:
+    """The proof of a list of roots (m,) of dense matrices; without errors no root is too far."""
+    printed = RootList.of(values, math.inf if errors is None else errors, verdict)
+    return prove_roots(Quadratic.of(M, C, K, data), printed)
 
 
 @pytest.fixture

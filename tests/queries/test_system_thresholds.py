@@ -257,3 +257,21 @@ def test_errors_in_tables_are_numbers():
     (row,) = found.to_records()
     assert row["low"] <= 0.75 <= row["high"]
     assert 0.0 <= row["error"] <= row["high"] - row["low"]
+
+
+@pytest.mark.parametrize("region", [(-10, 10, 0, 3), (-10, 10, -3, 0), (-10, 10, -1, 3)])
+def test_a_region_that_ends_on_the_real_axis_holds_divergence(region):
+    """q'' + q'/4 + (3/2 - mu) q = 0 has a positive real root from mu = 3/2 on."""
+    K = {"1": np.diag([1.5, 4.0]), "mu": np.diag([-1.0, 0.0])}
+    found = squeal.thresholds(squeal.System(np.eye(2), np.diag([0.25, 0.5]), K), region=region)
+    assert found.first.kind == "divergence"
+    assert found.first.mu == pytest.approx(1.5, rel=1e-12)
+    assert [crossing.changes_verdict for crossing in found.crossings] == [True]
+
+
+@pytest.mark.parametrize("region", [(0.0625, 3, 0.5, 3), (-3, -0.0625, 0.5, 3)])
+def test_a_region_without_the_imaginary_axis_has_no_thresholds(region):
+    C = {"mu-0.5": np.diag([-4.0, 0.0]), "1": np.diag([0.0, 0.5])}
+    system = squeal.System(np.eye(2), C, np.diag([4.0, 4.0]))
+    with pytest.raises(InputError, match="holds no part of the imaginary axis"):
+        squeal.thresholds(system, region=region)

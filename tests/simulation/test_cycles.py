@@ -12,7 +12,14 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.queries.cycles import Cycles
 from squeal.queries.thresholds import critical_friction
-from squeal.simulation.cycles import CLOSED_CURVE, SIGNS, Cycle, Point, Shooting, _first_return
+from squeal.simulation.cycles import (
+    CLOSED_CURVE,
+    TEST_FUNCTIONS,
+    Cycle,
+    Point,
+    Shooting,
+    _first_return,
+)
 from squeal.simulation.hybrid import Segment
 from squeal.simulation.run import in_natural_units
 from tests.conftest import ROOT, hammering_scene, needs_heyoka
@@ -181,8 +188,8 @@ def test_multipliers_that_leave_the_unit_circle_name_the_turn(kind, inside, outs
     cycle_inside: Any = SimpleNamespace(multipliers=np.array(inside, complex).tolist())
     cycle_outside: Any = SimpleNamespace(multipliers=np.array(outside, complex).tolist())
     for name in ("period doubling", "torus"):
-        before = SIGNS[name](cycle_inside, None)
-        after = SIGNS[name](cycle_outside, None)
+        before = TEST_FUNCTIONS[name](cycle_inside, None)
+        after = TEST_FUNCTIONS[name](cycle_outside, None)
         assert (before != after) == (name == kind)
 
 

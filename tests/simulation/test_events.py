@@ -46,7 +46,7 @@ def test_a_gap_that_turns_back_within_a_step_is_seen(place, third):
     states[1] = gap(ends)
     states[4] = gap.deriv()(ends) / 2.0
     solver = SciPyIntegrator(model, 1e-10)
-    turn = solver._turn(np.array([3.0, 5.0]), states, np.zeros(2))
+    turn = solver._turning_time(np.array([3.0, 5.0]), states, np.zeros(2))
     assert turn == pytest.approx(3.0 + 2.0 * place)
 
 

@@ -188,12 +188,16 @@ def crossing(value=1.0, omega=2.0, way=1, interval=(0.9, 1.1), vector=(1.0, 0.0)
 def test_crossings_at_the_ends_of_a_range():
     """At the start a root that begins to grow counts there, and none that begins to decay."""
     falls = crossing(way=-1)
-    assert [c.value for c in _in_range(crossing(), 1.05, 2.0)] == [1.05]
-    assert [c.interval for c in _in_range(crossing(), 1.05, 2.0)] == [(1.05, 1.1)]
-    assert _in_range(falls, 1.05, 2.0) == []
-    assert [c.value for c in _in_range(falls, 0.0, 0.95)] == [0.95]
-    assert [c.value for c in _in_range(falls, 0.0, 2.0)] == [1.0]
-    assert _in_range(falls, 1.2, 2.0) == _in_range(falls, 0.0, 0.8) == []
+    at_start = _in_range(crossing(), 1.05, 2.0)
+    assert at_start is not None
+    assert (at_start.value, at_start.interval) == (1.05, (1.05, 1.1))
+    assert _in_range(falls, 1.05, 2.0) is None
+    at_end = _in_range(falls, 0.0, 0.95)
+    assert at_end is not None
+    assert at_end.value == 0.95
+    assert _in_range(falls, 0.0, 2.0) == falls
+    assert _in_range(falls, 1.2, 2.0) is None
+    assert _in_range(falls, 0.0, 0.8) is None
     same = crossing(1 + 5e-8, 2 + 1e-7)
     other = crossing(vector=(0.3, 0.9))
     assert _is_same(crossing(), same)

@@ -12,7 +12,7 @@ from squeal.article.studies.claims import Claims, study
 from squeal.cli.command import Parser, Reply
 from squeal.errors import InputError
 from squeal.io.provenance import ROOT
-from squeal.io.writing import aligned as table
+from squeal.io.writing import aligned_text as table
 
 SCENES = ROOT / "article" / "scenes"
 

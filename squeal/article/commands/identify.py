@@ -16,7 +16,7 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import numbers, whole
 from squeal.cli.streams import say
 from squeal.errors import InputError
-from squeal.io.writing import aligned as table
+from squeal.io.writing import aligned_text as table
 from squeal.io.writing import picked
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 

@@ -20,7 +20,7 @@ from squeal.equilibrium.damping import damped_model
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import Column, Table, number, picked
-from squeal.io.writing import aligned as table
+from squeal.io.writing import aligned_text as table
 from squeal.linear import Judgement, judge
 from squeal.queries.pads.equilibrium import at_equilibrium
 

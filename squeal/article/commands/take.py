@@ -11,7 +11,7 @@ from squeal.article.report.taking import names, take
 from squeal.cli.command import Parser, Reply
 from squeal.errors import InputError
 from squeal.io.provenance import ROOT
-from squeal.io.writing import aligned as table
+from squeal.io.writing import aligned_text as table
 
 
 def options(parser: Parser) -> None:

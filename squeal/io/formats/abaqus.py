@@ -37,7 +37,9 @@ def read_abaqus(path: Path) -> MatrixFile | dict[str, MatrixFile]:
         if mark in text:
             raise ValueError(f"{mark} is not what Abaqus writes; comments begin with **")
     blocks = [block for block in _blocks(text) if block.entries.strip()]
-    matrices = {block.name: _matrix(path, block) for block in blocks}
+    matrices = {}
+    for block in blocks:
+        matrices[block.name] = _matrix(path, block)
     if not matrices:
         raise ValueError("no entries")
     if len(matrices) < len(blocks):
@@ -48,7 +50,10 @@ def read_abaqus(path: Path) -> MatrixFile | dict[str, MatrixFile]:
 
 
 def _blocks(text: str) -> list[_Block]:
-    """The parts of a text, the first before any *MATRIX INPUT. Raises ValueError."""
+    """The matrices in a text, of which each *MATRIX INPUT begins one; the first stands before any.
+
+    Raises ValueError.
+    """
     blocks = [_Block()]
     if "*" not in text:
         blocks[0].entries = text
@@ -85,7 +90,7 @@ def _matrix(path: Path, block: _Block) -> MatrixFile:
     symmetric = None  # where no keyword says so
     kind = re.search(r"TYPE\s*=\s*(UN)?SYMMETRIC", block.keywords)
     if kind:
-        symmetric = kind[1] is None
+        symmetric = kind[1] is None  # no UN before it
     if width == 5:
         return labelled_matrix(path, positions, values, symmetric, digits)
     if positions.min() < 1:

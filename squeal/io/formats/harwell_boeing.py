@@ -36,16 +36,15 @@ def read_harwell_boeing(path: Path) -> MatrixFile:
     has_right_sides = len(line_counts) > 4 and int(line_counts[4]) > 0
     body = lines[5:] if has_right_sides else lines[4:]
     formats = lines[3]  # of pointers, of indices and of values, each in 16 columns
-    words, body = _read_fields(body, formats, columns + 1)
-    pointers = np.array(words, np.int64) - 1
-    words, body = _read_fields(body, formats[16:], count)
-    indices = np.array(words, np.int64) - 1
+    pointer_words, body = _read_fields(body, formats, columns + 1)
+    index_words, body = _read_fields(body, formats[16:], count)
+    number_count = 2 * count if is_complex else count
+    value_words, _ = _read_fields(body, formats[32:], number_count)
+    pointers = np.array(pointer_words, np.int64) - 1
+    indices = np.array(index_words, np.int64) - 1
+    values = np.array(value_words, float)
     if is_complex:
-        words, _ = _read_fields(body, formats[32:], 2 * count)
-        values = np.array(words, float).view(complex)  # real and imaginary parts in turn
-    else:
-        words, _ = _read_fields(body, formats[32:], count)
-        values = np.array(words, float)
+        values = values.view(complex)  # real and imaginary parts in turn
     matrix = csc_array((values, indices, pointers), shape=(rows, columns))
     check_indices(matrix)
     # of S and Z, skew-symmetric, the format asks for one triangle; some programs write both
@@ -55,13 +54,15 @@ def read_harwell_boeing(path: Path) -> MatrixFile:
         matrix = complete_triangle(matrix, -1)
     labels = read_labels(path.with_suffix(".mapping"), rows)
     return MatrixFile(
-        matrix, labels, numbered=has_internal_nodes(labels), digits=written_digits(words)
+        matrix, labels, numbered=has_internal_nodes(labels), digits=written_digits(value_words)
     )
 
 
 def _read_fields(lines: list[str], fortran_format: str, count: int) -> tuple[list[str], list[str]]:
-    """So many fields of a Fortran format such as (1P,3D24.16), as written with E for D, and the
-    lines behind them. Raises ValueError."""
+    """The first `count` fields of some lines, with E for D, and the lines behind them.
+
+    fortran_format: how they were written, such as (1P,3D24.16). Raises ValueError.
+    """
     edit = re.search(r"(\d*)[IEDFG](\d{1,2})", fortran_format.upper())
     if not edit:
         raise ValueError(

@@ -5,7 +5,7 @@ Version 5 is read here, since SciPy trusts what stands in the file: a damaged on
 
 import math
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
@@ -65,13 +65,16 @@ def read_mat(path: Path) -> Mapping[str, Matrix]:
 
 
 def _read_version_5(path: Path) -> dict[str, Matrix]:
+    """The matrices of a file of version 5 by their names. Raises InputError, ValueError."""
     data = path.read_bytes()
     order = "<" if data[126:128] == b"IM" else ">"
     matrices: dict[str, Matrix] = {}
+    sizes: dict[str, Sequence[int]] = {}
     try:
         for name, matrix in _variables(data[128:], order):
             matrices[name] = matrix
-            check_full_size(path, [(one.size,) for one in matrices.values()])
+            sizes[name] = (matrix.size,)
+            check_full_size(path, sizes.values())
     except InputError:
         raise
     except (ValueError, LookupError, zlib.error):
@@ -80,9 +83,10 @@ def _read_version_5(path: Path) -> dict[str, Matrix]:
 
 
 def _variables(data: bytes, order: str) -> Iterator[tuple[str, Matrix]]:
-    """Names and matrices among data elements; text and the like is left out.
+    """Name and matrix of each array of numbers among data elements, those in structs too.
 
-    `order` of bytes is < or >. Raises ValueError, LookupError, zlib.error.
+    `order` of bytes is < or >. Text and the like is left out. Raises ValueError, LookupError,
+    zlib.error.
     """
     for kind, content in _elements(data, order):
         if kind == ElementType.COMPRESSED:
@@ -135,10 +139,10 @@ def _elements(data: bytes, order: str) -> list[_Element]:
 
 
 def _array(data: bytes, order: str, prefix: str) -> Iterator[tuple[str, Matrix]]:
-    """The name and the matrix of an array, of a struct those of its fields.
+    """The name and the matrix of an array; of a struct those of its fields; none of text.
 
-    prefix: what stands before the name, as `model.` does before a field of the struct `model`.
-    Raises ValueError, LookupError.
+    data: the bytes of the array's data element; prefix: what stands before the name, as `model.`
+    does before a field of the struct `model`. Raises ValueError, LookupError.
     """
     flags, dimensions, name, *parts = _elements(data, order)
     flag_word, _ = np.frombuffer(flags.data, f"{order}u4").tolist()
@@ -207,7 +211,10 @@ def _struct(
 
 
 def _read_hdf5(path: Path) -> dict[str, Matrix]:
-    """Version 7.3: transposed arrays, sparse ones as groups data, ir, jc, structs as groups."""
+    """The matrices of a file of version 7.3 by their names. Raises InputError.
+
+    Such a file holds transposed arrays, sparse ones as groups data, ir, jc, and structs as groups.
+    """
     import h5py
 
     def numbers(dataset: h5py.Dataset) -> NDArray:
@@ -239,8 +246,12 @@ def _read_hdf5(path: Path) -> dict[str, Matrix]:
 def _sparse_group(group: "h5py.Group", numbers: "Callable[[h5py.Dataset], NDArray]") -> csc_array:
     """The sparse matrix in a group; one without entries has neither data nor ir."""
     starts = numbers(group["jc"]).astype(np.int64)
-    rows = numbers(group["ir"]).astype(np.int64) if "ir" in group else starts[:0]
-    values = numbers(group["data"]) if "data" in group else np.empty(0)
+    rows = starts[:0]
+    if "ir" in group:
+        rows = numbers(group["ir"]).astype(np.int64)
+    values = np.empty(0)
+    if "data" in group:
+        values = numbers(group["data"])
     shape = (int(group.attrs["MATLAB_sparse"]), len(starts) - 1)
     return csc_array((values, rows, starts), shape=shape)
 

@@ -31,13 +31,26 @@ Labels: TypeAlias = tuple[tuple[int, int], ...]
 class MatrixFile:
     """A matrix as it stands in a file.
 
-    `labels` are the (node, degree of freedom) of its rows, if they are named so; `open_ended` is
-    true if the file does not say how many rows there are (the last may be empty). `symmetric` says
-    whether entries on one side of the diagonal stand for those on the other too, None if the file
-    does not say. `form` names the format that the file was read as. `numbered` is true if some
-    labels only number rows, so that the file goes with files of the same labels alone. `digits` are
-    the significant digits that its entries were rounded to, None if they are exact or doubles.
-    `assumptions` say what was guessed of it.
+    Attributes
+    ----------
+    matrix : csc_array (n, n)
+        The entries that stand in the file.
+    labels : tuple of (int, int), optional
+        (node, degree of freedom) of each row, if the rows are named so.
+    open_ended : bool
+        Whether the file does not say how many rows there are (the last ones may be empty).
+    symmetric : bool or None
+        Whether entries on one side of the diagonal stand for those on the other too, None if the
+        file does not say.
+    form : str
+        The format that the file was read as.
+    numbered : bool
+        Whether some labels only number rows, so that the file goes with files of the same labels
+        alone.
+    digits : int or None
+        The significant digits that entries were rounded to, None if they are exact or doubles.
+    assumptions : tuple of str
+        What was guessed of the matrix.
     """
 
     matrix: csc_array = field(repr=False)
@@ -67,7 +80,7 @@ def read_columns(
 ) -> tuple[NDArray, NDArray]:
     """The whole numbers (lines, index_columns) and the numbers (lines, value_columns) behind them.
 
-    Raises ValueError.
+    Raises ValueError for a line of another number of columns, or one that holds anything else.
     """
     columns: list[tuple[str, type, tuple[int]]] = []
     if index_columns:
@@ -100,8 +113,8 @@ def sum_entries(
     summed = len(values) - matrix.nnz
     if not summed:
         return matrix, ()
-    places, count = np.unique(indices, axis=1, return_counts=True)
-    row, column = places[:, np.argmax(count > 1)] + 1
+    places, counts = np.unique(indices, axis=1, return_counts=True)
+    row, column = places[:, np.argmax(counts > 1)] + 1
     Place(str(path)).warn(
         f"{summed} entries stand where another one stands, the first at row {row}, "
         f"column {column}; they are summed"
@@ -116,11 +129,24 @@ def labelled_matrix(
     symmetric: bool | None,
     digits: int | None,
 ) -> MatrixFile:
-    """The matrix whose rows and columns are named by node and degree of freedom, as it stands in
-    the file at `path`, which warnings name.
+    """The matrix of entries whose rows and columns are named by node and degree of freedom.
 
-    `positions` (entries, 4): node and degree of freedom of the row, then of the column. Rows are
-    sorted by their labels. Raises ValueError.
+    Rows are sorted by their labels.
+
+    Parameters
+    ----------
+    path : Path
+        The file, which warnings name.
+    positions : ndarray (entries, 4)
+        Node and degree of freedom of the row, then of the column.
+    values : ndarray (entries,)
+        The entries.
+    symmetric, digits
+        Of the MatrixFile.
+
+    Raises
+    ------
+    ValueError
     """
     if not len(positions):
         raise ValueError("no entries")
@@ -130,10 +156,11 @@ def labelled_matrix(
         raise ValueError("degrees of freedom must be at least 0")
     base = int(freedoms.max()) + 1
     codes = (nodes * base + freedoms).T  # (2, entries), one whole number for each label
-    different = np.sort(codes, axis=None)  # np.unique hashes, which takes twice as long
-    different = different[np.diff(different, prepend=different[0] - 1) > 0]
-    labels = tuple(divmod(code, base) for code in different.tolist())
-    indices = np.searchsorted(different, codes)
+    sorted_codes = np.sort(codes, axis=None)  # np.unique hashes, which takes twice as long
+    is_first = np.diff(sorted_codes, prepend=sorted_codes[0] - 1) > 0
+    label_codes = sorted_codes[is_first]
+    labels = tuple(divmod(code, base) for code in label_codes.tolist())
+    indices = np.searchsorted(label_codes, codes)
     matrix, assumptions = sum_entries(path, indices, values, (len(labels), len(labels)))
     return MatrixFile(matrix, labels, symmetric=symmetric, digits=digits, assumptions=assumptions)
 
@@ -143,7 +170,7 @@ def read_labels(path: Path, rows: int) -> Labels | None:
 
     CalculiX expands shells and beams to solids and gives several rows the label of one node. Those
     rows become internal, with the negative of the row's number for a node. None without such a
-    file. Raises ValueError.
+    file. `rows`: how many the matrix has at least. Raises ValueError.
     """
     if not path.is_file():
         return None
@@ -153,8 +180,8 @@ def read_labels(path: Path, rows: int) -> Labels | None:
         labels.append((int(node), _freedom_number(name)))
     if len(labels) < rows:
         raise ValueError(f"{path.name} names {len(labels)} of its {rows} rows")
-    count = Counter(labels)
-    repeated = [row for row, label in enumerate(labels) if count[label] > 1]
+    rows_of_label = Counter(labels)
+    repeated = [row for row, label in enumerate(labels) if rows_of_label[label] > 1]
     if repeated:
         node, freedom = labels[repeated[0]]
         Place(str(path)).warn(
@@ -182,17 +209,22 @@ def _freedom_number(name: str) -> int:
 
 
 def is_half(matrix: csc_array) -> bool:
-    """True if no entry has another one on the other side of the diagonal, in whatever order."""
+    """True if no entry has another one on the other side of the diagonal.
+
+    The entries need not be one triangle: each may stand on either side.
+    """
     rows, columns = matrix.tocoo().coords
     if np.all(rows >= columns) or np.all(rows <= columns):
         return True
-    off = rows != columns
-    lower, upper = np.sort([rows[off], columns[off]], axis=0).astype(np.int64)
-    pairs = np.sort(lower * matrix.shape[0] + upper)  # np.unique takes 20 times as long
-    return bool(np.all(np.diff(pairs)))
+    off_diagonal = rows != columns
+    pairs = [rows[off_diagonal], columns[off_diagonal]]
+    lower, upper = np.sort(pairs, axis=0).astype(np.int64)
+    codes = np.sort(lower * matrix.shape[0] + upper)  # np.unique takes 20 times as long
+    return bool(np.all(np.diff(codes)))
 
 
 def _symmetry_name(sign: int) -> str:
+    """What files of a sign, 1 or -1, of the mirror image are called."""
     return "symmetric" if sign > 0 else "skew-symmetric"
 
 
@@ -206,10 +238,10 @@ def mirror_half(matrix: csc_array, sign: int = 1) -> csc_array:
         raise ValueError(f"a {name} file holds one triangle, and this has entries on both sides")
     entries = matrix.tocoo()
     rows, columns = entries.coords
-    off = rows != columns
-    both_rows = np.append(rows, columns[off])
-    both_columns = np.append(columns, rows[off])
-    values = np.append(entries.data, sign * entries.data[off])
+    off_diagonal = rows != columns
+    both_rows = np.append(rows, columns[off_diagonal])
+    both_columns = np.append(columns, rows[off_diagonal])
+    values = np.append(entries.data, sign * entries.data[off_diagonal])
     return coo_array((values, (both_rows, both_columns)), shape=matrix.shape).tocsc()
 
 
@@ -227,14 +259,20 @@ def complete_triangle(matrix: csc_array, sign: int) -> csc_array:
 
 
 def check_indices(matrix: csc_array) -> None:
-    """SciPy trusts indices, and checks no pointers whose last one is 0. Raises ValueError."""
+    """Refuse indices beyond the matrix, and pointers that decrease. Raises ValueError.
+
+    SciPy trusts indices, and checks no pointers whose last one is 0.
+    """
     matrix.check_format(full_check=True)
     if np.any(np.diff(matrix.indptr) < 0):
         raise ValueError("index pointers must not decrease")
 
 
 def check_full_size(path: Path, shapes: Iterable[Sequence[int]]) -> None:
-    """Refuse full arrays that a file holds compressed, or names only. Raises InputError."""
+    """Refuse full arrays of far more numbers than a file of this size can hold uncompressed.
+
+    shapes: of all its arrays. Raises InputError.
+    """
     count = sum(map(math.prod, shapes))
     most = MOST_FULL * max(1, path.stat().st_size // 1_000_000)
     if count > most:

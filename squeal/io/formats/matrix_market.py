@@ -35,7 +35,7 @@ def read_matrix_market(path: Path) -> MatrixFile:
         value_columns = VALUE_COLUMNS.get(entry_type, 1)
         lines = _without_comments(stream)
         size_line = next((line for line in lines if line.strip()), "")
-        indices, parts = read_columns(lines, index_columns, value_columns)
+        indices, numbers = read_columns(lines, index_columns, value_columns)
     digits = written_digits(_value_words(path, index_columns, value_columns))
 
     general = symmetry == "general"
@@ -53,9 +53,9 @@ def read_matrix_market(path: Path) -> MatrixFile:
         count = rows * (rows - 1) // 2
     else:
         count = rows * (rows + 1) // 2
-    if len(parts) != count:
-        raise ValueError(f"{len(parts)} entries; {count} are required")
-    if entry_type == "integer" and np.any(parts != np.round(parts)):
+    if len(numbers) != count:
+        raise ValueError(f"{len(numbers)} entries; {count} are required")
+    if entry_type == "integer" and np.any(numbers != np.round(numbers)):
         raise ValueError("entries must be whole numbers, as the first line says")
 
     if index_columns:
@@ -66,7 +66,7 @@ def read_matrix_market(path: Path) -> MatrixFile:
         positions = np.array(np.unravel_index(np.arange(count), (rows, columns), order="F"))
     else:  # column by column of the lower triangle
         positions = np.array(np.triu_indices(rows, int(skew)))[::-1]
-    values = _values(entry_type, parts)
+    values = _values(entry_type, numbers)
     matrix, assumptions = sum_entries(path, positions, values, (rows, columns))
     if skew and np.any(matrix.diagonal()):
         raise ValueError("a skew-symmetric file has no diagonal, and this has")
@@ -75,16 +75,17 @@ def read_matrix_market(path: Path) -> MatrixFile:
     return MatrixFile(matrix, digits=digits, assumptions=assumptions)
 
 
-def _values(entry_type: str, parts: NDArray) -> NDArray:
-    """The entries (lines,) from the columns (lines, 0 to 2) of a type of entry."""
+def _values(entry_type: str, numbers: NDArray) -> NDArray:
+    """The entries (lines,) of a type from their numbers: none, one, or real and imaginary part."""
     if entry_type == "pattern":
-        return np.ones(len(parts))
+        return np.ones(len(numbers))
     if entry_type == "complex":
-        return parts[:, 0] + 1j * parts[:, 1]
-    return parts[:, 0]
+        return numbers[:, 0] + 1j * numbers[:, 1]
+    return numbers[:, 0]
 
 
 def _without_comments(lines: Iterable[str]) -> Iterator[str]:
+    """The lines that are no comments."""
     for line in lines:
         if not line.lstrip().startswith("%"):
             yield line

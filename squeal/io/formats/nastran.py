@@ -41,7 +41,7 @@ def read_dmig(path: Path) -> dict[str, UnbuiltMatrix]:
 def _dmig_cards(text: str) -> list[list[str]]:
     """The fields of each card DMIG, behind its name and with those of its continuations."""
     cards: list[list[str]] = []
-    in_dmig = False
+    in_dmig = False  # whether the last card was one
     for full_line in text.splitlines():
         line = full_line.partition("$")[0].rstrip().expandtabs(8).upper()
         name, fields = _card_fields(line)
@@ -84,7 +84,10 @@ def _build_dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFi
             f"the matrix {name} has the form {form} ({kind}); 1 (square) and 6 (symmetric) are read"
         )
     entries = _dmig_entries(name, cards)
-    text = " ".join(word or "0" for entry in entries for word in entry).replace("D", "E")
+    fields: list[str] = []
+    for entry in entries:
+        fields += [field or "0" for field in entry]
+    text = " ".join(fields).replace("D", "E")
     words = re.sub(r"([\d.])([+-])", r"\1E\2", text).split()  # 1.5+3 is 1.5E+3
     if len(words) != 6 * len(entries):
         raise ValueError(f"a field of {name} is no number")
@@ -103,7 +106,10 @@ def _build_dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFi
 
 
 def _dmig_entries(name: str, cards: list[list[str]]) -> list[tuple[str, ...]]:
-    """Node and degree of freedom of row and column, real and imaginary part of each entry."""
+    """The six fields of each entry of a matrix, from the cards of its columns.
+
+    They are node and degree of freedom of the row, the same of the column, real and imaginary part.
+    """
     entries: list[tuple[str, ...]] = []
     for card in cards:
         if card[0] != name or card[1] == "0":

@@ -113,8 +113,7 @@ def codes_at(
     if not stack.linear:
         statics = stack.statics.pick(existing)
         with np.errstate(all="ignore"):
-            excursions = excursion(statics, at_existing.z, at_existing.touching)
-            beyond[:, existing] = excursions.beyond()
+            beyond[:, existing] = excursion(statics, at_existing.z, at_existing.touching).beyond()
     return PointVerdicts(codes, contact, beyond)
 
 
@@ -248,11 +247,7 @@ def _inadmissible(codes: np.ndarray, beyond: np.ndarray) -> list[str]:
     }
     for limit, points in zip(LIMITS._fields, beyond, strict=True):
         reasons[f"exceed the limit of {limit}"] = points
-    sentences = []
-    for words, points in reasons.items():
-        if points.any():
-            sentences.append(f"{_share(points)} {words}")
-    return sentences
+    return [f"{_share(points)} {words}" for words, points in reasons.items() if points.any()]
 
 
 def _span(values: np.ndarray, unit: str) -> str:

@@ -255,12 +255,13 @@ class PadStack:
         branch was lost, and where rounding hides the contact forces. There is none where the branch
         from mu = 0 ends before.
         """
+        origin = self.origin(self.mu)
+        nowhere = np.zeros(self.n, dtype=bool)
         if self.linear:
-            return self.origin(self.mu), np.zeros(self.n, dtype=bool)
+            return origin, nowhere
         branches, lost = self.branches(self.mu)
         if not branches.owner.size:  # no pad has an equilibrium without friction
-            nowhere = np.zeros(self.n, dtype=bool)
-            return self.origin(self.mu)._replace(exists=nowhere), lost
+            return origin._replace(exists=nowhere), lost
         at_mu = branches.at(np.arange(self.n), self.mu)
         hidden = at_mu.exists & self.statics.unresolved(at_mu.z)
         touches = at_mu.touching.any(axis=0)

@@ -58,8 +58,8 @@ def roots_of_all(
         low, high = selection.band
         inside = (roots.imag >= math.tau * low) & (roots.imag <= math.tau * high)
         roots = roots[inside]
-    elif selection.region is not None:
-        roots = roots[selection.region.contains(roots)]
+    elif selection.rectangle is not None:  # the region, with the real axis if it begins there
+        roots = roots[selection.rectangle.contains(roots)]
     return roots[ordered(roots)]
 
 

@@ -35,9 +35,7 @@ def with_band_proof(
         raise InputError(f"prove: {ALLOWED}")
     if file.assembly is not None or file.assumptions:
         raise InputError(f"prove: components and guessed matrices have no proof; {ALLOWED}")
-    low_hertz, high_hertz = selection.band
-    low = math.tau * low_hertz
-    high = math.tau * high_hertz
+    low, high = (math.tau * hertz for hertz in selection.band)
     values = np.array([root.value for root in roots.eigenvalues], dtype=complex)
     growth_limit = math.inf if roots.growth_limit is None else roots.growth_limit
     proof = prove_modes(*system.at(), values, low, high, growth_limit)

@@ -50,9 +50,7 @@ def data_of(file: SystemFile, system: TermSystem) -> Data | None:
         return Data()
     if has_digits(system):
         fewest = min(term.digits for term in system.terms if term.digits is not None)
-        M_errors, C_errors, K_errors = data_errors(system)
-        radii = (M_errors.toarray(), C_errors.toarray(), K_errors.toarray())
-        return Data(f"{fewest} digits", radii)
+        return Data(f"{fewest} digits", tuple(X.toarray() for X in data_errors(system)))
     if not is_small(system):
         return Data()
     radii = rounding_of_sums(system)

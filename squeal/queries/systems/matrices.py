@@ -178,9 +178,9 @@ def _write_factor(folder: Path, file: str, term: Term) -> dict[str, Any]:
             write_csv(folder / file, ["frequency", "storage", "loss"], moduli)
         return keys
     if isinstance(factor, Tabulated):
-        pairs = zip(factor.places, factor.quantities, strict=True)
-        write_csv(folder / file, [factor.over, factor.column], pairs)
-        table_keys = {"file": file, "column": factor.column, "over": factor.over}
+        pairs = zip(factor.points, factor.quantities, strict=True)
+        write_csv(folder / file, [factor.parameter, factor.column], pairs)
+        table_keys = {"file": file, "column": factor.column, "over": factor.parameter}
         return {"factor": factor.factor.text, "table": table_keys}
     return {"factor": factor.text}
 
@@ -205,13 +205,12 @@ def write_components(
         positions = np.zeros((len(nodes), 3)) if body.places is None else body.places
         table = zip(nodes, dofs, *positions.T.tolist(), strict=True)
         write_csv(home / "nodes.csv", ["node", "dof", "x", "y", "z"], table)
-        if body.lacks is not None:
-            write_matrix(home / f"lacks.{suffix}", body.lacks, "lacks")
+        flexibility = body.residual_flexibility
+        if flexibility is not None:
+            write_matrix(home / f"flexibility.{suffix}", flexibility, "residual_flexibility")
         if body.load is not None:
             # by rows, not nodes: a load of a reduced component acts on generalised coordinates too
-            loads = []
-            for i in np.flatnonzero(body.load):
-                loads.append((i + 1, float(body.load[i])))
+            loads = ((i + 1, float(body.load[i])) for i in np.flatnonzero(body.load))
             write_csv(home / "load.csv", ["row", "force"], loads)
     return rows
 
@@ -249,8 +248,11 @@ def write_assembly(
         keys["file"] = f"{name}/system.yaml"
         keys.pop("rotation", None)  # its terms are among the matrices
         if body.rows:
-            lacks = f"{name}/lacks.{suffix}"
-            keys["reduced"] = {"rows": body.rows, "cutoff": body.cutoff, "lacks": lacks}
+            keys["reduced"] = {
+                "rows": body.rows,
+                "cutoff": body.cutoff,
+                "residual_flexibility": f"{name}/flexibility.{suffix}",
+            }
         load = keys.get("load")
         if load:  # its forces were written multiplied by the factor at these parameters
             factor = Formula(load.get("factor", "1"))

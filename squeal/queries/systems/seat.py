@@ -3,6 +3,7 @@ that vary parameters: it is computed at one value, and held at the others."""
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -13,9 +14,10 @@ from squeal.io.writing import number
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.known import with_doubts
 from squeal.results.thresholds import Thresholds
-from squeal.sparse.assembly import OWN, Assembly
+from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly
 from squeal.sparse.contact_seat import Contact
 
+SEATED = 5  # values along a range, both ends among them, at which contact is seated anew
 SAME = 1e-6  # of the largest: up to it stiffnesses and forces of two seats are the same
 
 
@@ -47,7 +49,7 @@ def seat_parameters(file: SystemFile) -> list[str]:
     if assembly is None:
         return []
     seated = assembly.system
-    names = seated.parameters.keys() - seated.names - OWN.keys()
+    names = seated.parameters.keys() - seated.names - ASSEMBLY_DEFAULTS.keys()
     for contact in _contacts_that_may_change(assembly):
         names |= Formula(contact.factor).names
     return sorted(names - {seated.parameter})
@@ -86,7 +88,8 @@ def note_of_seat_parameters(file: SystemFile) -> str:
 def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
     """Add the note on the seat to thresholds, which were located with the seat held.
 
-    They are not certified if contact that is seated anew at one of them differs.
+    They are not certified if contact that is seated anew at one of them differs, or at one of some
+    values along the range: another seat may lose stability where the held one does not.
     """
     note = seat_note(file)
     if not note:
@@ -96,6 +99,10 @@ def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
         doubt = _doubt_of_seat(file.assembly, answer.parameter, crossing.mu)
         if doubt:
             doubts.append(doubt)
+    if not doubts:
+        along_range = np.linspace(answer.low, answer.high, SEATED).tolist()
+        each = (_doubt_of_seat(file.assembly, answer.parameter, value) for value in along_range)
+        doubts = list(itertools.islice(filter(None, each), 1))  # the first of them
     noted = replace(answer, seat=(note, *doubts))
     if not doubts:
         return noted

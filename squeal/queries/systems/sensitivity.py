@@ -308,8 +308,8 @@ def _shift_by_reduction(
     at = singular_at(scaled, value, root)
     x = at.right[:, None]
     y = at.left[:, None]
-    residuals = assembly.lack([root], x, y, frozen.parameters)
-    residual = sum(abs(part.item()) for part in residuals)
+    truncation = assembly.truncation_term([root], x, y, frozen.parameters)
+    residual = abs(truncation.value.item()) + abs(truncation.uncertainty.item())
     if not math.isfinite(residual):  # beyond the cutoff
         return math.inf
     dK = residual * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2

@@ -116,7 +116,7 @@ def track_modes(
 
     at: Callable[[float], SpectrumAtParameter] = spectrum_at
     all_roots = reduction is None and selection.rectangle is None
-    if all_roots and small and system.real and system.n <= ContinuationOptions.small:
+    if all_roots and small and system.real and system.n <= ContinuationOptions.small_rows:
         # few rows: the continuation of all roots, which knows where they cross and coalesce
         with suppress(InputError):  # where M is singular
             at = continued(system, rising).at

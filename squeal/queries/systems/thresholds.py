@@ -148,6 +148,12 @@ def system_thresholds(
         low = _start_of_range(system, high)
     if not low < high:
         raise InputError(f"high: {high:g} is not allowed; it must exceed {low:g}")
+    region = selection.region
+    if region is not None and not region.low_real < 0.0 < region.high_real:
+        raise InputError(
+            f"region: {region} holds no part of the imaginary axis, which thresholds cross; it "
+            "must be RE0:RE1:IM0:IM1 with RE0 < 0 < RE1"
+        )
     roots: Roots = partial(roots_of_all, system, selection)
     if _all_roots_are_followed(system, selection, low):
         located = _located_among_all(system, selection, low, high, step_ends, roots)
@@ -204,7 +210,7 @@ def _all_roots_are_followed(system: TermSystem, selection: EigenvalueSelection, 
         return False
     if selection.rectangle is None:
         return True
-    if system.n > ContinuationOptions.small:
+    if system.n > ContinuationOptions.small_rows:
         return False  # to follow all roots would cost more than to follow those of the band
     M, _, _ = system(low)
     is_regular = ILL * np.linalg.cond(unit_diagonal(dense(M))) < 1.0
