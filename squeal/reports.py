@@ -24,7 +24,7 @@ from squeal.linear import GROWING, UnstableMode
 from squeal.queries.check import Check, check
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import Energy, energy
-from squeal.queries.options import Subject
+from squeal.queries.options import Subject, upper_end
 from squeal.queries.remedies import Remedy, RemedySearch, find_remedy, partner_of, rounded
 from squeal.queries.sensitivity import sensitivity
 from squeal.queries.sweep import eigenvalue_paths
@@ -432,7 +432,8 @@ def report(
     'Stability is first lost at mu = 0.75: flutter at 0.2251 Hz'
     """
     options: Any = {"band": band, "memory": memory, "progress": progress}
-    losses = thresholds(subject, high, **options)  # first: it refuses some that the others take
+    end = upper_end(subject, high)
+    losses = thresholds(subject, end, **options)  # first: it refuses some that the others take
     spectrum = eigenvalues(subject, **options)
     of_modes = sensitivity(subject, known=spectrum)
     of_onset = None
@@ -446,7 +447,7 @@ def report(
         onset=of_onset,
         check=None if isinstance(subject, Scene) else check(subject),
         energy=energy(spectrum, parts),
-        search=find_remedy(spectrum, of_modes, high, options),
+        search=find_remedy(spectrum, of_modes, end, options),
         subject=subject,
     )
 

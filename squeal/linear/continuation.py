@@ -393,10 +393,10 @@ class Continuation:
         self._state_scales = np.ones(self.size)
         zero = np.zeros_like(samples[0][0])
         # sets frequency scale and components
-        standards = [self._standard_problem(matrices, (zero, zero, zero)) for matrices in samples]
-        if self.problem is not UNDAMPED:
+        problems = [self._standard_problem(matrices, (zero, zero, zero)) for matrices in samples]
+        if self.problem is not UNDAMPED and len(self._components) > 1:
             self._state_scales = _balanced_states(
-                [standard.A for standard in standards], self._components
+                [problem.A for problem in problems], self._components
             )
 
     @property

@@ -64,8 +64,8 @@ def seed_of(rng: RandomNumbers, verb: str) -> int:
 def upper_end(subject: object, high: float | None) -> float:
     """The upper end of a range of the free parameter, as it is given.
 
-    Left out it is 2, or the subject's own value above 2. Raises InputError where it is left out,
-    the own value is not above 2 and the parameter is not mu: 2 may be far from what it reaches.
+    Left out it is 2, or the subject's own value above 2. Warns where it is left out, the own value
+    is not above 2 and the parameter is not mu: 2 may be far below what it reaches.
     """
     if high is not None:
         return high
@@ -77,8 +77,8 @@ def upper_end(subject: object, high: float | None) -> float:
     name = system.parameter
     own = system.parameters[name]
     if name != FRICTION and not own > FRICTION_END:
-        raise InputError(
-            f"high: missing (--max of a command); the range of {name} needs an upper end, which is "
-            f"{FRICTION_END:g} of {FRICTION} alone, or the value of {name} if that is larger"
+        Place("high").warn(
+            f"left out, so that {name} is searched up to {FRICTION_END:g}, an end made for "
+            f"{FRICTION}; give the largest {name} that occurs (--max of a command)"
         )
     return max(FRICTION_END, own)
