@@ -153,11 +153,12 @@ def _exact_sum(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def _off_the_axis(
-    values: NDArray[np.complex128], bounds: Array, symmetric: bool
+    values: NDArray[np.complex128], bounds: Array, signs: Array | None
 ) -> NDArray[np.bool_]:
     """Which roots (m,) of a real undamped system may leave the imaginary axis within their bounds.
 
-    A root leaves it through zero or, unless M and K are symmetric, where it meets another one.
+    A root leaves it through zero or where it meets another one; where M and K are symmetric, only
+    one of the other sign of x^H M x (Krein's condition), as an indefinite M allows.
 
     Parameters
     ----------
@@ -165,15 +166,15 @@ def _off_the_axis(
         The roots, rad/s.
     bounds : array (m,)
         How far each may move, rad/s.
-    symmetric : bool
-        Whether M and K are symmetric.
+    signs : array (m,), optional
+        Of x^H M x, where M and K are symmetric.
     """
-    leaves = (values.real != 0.0) | (bounds >= np.abs(values))
-    if not symmetric:
-        distances = np.abs(values[:, None] - values)
-        np.fill_diagonal(distances, np.inf)
-        leaves |= np.any(distances <= bounds[:, None] + bounds, axis=1)
-    return leaves
+    distances = np.abs(values[:, None] - values)
+    np.fill_diagonal(distances, np.inf)
+    meets = distances <= bounds[:, None] + bounds
+    if signs is not None:
+        meets &= signs[:, None] * signs <= 0.0
+    return (values.real != 0.0) | (bounds >= np.abs(values)) | np.any(meets, axis=1)
 
 
 def known_to_digits(
@@ -215,8 +216,10 @@ def known_to_digits(
     bounds[unknown] = np.maximum(size, np.sqrt(norm_of(dK) / norm_of(M)))[unknown]
     may_grow = np.ones(len(z), dtype=bool)
     if system.real and not norm_of(C):
-        is_symmetric = all(abs(X - X.T).max() == 0.0 for X in (M, K))
-        may_grow = _off_the_axis(z, bounds, is_symmetric)
+        signs = None
+        if all(abs(X - X.T).max() == 0.0 for X in (M, K)):
+            signs = np.sign(products(x, M, x).real)
+        may_grow = _off_the_axis(z, bounds, signs)
     known = []
     for k, root in enumerate(roots):
         bound = float(bounds[k])

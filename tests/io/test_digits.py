@@ -12,6 +12,7 @@ import pytest
 from scipy.linalg import eigh
 
 import squeal
+from squeal.errors import InputWarning
 from squeal.io.digits import written_digits
 from tests.data import free_structures
 
@@ -238,3 +239,18 @@ def test_written_digits_are_those_of_most_numbers_or_none():
     assert written_digits([]) is None
     # in fields of 16 characters a sign takes the place of a digit
     assert written_digits(["5.9437106293D+08", "3.9178628851D+07", "-5.943710629D+08"]) == 10
+
+
+def test_modes_of_an_indefinite_mass_may_meet_and_grow_within_the_digits(tmp_path):
+    """Krein: K = diag(1.234564, -1.234576), within half units of the file, grows by 3.5e-6."""
+    lines = ["%%MatrixMarket matrix coordinate real general", "2 2 4"]
+    lines += ["1 1 1.23456", "2 2 -1.23458", "1 2 9.87654e-06", "2 1 9.87654e-06"]
+    (tmp_path / "K.mtx").write_text("\n".join(lines) + "\n")
+    (tmp_path / "S.yaml").write_text("M: [[1, 0], [0, -1]]\nK: {file: K.mtx}\n")
+    coupling = 9.87654e-06
+    near = np.array([[1.234564, coupling], [-coupling, 1.234576]])  # M^-1 K
+    squares = np.linalg.eigvals(near).astype(complex)
+    assert np.max(np.sqrt(-squares).real) == pytest.approx(3.5e-6, rel=0.01)
+    with pytest.warns(InputWarning, match="M is no mass"):
+        found = squeal.eigenvalues(squeal.read_system(tmp_path / "S.yaml"), prove=False)
+    assert found.verdict is None

@@ -142,3 +142,12 @@ def test_eigenvalues_are_those_of_ross(rotor, speed):
     assert np.allclose(ours[nearest], theirs, rtol=1e-9)
     assert found.verdict == "flutter"  # the bearings drive a whirl
     assert np.max(ours.real) == pytest.approx(np.max(theirs.real), rel=1e-7)
+
+
+@pytest.mark.parametrize("region", [(-5, 5, -30, 30), (-5, 5, 0, 30)])
+@pytest.mark.parametrize("prove", [None, False])
+def test_of_complex_matrices_roots_above_the_axis_alone_are_counted(region, prove):
+    K = np.array([[100 * (1 + 0.02j), 1], [2, 400 * (1 + 0.01j)]])
+    found = squeal.eigenvalues(squeal.System(np.eye(2), K=K), region=region, prove=prove)
+    assert found.certified
+    assert found.count == len(found.eigenvalues) == 2

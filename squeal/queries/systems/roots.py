@@ -448,7 +448,8 @@ def _part_of_all(
         is_complete = count_roots(problem, disc, values) == int(np.sum(disc.contains(values)))
     count = None
     if is_complete:
-        count = int(np.sum(region.contains(values)))
+        of_motions = np.array([root.value for root in meaningful], dtype=complex)
+        count = int(np.sum(region.contains(of_motions)))
     verdict, criterion = judge_roots(inside, complete=False)
     if verdict is None and not outside:
         verdict, criterion = judged
