@@ -57,6 +57,7 @@ def work(found: dict[str, Any]) -> dict[str, Any]:
 def codemeta(citation: dict[str, Any], project: dict[str, Any]) -> dict[str, Any]:
     """The CodeMeta record; `citation` is the citation file, `project` the table of pyproject."""
     article, *libraries = citation["references"]
+    released = citation.get("date-released")  # none before the first release
     return {
         "@context": "https://w3id.org/codemeta/3.0",
         "@type": "SoftwareSourceCode",
@@ -65,7 +66,7 @@ def codemeta(citation: dict[str, Any], project: dict[str, Any]) -> dict[str, Any
         "description": citation["abstract"],
         "author": [party(author) for author in citation["authors"]],
         "version": str(citation["version"]),
-        "dateModified": str(citation["date-released"]),
+        **({"dateModified": str(released)} if released else {}),
         "license": f"https://spdx.org/licenses/{citation['license']}",
         "keywords": citation["keywords"],
         "programmingLanguage": {

@@ -27,11 +27,14 @@ def credits(citation: dict[str, Any]) -> dict[str, Any]:
         if "orcid" in author:
             shown["orcid"] = author["orcid"].rsplit("/", 1)[-1]
         authors.append(shown)
-    return {
+    found: dict[str, Any] = {
         "authors": authors,
         "affiliations": [{"name": place, "index": i} for place, i in numbers.items()],
-        "date": datetime.date.fromisoformat(str(citation["date-released"])).strftime("%-d %B %Y"),
     }
+    released = citation.get("date-released")  # none before the first release
+    if released:
+        found["date"] = datetime.date.fromisoformat(str(released)).strftime("%-d %B %Y")
+    return found
 
 
 def text() -> str:

@@ -15,7 +15,8 @@ today=$(date +%F)
 
 sed -i "s/^version = \"${old//./\\.}\"/version = \"$version\"/" pyproject.toml
 sed -i "s/^__version__ = .*/__version__ = \"$version\"/" squeal/__init__.py
-sed -i "s/^\( *version:\) .*/\1 $version/; s/^\( *date-released:\) .*/\1 $today/" CITATION.cff workflow/release/recipe.yaml
+sed -i "s/^\( *version:\) .*/\1 $version/" CITATION.cff workflow/release/recipe.yaml
+sed -i "/^date-released:/d; s/^version: .*/&\ndate-released: $today/" CITATION.cff
 sed -i "/@software{squeal,/,/^}/{s/version = {.*}/version = {$version}/; s/\(year *=\).*/\1 {${today%%-*}},/}" README.md squeal/article/report/references.bib
 sed -i "s/^## $version (unreleased)/## $version ($today)/" CHANGELOG.md
 make metadata cite-check lint test dist URL="$url"
