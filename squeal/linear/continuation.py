@@ -434,7 +434,9 @@ class Continuation:
             dA[:n] = 0.0  # the upper rows are exact and constant
             sizes[:n] = 0.0
             ratios = self._state_scales / self._state_scales[:, None]
-            A, dA, sizes = A * ratios, dA * ratios, sizes * ratios
+            A = A * ratios
+            dA = dA * ratios
+            sizes = sizes * ratios
         if self.problem is GYROSCOPIC:
             A = -1j * A
             dA = -1j * dA

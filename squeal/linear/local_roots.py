@@ -155,9 +155,12 @@ def roots_near(
     # the rounding of other strong components is no rounding of these roots
     N = len(A)
     rows = continuation.rows_of_components(right, left)
-    block_of_rows = np.ix_(rows, rows)
-    A, derivative, sizes = A[block_of_rows], derivative[block_of_rows], sizes[block_of_rows]
-    right, left = right[rows], left[rows]
+    within = np.ix_(rows, rows)
+    A = A[within]
+    derivative = derivative[within]
+    sizes = sizes[within]
+    right = right[rows]
+    left = left[rows]
     size = norm_of(A) or 1.0
     # inverse iteration with a shift next to the roots, where A - shift is regular
     nudge = 1e-7 * max(abs(near), 1e-4 * size)

@@ -224,3 +224,16 @@ def test_a_multiple_root_at_the_end_of_a_band_is_not_split():
         assert number == 5
         assert not found.certified
         assert "lies at an end" in found.proof["reason"]
+
+
+def test_a_tiny_mass_is_not_taken_for_a_shared_null_vector():
+    """M = L diag(1, 2^-30, 0, 1) R and K = L diag(4, 1, 1, 9) R, both of determinant 1: the roots
+    are those of each row, 2i, 3i and two that decay."""
+    L = np.array([[0.0, -1, 0, -1], [0, 1, -1, 1], [1, 1, 1, 0], [1, 1, 0, 1]])
+    R = np.array([[3.0, -4, 4, 0], [1, -1, 1, 0], [0, 0, 1, 0], [-3, 5, -7, 1]])
+    M = L @ np.diag([1.0, 2.0**-30, 0.0, 1.0]) @ R
+    C = L @ np.diag([0.0, 1.0, 0.0, 0.0]) @ R
+    K = L @ np.diag([4.0, 1.0, 1.0, 9.0]) @ R
+    found = squeal.eigenvalues(squeal.System(M, C=C, K=K))
+    assert found.verdict == "marginal" or not found.certified
+    assert found.verdict in (None, "marginal")
