@@ -195,7 +195,7 @@ class Report(Answer):
         if more > 0:
             text += f", and {more} more modes what the table lists"
         if of_pairs:
-            text += "; one mode of a pair alone is not enough"
+            text += "; as much on one mode of a pair alone is not enough"
         return f"{text}."
 
     def _bound(self) -> str:

@@ -83,11 +83,12 @@ class Coordinates:
     def mass_and_centre(self, M: Matrix) -> tuple[float, tuple[float, ...]]:
         """The mass that translations move, in the unit of M (n, n), and its centre (3,).
 
-        Both are means over the three directions; without a mass the centre is NaN.
+        Both are means over the directions that have rows; without a mass the centre is NaN.
         """
         masses = []
         moments = []
-        for direction in range(3):
+        has_rows = [direction for direction in range(3) if direction in self.directions]
+        for direction in has_rows:
             translation = (self.directions == direction).astype(float)
             mass_of_rows = translation * (M @ translation)
             masses.append(float(mass_of_rows.sum()))
@@ -96,7 +97,7 @@ class Coordinates:
         centre = np.full(3, np.nan)
         if total:
             centre = np.sum(moments, axis=0) / total
-        return total / 3, tuple(centre.tolist())
+        return total / max(len(has_rows), 1), tuple(centre.tolist())
 
     def _unreduced(self, shape: NDArray) -> NDArray:
         """The mode shape on all rows, from that of a reduced system."""

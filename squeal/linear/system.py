@@ -325,6 +325,11 @@ class System:
         >>> system.values({"k": 9.0})
         {'mu': 0.0, 'k': 9.0}
         """
+        if changes is not None and not isinstance(changes, Mapping):
+            raise InputError(
+                f"{changes}: is not allowed; it must be a mapping of parameters to values, such as "
+                f"{{{self.parameter!r}: 0.3}}"
+            )
         values = {**self.parameters, **(changes or {})}
         for name in values.keys() - self.parameters.keys():
             raise InputError(f"{name}: is no parameter; {meant(name, sorted(self.parameters))}")

@@ -23,7 +23,7 @@ SI units; an angle is a number of radians or a multiple of pi such as `0.75*pi` 
 that the model does not use is refused, and so is every unknown or doubled key, with one sentence
 that names the file, the key, the value and what is allowed. `squeal COMMAND -` reads the file from
 standard input, and `--set NAME=VALUE` changes one value of it, such as `--set mu=0.3` or
-`--set time.stop=0.1`.
+`--set time.stop=0.1`; `--set k3=null` leaves a key out, to try another model.
 
 ```yaml
 model: B1
