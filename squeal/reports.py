@@ -15,33 +15,37 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from squeal import __version__
 from squeal.errors import ComputationError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
-from squeal.io.system import SystemFile
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked, write_text
-from squeal.linear import UnstableMode
+from squeal.linear import GROWING, UnstableMode
 from squeal.queries.check import Check, check
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import Energy, energy
 from squeal.queries.options import Subject
+from squeal.queries.remedies import Remedy, RemedySearch, find_remedy, partner_of, rounded
 from squeal.queries.sensitivity import sensitivity
 from squeal.queries.sweep import eigenvalue_paths
+from squeal.queries.systems.all_roots import is_small
 from squeal.queries.thresholds import thresholds
 from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
-from squeal.results.sources import PadSource, SystemSource
 from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Positive, public
 
-MOST_STEPS = 25  # of 1 % or a degree: derivatives say nothing of a larger change
-MARGIN = 1.1  # the advised change over that which stops the growth by the derivatives
 COLUMNS = 3  # modes in the table of terms
+NAMED = 3  # modes or parameters in a sentence
+TIMES = 3.0  # from which on a value is so many times another one, not so many % above it
+NOISE = 1e-3  # of the strongest effect: weaker ones are noise to a reader, and left out
+OF_CONTACT = {"contact", "tangential"}  # parameters of an exported or joined brake
+HINT = (
+    "To see what a part can do, name its stiffness or a shim as a parameter in the system file: "
+    "docs/page.md shows how."
+)
 CHART = 1.5  # the chart's range over the parameter's own value
 VISIBLE = 1e-12  # of a mode's angular frequency: smaller growth rates of terms are rounding
 CONFIDENCE = {
@@ -52,38 +56,6 @@ CONFIDENCE = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Remedy:
-    """A change of one parameter that stops the fastest mode to first order.
-
-    words: its size; computed: the eigenvalues with the change; harmed: the modes that grow with it
-    and did not before; helps: whether the largest growth rate falls, which another mode may
-    prevent.
-    """
-
-    parameter: str
-    before: float
-    after: float
-    words: str
-    computed: Eigenvalues
-    harmed: tuple[UnstableMode, ...]
-    helps: bool
-
-    @property
-    def sentence(self) -> str:
-        """What to change, by how much, and what that does."""
-        verb = "Raise" if self.after > self.before else "Lower"
-        values = f"from {number(self.before, 4)} to {number(self.after, 4)}"
-        change = f"{verb} {self.parameter} by {self.words}, {values}"
-        sentence = f"{change}. With it: {self.computed.conclusion}."
-        if self.harmed:
-            hertz = ", ".join(number(mode.frequency_hz, 4) for mode in self.harmed)
-            sentence += f" New among what grows: {hertz} Hz."
-        elif self.computed.unstable:
-            sentence += " No other mode begins to grow."
-        return sentence
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Report(Answer):
     """What one page says of a brake; `save` writes the page.
@@ -91,7 +63,7 @@ class Report(Answer):
     eigenvalues: at the brake's own parameter; thresholds: up to `thresholds.high`; sensitivity: of
     the eigenvalues; onset: sensitivity of the first loss of stability, None where several modes are
     lost at once; check: what the matrices are, None of a scene; energy: what feeds each mode;
-    remedy: what to change, None where nothing grows, or no parameter but the swept one is named;
+    search: the change that stops all modes that grow, and what other parameters do to these;
     subject: the scene or system.
 
     Examples
@@ -113,7 +85,7 @@ class Report(Answer):
     onset: Sensitivity | None
     check: Check | None
     energy: Energy
-    remedy: Remedy | None
+    search: RemedySearch
     subject: Any = field(repr=False)
 
     @property
@@ -127,34 +99,122 @@ class Report(Answer):
         return self.eigenvalues.conclusion
 
     @property
+    def remedy(self) -> Remedy | None:
+        """The least change of one parameter with which nothing grows, None if none is known."""
+        return self.search.remedy
+
+    @property
     def advice(self) -> str:
-        """What to change, in a sentence or two."""
+        """What to change, each way alone enough; or how far a stable brake is from its loss."""
+        return " ".join(self.ways)
+
+    @property
+    def ways(self) -> list[str]:
+        """The sentences of `advice`, one for each way to stop all that grows."""
         spectrum = self.eigenvalues
         if not spectrum.unstable:
-            is_sure = spectrum.certified and spectrum.verdict is not None
-            return "Nothing has to change." if is_sure else "Nothing that grows was found."
-        sentences = []
-        if self.remedy is not None and self.remedy.helps:
-            sentences.append(self.remedy.sentence)
-        fastest = spectrum.unstable[0]
-        if fastest.frequency_hz:
-            percent = _rounded(-100.0 * fastest.damping_ratio, 2, math.ceil)
-            hertz = number(fastest.frequency_hz, 4)
-            sentences.append(f"Give each mode at {hertz} Hz at least {percent} % more damping.")
-        first_loss = self.thresholds.first
-        if first_loss is not None and first_loss.mu < spectrum.value:
-            limit = f"{spectrum.parameter} below {_rounded(first_loss.mu, 4, math.floor)}"
-            bound = f"{limit}; it is {number(spectrum.value, 4)}."
-            if spectrum.beside:
-                sentences.append(f"For modes of {spectrum.extent} alone, keep {bound}")
-            else:
-                sentences.append(f"Keep {bound}")
-        if not sentences:
-            return "No way out is known to this page."
-        advice = sentences[0]
-        for sentence in sentences[1:]:
-            advice += f" Or {sentence[0].lower()}{sentence[1:]}"
-        return advice
+            return [self._without_growth()]
+        measures = []
+        if self.remedy is not None:
+            measures.append(self.remedy.sentence)
+        measures.append(self._more_damping())
+        measures.append(self._bound())
+        measures = list(filter(None, measures))
+        if not measures:
+            return ["No way out is known to this page."]
+        aim = ""
+        count = len(spectrum.unstable)
+        if count > 1:
+            aim = "to stop both" if count == 2 else f"to stop all {count}"
+        if spectrum.beside:
+            aim = f"for {spectrum.extent} alone, {aim}".rstrip(", ")
+        first = measures[0]
+        if aim:
+            first = f"{aim[0].upper()}{aim[1:]}: {first[0].lower()}{first[1:]}"
+        ways = [first]
+        for measure in measures[1:]:
+            ways.append(f"Or {measure[0].lower()}{measure[1:]}")
+        return ways
+
+    def _without_growth(self) -> str:
+        """Where nothing grows, how sure that is, and where stability is lost."""
+        spectrum = self.eigenvalues
+        is_sure = spectrum.certified and (spectrum.verdict is not None or bool(spectrum.extent))
+        words = "Nothing that grows was found"
+        if is_sure:
+            words = "Nothing grows" if spectrum.verdict == "marginal" else "Stable"
+        if spectrum.extent:
+            words += f" from {spectrum.extent}"
+        if spectrum.depends:
+            words += f" at {spectrum.parameter} = {number(spectrum.value, 4)}"
+        words += self._distance_to_loss()
+        system = getattr(self.subject, "system", self.subject)
+        if spectrum.extent and not spectrum.beside and not is_small(system):
+            words += " Nothing outside of the band was looked at."
+        return words
+
+    def _distance_to_loss(self) -> str:
+        """The end of a sentence on a brake of which nothing grows: where stability is lost."""
+        first = self.thresholds.first
+        value = self.eigenvalues.value
+        parameter = self.thresholds.parameter
+        if self.thresholds.verdict in GROWING:
+            return f"; unstable at {parameter} = {number(self.thresholds.low, 4)}."
+        if first is None:
+            return f"; no loss of stability up to {parameter} = {number(self.thresholds.high, 4)}."
+        hertz = f", {number(first.frequency_hz, 4)} Hz" if first.frequency_hz else ""
+        loss = f"({number(first.mu, 4)}{hertz})"
+        if value >= first.mu:
+            return f", beyond a range without stability that begins at {loss[1:-1]}."
+        if value <= 0.0:
+            hertz = f" at {number(first.frequency_hz, 4)} Hz" if first.frequency_hz else ""
+            return f"; unstable above {parameter} = {number(first.mu, 4)}: {first.kind}{hertz}."
+        percent = number(100.0 * (1.0 - value / first.mu), 3)
+        return f", {percent} % below the first loss {loss}."
+
+    def _more_damping(self) -> str:
+        """The damping that stops all modes that grow; empty if one of them does not oscillate."""
+        spectrum = self.eigenvalues
+        if not all(mode.frequency_hz for mode in spectrum.unstable):
+            return ""
+        shares = []
+        of_pairs = False
+        for mode in spectrum.unstable[:NAMED]:
+            percent = rounded(-100.0 * mode.damping_ratio, 2, math.ceil)
+            partner = partner_of(spectrum, mode)
+            name = self._name(mode)
+            if partner is not None:
+                of_pairs = True
+                pair = sorted([partner, spectrum.mode_of(mode) or 0])
+                hertz = number(mode.frequency_hz, 4)
+                name = f"both modes {pair[0]} and {pair[1]} ({hertz} Hz)"
+            shares.append(f"{name} at least {percent} %")
+        shares[0] += " more damping"
+        text = "Give " + ", ".join(shares)
+        more = len(spectrum.unstable) - NAMED
+        if more > 0:
+            text += f", and {more} more modes what the table lists"
+        if of_pairs:
+            text += "; one mode of a pair alone is not enough"
+        return f"{text}."
+
+    def _bound(self) -> str:
+        """Which values of the parameter nothing grows at; empty if stability is lost later."""
+        spectrum = self.eigenvalues
+        first = self.thresholds.first
+        if first is None or first.mu >= spectrum.value or self.thresholds.verdict in GROWING:
+            return ""
+        limit = f"{spectrum.parameter} below {rounded(first.mu, 4, math.floor)}"
+        bound = f"{limit}; it is {number(spectrum.value, 4)}."
+        return f"Keep {bound}"
+
+    def _name(self, mode: UnstableMode) -> str:
+        """A mode by its number and frequency."""
+        hertz = f"{number(mode.frequency_hz, 4)} Hz"
+        number_of_mode = self.eigenvalues.mode_of(mode)
+        if number_of_mode is None:
+            return f"the mode at {hertz}"
+        return f"mode {number_of_mode} ({hertz})"
 
     @property
     def reasons(self) -> list[str]:
@@ -169,17 +229,66 @@ class Report(Answer):
             if self.energy.part_shares:
                 lines.append(f"Where its energy is: {self.energy.place(mode)}.")
         if self.remedy is None:
-            others = sorted(self.sensitivity.values.keys() - {spectrum.parameter})
-            if others:
-                names = " or ".join(others)
-                lines.append(f"Changing {names} by up to {MOST_STEPS} % does not stop it.")
-            else:
-                lines.append("No other parameter is named whose change could stop it.")
-        elif not self.remedy.helps:
-            lines.append(f"What stops it drives another mode. {self.remedy.sentence}")
-        if spectrum.beside:
-            lines.append(f"This is of {spectrum.extent} alone, and growth outside of it was seen.")
+            lines += self._effects()
+            named = {effect.parameter for effect in self.search.effects}
+            if named <= OF_CONTACT:
+                lines.append(HINT)
         return lines
+
+    def _effects(self) -> Iterator[str]:
+        """What the parameters do that cannot stop all that grows, a sentence each."""
+        modes = self.eigenvalues.unstable
+        without_effect: dict[str, list[str]] = {}  # parameters, by how far they were changed
+        for effect in self.search.effects:
+            stopped = []
+            for mode, change in zip(modes[1:], effect.stops[1:], strict=True):
+                if change is not None:
+                    words = f"{change.doing} it by about {change.about}"
+                    stopped.append(f"{words} stops {self._name(mode)}")
+            first = effect.stops[0]
+            if first is not None:
+                text = f"{first.doing.capitalize()} {effect.parameter} by about {first.about}"
+                text += f" stops {self._name(modes[0])}"
+                hertz = ", ".join(number(frequency, 4) for frequency in effect.left[:NAMED])
+                yield f"{text}, but not what grows at {hertz} Hz." if hertz else f"{text} alone."
+            elif stopped:
+                text = f"Changing {effect.parameter} by up to {effect.limit} does not stop "
+                yield f"{text}{self._name(modes[0])}; {', '.join(stopped[:NAMED])}."
+            else:
+                without_effect.setdefault(effect.limit, []).append(effect.parameter)
+        for limit, names in without_effect.items():
+            text = f"Changing {' or '.join(sorted(names))} by up to {limit}"
+            if len(modes) == 1:
+                yield f"{text} does not stop {self._name(modes[0])}."
+            else:
+                yield f"{text} stops none of these modes."
+
+    @property
+    def conflicts(self) -> str:
+        """Which parameters help the fastest mode and harm the first loss, or the other way round;
+        empty if none does."""
+        spectrum = self.eigenvalues
+        if self.onset is None or not spectrum.unstable:
+            return ""
+        fastest = spectrum.unstable[0]
+        index = int(abs(spectrum.values - fastest.root).argmin())
+        sentences = []
+        strongest = _strongest_of(self.onset)
+        for name, slopes in self.onset.slopes.items():
+            of_loss = float(slopes[0]) * self.onset.step(name)[0]
+            of_growth = 0.0
+            if name in self.sensitivity.slopes:
+                of_growth = float(self.sensitivity.slopes[name][index].real)
+            of_growth *= self.sensitivity.step(name)[0] if of_growth else 1.0
+            is_noise = abs(of_loss) <= NOISE * strongest
+            if name == spectrum.parameter or is_noise or not of_loss * of_growth > 0.0:
+                continue
+            mode = f"mode {spectrum.mode_of(fastest)}"
+            if of_loss > 0.0:
+                sentences.append(f"Raising {name} moves the onset up, but drives {mode}.")
+            else:
+                sentences.append(f"Raising {name} slows {mode}, but moves the onset down.")
+        return " ".join(sentences[:NAMED])
 
     @property
     def loss(self) -> str:
@@ -187,7 +296,7 @@ class Report(Answer):
         first = self.thresholds.first
         parameter = self.thresholds.parameter
         where = " within the band" if self.eigenvalues.extent else ""
-        if self.thresholds.verdict in ("flutter", "divergence"):
+        if self.thresholds.verdict in GROWING:
             return f"Unstable from {parameter} = {number(self.thresholds.low, 4)} on"
         if first is None:
             high = number(self.thresholds.high, 4)
@@ -202,12 +311,14 @@ class Report(Answer):
     def margin(self) -> str:
         """How far the brake is from its first loss, in words; empty where none is known."""
         first = self.thresholds.first
-        if first is None or first.mu <= 0.0:
-            return ""
         value = self.eigenvalues.value
+        if first is None or first.mu <= 0.0 or value == 0.0:
+            return ""
+        own_value = f"{self.eigenvalues.parameter} = {number(value, 4)}"
+        if value >= TIMES * first.mu:
+            return f"{own_value} is {number(value / first.mu, 2)} times that."
         percent = 100.0 * (value / first.mu - 1.0)
         above_or_below = "above" if percent > 0.0 else "below"
-        own_value = f"{self.eigenvalues.parameter} = {number(value, 4)}"
         return f"{own_value} lies {number(abs(percent), 3)} % {above_or_below} that."
 
     def table(self) -> Table:
@@ -231,8 +342,14 @@ class Report(Answer):
     def to_dict(self) -> dict[str, Any]:
         remedy = None
         if self.remedy is not None:
-            remedy = picked(self.remedy, "parameter before after helps")
+            change = self.remedy.change
+            remedy = picked(change, "parameter before after")
             remedy["verdict_line"] = self.remedy.computed.conclusion
+            remedy["first_loss"] = self.remedy.loss._asdict()
+            remedy["best"] = None
+            if self.remedy.best is not None and self.remedy.best_loss is not None:
+                best_loss = self.remedy.best_loss._asdict()
+                remedy["best"] = {"after": self.remedy.best.after, "first_loss": best_loss}
         return {
             "name": self.name,
             "verdict_line": self.verdict,
@@ -329,94 +446,9 @@ def report(
         onset=of_onset,
         check=None if isinstance(subject, Scene) else check(subject),
         energy=energy(spectrum, parts),
-        remedy=_remedy(spectrum, of_modes, lambda changed: eigenvalues(changed, **options)),
+        search=find_remedy(spectrum, of_modes, high, options),
         subject=subject,
     )
-
-
-def _remedy(
-    spectrum: Eigenvalues,
-    derivatives: Sensitivity,
-    solve: Callable[[Scene | SystemFile], Eigenvalues],
-) -> Remedy | None:
-    """The change of one parameter that stops the fastest mode in the fewest steps.
-
-    A step is 1 % of the parameter, or a degree. How many stop the mode follows from the derivatives
-    of its eigenvalue, and is taken with the `MARGIN`; the effect is then computed anew.
-
-    Parameters
-    ----------
-    spectrum : Eigenvalues
-        Of the brake as it is.
-    derivatives : Sensitivity
-        Of these eigenvalues. The parameter that is swept is left out.
-    solve : callable
-        Gives the eigenvalues of the changed brake.
-
-    Returns
-    -------
-    Remedy or None
-        None where nothing grows, and where no parameter stops the mode within `MOST_STEPS`.
-    """
-    if not spectrum.unstable:
-        return None
-    fastest = spectrum.unstable[0]
-    index = int(abs(spectrum.values - fastest.root).argmin())
-    steps_needed: dict[str, float] = {}  # signed, by parameter
-    for name, slopes in derivatives.slopes.items():
-        step, _ = derivatives.step(name)
-        effect = step * slopes[index].real  # of a step on the growth rate
-        if name != spectrum.parameter and math.isfinite(effect) and effect != 0.0:
-            steps_needed[name] = -fastest.growth_rate / effect
-    if not steps_needed:
-        return None
-    best = min(steps_needed, key=lambda name: abs(steps_needed[name]))
-    count = math.ceil(MARGIN * abs(steps_needed[best]))
-    if count > MOST_STEPS:
-        return None
-    step, words = derivatives.step(best)
-    after = derivatives.values[best] + math.copysign(count, steps_needed[best]) * step
-    unit = words.removeprefix("1 ")
-    if unit == "degree" and count > 1:
-        unit = "degrees"
-    computed = solve(_replaced(spectrum.source, best, after))
-    return Remedy(
-        parameter=best,
-        before=derivatives.values[best],
-        after=after,
-        words=f"{count} {unit}",
-        computed=computed,
-        harmed=tuple(_harmed(spectrum, computed)),
-        helps=computed.values.real.max(initial=0.0) < fastest.growth_rate,
-    )
-
-
-def _harmed(before: Eigenvalues, changed: Eigenvalues) -> Iterator[UnstableMode]:
-    """The growing modes of a changed brake that did not grow before.
-
-    Each is taken for the mode whose eigenvalue before was the nearest one.
-    """
-    grew = [before.mode_of(mode) for mode in before.unstable]
-    for mode in changed.unstable:
-        nearest = np.abs(before.values - mode.root).argmin()
-        if before.modes[nearest] not in grew:
-            yield mode
-
-
-def _rounded(value: float, digits: int, towards: Callable[[float], int]) -> str:
-    """A positive limit in so many digits, rounded by `towards` (math.floor or math.ceil)."""
-    unit = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
-    return number(towards(value / unit) * unit, digits)
-
-
-def _replaced(
-    source: PadSource | SystemSource | None, parameter: str, value: float
-) -> Scene | SystemFile:
-    """The scene, or the file of a system, with another value of a parameter."""
-    if isinstance(source, PadSource):
-        return source.scene.replace(**{parameter: value})
-    assert source is not None
-    return source.file.replaced({parameter: value})
 
 
 def page(report: Report, inputs: Sequence[Any] = ()) -> str:
@@ -427,7 +459,7 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
     state = "open"  # the CSS class of the headline, which colours it
     if spectrum.unstable:
         state = "grows"
-    elif spectrum.certified:
+    elif spectrum.certified and not spectrum.extent:  # a brake may squeal outside of a band
         state = "stable"
     loader = PackageLoader("squeal")
     template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
@@ -438,7 +470,8 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
         chart=_figure(_chart(report), report.name, damping=True),
         feeds=_feeds(report),
         moves=_effects_on_growing(report),
-        onset=None if report.onset is None else number(report.onset.at or math.nan, 4),
+        moves_onset=_effects_on_onset(report),
+        abaqus=_abaqus_ratio(spectrum),
         shapes=list(_shapes(report)),
         confidence=list(_confidence(report)),
         open=list(_not_answered(report)),
@@ -448,6 +481,16 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
     )
     # a name may hold control characters, which HTML does not allow
     return "".join(c for c in text if c.isprintable() or c == "\n") + "\n"
+
+
+def _abaqus_ratio(spectrum: Eigenvalues) -> str:
+    """The damping ratio of the fastest mode as Abaqus prints it, with the mode; empty if it does
+    not oscillate."""
+    for mode in spectrum.unstable[:1]:
+        if mode.frequency_hz:
+            ratio = -2.0 * mode.growth_rate / abs(mode.root.imag)
+            return f"{number(ratio, 3)} for mode {spectrum.mode_of(mode)}"
+    return ""
 
 
 def _numbering(spectrum: Eigenvalues) -> str:
@@ -490,7 +533,20 @@ def _chart(report: Report) -> Sweep:
     high = min(CHART * report.eigenvalues.value, searched.high)
     if high <= searched.low:
         high = searched.high
-    return eigenvalue_paths(searched, searched.low, high)
+    spectrum = report.eigenvalues
+    names: dict[int, str] = {}  # at the own value, as the text has them
+    for mode in spectrum.unstable:
+        number_of_mode = spectrum.mode_of(mode)
+        if number_of_mode is not None:
+            hertz = number(mode.frequency_hz, 4)
+            names[number_of_mode] = f"mode {number_of_mode}, {hertz} Hz"
+    return eigenvalue_paths(searched, searched.low, high).named(names)
+
+
+def _strongest_of(moved: Sensitivity) -> float:
+    """The largest change of the first loss by a step of a parameter."""
+    changes = [abs(slopes[0] * moved.step(name)[0]) for name, slopes in moved.slopes.items()]
+    return float(max(filter(math.isfinite, changes), default=0.0))
 
 
 def _growing(report: Report) -> list[int]:
@@ -533,10 +589,31 @@ def _growth_of(mode: int) -> Callable[[Any], str]:
 
 
 def _effects_on_growing(report: Report) -> Table:
-    """What a small change of each parameter does to the modes that grow."""
+    """What a small change of each parameter does to the modes that grow, without noise."""
     table = report.sensitivity.table()
     modes = _growing(report)
-    return replace(table, rows=[row for row in table.rows if row.mode in modes])
+    strongest: dict[int, float] = {}
+    for row in table.rows:
+        strongest[row.mode] = max(strongest.get(row.mode, 0.0), abs(row.growth_change))
+    rows = []
+    for row in table.rows:
+        is_noise = abs(row.growth_change) <= NOISE * strongest[row.mode]  # false of NaN
+        if row.mode in modes and not is_noise:
+            rows.append(row)
+    return replace(table, rows=rows)
+
+
+def _effects_on_onset(report: Report) -> Table | None:
+    """What a small change of each parameter does to the first loss, the strongest first, without
+    noise; None where that is not known."""
+    onset = report.onset
+    if onset is None or not onset.slopes:
+        return None
+    table = onset.table()
+    strongest = _strongest_of(onset)
+    rows = [row for row in table.rows if not abs(row[2]) <= NOISE * strongest]
+    positions = {id(row): -k for k, row in enumerate(rows)}
+    return replace(table, rows=rows, rank=lambda row: positions[id(row)])
 
 
 def _confidence(report: Report) -> Iterator[str]:

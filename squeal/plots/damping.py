@@ -130,7 +130,8 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str
         axes.scatter(hertz[grows], ratio[grows], s=size, fc=colour, alpha=0.35, lw=0, zorder=3)
         lowest = int(np.argmin(ratio))
         if ratio[lowest] < 0.0:
-            _name_mode(axes, mode, hertz[lowest], ratio[lowest], limits, colour)
+            name = sweep.names.get(mode, f"mode {mode}, {hertz[lowest]:.4g} Hz")
+            _name_mode(axes, name, hertz[lowest], ratio[lowest], limits, colour)
     axes.axhspan(-BELOW * depth, 0.0, color=RED, alpha=0.06, lw=0, zorder=0)
     axes.axhline(0.0, color="0.3", lw=0.6)
     axes.set(xlim=limits, ylim=(-BELOW * depth, ABOVE * depth))
@@ -142,13 +143,13 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str
 
 
 def _name_mode(
-    axes: Axes, mode: int, hertz: float, ratio: float, limits: tuple[float, float], colour: str
+    axes: Axes, name: str, hertz: float, ratio: float, limits: tuple[float, float], colour: str
 ) -> None:
     """Write the name of a mode below its lowest point, aligned so that it stays in the axis."""
     share_of_axis = (hertz - limits[0]) / (limits[1] - limits[0])
     alignment = ("left", "center", "right")[int(3 * share_of_axis)]
     axes.annotate(
-        f"mode {mode}, {hertz:.4g} Hz",
+        name,
         (hertz, ratio),
         (0, -7),
         textcoords="offset points",

@@ -199,8 +199,12 @@ def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
     assert source is not None
     from squeal.queries.systems.sweeps import track_modes
 
-    values = np.linspace(low, high, DRAWN_OF_SYSTEMS).tolist()
-    steps, losses, reference = track_modes(source.file, source.selection, values, source.reduction)
+    values = np.linspace(low, high, DRAWN_OF_SYSTEMS)
+    own_value = source.file.system.parameters[found.parameter]
+    if low < own_value < high:  # there modes are numbered
+        values = np.union1d(values, own_value)
+    drawn = values.tolist()
+    steps, losses, reference = track_modes(source.file, source.selection, drawn, source.reduction)
     return Sweep(found.name, found.parameter, steps, losses, reference)
 
 
@@ -218,4 +222,5 @@ def _pad_paths(scene: Scene, found: Thresholds, low: float, high: float) -> Swee
         share = 1.0 - (1.0 - share) ** 2
         stop = stop * (1.0 - 1e-9)  # at the fold itself the tangent stiffness is singular
     values = [*(low + (stop - low) * share), *(point.mu for point in found.points)]
+    values.append(scene.pad.mu)  # where modes are numbered
     return pad_sweep(scene, np.unique(np.clip(values, low, stop)).tolist())

@@ -270,7 +270,7 @@ class Eigenvalues(Answer):
         fastest = self.unstable[0]
         if fastest.frequency_hz:
             damping = 100 * fastest.damping_ratio
-            size = f"{fastest.frequency_hz:.4g} Hz, damping {damping:.2g} %"
+            size = f"{fastest.frequency_hz:.4g} Hz, damping {damping:.3g} %"
         else:
             size = f"{fastest.kind}, growth {fastest.growth_rate:.4g} 1/s"
         if len(self.unstable) > 1:

@@ -255,14 +255,13 @@ def _growth_outside(analysis: SystemAnalysis, outside: tuple[complex, ...] | Non
     if not outside:
         return ""
     hertz = number(abs(outside[0].imag) / math.tau, 5)
+    mode = f"at {hertz} Hz by {number(outside[0].real, 3)} 1/s"
+    region = "band" if analysis.selection.band else "region"
     if analysis.joined or not is_small(analysis.system):
         # not all roots were computed: these are the ones that the search came upon
-        growth = f"growth was seen too, the fastest at about {hertz} Hz"
-    else:
-        count = "1 mode grows" if len(outside) == 1 else f"{len(outside)} modes grow"
-        growth = f"{count}, the fastest at {hertz} Hz"
-    region = "band" if analysis.selection.band else "region"
-    return f"Outside of the {region} {growth} by {number(outside[0].real, 3)} 1/s"
+        return f"Outside of the {region} nothing was searched, but growth was seen, such as {mode}"
+    count = "1 mode grows" if len(outside) == 1 else f"{len(outside)} modes grow"
+    return f"Outside of the {region} {count}, the fastest {mode}"
 
 
 def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, ...]:

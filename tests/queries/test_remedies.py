@@ -1,0 +1,259 @@
+"""Advised changes against NumPy: each is applied and solved again, and so is a smaller one."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from scipy.optimize import bisect
+
+import squeal
+from squeal.queries.remedies import MOST_STEPS, partner_of
+from squeal.reports import page
+from tests.conftest import SCENES
+
+SKEW = np.array([[0.0, 1.0], [-1.0, 0.0]])
+TWO_PI = 2.0 * np.pi
+HERTZ = (2000.0, 1825.0, 3795.0, 4100.0)
+STIFFNESS = np.diag([(TWO_PI * f) ** 2 for f in HERTZ])
+DAMPING = np.diag([0.002 * TWO_PI * f for f in HERTZ])
+FRICTION = np.zeros((4, 4))
+FRICTION[:2, :2] = -1.0532841816842562e7 * SKEW
+FRICTION[2:, 2:] = -2.5266187266788755e7 * SKEW
+SHIM = np.diag([0.0, 3.2858676540458784e7, 6.316546816697189e7, 0.0])
+
+
+def roots_of(M, C, K):
+    """All eigenvalues by NumPy, of the companion matrix."""
+    n = len(M)
+    lower = np.hstack([-np.linalg.solve(M, K), -np.linalg.solve(M, C)])
+    return np.linalg.eigvals(np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower]))
+
+
+def stiffness(shim, mu):
+    return STIFFNESS + shim * SHIM + mu * FRICTION
+
+
+def growth(shim, mu, C=DAMPING):
+    """The largest growth rate of the two pairs of modes."""
+    return roots_of(np.eye(4), C, stiffness(shim, mu)).real.max()
+
+
+def first_loss(shim, high=2.0):
+    """The friction from which on something grows, bisected, and the frequency that does, Hz."""
+    values = np.linspace(0.0, high, 401)
+    k = next(k for k, mu in enumerate(values) if growth(shim, mu) > 0.0)
+    low, high = values[k - 1], values[k]
+    for _ in range(40):
+        middle = (low + high) / 2
+        if growth(shim, middle) > 0.0:
+            high = middle
+        else:
+            low = middle
+    roots = roots_of(np.eye(4), DAMPING, stiffness(shim, high))
+    return high, abs(roots[roots.real.argmax()].imag) / TWO_PI
+
+
+def two_pairs(mu, shim=1.0):
+    """Two pairs of modes that friction couples; the shim parts the first and joins the second."""
+    K = {"1": STIFFNESS, "shim": SHIM, "mu": FRICTION}
+    parameters = {"mu": mu, "shim": shim}
+    return squeal.System(np.eye(4), DAMPING, K, parameters, name="two pairs")
+
+
+@pytest.fixture(scope="module")
+def trap():
+    return squeal.report(two_pairs(0.4))
+
+
+def test_the_remedy_is_the_least_change_in_two_digits(trap):
+    change = trap.remedy.change
+    assert growth(1.0, 0.4) > 0.0
+    assert growth(change.after, 0.4) < 0.0
+    digit = 10.0 ** (math.floor(math.log10(change.count)) - 1)
+    assert growth(1.0 + (change.count - digit) / 100, 0.4) > 0.0
+    text = f"Raise shim by {change.count:g} %, from 1 to {change.after:g}. With it nothing grows"
+    assert trap.advice.startswith(text)
+
+
+def test_the_next_loss_and_the_best_change_are_those_of_numpy(trap):
+    """Far enough raised, the shim brings the second pair together: more is worse then."""
+    remedy = trap.remedy
+    value, hertz = first_loss(remedy.change.after)
+    assert remedy.loss.value == pytest.approx(value, abs=1e-9)
+    assert remedy.loss.frequency_hz == pytest.approx(hertz, rel=1e-6)
+    losses = {count: first_loss(1 + count / 100) for count in range(7, MOST_STEPS + 1)}
+    best = max(losses, key=losses.get)
+    assert best < MOST_STEPS
+    assert remedy.best.count == best
+    assert remedy.best_loss.value == pytest.approx(losses[best][0], abs=1e-9)
+    assert f"Of changes up to 25 %, {best} % is best: nothing grows up to mu" in trap.advice
+    up_to = re.findall(r"nothing grows up to mu = ([\d.]+), then", trap.advice)
+    assert growth(remedy.change.after, float(up_to[0])) < 0.0
+    assert growth(remedy.best.after, float(up_to[1])) < 0.0
+    assert trap.to_dict()["remedy"]["best"]["after"] == remedy.best.after
+
+
+def test_the_remedy_of_a_pad_is_the_least_angle():
+    """Nothing damps the pad: what grows parts from the axis like a root."""
+    scene = squeal.read_scene(SCENES / "b1-a.yaml").replace(mu=0.4)
+    report = squeal.report(scene)
+    change = report.remedy.change
+    assert change.unit == "degrees"
+
+    def rate(count):
+        changed = scene.replace(**{change.parameter: change.before + count * change.step})
+        matrices = squeal.eigenvalues(changed, prove=False).details
+        roots = roots_of(*(np.array(matrices[name]) for name in "MCK"))
+        return roots.real.max() / abs(roots).max()
+
+    digit = math.copysign(0.1, change.count)
+    assert rate(change.count) < 1e-7
+    assert rate(change.count - digit) > 1e-4
+    before = number_in_degrees(change.before)
+    after = number_in_degrees(change.after)
+    assert f"degrees, from {before} to {after} degrees. With it nothing grows" in report.advice
+    assert "(nothing damps this model)" in report.advice
+
+
+def number_in_degrees(angle):
+    return f"{math.degrees(angle):.5g}"
+
+
+def more_damping(pairs, shares):
+    """The damping with so much more, of critical damping, of both modes without friction of each
+    pair; their shapes are the axes."""
+    C = DAMPING.copy()
+    for pair, share in zip(pairs, shares, strict=True):
+        for mode in pair:
+            C[mode, mode] += 2.0 * share * math.sqrt(stiffness(1.0, 0.0)[mode, mode])
+    return C
+
+
+def test_the_advice_stops_all_modes_and_both_of_each_pair():
+    """At mu = 0.7 both pairs flutter; no change of the shim stops both."""
+    mu = 0.7
+    report = squeal.report(two_pairs(mu))
+    assert len(report.eigenvalues.unstable) == 2
+    advice = report.advice
+    assert advice.startswith("To stop both: give both modes ")
+    named = re.findall(r"both modes (\d) and (\d) \(\d+ Hz\) at least ([\d.]+) %", advice)
+    pairs = {(int(one), int(other)): float(share) / 100 for one, other, share in named}
+    assert set(pairs) == {(1, 2), (3, 4)}
+    places = [(0, 1), (2, 3)]
+    shares = [pairs[1, 2], pairs[3, 4]]
+    bound = float(re.search(r"Or keep mu below ([\d.]+);", advice)[1])
+    assert growth(1.0, bound) < 0.0
+    # damping moves frequencies by its square, which these shares feel
+    assert growth(1.0, mu, more_damping(places, 1.001 * np.array(shares))) < 0.0
+    assert growth(1.0, mu, more_damping(places, 0.9 * np.array(shares))) > 0.0
+    for k in range(2):
+        assert growth(1.0, mu, more_damping([places[k]], [shares[k]])) > 0.0
+    for one in places:  # of each pair one mode alone
+        alone = more_damping([[one[0]], places[1 - places.index(one)]], shares)
+        assert growth(1.0, mu, alone) > 0.0
+    assert "one mode of a pair alone is not enough" in advice
+
+
+def test_a_mode_that_grows_alone_has_no_partner():
+    """x'' - 0.02 x' + x = 0 beside a damped mode of a like frequency."""
+    C = np.diag([-0.02, 0.02])
+    K = {"1": np.diag([1.0, 1.44]), "mu": 0.1 * SKEW}
+    report = squeal.report(squeal.System(np.eye(2), C, K, {"mu": 0.01}))
+    (mode,) = report.eigenvalues.unstable
+    assert partner_of(report.eigenvalues, mode) is None
+    assert report.advice.startswith("Give mode 1 (0.1591 Hz) at least 1.1 % more damping.")
+
+
+def pair_grows(count, mu, of_second):
+    """Whether the pair at 4050 Hz, or that at 2020 Hz, grows with the shim raised by so many %."""
+    roots = roots_of(np.eye(4), DAMPING, stiffness(1 + count / 100, mu))
+    roots = roots[roots.imag > 0.0]
+    return roots[(roots.imag > TWO_PI * 3000.0) == of_second].real.max() > 0.0
+
+
+def test_what_a_parameter_cannot_stop_is_named_with_what_it_can():
+    """At mu = 0.7 the shim stops the second pair and leaves the first, which grows faster."""
+    mu = 0.7
+    report = squeal.report(two_pairs(mu))
+    assert report.remedy is None
+    text = "\n".join(report.reasons)
+    words = r"shim by up to 25 % does not stop mode 2 \(2021 Hz\); lowering it by about ([\d.]+) %"
+    count = float(re.search(words + r" stops mode 3 \(4050 Hz\)", text)[1])
+    assert not pair_grows(-count, mu, of_second=True)
+    assert pair_grows(-count + 0.1, mu, of_second=True)
+    for every in range(-MOST_STEPS, MOST_STEPS + 1):
+        assert pair_grows(every, mu, of_second=False)
+
+
+def test_what_stops_the_fastest_alone_is_named_with_what_it_leaves():
+    mu = 0.65
+    text = "\n".join(squeal.report(two_pairs(mu)).reasons)
+    words = (
+        r"Raising shim by about (\d+) % stops mode 2 \(2021 Hz\), but not what grows at (\d+) Hz"
+    )
+    count, hertz = map(float, re.search(words, text).groups())
+    assert not pair_grows(count, mu, of_second=False)
+    assert pair_grows(count - 1.0, mu, of_second=False)
+    assert pair_grows(count, mu, of_second=True)
+    roots = roots_of(np.eye(4), DAMPING, stiffness(1 + count / 100, mu))
+    assert abs(roots[roots.real.argmax()].imag) / TWO_PI == pytest.approx(hertz, rel=2e-3)
+
+
+def test_a_mode_that_leaves_the_band_has_not_stopped():
+    """The stiffer pair flutters on, above the band: no remedy is named."""
+    K = {"k": np.array([[2.0, -1.0], [-1.0, 2.0]]), "k*mu": np.array([[0, 4 / 3], [0, 0]])}
+    C = 0.01 * np.eye(2)
+    system = squeal.System(np.eye(2), C, K, {"mu": 1.0, "k": 1.0})
+    report = squeal.report(system, band=(0.1, 0.23))
+    assert report.remedy is None
+    stiff = K["k"] + K["k*mu"]
+    assert roots_of(np.eye(2), C, 1.25 * stiff).real.max() > 0.0  # and at more than 0.25 Hz
+
+
+def large(mu):
+    """A hundred copies of the two pairs, all but one of them far stiffer: 404 rows."""
+    others = np.kron(np.diag(np.linspace(9.0, 25.0, 100)), STIFFNESS + SHIM)
+
+    def beside(own, rest):
+        matrix = np.zeros((404, 404))
+        matrix[:4, :4] = own
+        matrix[4:, 4:] = rest
+        return matrix
+
+    K = {"1": beside(STIFFNESS, others), "shim": beside(SHIM, 0.0), "mu": beside(FRICTION, 0.0)}
+    C = np.kron(np.eye(101), DAMPING)
+    return squeal.System(np.eye(404), C, K, {"mu": mu, "shim": 1.0})
+
+
+def test_a_remedy_of_a_large_system_is_that_of_its_part():
+    report = squeal.report(large(0.4), high=1.0, band=(1000.0, 5000.0))
+    alone = squeal.report(two_pairs(0.4))
+    assert report.remedy.change.count == alone.remedy.change.count
+    assert report.remedy.loss.value == pytest.approx(first_loss(report.remedy.change.after)[0])
+
+
+def test_a_large_brake_that_is_quiet_in_its_band_is_not_green():
+    """Of the band of the second pair nothing grows; the first does, which nobody looks at."""
+    assert growth(1.0, 0.4) > 0.0
+    report = squeal.report(large(0.4), high=1.0, band=(3000.0, 5000.0))
+    value = bisect(lambda mu: second_pair(mu).real, 0.4, 1.0, xtol=1e-9)
+    hertz = second_pair(value).imag / TWO_PI
+    text = report.advice
+    percent = 100.0 * (1.0 - 0.4 / value)
+    words = f"Stable from 3000 to 5000 Hz at mu = 0.4, {percent:.3g} % below the first loss"
+    assert text.startswith(f"{words} ({value:.4g}, {hertz:.4g} Hz).")
+    assert 'class="verdict open"' in page(report)
+    if report.eigenvalues.beside:
+        assert (
+            "nothing was searched, but growth was seen, such as at 20" in report.eigenvalues.beside
+        )
+    else:
+        assert text.endswith("Nothing outside of the band was looked at.")
+
+
+def second_pair(mu):
+    """The root above 3000 Hz that grows fastest."""
+    roots = roots_of(np.eye(4), DAMPING, stiffness(1.0, mu))
+    roots = roots[roots.imag > TWO_PI * 3000.0]
+    return roots[roots.real.argmax()]
