@@ -12,7 +12,7 @@ from squeal.plots.modes import RED, RING
 from squeal.plots.style import DOUBLE, Drawing, origin, style, write_beside
 from squeal.queries.critical_speeds import CriticalSpeeds
 
-MARKS = {"forward": "^", "backward": "v", None: "o"}
+MARKS = {"forward": "^", "backward": "v", "mixed": "D", None: "o"}
 NAMED = 8  # critical speeds that stand in words beside their marks
 RPM = 60 / (2 * np.pi)  # revolutions per minute of 1 rad/s
 REACH = 3.0  # a growing frequency above so many times the highest critical one stays outside
@@ -24,7 +24,8 @@ NAMED_AT = 1.4  # share of that frequency at which the line of a multiple is nam
 def campbell_drawing(answer: CriticalSpeeds, name: str) -> Drawing:
     """Draw a Campbell diagram: frequencies as dots over the speed, those of growing modes in red.
 
-    Critical speeds are marks that point up for forward whirl and down for backward whirl.
+    Critical speeds are marks that point up for forward whirl and down for backward whirl, diamonds
+    where parts of the rotor differ.
     """
     if answer.critical:
         highest = max(critical.frequency_hz for critical in answer.critical)
@@ -62,7 +63,7 @@ def campbell_drawing(answer: CriticalSpeeds, name: str) -> Drawing:
         _name_onset(axes, answer, top)
         entries = _entries(answer)
         if entries:
-            figure.legend(handles=entries, loc="outside upper center", ncols=4)
+            figure.legend(handles=entries, loc="outside upper center", ncols=5)
     speeds = []
     for critical in answer.critical:
         direction = critical.direction or "no direction"
@@ -120,7 +121,7 @@ def _entries(answer: CriticalSpeeds) -> list[Line2D]:
     entries = []
     for direction, mark in MARKS.items():
         if direction in drawn:
-            name = direction or "not moved by speed"
+            name = direction or "no direction"
             look: Any = {"ls": "", "marker": mark, "mfc": "white", "mec": "black"}
             entries.append(Line2D([], [], label=name, **look))
     if answer.growing.any():

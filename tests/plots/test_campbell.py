@@ -23,4 +23,4 @@ def test_the_growing_branch_is_in_the_frame_and_its_onset_is_said():
     low, high = (float(word) for word in told.split()[2:5:2])
     assert low <= 2.0 <= high
     words = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert words == ["not moved by speed", "unstable"]
+    assert words == ["no direction", "unstable"]
