@@ -468,7 +468,7 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
         report=report,
         state=state,
         numbering=_numbering(spectrum),
-        chart=_figure(_chart(report), report.name, damping=True),
+        chart=_figure(_chart(report), report.name, damping=True, thresholds=report.thresholds),
         feeds=_feeds(report),
         moves=_effects_on_growing(report),
         moves_onset=_effects_on_onset(report),

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 def options(parser: Parser) -> None:
     """Options of `squeal eigenvalues`."""
-    take(parser, "values", "workers", "band")
+    take(parser, "values", "workers", "band", "width")
     add = parser.add_argument
     words = "how each eigenvalue moves with each parameter"
     add("--sensitivity", action="store_true", help=words)
@@ -109,7 +109,8 @@ def _write(given: argparse.Namespace, spectrum: Eigenvalues, sweep: Sweep | None
     else:
         write_files(given, answer)
     if given.chart is not None and sweep:
-        sweep.save(given.chart, name=given.source.name, damping=True)
+        width = given.width or "page"
+        sweep.save(given.chart, name=given.source.name, damping=True, width=width)
     if given.shapes is not None:
         spectrum.save_shapes(given.shapes)
 
@@ -139,6 +140,8 @@ def _check_options(given: argparse.Namespace, subject: "Scene | SystemFile") -> 
         raise InputError(f"{option}: needs `coordinates: {{file: nodes.csv}}` in the system file")
     if given.shape and given.figure is None:
         raise InputError(f"{as_typed(given, 'shape')}: needs --figure FILE beside it")
+    if given.width and given.chart is None:
+        raise InputError(f"{as_typed(given, 'width')}: needs --chart FILE beside it")
     if not given.values:
         refuse(given, "workers", "chart", beside="no --sweep, whose values they share")
     if given.test and not isinstance(subject, Scene):

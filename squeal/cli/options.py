@@ -150,6 +150,8 @@ OPTIONS = {
     "test": Option(
         "--test", "FILE", "pair modes with a test (name, frequency_hz) or a --table", Path,
         of_systems=True),
+    "width": Option(
+        "--width", "NAME", "of the --chart: page or column (page)", ("page", "column")),
     "shape": Option(
         "--shape", "N", "draw this mode on the nodes", whole(1, MOST), of_systems=True),
 }

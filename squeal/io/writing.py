@@ -649,7 +649,8 @@ class Answer(ABC):
         a style as artists take it (`color="k"`), it is one panel of the table.
 
         Whole figures take `shape` (the number of a mode, of eigenvalues of a system with
-        coordinates), `damping` (of a sweep: damping ratios over frequency), `scene` (of a motion).
+        coordinates), `damping` (of a sweep: damping ratios over frequency; beside it `thresholds`,
+        and `width="column"` for one column of a paper), `scene` (of a motion).
 
         Examples
         --------

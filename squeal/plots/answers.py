@@ -105,10 +105,18 @@ def _thresholds_of_pad(
     return coupling.sweep_drawing(name, paths, thresholds, (low, high), scene.pad.mu)
 
 
-def _sweep(answer: Sweep, name: str, damping: bool = False) -> Drawing:
+def _sweep(
+    answer: Sweep,
+    name: str,
+    damping: bool = False,
+    thresholds: Thresholds | None = None,
+    width: str = "page",
+) -> Drawing:
     """Modes over the parameter, or with `damping` their damping ratios over frequency."""
     if damping:
-        return damping_drawing(name, answer)
+        return damping_drawing(name, answer, thresholds, width)
+    if width != "page":
+        raise InputError("width: is of the figure with damping=True alone")
     if not isinstance(answer.source, PadSource):
         return coupling.sweep_drawing(name, answer)
     scene = answer.source.scene
@@ -167,7 +175,16 @@ def _motion(
     return motion.motion_drawing(run, scene.pad_model, response.frequency_hz or 0.0)
 
 
-OF_WHOLE_FIGURES = {"name", "shape", "damping", "high", "scene", "inputs"}
+OF_WHOLE_FIGURES = {
+    "name",
+    "shape",
+    "damping",
+    "thresholds",
+    "width",
+    "high",
+    "scene",
+    "inputs",
+}
 DRAWN: dict[type[Answer], Callable[..., Drawing]] = {
     Eigenvalues: _eigenvalues,
     Sweep: _sweep,

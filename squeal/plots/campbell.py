@@ -1,5 +1,7 @@
 """Campbell diagram: whirl frequencies over the speed, lines of its multiples, critical speeds."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -12,6 +14,9 @@ from squeal.queries.critical_speeds import CriticalSpeeds
 
 MARKS = {"forward": "^", "backward": "v", "mixed": "D", None: "o"}
 NAMED = 8  # critical speeds that stand in words beside their marks
+RPM = 60 / (2 * np.pi)  # revolutions per minute of 1 rad/s
+REACH = 3.0  # a growing frequency above so many times the highest critical one stays outside
+ABOVE = 1.05  # shown frequencies over the highest one that grows
 MARGIN = 1.6  # shown frequencies over the highest critical one
 NAMED_AT = 1.4  # share of that frequency at which the line of a multiple is named, at most
 
@@ -26,10 +31,14 @@ def campbell_drawing(answer: CriticalSpeeds, name: str) -> Drawing:
         highest = max(critical.frequency_hz for critical in answer.critical)
     else:
         highest = max(answer.orders) * answer.high / (2 * np.pi)
+    top = MARGIN * highest
+    growing_hz = answer.frequencies_hz[answer.growing]
+    growing_hz = growing_hz[growing_hz <= REACH * highest]
+    top = max(top, ABOVE * float(growing_hz.max(initial=0.0)))  # over the whole range of speed
     with style():
         figure = Figure(figsize=(DOUBLE, 3.2))
         axes = figure.add_subplot()
-        _draw_frequencies(axes, answer, MARGIN * highest)
+        _draw_frequencies(axes, answer, top)
         for order in answer.orders:
             _draw_multiple(axes, answer, order, highest)
         for k, critical in enumerate(answer.critical):
@@ -46,10 +55,15 @@ def campbell_drawing(answer: CriticalSpeeds, name: str) -> Drawing:
                 # on alternating sides, so that names of neighbours do not meet
                 point = (critical.speed, critical.frequency_hz)
                 offset = (-4, 4) if k % 2 == 0 else (4, -4)
-                write_beside(axes, f"{critical.speed:.4g} rad/s", point, offset, fontsize=7)
-        axes.set(xlim=(answer.low, answer.high), ylim=(0.0, MARGIN * highest))
+                rpm = critical.speed * RPM
+                text = f"{critical.speed:.4g} rad/s ({rpm:.4g} rpm)"
+                write_beside(axes, text, point, offset, fontsize=7)
+        axes.set(xlim=(answer.low, answer.high), ylim=(0.0, top))
         axes.set(xlabel=f"{symbol_of(answer.parameter)} [rad/s]", ylabel="frequency [Hz]")
-        figure.legend(handles=_entries(), loc="outside upper center", ncols=5)
+        _name_onset(axes, answer, top)
+        entries = _entries(answer)
+        if entries:
+            figure.legend(handles=entries, loc="outside upper center", ncols=5)
     speeds = []
     for critical in answer.critical:
         direction = critical.direction or "no direction"
@@ -83,10 +97,33 @@ def _draw_multiple(axes: Axes, answer: CriticalSpeeds, order: float, highest: fl
     write_beside(axes, f"{order:g}x", point, (-6, 3), color=RING)
 
 
-def _entries() -> list[Line2D]:
-    """What a legend shows of the marks."""
+def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
+    """Write beside the lowest frequency that grows (at most `top`) from which speed on it does."""
+    grows = answer.growing & (answer.frequencies_hz <= top)
+    speeds = np.flatnonzero(grows.any(axis=1))
+    if not speeds.size:
+        return
+    first = speeds[0]
+    speed = float(answer.speeds[first])
+    hertz = float(answer.frequencies_hz[first][grows[first]].min())
+    text = f"unstable from {speed:.4g} rad/s on, {hertz:.4g} Hz"
+    if first > 0:
+        below = float(answer.speeds[first - 1])
+        rpm = f"{below * RPM:.4g} to {speed * RPM:.4g} rpm"
+        text = f"growth begins: {below:.4g} to {speed:.4g} rad/s ({rpm}), {hertz:.4g} Hz"
+    up = 28 if hertz < 0.8 * top else -28  # so that a slope does not cross it
+    write_beside(axes, text, (speed, hertz), (4, up), fontsize=7, color=RED)
+
+
+def _entries(answer: CriticalSpeeds) -> list[Line2D]:
+    """What a legend shows of the marks that are drawn."""
+    drawn = {critical.direction for critical in answer.critical}
     entries = []
     for direction, mark in MARKS.items():
-        name = direction or "no direction"
-        entries.append(Line2D([], [], ls="", marker=mark, mfc="white", mec="black", label=name))
-    return [*entries, Line2D([], [], ls="", marker=".", color=RED, label="grows")]
+        if direction in drawn:
+            name = direction or "no direction"
+            look: Any = {"ls": "", "marker": mark, "mfc": "white", "mec": "black"}
+            entries.append(Line2D([], [], label=name, **look))
+    if answer.growing.any():
+        entries.append(Line2D([], [], ls="", marker=".", color=RED, label="unstable"))
+    return entries

@@ -11,30 +11,43 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch, Rectangle
 
-from squeal.io.writing import number
-from squeal.plots.maps import symbol_of
-from squeal.plots.style import DOUBLE, Drawing, origin, style
-from squeal.results.conditions import Conditions
+from squeal.plots.maps import symbol, symbol_of
+from squeal.plots.style import DOUBLE, Drawing, engineering, origin, style
+from squeal.results.conditions import Condition, Conditions
 
 NAMED = 160  # cells up to which each growing one names its frequency
 TICKS = 24  # rows or columns that are named
-DARK = 0.75  # share of the largest growth from which on a cell is dark
+DARK = 0.6  # share of the largest growth from which on a cell is dark
 LEAST = 1e-12  # share of it from which on a cell is coloured: all that grows, however slowly
 UNKNOWN = "#BBBBBB"  # a condition without an answer
+CALM_LOOKS: dict[str, dict[str, Any]] = {
+    "stable": {"fc": "white"},
+    "marginal": {"fc": "white", "hatch": "////"},
+    "open": {"fc": "white", "hatch": "...."},
+    "no answer": {"fc": UNKNOWN},
+}
+"""Cells in which nothing grows, or nothing is known to grow, by what the legend says of them."""
 
 
 def conditions_drawing(answer: Conditions, name: str) -> Drawing:
     """Rows and columns of conditions: white where nothing grows, the darker the faster it grows,
-    the frequency of the fastest mode in the cell."""
+    the frequency of the fastest mode in the cell, and how many grow if these are several."""
     row_count = len(_combinations(answer, _sides(answer).rows))
     with style():
-        height = 1.2 + 0.26 * min(row_count, TICKS)
+        height = 1.5 + 0.26 * min(row_count, TICKS)
         figure = Figure(figsize=(DOUBLE, max(height, 2.2)))
         axes = figure.add_subplot()
         coloured = draw_matrix(answer, axes)
         figure.colorbar(coloured, ax=axes, label="growth rate [1/s]", pad=0.02)
-        axes.set_title("frequency of the fastest mode in kHz", loc="left")
+        title = "frequency of the fastest mode in kHz"
+        if any(len(condition.modes) > 1 for condition in answer.conditions):
+            title += ", in brackets how many grow if more than one"
+        axes.set_title(title, loc="left")
+        entries = _entries(answer)
+        if entries:
+            figure.legend(handles=entries, loc="outside lower center", ncols=len(entries))
     modes = []
     for mode in answer.modes:
         percent = f"{100 * mode.propensity:.3g} %"
@@ -63,6 +76,11 @@ def draw_matrix(answer: Conditions, axes: Axes, **look: object) -> ScalarMappabl
         "linewidth": 0.4,
     }
     cells = axes.pcolormesh(growth.reshape(len(rows), len(columns)), **(defaults | look))
+    for k, condition in enumerate(answer.conditions):
+        calm = CALM_LOOKS.get(_calm(condition), {})
+        if "hatch" in calm:
+            row, column = divmod(k, len(columns))  # the parameters of the columns vary fastest
+            axes.add_patch(Rectangle((column, row), 1.0, 1.0, ec="0.8", lw=0.4, **calm))
     if len(answer.conditions) <= NAMED:
         _name_frequencies(axes, answer, len(columns), DARK * largest)
     x_places, x_labels = _ticks(columns, "\n")
@@ -70,23 +88,53 @@ def draw_matrix(answer: Conditions, axes: Axes, **look: object) -> ScalarMappabl
     axes.set_xticks(x_places, x_labels)
     axes.set_yticks(y_places, y_labels)
     axes.tick_params(length=0.0)
-    axes.set_xlabel(", ".join(map(symbol_of, sides.columns)))
-    axes.set_ylabel(", ".join(map(symbol_of, sides.rows)))
+    axes.set_xlabel(", ".join(_label(answer, name) for name in sides.columns))
+    axes.set_ylabel(", ".join(_label(answer, name) for name in sides.rows))
     return cells
 
 
+def _label(answer: Conditions, name: str) -> str:
+    """A parameter as it stands on an axis: with its unit, where that is known, as of a pad."""
+    unit = answer.units.get(name)
+    if unit is None:
+        return symbol_of(name)
+    return symbol(name) if unit == "1" else f"{symbol(name)} [{unit}]"
+
+
+def _calm(condition: Condition) -> str:
+    """Of a condition at which nothing is known to grow: why, a key of `CALM_LOOKS`; else ""."""
+    if condition.reason is not None:
+        return "no answer"
+    return "" if condition.modes else condition.verdict or "open"
+
+
+def _entries(answer: Conditions) -> list[Patch]:
+    """What a legend shows of the conditions at which nothing grows."""
+    present = {_calm(condition) for condition in answer.conditions}
+    entries = []
+    for name, look in CALM_LOOKS.items():
+        if name in present:
+            entries.append(Patch(ec="0.6", lw=0.4, label=name, **look))
+    return entries
+
+
 def _name_frequencies(axes: Axes, answer: Conditions, columns: int, dark: float) -> None:
-    """The frequency (kHz) of the fastest mode in each cell; a cell is dark above the growth rate
-    `dark`, and its text white."""
+    """Write the frequency (kHz) of the fastest mode into each cell, and how many grow if several.
+
+    A cell is dark above the growth rate `dark`, and its text white.
+    """
     for k, condition in enumerate(answer.conditions):
         if not condition.modes:
             continue
         row, column = divmod(k, columns)  # the parameters of the columns vary fastest
         fastest = condition.modes[0]
+        text = f"{fastest.frequency_hz / 1e3:#.3g}".rstrip(".")
+        if len(condition.modes) > 1:
+            text += f" ({len(condition.modes)})"
         axes.text(
             column + 0.5,
             row + 0.5,
-            number(fastest.frequency_hz / 1e3, 3),
+            text,
             ha="center",
             va="center",
             fontsize=7,
@@ -121,5 +169,5 @@ def _ticks(values: Sequence[tuple[float, ...]], between: str) -> tuple[list[floa
     labels = []
     for k in range(0, len(values), step):
         places.append(k + 0.5)
-        labels.append(between.join(number(value, 4) for value in values[k]))
+        labels.append(between.join(map(engineering, values[k])))
     return places, labels

@@ -16,7 +16,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from squeal.linear import GROWING
-from squeal.linear.events import hertz_of
 from squeal.plots.maps import COLOUR_OF, friction_symbol, symbol_of
 from squeal.plots.modes import NAME, RED
 from squeal.plots.style import (
@@ -39,6 +38,7 @@ GROWTH = "growth rate [1/s]"
 LABEL = 0.12  # width of an upright label, of the length of the axis
 NAMED = 6  # growing modes that are named
 ALIKE = 0.04  # of the frequency: a mode so near to a named one is not named
+PALE = "0.65"  # of modes that grow nowhere
 REAL = 1e-9  # of |lambda|: an imaginary part below is rounding
 
 
@@ -269,8 +269,8 @@ def sweep_drawing(
 ) -> Drawing:
     """Draw frequencies and growth rates along a parameter, and beside them the root locus.
 
-    Each mode is a line. Modes that grow are red, and named in the locus; the legend says from where
-    on they grow. The background changes colour where the verdict does.
+    Each mode is a line, pale if it grows nowhere. Modes that grow are red, and named in the locus;
+    the legend says from where on they grow. The background changes colour where the verdict does.
 
     Parameters
     ----------
@@ -293,12 +293,16 @@ def sweep_drawing(
         panels = _panels(parameter, roots, (low, high))
         upper_roots = roots.select(_is_upper(roots.values))
         _draw_modes(panels, upper_roots)
-        entries = _onsets(sweep, thresholds) | _shade(panels, spans)
+        entries: dict[str, Artist] = {}
+        if upper_roots.grow.any():
+            entries["unstable"] = Line2D([], [], color=RED, marker=".", lw=0)
+        entries |= _shade(panels, spans)
         if own_value is not None and low <= own_value <= high:
             look: Any = {"color": "0.5", "linewidth": 0.8, "linestyle": "-."}
             for axes in (panels.upper, panels.lower):
                 axes.axvline(own_value, zorder=0, **look)
             entries[f"present {symbol_of(parameter)} = {own_value:.4g}"] = Line2D([], [], **look)
+        entries |= _onsets(sweep, thresholds)
         mark_events(_contact_changes(sweep), panels.upper, panels.lower, low, high - low)
         if entries:
             panels.figure.legend(
@@ -321,14 +325,26 @@ def sweep_drawing(
 
 
 def _draw_modes(panels: _Panels, roots: _Roots) -> None:
-    """Draw a line for each numbered mode, and all roots as dots, red where they grow."""
+    """Draw a line for each numbered mode, and all roots as dots, red where they grow.
+
+    A mode that grows nowhere is pale, and so are its roots; its line is drawn below the others.
+    """
+    with_growth = set(roots.numbers[roots.grow].tolist())
+    is_pale = ~np.isin(roots.numbers, list(with_growth)) & ~roots.grow
     curves = ((panels.upper, roots.values.imag / math.tau), (panels.lower, roots.values.real))
     for mode in np.unique(roots.numbers[roots.numbers > 0]).tolist():
         of_mode = np.flatnonzero(roots.numbers == mode)
         rising = of_mode[np.argsort(roots.at[of_mode])]
         for axes, y in curves:
-            axes.plot(roots.at[rising], y[rising], color="0.25", lw=0.7, gid=f"mode {mode}")
-    for which, colour, size in ((~roots.grow, "0.25", 1.5), (roots.grow, RED, 4.0)):
+            grows = mode in with_growth
+            look: Any = {"color": "0.25" if grows else PALE, "zorder": 2 if grows else 1.5}
+            axes.plot(roots.at[rising], y[rising], lw=0.7, gid=f"mode {mode}", **look)
+    dots = (
+        (is_pale, PALE, 1.5),
+        (~is_pale & ~roots.grow, "0.25", 1.5),
+        (roots.grow, RED, 4.0),
+    )
+    for which, colour, size in dots:
         for axes, y in curves:
             axes.scatter(roots.at[which], y[which], s=size, color=colour, linewidth=0, zorder=3)
     panels.lower.axhline(0.0, color="0.5", linewidth=0.6)
@@ -357,11 +373,13 @@ def _onsets(sweep: Sweep, thresholds: Thresholds | None) -> dict[str, Artist]:
     else:
         for crossing in thresholds.crossings:
             if crossing.direction == "up":
-                hertz_text = hertz_of(crossing.frequency_hz)
+                hertz_text = ""
+                if crossing.frequency_hz:
+                    hertz_text = f", {crossing.frequency_hz:.4g} Hz"
                 texts.append(f"{crossing.kind} from {at} = {crossing.mu:.4g}{hertz_text}")
     entries: dict[str, Artist] = {}
     for text in texts[:NAMED]:
-        entries[text] = Line2D([], [], color=RED, marker=".", lw=0)
+        entries[text] = Line2D([], [], lw=0)
     return entries
 
 

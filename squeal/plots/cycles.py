@@ -26,6 +26,7 @@ SLIDING_LOOKS: dict[str, dict[str, Any]] = {
     "flutter": {"color": "k", "ls": (0, (3, 1.5))},
     "divergence": {"color": "k", "ls": (0, (1, 1.5))},
 }
+SEEN = 0.03  # of the axes: a shorter curve is hidden by its marks, and not in the legend
 MARKS = {"fold": "D", "period doubling": "s", "torus": "^", "grazing": "|"}
 
 
@@ -70,9 +71,13 @@ def _draw_cycles(axes: Axes, cycles: Cycles, values: NDArray, sizes: NDArray) ->
 
     values, sizes (m,): the parameter and the amplitude (micrometres) of each orbit.
     """
-    for i, (orbit, following) in enumerate(itertools.pairwise(cycles.orbits)):
-        kind = _kind(orbit, following)
-        axes.plot(values[i : i + 2], sizes[i : i + 2], label=f"cycle, {kind}", **LOOKS[kind])
+    lengths = np.abs(np.diff(values)) / (np.ptp(values) or 1.0)
+    lengths += np.abs(np.diff(sizes)) / sizes.max()
+    kinds = [_kind(*pair) for pair in itertools.pairwise(cycles.orbits)]
+    for i, kind in enumerate(kinds):
+        of_kind = sum(lengths[k] for k in range(len(kinds)) if kinds[k] == kind)
+        label = f"cycle, {kind}" if of_kind > SEEN else None  # one that is seen
+        axes.plot(values[i : i + 2], sizes[i : i + 2], label=label, **LOOKS[kind])
     axes.plot(values[cycles.own], sizes[cycles.own], "o", mfc="none", mec="k", label="the scene")
     for kind, mark in MARKS.items():
         marked = [i for i, orbit in enumerate(cycles.orbits) if orbit.turn == kind]

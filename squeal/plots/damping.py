@@ -2,30 +2,42 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
+from squeal.linear.events import Crossing
 from squeal.plots.maps import friction_symbol, symbol_of
 from squeal.plots.modes import RED
 from squeal.plots.style import (
     DOUBLE,
+    SINGLE,
     Drawing,
     frequency_limits,
     origin,
     style,
-    write_upright,
 )
+from squeal.results.sources import PadSource, Source
 from squeal.results.sweep import Sweep
+from squeal.results.thresholds import Thresholds
+from squeal.schema import Place, Word
 
 COLOURS = ("#C8380E", "#0072B2", "#6A1B7B", "#009E73", "#E69F00", "#56B4E9")
 """Of modes that grow, the fastest first, and of the partners that they meet."""
 LARGEST = 160.0  # points squared: the bubble of the fastest growth
-BELOW = 1.25  # shown damping ratios below zero, over the depth of the lowest one
+BUBBLES = 20  # of a mode, at most
+BELOW = 1.35  # shown damping ratios below zero, over the depth of the lowest one
 GROWS = 1e-9  # of |lambda|: a growth rate below is rounding
 NEAREST = 0.1  # of the frequency: no partner is farther from a mode where it grows fastest
 ABOVE = 1.4  # shown damping ratios above zero, over the depth of the lowest one
+MET = 0.05  # of their first distance: two frequencies have met where they are nearer
+ALONE = 0.2  # of the frequency: a threshold farther from a mode is none of it
+WIDTHS = ("page", "column")
+"""A chart over the width of a page has its panels side by side; in a column one is below."""
 
 
 class _Paths:
@@ -41,6 +53,26 @@ class _Paths:
                     roots.setdefault(mode, []).append(root.value)
         self.at = {mode: np.array(path) for mode, path in values.items()}
         self.roots = {mode: np.array(path) for mode, path in roots.items()}
+
+    def root_at(self, mode: int, value: float) -> complex | None:
+        """The root of a mode at a value, interpolated; None where its path does not reach."""
+        at = self.at[mode]
+        if not at[0] <= value <= at[-1]:
+            return None
+        return complex(np.interp(value, at, self.roots[mode]))
+
+    def meeting(self, pair: Sequence[int]) -> float | None:
+        """The first value at which the frequencies of two modes have met; None if they never do."""
+        first, second = pair
+        values, of_first, of_second = np.intersect1d(
+            self.at[first], self.at[second], return_indices=True
+        )
+        if not values.size:
+            return None
+        upper = self.roots[first].imag[of_first]
+        distances = np.abs(upper - self.roots[second].imag[of_second])
+        have_met = distances < MET * distances[0]
+        return float(values[np.argmax(have_met)]) if have_met.any() else None
 
     def growth(self, mode: int) -> float:
         """The fastest growth rate of a mode, 1/s."""
@@ -78,12 +110,26 @@ class _Paths:
         return nearest
 
 
-def damping_drawing(name: str, sweep: Sweep) -> Drawing:
+def damping_drawing(
+    name: str, sweep: Sweep, thresholds: Thresholds | None = None, width: str = "page"
+) -> Drawing:
     """Draw damping ratios in % over frequency, a line for each mode, with bubbles by growth.
 
     Beside it stand the frequencies of the mode that grows fastest and of its partner over the
-    parameter, with the value from which on it grows.
+    parameter, with the value from which on it grows. Rings mark the subject's own value.
+
+    Parameters
+    ----------
+    name : str
+        The subject, for the alternative text.
+    sweep : Sweep
+        What is drawn.
+    thresholds : Thresholds, optional
+        Of the same subject: they tell more exactly than the sweep where growth begins.
+    width : {"page", "column"}
+        Whether the second panel stands beside the first one or below.
     """
+    Word(WIDTHS).read(width, Place("width"))
     paths = _Paths(sweep)
     growing = paths.growing(sweep)
     pair = []  # the fastest mode, and its partner if it has one
@@ -99,18 +145,74 @@ def damping_drawing(name: str, sweep: Sweep) -> Drawing:
             text += f", which meets mode {partner}"
     coloured = dict.fromkeys([*pair, *growing])  # each once; those beyond COLOURS remain grey
     colours = dict(zip(coloured, COLOURS, strict=False))
+    source = sweep.source
+    if source is None and thresholds is not None:
+        source = thresholds.source
+    own_value = _own_value(sweep, source)
     with style():
-        figure = Figure(figsize=(DOUBLE, 3.2))
-        left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
-        _draw_ratios(left, sweep, paths, colours)
-        _draw_pair(right, sweep, paths, pair, colours)
+        if width == "column":
+            figure = Figure(figsize=(SINGLE, 5.2))
+            upper, lower = figure.subplots(2, 1, height_ratios=[1.3, 1.0])
+        else:
+            figure = Figure(figsize=(DOUBLE, 3.4))
+            upper, lower = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
+        entries = _draw_ratios(upper, sweep, paths, colours)
+        onset = None
+        if pair:
+            onset = _onset(sweep, paths, pair[0], thresholds)
+        _draw_pair(lower, sweep, paths, pair, colours, onset)
+        if own_value is not None:
+            entries += _mark_own_value(upper, lower, sweep, paths, pair, colours, own_value)
+        if entries:
+            columns = 2 if width == "column" else len(entries)
+            figure.legend(handles=entries, loc="outside lower center", ncols=columns)
     return Drawing(figure, f"{text}.", f"Damping ratios of {name}", origin(__name__))
 
 
-def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str]) -> None:
+def _own_value(sweep: Sweep, source: Source | None) -> float | None:
+    """The subject's own value of the parameter, None where it is not known or not in the sweep."""
+    if source is None:
+        return None
+    if isinstance(source, PadSource):
+        own_value = float(source.scene.pad.mu)
+    else:
+        own_value = source.file.system.parameters[sweep.parameter]
+    values = [step.value for step in sweep.steps]
+    return own_value if min(values) <= own_value <= max(values) else None
+
+
+def _mark_own_value(
+    upper: Axes,
+    lower: Axes,
+    sweep: Sweep,
+    paths: _Paths,
+    pair: Sequence[int],
+    colours: dict[int, str],
+    own_value: float,
+) -> list[Artist]:
+    """Mark the subject's own value by rings in both panels and a line in the lower one.
+
+    Returns the entry of a legend.
+    """
+    ring: Any = {"marker": "o", "ls": "", "mfc": "none", "mec": "k", "mew": 0.9, "ms": 6.0}
+    for mode in colours:
+        root = paths.root_at(mode, own_value)
+        if root is None:
+            continue
+        frequency = root.imag / math.tau
+        upper.plot(frequency, _ratio(np.array(root)), zorder=5, gid="own value", **ring)
+        if mode in pair:
+            lower.plot(own_value, frequency, zorder=5, gid="own value", **ring)
+    lower.axvline(own_value, color="0.4", lw=0.6, ls="-.", zorder=0)
+    name = f"present {symbol_of(sweep.parameter)} = {own_value:.4g}"
+    return [Line2D([], [], label=name, **ring)]
+
+
+def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str]) -> list[Artist]:
     """Draw all modes in the plane of frequency and damping ratio, grey without a colour.
 
     colours: by the number of the mode, of modes that grow and of the partner of the fastest.
+    Returns entries of a legend, which give the scale of the bubbles.
     """
     all_roots = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
     depth = -float(_ratio(all_roots).min(initial=0.0)) or 1.0  # of the lowest ratio below 0, %
@@ -125,8 +227,9 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str
         axes.plot(hertz[:1], ratio[:1], "|", color=colour, ms=6)
         if mode not in colours:
             continue
-        grows = roots.real > 0.0
-        size = LARGEST * np.maximum(roots.real[grows], 0.0) / fastest
+        grows = np.flatnonzero(roots.real > 0.0)[::-1]
+        grows = grows[:: math.ceil(len(grows) / BUBBLES) or 1]  # so that they do not merge
+        size = LARGEST * roots.real[grows] / fastest
         axes.scatter(hertz[grows], ratio[grows], s=size, fc=colour, alpha=0.35, lw=0, zorder=3)
         lowest = int(np.argmin(ratio))
         if ratio[lowest] < 0.0:
@@ -140,6 +243,21 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str
     last = sweep.steps[-1].value
     swept = f"{symbol_of(sweep.parameter)} from {first:g} to {last:g}"
     axes.set_title(f"{swept}: unstable below zero, bubbles by growth", loc="left")
+    entries: list[Artist] = []
+    if all_roots.real.max(initial=0.0) > 0.0:
+        large = _round_down(fastest)
+        for growth in (0.25 * large, large):
+            diameter = math.sqrt(LARGEST * growth / fastest)
+            look: Any = {"marker": "o", "ls": "", "mfc": "0.4", "mew": 0.0, "alpha": 0.45}
+            label = f"growth rate {growth:.4g} 1/s"
+            entries.append(Line2D([], [], ms=diameter, label=label, **look))
+    return entries
+
+
+def _round_down(value: float) -> float:
+    """The largest number of one digit up to a value above 0."""
+    unit = 10.0 ** math.floor(math.log10(value))
+    return math.floor(value / unit) * unit
 
 
 def _name_mode(
@@ -165,12 +283,49 @@ def _ratio(roots: np.ndarray) -> np.ndarray:
     return -100 * roots.real / np.abs(roots)
 
 
+def _onset(
+    sweep: Sweep, paths: _Paths, mode: int, thresholds: Thresholds | None
+) -> float | tuple[float, float] | None:
+    """Where a mode begins to grow: a threshold where one is known, else two values of the sweep."""
+    swept = next(known for known in sweep.modes if known.mode == mode)
+    if swept.interval is None:
+        return None
+    low, high = swept.interval
+    crossing = None
+    if thresholds is not None:
+        crossing = _crossing(thresholds, (low, high), paths.root_at(mode, high))
+    return swept.interval if crossing is None else crossing.mu
+
+
+def _crossing(
+    thresholds: Thresholds, interval: tuple[float, float], root: complex | None
+) -> Crossing | None:
+    """The threshold in an interval that is nearest in frequency to a root; None without one."""
+    low, high = interval
+    nearest = None
+    least = math.inf if root is None else ALONE * root.imag / math.tau
+    for crossing in thresholds.crossings:
+        if crossing.direction != "up" or not low <= crossing.mu <= high:
+            continue
+        distance = 0.0 if root is None else abs(crossing.frequency_hz - root.imag / math.tau)
+        if distance < least:
+            nearest = crossing
+            least = distance
+    return nearest
+
+
 def _draw_pair(
-    axes: Axes, sweep: Sweep, paths: _Paths, pair: Sequence[int], colours: dict[int, str]
+    axes: Axes,
+    sweep: Sweep,
+    paths: _Paths,
+    pair: Sequence[int],
+    colours: dict[int, str],
+    onset: float | tuple[float, float] | None,
 ) -> None:
     """Draw the frequencies of the fastest mode and of its partner over the parameter.
 
     pair: numbers of the fastest mode and, if it has one, of its partner; empty if none grows.
+    onset: where the fastest begins to grow, a value or two values around it, None if unknown.
     """
     axes.set(xlabel=friction_symbol(sweep.parameter), ylabel="frequency [Hz]")
     axes.set(xlim=(sweep.steps[0].value, sweep.steps[-1].value))
@@ -180,18 +335,39 @@ def _draw_pair(
         return
     for mode in reversed(pair):  # the fastest one on top
         hertz = paths.roots[mode].imag / math.tau
-        grows = paths.roots[mode].real > 0.0
+        growing = np.where(paths.roots[mode].real > 0.0, hertz, np.nan)
         axes.plot(paths.at[mode], hertz, color=colours[mode], lw=1.0, gid=f"pair {mode}")
-        axes.plot(paths.at[mode][grows], hertz[grows], ".", color=colours[mode], ms=4)
-    roots = paths.roots[pair[0]]
-    first_growing = roots[roots.real > 0.0][0]
-    at = f"{first_growing.imag / math.tau:.4g} Hz"
-    title = f"mode {pair[0]} begins to grow at {at}"
+        axes.plot(paths.at[mode], growing, color=colours[mode], lw=2.4)
+    axes.set_title(_title_of_pair(sweep, paths, pair, onset), loc="left")
+    if isinstance(onset, tuple):
+        axes.axvspan(*onset, color="0.8", lw=0, zorder=0, gid="onset")
+    elif onset is not None:
+        axes.axvline(onset, color="0.5", lw=0.8, ls=":", zorder=0, gid="onset")
+
+
+def _title_of_pair(
+    sweep: Sweep,
+    paths: _Paths,
+    pair: Sequence[int],
+    onset: float | tuple[float, float] | None,
+) -> str:
+    """Two lines: the modes with their first frequencies, and where they meet and growth begins."""
+    numbers = sorted(pair)
+    frequencies = sorted(paths.roots[mode][0].imag / math.tau for mode in numbers)
+    first = [f"{frequency:.4g}" for frequency in frequencies]
+    meeting = None
     if len(pair) == 2:
-        title = f"modes {min(pair)} and {max(pair)} meet at {at}"
-    axes.set_title(title, loc="left")
-    fastest = next(mode for mode in sweep.modes if mode.mode == pair[0])
-    if fastest.interval is not None:
-        low, high = fastest.interval
-        axes.axvspan(low, high, color="0.8", lw=0, zorder=0, gid="onset")
-        write_upright(axes, high, f"growth begins: {low:.4g} to {high:.4g}")
+        meeting = paths.meeting(numbers)
+        who = f"modes {numbers[0]} + {numbers[1]} ({', '.join(first)} Hz)"
+    else:
+        who = f"mode {numbers[0]} ({first[0]} Hz)"
+    if isinstance(onset, tuple):
+        low, high = onset
+        begins = f"growth begins: {low:.4g} to {high:.4g}"
+    elif onset is not None:
+        begins = f"growth begins at {onset:.4g}"
+    else:
+        begins = f"growth from {sweep.steps[0].value:.4g} on"
+    if meeting is not None:
+        return f"{who} meet\nat {symbol_of(sweep.parameter)} = {meeting:.4g}; {begins}"
+    return f"{who}\n{symbol_of(sweep.parameter)}: {begins}"

@@ -15,9 +15,11 @@ def energy_sweep_drawing(answer: EnergySweep, name: str) -> Drawing:
     modes = answer.modes[:TABLES]
     with style():
         figure = Figure(figsize=(DOUBLE, 3.0))
-        for mode, axes in zip(modes, figure.subplots(1, len(modes), squeeze=False)[0], strict=True):
+        panels = figure.subplots(1, len(modes), squeeze=False, sharey=True)[0]
+        for mode, axes in zip(modes, panels, strict=True):
             draw_terms(answer, axes, mode)
             axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
+            axes.label_outer(remove_inner_ticks=False)
         figure.legend(
             *figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4
         )
@@ -36,5 +38,6 @@ def draw_terms(answer: EnergySweep, axes: Axes, mode: int | None = None, **look:
         own = {"label": literal(term)}
         own.update(look)
         axes.plot(values, growth, **own)
-    axes.set_title(f"mode {number}", loc="left")
+    hertz = answer.frequency_of(number)
+    axes.set_title(f"mode {number}, {hertz:.4g} Hz", loc="left")
     axes.set(xlabel=symbol_of(answer.parameter), ylabel="growth rate [1/s]")

@@ -53,7 +53,7 @@ def _finish_axes(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
     """Draw the curves on which stability is lost, label both axes, and mark the pad.
 
     own: values of the pad on both axes, which is marked if it lies in the ranges; None of a system.
-    Returns the entry of a legend for the curves, none without curves.
+    Returns entries of a legend for the curves and the pad.
     """
     curves = answer.details.get("threshold_curve", ())
     look: Any = {"color": THRESHOLD, "linewidth": 1.8}
@@ -65,21 +65,14 @@ def _finish_axes(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
     label_axis(axes, "y", second, answer.units[1], is_pad=own is not None)
     if _is_half_turn(first) and _is_half_turn(second):
         axes.set_aspect("equal")
+    entries = []
+    if curves:
+        entries.append(Line2D([], [], label="stability is lost", **look))
     if own and first.low <= own[0] <= first.high and second.low <= own[1] <= second.high:
-        axes.plot(
-            *own,
-            "o",
-            clip_on=False,
-            gid="own pad",
-            mfc="white",
-            mec="black",
-            ms=5.0,
-            mew=1.0,
-            zorder=6,
-        )
-    if not curves:
-        return []
-    return [Line2D([], [], label="threshold, continued", **look)]
+        dot: Any = {"marker": "o", "ls": "", "mfc": "white", "mec": "k", "ms": 5.0, "mew": 1.0}
+        axes.plot(*own, clip_on=False, gid="own pad", zorder=6, **dot)
+        entries.append(Line2D([], [], label="the scene", **dot))
+    return entries
 
 
 def _is_half_turn(axis: Axis) -> bool:
@@ -173,7 +166,10 @@ def _contours(axes: Axes, answer: Map, level: float | None) -> _Drawn:
     known = values.compressed()
     if known.size and np.ptp(known) > 0.0:
         filled = axes.contourf(x, y, values, 9, cmap="viridis", alpha=0.85)
-        edges = axes.contour(x, y, values, filled.levels, colors="k", linewidths=0.5)
+        levels = np.asarray(filled.levels)
+        if quantity == "growth" and answer.details.get("threshold_curve"):
+            levels = levels[levels != 0.0]  # the exact curve is drawn instead
+        edges = axes.contour(x, y, values, levels, colors="k", linewidths=0.5)
         axes.clabel(edges, fontsize=7, fmt="%g")
         axes.figure.colorbar(filled, ax=axes, label=f"{words} [{unit}]" if unit else words)
         if level is not None and known.min() < level < known.max():

@@ -191,6 +191,20 @@ def write_upright(axes: Axes, value: float, text: str) -> None:
     )
 
 
+def engineering(value: float) -> str:
+    """A number in four digits, where it is long with a power of ten that is a multiple of three.
+
+    Examples
+    --------
+    >>> [engineering(value) for value in (0.35, -4500.0, 1.8e7, 2.5e-4, 0.0)]
+    ['0.35', '-4500', '18e6', '250e-6', '0']
+    """
+    power = 0
+    if value and not 1e-3 <= abs(value) < 1e5:
+        power = 3 * math.floor(math.log10(abs(value)) / 3)
+    return f"{value / 10.0**power + 0.0:.4g}" + (f"e{power}" if power else "")
+
+
 def hertz(omega: float) -> str:
     """The frequency of an angular one (rad/s) in four digits."""
     return f"{omega / math.tau:.4g} Hz"

@@ -23,6 +23,7 @@ from squeal.io.scene import Scene
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.verdicts import ACCEPTED
+from squeal.model.pad import PARAMETERS
 from squeal.queries.compare import Mode, assigned_pairs, pairing_costs
 from squeal.queries.options import Band, Progress, Subject, Values, refuse_options
 from squeal.queries.pads.equilibrium import analyse
@@ -89,7 +90,9 @@ def conditions(
     grid = _combinations(ParameterSpace.of(subject, "conditions", 1.0, "growth"), axes)
     if isinstance(subject, Scene):
         refuse_options("a scene", band=band, memory=memory)
-        return _answer(subject.model, axes, (_pad_condition(subject, changes) for changes in grid))
+        of_pad = (_pad_condition(subject, changes) for changes in grid)
+        units = {name: PARAMETERS[name].unit for name in axes if name in PARAMETERS}
+        return replace(_answer(subject.model, axes, of_pad), units=units)
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.reduced import basis_of, reduced_for
     from squeal.queries.systems.system_analysis import SystemAnalysis

@@ -80,6 +80,20 @@ class EnergySweep(Answer):
                 fastest[mode] = max(fastest.get(mode, row.growth_rate), row.growth_rate)
         return sorted(fastest, key=lambda mode: -fastest[mode])
 
+    def frequency_of(self, mode: int) -> float:
+        """The frequency of a mode where it grows fastest, Hz.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K)
+        >>> round(squeal.energy_sweep(squeal.sweep(pair, [0.0])).frequency_of(1), 4)
+        0.1592
+        """
+        rows = [row for _, number, row in self.contributions if number == mode]
+        return max(rows, key=attrgetter("growth_rate")).frequency_hz
+
     def growth_of(self, mode: int) -> tuple[list[float], list[float], dict[str, list[float]]]:
         """Over the values that have a mode: these, its growth rate, and what each term adds, 1/s.
 

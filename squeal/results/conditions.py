@@ -119,7 +119,8 @@ class Conditions(Answer):
 
     axes: values by name; extent: which roots were looked at, in words; tolerance: by how much of
     its frequency a mode may differ from one condition to the next; seated: whether contact was
-    seated anew at each condition; basis: the reduced system that served.
+    seated anew at each condition; basis: the reduced system that served; units: of a pad's
+    parameters by name.
 
     Examples
     --------
@@ -140,6 +141,7 @@ class Conditions(Answer):
     extent: str = ""
     seated: bool = False
     basis: Mapping[str, Any] | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def grid(self) -> tuple[int, ...]:  # type: ignore[override]

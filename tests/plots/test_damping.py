@@ -6,7 +6,9 @@ import pytest
 
 import squeal
 from squeal.cli.main import main
+from squeal.errors import InputError
 from squeal.plots.damping import damping_drawing
+from squeal.plots.style import SINGLE
 
 VALUES = np.linspace(0.0, 1.0, 51).tolist()
 
@@ -59,3 +61,39 @@ def test_the_command_draws_it_and_needs_a_sweep(tmp_path, capsys):
     assert "damping ratio" in chart_file.read_text()
     assert main(["eigenvalues", file, "--chart", str(tmp_path / "other.svg")]) == 2
     assert "--chart" in capsys.readouterr().err
+
+
+def test_the_title_names_the_pair_and_a_located_threshold_where_one_is_known():
+    """Frequencies sqrt(1) and sqrt(3) / (2 pi) at mu = 0; they meet, and grow, from 3/4 on."""
+    sweep, drawing = chart()
+    first = "modes 1 + 2 (0.1592, 0.2757 Hz) meet"
+    at_steps = "at $\\mu$ = 0.76; growth begins: 0.74 to 0.76"
+    assert drawing.figure.axes[1].get_title("left") == f"{first}\n{at_steps}"
+    found = squeal.thresholds(sweep.source.file.system, 1.0)
+    exact = damping_drawing("pair", sweep, found).figure.axes[1]
+    assert exact.get_title("left").endswith("growth begins at 0.75")
+    (line,) = [line for line in exact.get_lines() if line.get_gid() == "onset"]
+    assert np.asarray(line.get_xdata())[0] == pytest.approx(0.75, rel=1e-9)
+
+
+def test_rings_mark_the_own_value_and_the_legend_gives_the_scale_of_bubbles():
+    K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    pair = squeal.System(np.eye(2), K=K, parameters={"mu": 0.5})
+    figure = damping_drawing("pair", squeal.sweep(pair, VALUES)).figure
+    rings = [line for line in figure.axes[1].get_lines() if line.get_gid() == "own value"]
+    expected = np.sqrt(2 + np.array([-1, 1]) * np.sqrt(1 / 3)) / (2 * np.pi)
+    drawn = sorted(float(np.asarray(ring.get_ydata())[0]) for ring in rings)
+    assert drawn == pytest.approx(expected, rel=1e-9)
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert words == ["growth rate 0.05 1/s", "growth rate 0.2 1/s", r"present $\mu$ = 0.5"]
+
+
+def test_a_chart_in_a_column_has_its_panels_one_below_the_other():
+    sweep, _ = chart()
+    figure = damping_drawing("pair", sweep, width="column").figure
+    assert figure.get_figwidth() == SINGLE
+    upper, lower = (axes.get_subplotspec().get_geometry()[2] for axes in figure.axes)
+    assert (upper, lower) == (0, 1)
+    assert figure.axes[0].get_subplotspec().get_gridspec().ncols == 1
+    with pytest.raises(InputError, match="width: 'wide' is not allowed"):
+        damping_drawing("pair", sweep, width="wide")

@@ -32,11 +32,11 @@ def test_own_pad_and_its_level_are_drawn():
     assert "N/m" in panel.get_ylabel()
     assert panel.get_xlabel() == r"$\alpha_1$ [rad]"
     (legend,) = maps.map_drawing("b3", found, own).figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == ["no critical friction"]
+    assert [text.get_text() for text in legend.get_texts()] == ["no critical friction", "the scene"]
     values = np.nan_to_num(found.quantity[2])
     filled = replace(found, quantity=(*found.quantity[:2], values))
-    assert not maps.map_drawing("b3", filled, own).figure.legends
     aside = (scene.pad.alpha1, 2.1 * scene.pad.k_c)
+    assert not maps.map_drawing("b3", filled, aside).figure.legends
     outside = maps.map_drawing("b3", found, aside).figure.axes[0]
     assert not [line for line in outside.get_lines() if line.get_gid() == "own pad"]
 
