@@ -33,7 +33,8 @@ import squeal
 from squeal.errors import ComputationError
 from squeal.linear.events import Crossing
 from squeal.linear.system import TermSystem
-from squeal.proof.balls import AS_GIVEN, HALF_ULP, Quadratic
+from squeal.proof import AS_GIVEN, HALF_ULP
+from squeal.proof.balls import Quadratic
 from squeal.proof.enclosure import components
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import Piece, growing_counts

@@ -402,7 +402,9 @@ def _table_of_pairs(path: Path) -> dict[str, Any]:
         for head in POINT_COLUMNS:
             if head not in heads:
                 raise at.refuse(f"no column {head}; it is needed beside point")
-        used = {*POINT_COLUMNS, *PLACE_COLUMNS}
+        used = {*POINT_COLUMNS}
+        if heads >= set(PLACE_COLUMNS):
+            used.update(PLACE_COLUMNS)
         arguments["pairs"], pair_lines = _points(lines)
     else:
         used = {"first", "second"}
@@ -418,6 +420,8 @@ def _table_of_pairs(path: Path) -> dict[str, Any]:
     unused = heads - used
     if unused:
         words = "no use is made of them; area, gap and all of nx, ny, nz have one"
+        if "point" in heads:
+            words += ", and beside point all of x, y, z"
         at.warn(f"columns {', '.join(sorted(unused))}: {words}")
     return arguments
 

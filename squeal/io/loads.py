@@ -144,16 +144,21 @@ def _loaded_faces(coordinates: Coordinates, line: DeckLine, labels: list[str]) -
 
     P1 presses the face S1 and so on, P the back of a shell, along its normal. Raises InputError.
     """
-    kind = line.cells[1].upper()
-    if kind != "P" and not kind.removeprefix("P").isdecimal():
-        raise line.at.refuse(f"{kind} is not read; it must be P or P1 to P6, a pressure")
-    side = "SNEG" if kind == "P" else f"S{kind[1:]}"
-    cells = dict(zip(coordinates.elements, coordinates.cells, strict=True))
+    load_label = line.cells[1].upper()
+    number = load_label.removeprefix("P")
+    if load_label == "P":
+        side = "SNEG"
+    elif load_label.startswith("P") and number.isdecimal():
+        side = f"S{number}"
+    else:
+        raise line.at.refuse(f"{load_label} is not read; it must be P or P1 to P6, a pressure")
+    cell_of_element = dict(zip(coordinates.elements, coordinates.cells, strict=True))
     faces = []
     for label in labels:
-        if label not in cells:
+        if label not in cell_of_element:
             raise line.at.refuse(f"{label} is neither an element with faces nor a set of such")
-        faces.append(named_face(*cells[label], side, line.at))
+        kind, nodes = cell_of_element[label]
+        faces.append(named_face(kind, nodes, side, line.at))
     return surface_of(coordinates, faces)
 
 

@@ -119,7 +119,8 @@ def named_face(kind: str, nodes: Corners, side: str, at: Place) -> Corners:
             return _turned_over(faces[0])
         return faces[0]
     number = side.removeprefix("S")
-    if not number.isdecimal() or not 1 <= int(number) <= len(faces):
+    is_numbered = side.startswith("S") and number.isdecimal()
+    if not is_numbered or not 1 <= int(number) <= len(faces):
         raise at.refuse(f"{side} is no face of a {kind}; it must be S1 to S{len(faces)}")
     return faces[int(number) - 1]
 

@@ -39,9 +39,9 @@ class Line(NamedTuple):
 
 
 class _Row(NamedTuple):
-    """A line of a file: its number and its cells."""
+    """A line of a file, or the head made for one: its place and its cells."""
 
-    number: int
+    at: Place
     cells: list[str]
 
 
@@ -68,7 +68,7 @@ def read_table(path: Path, names: Sequence[str], optional: str = "") -> tuple[Pl
             rows = list(_input_file_rows(path, names[0]))
         else:
             table = csv.reader(_text_lines(path, at))
-            rows = [_Row(table.line_num, cells) for cells in table]
+            rows = [_Row(at / f"line {table.line_num}", cells) for cells in table]
     except csv.Error as error:
         raise at.refuse(f"no table of comma-separated values: {error}") from None
     rows = [row for row in rows if "".join(row.cells).strip()]
@@ -91,12 +91,12 @@ def read_table(path: Path, names: Sequence[str], optional: str = "") -> tuple[Pl
         )
     lines = []
     for row in rows[1:]:
-        here = at / f"line {row.number}"
         surplus = row.cells[len(heads) :]
         if any(cell.strip() for cell in surplus):
-            raise here.refuse(f"{len(row.cells)} cells; the first line names {len(heads)} columns")
+            words = f"{len(row.cells)} cells; the first line names {len(heads)} columns"
+            raise row.at.refuse(words)
         pairs = zip_longest(heads, row.cells[: len(heads)], fillvalue="")
-        lines.append(Line(here, dict(pairs)))
+        lines.append(Line(row.at, dict(pairs)))
     return at, lines
 
 
@@ -134,25 +134,30 @@ def _text_lines(path: Path, at: Place) -> list[str]:
     return read_content(path, at).decode("utf-8-sig", "backslashreplace").splitlines()
 
 
-def _with_included(
-    path: Path, text: Sequence[str], at: Place, including: tuple[Path, ...]
-) -> Iterator[str]:
-    """The lines `text` of an input file, those of the files that *INCLUDE names in their places.
+class _TextLine(NamedTuple):
+    """A line of text of an input file: its place in its own file, and what it says."""
 
-    `including` are this file and those that include it, so that no file includes itself. Raises
-    InputError.
+    at: Place
+    text: str
+
+
+def _with_included(path: Path, including: tuple[Path, ...] = ()) -> Iterator[_TextLine]:
+    """The lines of an input file, those of the files that *INCLUDE names in their places.
+
+    `including` are the files that include it, so that no file includes itself. Raises InputError.
     """
-    for number, line in enumerate(text, 1):
-        name = re.match(r"\s*\*INCLUDE\s*,\s*INPUT\s*=\s*\"?([^\",]+)", line, re.IGNORECASE)
+    file = Place(str(path))
+    chain = (*including, path.resolve())
+    for number, text in enumerate(_text_lines(path, file), 1):
+        at = file / f"line {number}"
+        name = re.match(r"\s*\*INCLUDE\s*,\s*INPUT\s*=\s*\"?([^\",]+)", text, re.IGNORECASE)
         if not name:
-            yield line
+            yield _TextLine(at, text)
             continue
         included = path.parent / name[1].strip()
-        if included.resolve() in including:
-            raise (at / f"line {number}").refuse(f"{included.name} includes itself")
-        here = Place(str(included))
-        included_text = _text_lines(included, here)
-        yield from _with_included(included, included_text, here, (*including, included.resolve()))
+        if included.resolve() in chain:
+            raise at.refuse(f"{included.name} includes itself")
+        yield from _with_included(included, chain)
 
 
 UNFINISHED = "ends an element whose last line of nodes ends with a comma; is the file cut?"
@@ -164,9 +169,7 @@ class DeckLine(NamedTuple):
     Attributes
     ----------
     at : Place
-        Where it stands.
-    number : int
-        Its number, counted through the files that are included.
+        Where it stands: its file, which may be an included one, and its number there.
     keyword : list of str
         The line of the keyword above it, in capitals and split at its commas.
     cells : list of str
@@ -176,7 +179,6 @@ class DeckLine(NamedTuple):
     """
 
     at: Place
-    number: int
     keyword: list[str]
     cells: list[str]
     step: int
@@ -197,22 +199,20 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
     line. Warns of keywords that tie or turn rows, and raises InputError for those that make nodes
     and elements or local axes.
     """
-    at = Place(str(path))
-    text = _with_included(path, _text_lines(path, at), at, (path.resolve(),))
+    file = Place(str(path))
     keyword = [""]
     step = 0
     unfinished = ""  # the lines so far of an element whose nodes go on in the next line
-    for number, line in enumerate(text, 1):
+    for at, line in _with_included(path):
         if line.startswith("**"):
             continue
-        here = at / f"line {number}"
         if line.startswith("*"):
             if unfinished:
-                raise here.refuse(UNFINISHED)
+                raise at.refuse(UNFINISHED)
             keyword = _cells(line.upper())
             if keyword[0] == "*STEP":
                 step += 1
-            _check_keyword(keyword, at, here)
+            _check_keyword(keyword, file, at)
             continue
         full_line = unfinished + line
         if not full_line.strip():
@@ -222,24 +222,27 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
             unfinished = full_line
             continue
         unfinished = ""
-        yield DeckLine(here, number, keyword, cells, step)
+        yield DeckLine(at, keyword, cells, step)
     if unfinished:
-        raise at.refuse(UNFINISHED)
+        raise file.refuse(UNFINISHED)
 
 
-def _check_keyword(keyword: Sequence[str], at: Place, here: Place) -> None:
-    """Warn of a keyword, once for its file `at`, or refuse it `here`. Raises InputError."""
+def _check_keyword(keyword: Sequence[str], file: Place, at: Place) -> None:
+    """Warn of a keyword, once for the deck `file`, or refuse it in its line `at`.
+
+    Raises InputError.
+    """
     name = keyword[0].replace(" ", "")
     advice = REFUSED_KEYWORDS.get(name)
     if any(option.startswith("SYSTEM") for option in keyword):
         advice = REFUSED_KEYWORDS["*SYSTEM"]
     if advice:
-        raise here.refuse(f"{keyword[0]} is not allowed; {advice}")
+        raise at.refuse(f"{keyword[0]} is not allowed; {advice}")
     if name in ("*NODE", "*ELEMENT", "*NSET", "*ELSET"):
         if any(option.startswith("INPUT") for option in keyword):
-            raise here.refuse(f"INPUT of {name} is not read; name the file below *INCLUDE")
+            raise at.refuse(f"INPUT of {name} is not read; name the file below *INCLUDE")
     elif name in WARNINGS_OF_KEYWORDS:
-        at.warn(f"{keyword[0]}: {WARNINGS_OF_KEYWORDS[name]}")
+        file.warn(f"{keyword[0]}: {WARNINGS_OF_KEYWORDS[name]}")
 
 
 def _input_file_rows(path: Path, wanted: str) -> Iterator[_Row]:
@@ -249,21 +252,22 @@ def _input_file_rows(path: Path, wanted: str) -> Iterator[_Row]:
     *ELEMENT. Elements without faces, such as springs, are left out. Raises InputError.
     """
     of_nodes = wanted == "node"
+    head = Place(str(path))  # no line of the file
     if of_nodes:
-        yield _Row(0, ["node", "x", "y", "z"])
+        yield _Row(head, ["node", "x", "y", "z"])
     else:
-        yield _Row(0, ["element", "type", *map(str, range(MOST_NODES))])
+        yield _Row(head, ["element", "type", *map(str, range(MOST_NODES))])
     for line in deck_lines(path):
         if line.keyword[0] != f"*{wanted.upper()}":
             continue
         if of_nodes:
             padded = [*line.cells, "0", "0", "0"]
-            yield _Row(line.number, [cell or "0" for cell in padded[:4]])
+            yield _Row(line.at, [cell or "0" for cell in padded[:4]])
             continue
         kind = cell_name(line.keyword)
         if kind:
             nodes = line.cells[1 : 1 + MOST_NODES]
-            yield _Row(line.number, [line.cells[0], kind, *nodes])
+            yield _Row(line.at, [line.cells[0], kind, *nodes])
 
 
 def _cells(line: str) -> list[str]:

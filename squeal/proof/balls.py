@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from squeal.proof import AS_GIVEN, HALF_ULP
+
 Floats = NDArray[np.float64]
 Factors = float | complex | NDArray
 """Real or complex numbers that numpy broadcasts."""
@@ -23,8 +25,6 @@ Ball = Any
 """A `flint.arb`."""
 EPS = float(np.finfo(float).eps)
 TINY = float(np.finfo(float).tiny)
-AS_GIVEN = "as given"
-HALF_ULP = "half an ulp"
 
 
 def magnitude(X: Factors) -> Floats:

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.proof.balls import AS_GIVEN, EPS
+from squeal.proof import AS_GIVEN
+from squeal.proof.balls import EPS
 from squeal.proof.large import BandProof, prove_band
 from squeal.proof.pieces import Piece
 from squeal.proof.referee import Proof

@@ -191,11 +191,13 @@ class PadBranch:
         self.high = high
         with flint.ctx.workprec(BITS):
             pad = _pad_of_balls(model.pad)
+            # the friction that falls with the sliding speed, as `Pad.fall`; None if it is constant
             self.fall = pad.fall
+            # the surface lies at the distance of the absolute gap or not, by the contact law
             self._c: Coefficients = coefficients(Functions, pad, model.law.absolute_gap)
         self._start = np.array([*np.asarray(start, float), low])
         self.reason = ""
-        """Why the cells end below `high`, or before the branch turns back."""
+        """Why the enclosure stopped early: below `high`, before the branch turned back."""
         self.fold_at_contact: tuple[float, float] | None = None
         """The interval of friction in which a change of contact turns the branch back."""
 

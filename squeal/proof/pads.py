@@ -20,8 +20,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from squeal.proof import AS_GIVEN
 from squeal.proof.balls import (
-    AS_GIVEN,
     Ball,
     Balls,
     Quadratic,

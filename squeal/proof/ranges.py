@@ -16,8 +16,8 @@ import numpy as np
 from numpy.linalg import LinAlgError
 from numpy.typing import ArrayLike, NDArray
 
+from squeal.proof import AS_GIVEN
 from squeal.proof.balls import (
-    AS_GIVEN,
     EPS,
     Balls,
     doubles,

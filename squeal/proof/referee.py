@@ -10,7 +10,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.proof.balls import AS_GIVEN, HALF_ULP, Floats, Quadratic, half_widths, upper
+from squeal.proof import AS_GIVEN, HALF_ULP
+from squeal.proof.balls import Floats, Quadratic, half_widths, upper
 from squeal.proof.enclosure import Guess, components, enclose, scaled
 from squeal.proof.free import with_free_motions
 from squeal.proof.pieces import Failure, Means, Piece, growing_counts, strong_components, touching

@@ -22,13 +22,8 @@ from squeal.linear.system import Term as SystemTerm
 from squeal.linear.system import TermSystem
 from squeal.model.equations import PadModel
 from squeal.numerics.differentiation import Formula
-from squeal.queries.systems.proofs import (
-    AS_GIVEN,
-    HALF_ULP,
-    Statement,
-    as_complex,
-    dense_matrices,
-)
+from squeal.proof import AS_GIVEN, HALF_ULP
+from squeal.queries.systems.proofs import Statement, as_complex, dense_matrices
 from squeal.results.columns import OPEN
 
 if TYPE_CHECKING:  # scenes start without the referee
@@ -187,8 +182,8 @@ def pad_statement(
     first : float or None
         The first threshold at which a mode begins to grow; None if none does.
     fastest : float
-        The largest |lambda| without friction, rad/s; growth below a millionth of it is not
-        excluded.
+        A bound of |lambda| without friction and damping, rad/s; growth below `RATE` times it is
+        not excluded.
     fold : float or None
         The friction at which the branch of equilibria turns back; None if it does not.
     """

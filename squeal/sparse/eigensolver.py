@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import EPS, divisor
+from squeal.linear.matrices import divisor
 from squeal.linear.roots import STIFF
 from squeal.linear.system import Matrix
 from squeal.sparse.argument_principle import Disc, Rectangle, Region, count_roots, disc_around
-from squeal.sparse.dense import dense_values, roots_at
+from squeal.sparse.dense import ROUNDING, dense_values, roots_at
 from squeal.sparse.factor import Factor, factorise_at
 from squeal.sparse.quadratic import (
     Array,
@@ -51,6 +51,8 @@ ATTEMPTS = 3  # starts for a region whose count shows missing roots
 DENSE_ROWS = 2000  # up to which all roots are computed where few do not suffice
 UNCOUNTED_PART = 0.125  # of a region: smaller ones are not halved for a count alone
 SMALLEST_PART = 1e-3  # of a region: smaller ones are not halved
+SHIFT_OF_LOWEST = 0.3  # of the scale of the lowest roots: where their subspace is built
+REACH_OF_LOWEST = 1.5  # how much farther than the lowest roots their subspace has to reach
 ENLARGEMENT = 1.5  # of a region around zero until it holds the lowest roots
 ENLARGEMENTS = 12  # at most
 
@@ -513,31 +515,36 @@ def _count_in_disc(
 
 
 def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
-    """The `modes` roots of least |lambda| with Im lambda >= 0, and their conjugates.
+    """The `modes` roots of least |lambda| with Im lambda >= 0, and those below the axis as near.
 
-    A rigid body has two of these roots. The disc that the count certifies ends halfway to the next
-    root beyond, so that equal ones are in it together. A subspace around zero comes first; where it
-    does not reach so far, all roots are computed (few rows), or those of growing squares around
-    zero. Raises ComputationError if there is no root.
+    The latter are the conjugates of the former if the matrices are real. A rigid body has two of
+    these roots. The disc that the count certifies ends halfway to the next root beyond, so that
+    equal ones are in it together. A subspace around zero comes first; where it does not reach so
+    far, all roots are computed (few rows), or those of growing squares around zero. Raises
+    ComputationError if there is no root.
     """
-    # a root of smaller size may be the zero of a rigid body
-    rigid = 10 * np.sqrt(64 * EPS) * problem.frequency_scale
+    rigid = _rigid_limit(problem)
     scale = _lowest_frequency_scale(problem, rigid)
-    shift = 0.3 * scale
+    # not at zero, where P is singular if a rigid body is free; not near the lowest roots either,
+    # since the subspace has to reach as far on the other side of zero
+    shift = SHIFT_OF_LOWEST * scale
 
     def enough(values: ComplexArray, reach: float) -> bool:
-        """Whether more roots than requested, with their conjugates, lie well within the reach."""
-        return bool(np.sum(np.abs(values) < (reach - shift) / 1.5) > 2 * modes)
+        """Whether more roots than requested, with their conjugates, lie well within the reach.
+
+        Well within: the disc of the count then ends far from the roots that are not known, and
+        needs few determinants.
+        """
+        well_within = (reach - shift) / REACH_OF_LOWEST
+        return bool(np.sum(np.abs(values) < well_within) > 2 * modes)
 
     basis = np.zeros((problem.n, 0))
     largest = scale  # |lambda| of the requested roots as far as they were seen
     for attempt in range(ATTEMPTS):
         near = roots_near_shift(problem, complex(shift), scale, enough, seed=attempt)
         basis = enlarged(basis, near.vectors, dropped=1e-6)
-        # of a pair the upper root counts, and both of one that may be zero
         sizes = np.abs(near.values)
-        is_upper = (near.values.imag >= -RITZ_RESIDUAL * sizes) | (sizes <= rigid)
-        upper_sizes = np.sort(sizes[is_upper])
+        upper_sizes = np.sort(sizes[_is_upper(near.values, rigid)])
         largest = max(largest, float(np.max(upper_sizes[:modes], initial=0.0)))
         reach = near.reach - shift
         reached = upper_sizes[upper_sizes < reach]
@@ -553,6 +560,24 @@ def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
     if problem.n <= DENSE_ROWS:
         return _lowest_of_all(problem, modes, certify)
     return _lowest_of_squares(problem, modes, largest, certify)
+
+
+def _rigid_limit(problem: Quadratic) -> float:
+    """The |lambda| (rad/s) up to which a root may be the zero of a rigid body.
+
+    Rounding of K moves lambda^2 = 0 by up to `ROUNDING` times the square of the frequency scale,
+    and lambda by the root of that; ten times as much is allowed.
+    """
+    return 10 * math.sqrt(ROUNDING) * problem.frequency_scale
+
+
+def _is_upper(values: ComplexArray, rigid: float) -> Bools:
+    """Which of the roots (m,) count as modes: of a pair the upper one, and both that may be zero.
+
+    A real root may lie below the axis by its error. `rigid`: see `_rigid_limit`.
+    """
+    sizes = np.abs(values)
+    return (values.imag >= -RITZ_RESIDUAL * sizes) | (sizes <= rigid)
 
 
 def _lowest_frequency_scale(problem: Quadratic, rigid: float) -> float:
@@ -586,10 +611,15 @@ def _lowest_of_all(problem: Quadratic, modes: int, certify: bool) -> Modes:
     C = problem.C.toarray()
     K = problem.K.toarray()
     values = dense_values(M, C, K)
-    upper = values[values.imag >= 0.0] if problem.real else values
-    sizes = np.sort(np.abs(upper))
-    region = _disc_of_lowest(sizes, modes, 2 * float(sizes[-1]))
-    roots = roots_at(M, C, K, upper[region.contains(upper)], left=True)
+    if problem.real:  # the lower roots follow as conjugates
+        is_upper = values.imag >= 0.0
+        solved = values[is_upper]
+    else:
+        is_upper = _is_upper(values, _rigid_limit(problem))
+        solved = values
+    sizes = np.sort(np.abs(values[is_upper]))
+    region = _disc_of_lowest(sizes, modes, 2 * float(np.max(sizes, initial=0.0)))
+    roots = roots_at(M, C, K, solved[region.contains(solved)], left=True)
     if problem.real:
         roots = roots.with_conjugates()
     count = count_roots(problem, region, values) if certify else None
@@ -608,9 +638,12 @@ def _lowest_of_squares(problem: Quadratic, modes: int, largest: float, certify: 
         square = Rectangle(-half_width, half_width, low, half_width)
         in_square = modes_in(problem, square, certify)
         roots = in_square.roots
-        if problem.real:
+        if problem.real:  # the lower roots follow as conjugates
             roots = roots.select(roots.values.imag >= 0.0)
-        sizes = np.sort(np.abs(roots.values))
+            is_upper = np.ones(len(roots.values), dtype=bool)
+        else:
+            is_upper = _is_upper(roots.values, _rigid_limit(problem))
+        sizes = np.sort(np.abs(roots.values[is_upper]))
         sizes = sizes[sizes < half_width]
         if len(sizes) >= min(modes, problem.n):
             break

@@ -268,12 +268,27 @@ def test_a_deck_that_names_no_such_face_is_refused(plates):
     path = plates_file(plates, "[HIGH, LOW]")
     for old, new, words in (
         ("7,S2", "7,S9", "S9 is no face of a hexahedron; it must be S1 to S6"),
+        ("7,S2", "7,2", "2 is no face of a hexahedron; it must be S1 to S6"),
         ("7,S2", "8,S2", "8 is neither an element with faces nor a set of such"),
         ("*SURFACE,NAME=HIGH", "*SURFACE,NAME=HIGH,TYPE=NODE", "TYPE=ELEMENT is needed"),
     ):
         (plates / "one.inp").write_text(deck.replace(old, new))
         with pytest.raises(InputError, match=words):
             squeal.read_system(path)
+
+
+@pytest.mark.parametrize(("places", "is_unused"), [("x", True), ("x,y", True), ("x,y,z", False)])
+def test_places_of_points_are_used_only_together(plates, places, is_unused, recwarn):
+    head = f"point,first,first_weight,second,second_weight,{places}\n"
+    numbers = ",".join(["0.5"] * len(places.split(",")))
+    (plates / "pairs.csv").write_text(head + f"1,5,1,1,1,{numbers}\n")
+    path = plates_file(plates, "[all, all]", "    normal: [0, 0, 1]\n")
+    text = path.read_text().replace("faces: [all, all]", "pairs: {file: pairs.csv}")
+    path.write_text(text)
+    squeal.read_system(path)
+    columns = places.replace(",", ", ")
+    words = f"columns {columns}: no use is made of them"
+    assert any(words in str(warning.message) for warning in recwarn) == is_unused
 
 
 @pytest.mark.parametrize("size", [3, 4, 6, 8])

@@ -149,6 +149,7 @@ def test_an_assembly_takes_a_pressure(cube, load, deck):
         (["*CLOAD", "7,3,one"], "one"),
         (["*CLOAD,AMPLITUDE=A", "7,3,1."], "AMPLITUDE=A is not read"),
         (["*DLOAD", "E,GRAV,9.81,0.,0.,-1."], "GRAV is not read; it must be P or P1 to P6"),
+        (["*DLOAD", "E,23,1."], "23 is not read; it must be P or P1 to P6"),
         (["*DLOAD", "E,P9,1."], "S9 is no face of a hexahedron; it must be S1 to S6"),
         (["*DLOAD", "F,P1,1."], "F is neither an element with faces nor a set of such"),
         (["*DSLOAD", "LOW,P,1."], "names the surfaces: HIGH"),

@@ -248,6 +248,16 @@ def test_included_files_are_read_in_their_places(tmp_path):
         of_input(tmp_path / "a.inp")
 
 
+def test_a_line_of_an_included_file_is_named_by_its_own_file_and_number(tmp_path):
+    (tmp_path / "a.inp").write_text("*NODE\n1,0,0,0\n*INCLUDE, INPUT=b.inp\n3,x,0,0\n")
+    (tmp_path / "b.inp").write_text("** nodes of the pad\n2,1,y,0\n")
+    with pytest.raises(InputError, match=r"b\.inp: line 2\.y: 'y' is not allowed"):
+        of_input(tmp_path / "a.inp")
+    (tmp_path / "b.inp").write_text("** nodes of the pad\n2,1,0,0\n")
+    with pytest.raises(InputError, match=r"a\.inp: line 4\.x: 'x' is not allowed"):
+        of_input(tmp_path / "a.inp")
+
+
 def test_files_of_shapes_need_coordinates_and_a_known_suffix(cubes, tmp_path):
     with pytest.raises(InputError, match=r"\.vtk or \.unv"):
         squeal.eigenvalues(read_system(cubes)).save_shapes(tmp_path / "modes.stl")

@@ -5,7 +5,7 @@ import pytest
 
 from squeal import System
 from squeal.errors import InputError
-from squeal.proof.balls import HALF_ULP
+from squeal.proof import HALF_ULP
 from squeal.proof.ranges import INSIDE, Term, Terms, bounds_between, prove_thresholds
 from tests.known import known_system
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.proof.balls import AS_GIVEN, HALF_ULP, Quadratic
+from squeal.proof import AS_GIVEN, HALF_ULP
+from squeal.proof.balls import Quadratic
 from squeal.proof.enclosure import components, enclose
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import growing_counts

@@ -22,6 +22,7 @@ from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array, SingularTogetherError, dense
 from squeal.linear.roots import ComplexArray, ordered
 from squeal.linear.system import Matrix
+from squeal.proof import AS_GIVEN, HALF_ULP
 from squeal.results.columns import OPEN
 
 if TYPE_CHECKING:
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
     from squeal.proof.pieces import Piece
     from squeal.proof.referee import Proof
 
-AS_GIVEN = "as given"
-HALF_ULP = "half an ulp"  # is assumed of the entries of arrays and of files with all digits
 NO_MOTION = "no motion satisfies the equations, so that none grows"
 PRINTED = 1e-6
 """An error beyond this share of |lambda| shows in the digits of a table."""
@@ -74,9 +73,14 @@ class Data:
     keeps_structure: bool = True
 
     @property
+    def is_half_ulp(self) -> bool:
+        """Whether the entries are known to all digits of a double, or are sums of such entries."""
+        return self.words == HALF_ULP
+
+    @property
     def is_rounded(self) -> bool:
         """Whether the radii are those of rounding in sums of terms, not those of printed digits."""
-        return self.radii is not None and self.words == HALF_ULP
+        return self.radii is not None and self.is_half_ulp
 
     def around(self, M: NDArray, C: NDArray | None, K: NDArray) -> Quadratic:
         """The system in ball arithmetic: each entry is an interval of all values it may have.
@@ -281,9 +285,9 @@ def _as_proved(
 ) -> RefereedRoots:
     """Take into an answer what a proof says of roots that it does not refute.
 
-    A verdict becomes open if the proof leaves several open. A verdict that rounding left open is
-    decided by the proof; one that few digits of the data left open is not, and neither is the list
-    then proved.
+    A verdict becomes open if the proof leaves several verdicts possible. A proof decides a verdict
+    that was open because of rounding. A verdict that was open because the data have few digits
+    stays open, and the statement on the list becomes open too.
 
     Parameters
     ----------
@@ -306,11 +310,11 @@ def _as_proved(
         only_verdict = _only_verdict(proof)
         if not roots:
             verdict = (only_verdict, f"{only_verdict}: {NO_MOTION}")
-        elif data.words == HALF_ULP and only_verdict is not None:
+        elif data.is_half_ulp and only_verdict is not None:
             criterion = f"{only_verdict}, which is proved although rounding hides it"
             verdict = (only_verdict, criterion)
         elif any(piece.side == "free" for piece in proof.pieces):
-            # a root is zero within what the data allow: it neither grows nor decays
+            # a rigid-body motion: its roots are zero within what the data allow
             status = "open"
             reason = FREE
         else:
