@@ -189,7 +189,7 @@ class Report(Answer):
                 hertz = number(mode.frequency_hz, 4)
                 name = f"both modes {pair[0]} and {pair[1]} ({hertz} Hz)"
             shares.append(f"{name} at least {percent} %")
-        shares[0] += " more damping"
+        shares[0] += " of critical damping more"
         text = "Give " + ", ".join(shares)
         more = len(spectrum.unstable) - NAMED
         if more > 0:
@@ -216,6 +216,17 @@ class Report(Answer):
             return f"the mode at {hertz}"
         return f"mode {number_of_mode} ({hertz})"
 
+    def _meeting(self, mode: UnstableMode) -> str:
+        """The mode with which a growing one couples, and from where on; empty if there is none."""
+        partner = partner_of(self.eigenvalues, mode)
+        if partner is None:
+            return ""
+        lower, upper = sorted([partner, self.eigenvalues.mode_of(mode) or 0])
+        words = f"modes {lower} and {upper} come together and feed each other"
+        if mode.onset is not None:
+            words += f" from {self.eigenvalues.parameter} = {number(mode.onset, 4)} on"
+        return f"{words}; "
+
     @property
     def reasons(self) -> list[str]:
         """What feeds the mode that grows fastest, and which parameters do not help."""
@@ -223,9 +234,10 @@ class Report(Answer):
         if not spectrum.unstable:
             return []
         lines = []
-        mode = spectrum.mode_of(spectrum.unstable[0])
+        fastest = spectrum.unstable[0]
+        mode = spectrum.mode_of(fastest)
         if mode in self.energy.modes:
-            lines.append(f"Why: {self.energy.sentence(mode)}.")
+            lines.append(f"Why: {self._meeting(fastest)}{self.energy.sentence(mode)}.")
             if self.energy.part_shares:
                 lines.append(f"Where its energy is: {self.energy.place(mode)}.")
         if self.remedy is None:

@@ -146,7 +146,7 @@ class Remedy:
         if self.best is not None and self.best_loss is not None:
             limit = self.best.of(MOST_STEPS).size
             best = "the largest" if self.best.size == limit else self.best.size
-            text += f" Of changes up to {limit}, {best} is best: "
+            text += f" Of changes this way up to {limit}, {best} is best: "
             text += f"nothing grows {self.best_loss.words(parameter)}."
         return text
 

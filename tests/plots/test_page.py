@@ -259,7 +259,7 @@ def test_limits_are_rounded_to_the_side_where_they_hold(damping):
     C = {"c": [[1.0]], "mu": [[-1.0]]}
     system = squeal.System([[1.0]], C, [[1.0]], {"mu": 1.0, "c": 1.0 - 2 * damping / 100})
     report = squeal.report(system)
-    assert "at least 0.25 % more damping" in report.advice
+    assert "at least 0.25 % of critical damping more" in report.advice
     limit = float(re.search(r"eep mu below ([\d.]+);", report.advice)[1])
     assert 0.999 * system.parameters["c"] < limit <= system.parameters["c"]
 

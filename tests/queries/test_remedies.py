@@ -87,7 +87,9 @@ def test_the_next_loss_and_the_best_change_are_those_of_numpy(trap):
     assert best < MOST_STEPS
     assert remedy.best.count == best
     assert remedy.best_loss.value == pytest.approx(losses[best][0], abs=1e-9)
-    assert f"Of changes up to 25 %, {best} % is best: nothing grows up to mu" in trap.advice
+    assert (
+        f"Of changes this way up to 25 %, {best} % is best: nothing grows up to mu" in trap.advice
+    )
     up_to = re.findall(r"nothing grows up to mu = ([\d.]+), then", trap.advice)
     assert growth(remedy.change.after, float(up_to[0])) < 0.0
     assert growth(remedy.best.after, float(up_to[1])) < 0.0
@@ -162,7 +164,9 @@ def test_a_mode_that_grows_alone_has_no_partner():
     report = squeal.report(squeal.System(np.eye(2), C, K, {"mu": 0.01}))
     (mode,) = report.eigenvalues.unstable
     assert partner_of(report.eigenvalues, mode) is None
-    assert report.advice.startswith("Give mode 1 (0.1591 Hz) at least 1.1 % more damping.")
+    assert report.advice.startswith(
+        "Give mode 1 (0.1591 Hz) at least 1.1 % of critical damping more."
+    )
 
 
 def pair_grows(count, mu, of_second):
