@@ -81,10 +81,10 @@ def _silence(stream: TextIO) -> None:
 
 
 def steps() -> Callable[[str], None]:
-    """A function that says a step of long work on standard error.
+    """A function that prints a step of long work on standard error.
 
-    A terminal shows every step; a pipe or a file holds a step only if the last one was said more
-    than `SILENCE` before.
+    A terminal shows every step. Elsewhere (a pipe, a file) a step is printed only if more than
+    `SILENCE` seconds have passed since the last one that was printed, or since the work began.
     """
     said = time.monotonic()
 

@@ -136,8 +136,12 @@ class Branches:
     def _between(
         self, node: np.ndarray, pad: np.ndarray, mu: np.ndarray, touching: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Equilibria (4, k) of pads at mu (k,) between nodes and the next ones, by Newton's method
-        from the cubic that joins them; true (k,) where it leads to this branch."""
+        """Equilibria of pads (k,) at mu (k,) between nodes (k,) and the next ones.
+
+        By Newton's method from the cubic that joins both nodes. `touching` (points, k) is the
+        contact state. Returns the equilibria z (4, k) = (x, y, w theta, mu) in natural units, and
+        true (k,) where Newton's method leads to this branch.
+        """
         following = node + 1
         start = self.z[:, node]
         end = self.z[:, following]
@@ -151,8 +155,10 @@ class Branches:
         share = np.where(self.kind[following] == NodeKind.FOLD, to_top, even)
         guess = polyval(share, curve, tensor=False)
         guess[3] = mu
-        root, determinant_sign = self.statics.pick(pad).settle(guess, 1.0 * touching, 12)
-        # beyond a fold the sign is another one; other branches lie farther off
+        statics = self.statics.pick(pad)
+        root, determinant_sign = statics.settle(guess, 1.0 * touching, MOST_NEWTON_STEPS)
+        # the sign is 0 where Newton's method did not converge, and another one beyond a fold; other
+        # branches lie farther off
         near = np.abs(root - guess).max(axis=0) <= np.abs(end - start).max(axis=0)
         good = (determinant_sign == self.determinant_sign[pad]) & near
         # within rounding of a fold the balance is singular, and the cubic as good as it gets
@@ -318,6 +324,8 @@ class _Advance(NamedTuple):
 
 
 NO_EVENT = -1
+MOST_NEWTON_STEPS = 12
+"""To an equilibrium between two nodes, from the cubic that joins them."""
 
 
 class _Front(NamedTuple):

@@ -226,8 +226,9 @@ def _make_terms(
             digits=file.digits,
         )
         made.origins.append(origin)
-        of_part = made.of_part[term.matrix_part]
-        made.damping.add(term, len(of_part), matrix, formula, file.digits)
+        of_part = made.of_part[term.matrix_part]  # K4, structural damping, counts as K
+        index = len(of_part)  # of the term in its part
+        made.damping.add(term, index, matrix, formula, file.digits)
         of_part.append(Term(matrix, factor, file.digits))
     made.of_part["C"] += made.damping.terms
     return made

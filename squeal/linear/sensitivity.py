@@ -211,8 +211,8 @@ def crossing_slopes(
     for name, change in changes.items():
         by_q = quotient.of(change)
         # + 0.0: no negative zeros
-        dp_dq = float(-(by_q.vanishing / by_p.vanishing).real) + 0.0
-        frequency_slope = float((by_q.root + dp_dq * by_p.root).imag) / math.tau + 0.0
+        dp_dq = float(-(by_q.vanishing_slope / by_p.vanishing_slope).real) + 0.0
+        frequency_slope = float((by_q.root_slope + dp_dq * by_p.root_slope).imag) / math.tau + 0.0
         slopes[name] = dp_dq, frequency_slope
     return slopes
 
@@ -220,12 +220,16 @@ def crossing_slopes(
 class _Rates(NamedTuple):
     """Derivatives by a parameter at a crossing.
 
-    vanishing: of what stays zero along the crossing: Re lambda of one root, y^H P x where two
-    coalesce; root: of the root lambda, or of the mean of two.
+    Attributes
+    ----------
+    vanishing_slope : complex
+        Of what stays zero along the crossing: Re lambda of one root, y^H P x where two coalesce.
+    root_slope : complex
+        Of the root lambda, or of the mean of two, rad/s per unit of the parameter.
     """
 
-    vanishing: complex
-    root: complex
+    vanishing_slope: complex
+    root_slope: complex
 
 
 class _Quotient(NamedTuple):

@@ -25,7 +25,7 @@ from squeal.linear.roots import roots_of
 Codes = NDArray[np.int8]
 STABLE, MARGINAL, FLUTTER, DIVERGENCE = range(4)
 VERDICTS = ("stable", "marginal", "flutter", "divergence")
-"""In the order of their int8 codes."""
+"""In the order of their int8 codes: those from `FLUTTER` on grow."""
 GROWING = ("flutter", "divergence")
 ACCEPTED = 1e-6
 """The backward error up to which a root decides."""
@@ -66,9 +66,10 @@ class Judgement:
 
 
 def decide(values: ArrayLike, rounding: ArrayLike) -> Judgement:
-    """The verdict on roots lambda (m,), rad/s, of a pair at least that with Im > 0.
+    """The verdict on roots lambda (m,), rad/s.
 
-    `rounding` (rad/s) is how far each may lie from where it was computed.
+    Of a conjugate pair the root with Im > 0 suffices. `rounding` (rad/s) is how far each root may
+    lie from where it was computed.
 
     >>> decide([1j, 0.1 + 2j], 1e-9).verdict, decide([-0.1 + 1j, 1j], 1e-9).verdict
     ('flutter', 'marginal')

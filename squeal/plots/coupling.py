@@ -387,7 +387,8 @@ def _name_growing(axes: Axes, roots: _Roots, numbered: bool) -> None:
     """Write the frequency of growing modes beside their roots of the fastest growth.
 
     The fastest come first; one as near in frequency as `ALIKE` to a named one has no name. roots:
-    those that grow; numbered: the number of the mode is written too, as a table has the same.
+    those that grow; numbered: the number of the mode is written too, for a legend that names modes
+    by their numbers, which the legend of thresholds does not.
     """
     right = axes.get_xlim()[1]
     top = axes.get_ylim()[1]

@@ -362,7 +362,8 @@ def _steps(space: ParameterSpace, tolerances: Mapping[str, float | str]) -> dict
 def _in_unit(space: ParameterSpace, name: str, size: float | str) -> float:
     """A tolerance in the parameter's unit, from a number in that unit or a share such as "5%".
 
-    Raises InputError for a size that is no finite number above 0.
+    Raises InputError for a size that is no finite number above 0, for a name that is no parameter,
+    and for a share of an angle or of a parameter that is 0.
     """
     at = Place(f"tolerance {name}={size}")
     text = str(size)

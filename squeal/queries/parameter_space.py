@@ -124,7 +124,8 @@ class ParameterSpace:
         verb : str
             Name of the verb, with which messages begin.
         high : float
-            Upper end of the friction, which must be in the range of a scene.
+            Upper end of the friction of a scene, which must be in its range; of a system it is not
+            checked.
         quantity : {"threshold", "growth"}
             What is computed: the free parameter may be varied for growth alone.
 

@@ -71,9 +71,10 @@ def thresholds(
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
     prove : bool, optional
-        Whether the referee judges the list. If left out, it does so of a pad and of a system of up
-        to 40 rows; with True also of up to 400 rows, which takes seconds to minutes. `proof` says
-        what is proved, and of which extent.
+        Whether the referee judges the list: a check in interval arithmetic, independent of the
+        search. If left out, it judges that of a pad and of a system of up to 40 rows; with True
+        also of up to 400 rows, which takes seconds to minutes. `proof` says what is proved, and of
+        which extent.
 
     Returns
     -------
@@ -94,7 +95,9 @@ def thresholds(
         return critical_friction(subject, high, prove)
     from squeal.queries.systems.system_analysis import SystemAnalysis
 
-    analysis = SystemAnalysis.of(subject, band, region, None, memory, progress)
+    analysis = SystemAnalysis.of(
+        subject, band, region, modes=None, memory=memory, progress=progress
+    )
     return system_thresholds_with_proof(analysis, high, low, workers or 1, prove)
 
 
@@ -132,7 +135,8 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     answer = _without_proof(scene, high, system, path)
     if prove is False:
         return answer
-    fastest = math.sqrt(float(np.linalg.norm(np.linalg.solve(M, K), 2)))  # rad/s, undamped
+    # a bound of |lambda| without friction and damping, rad/s
+    fastest = math.sqrt(float(np.linalg.norm(np.linalg.solve(M, K), 2)))
     judged, refuted_at = _judged(scene, path, answer, fastest)
     if refuted_at is None:
         return judged
@@ -217,12 +221,13 @@ def _judged(
 ) -> tuple[Thresholds, float | None]:
     """Let the referee judge the thresholds of a pad.
 
-    fastest: the largest |lambda| without friction, rad/s. Returns the answer with the referee's
-    statement, and the friction at which the referee refutes it, None if it does not.
+    fastest: a bound of |lambda| without friction and damping, rad/s, the scale of the growth that
+    the proof cannot exclude. Returns the answer with the referee's statement, and the friction at
+    which the referee refutes it, None if it does not.
     """
     from squeal.queries.ranges import pad_statement  # here, since few answers need it
 
-    start = np.zeros(3)  # a model without a branch is linearised about the origin
+    start = np.zeros(3)  # B3, which has no branch, is linearised about the origin
     fold = None
     if path is not None:
         at_rest = path.equilibrium(0.0)
@@ -493,7 +498,10 @@ def _number_growing(system: TermSystem, roots: ComplexArray) -> int:
 def _counted_system(
     system: TermSystem, answer: Thresholds, is_complete: bool
 ) -> tuple[Thresholds, float | None]:
-    """Certify the thresholds of a small system only if the referee's counts agree with them.
+    """Withdraw the certificate of a small system's thresholds if counts of growing roots differ.
+
+    The referee counts the growing roots at some values. A count that it cannot decide withdraws the
+    certificate too; counts that agree give none.
 
     is_complete: whether all thresholds are listed, not those of a band or region alone. Returns the
     answer, and the value of the parameter at which the counts refute it, None if they do not.

@@ -36,7 +36,8 @@ class ModeShape:
     """The shape (n,) of one mode, complex.
 
     number: by rising frequency, from 1; a pair of eigenvalues is one mode. shape: scaled so that
-    the largest entry of levers * shape is 1; a rotation is thus one over a length.
+    the entry of levers * shape with the largest absolute value is 1; a rotation is thus one over a
+    length.
     """
 
     number: int
@@ -48,9 +49,9 @@ class ModeShape:
 def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape, ...]:
     """The shape of each mode, by rising frequency.
 
-    A mode is a pair of complex eigenvalues, or two real ones. Of all real ones the half that grows
-    faster (rounded up) is shown, as one of it may become unstable; the real ones come first, as
-    their frequency is 0.
+    A mode is a pair of complex eigenvalues, or two real ones. Of all real eigenvalues the half that
+    grows faster (rounded up) is shown, since an eigenvalue of that half is the first to become
+    unstable. Real ones come first, as their frequency is 0.
 
     Parameters
     ----------
@@ -237,11 +238,11 @@ class Eigenvalues(Answer):
         >>> round(found.unstable[0].onset, 9)
         0.75
         """
-        known = others.onsets(self)
+        onset_fields = others.onsets(self)  # `onset` and `interval` of each mode
         unstable = []
         for mode in self.unstable:
-            if mode.onset is None and mode in known:
-                mode = replace(mode, **known[mode])
+            if mode.onset is None and mode in onset_fields:
+                mode = replace(mode, **onset_fields[mode])
             unstable.append(mode)
         return replace(self, unstable=tuple(unstable))
 

@@ -390,7 +390,12 @@ class Sweep(Answer):
         return Table([Column(name, value=lambda row: row.step.value), *columns], rows)
 
     def _columns(self) -> list[Column]:
-        """The columns of a `_Row` behind that of the parameter."""
+        """The columns of a `_Row` behind that of the parameter.
+
+        The damping ratio and the condition are left out, which `Eigenvalues` lists at one value.
+        The error of a first look stands in the field `rounding` of its roots: what the first look
+        leaves out is added to rounding there.
+        """
         columns = [
             Column("contact", value=lambda row: row.step.contact),
             Column("mode", value=attrgetter("mode")),

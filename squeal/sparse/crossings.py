@@ -674,7 +674,9 @@ class _NewtonStep(NamedTuple):
 def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _NewtonStep | None:
     """One step of Newton's method on y^H P(i omega, p) x = 0 for p and omega.
 
-    The guess has unit vectors x, y (n,). None where the Jacobian (2, 2) is singular.
+    The guess has unit vectors x, y (n,). The crossing has its value, omega and interval after the
+    step; its residual, slope and vectors are of the guess. None where the Jacobian (2, 2) is
+    singular.
     """
     system = scaled.system
     p = guess.value
@@ -688,11 +690,15 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     product = complex(y @ image)
     by_root = y @ (problem.slope(root) @ x)
     by_parameter = y @ (scaled.slope(name, at, root) @ x)
-    by_frequency = 0.0  # of matrices that depend on the frequency of the root
-    for frequency, share in system.frequency(1.0).items():
-        by_frequency = by_frequency + share * (y @ (scaled.slope(frequency, at, root) @ x))
+    # of matrices that depend on the frequency of the root: the parameters that hold the frequency
+    # are proportional to omega, so that their values at omega = 1 are their derivatives by omega
+    by_frequency = 0.0
+    for frequency, d_by_omega in system.frequency(1.0).items():
+        by_frequency = by_frequency + d_by_omega * (y @ (scaled.slope(frequency, at, root) @ x))
     columns = [1j * by_root + by_frequency, by_parameter]
-    if omega == 0.0:  # a real root stays real: its equation has the parameter alone
+    # a real root stays real: the first equation says that omega does not change, the second one is
+    # that of the parameter
+    if omega == 0.0:
         columns = [1.0, 1j * by_parameter.real]
         product = complex(0.0, product.real)
     jacobian = np.array([np.real(columns), np.imag(columns)])

@@ -77,16 +77,18 @@ def analyse_equilibrium(model: PadModel, equilibrium: Equilibrium, how: str) -> 
 def roots_and_verdict(
     M: ArrayLike, C: ArrayLike | None, K: ArrayLike
 ) -> tuple[Spectrum, Judgement]:
-    """Compute all eigenvalues of matrices (n, n) and the verdict on them.
+    """Compute all eigenvalues of a pad's matrices (n, n), in SI units, and the verdict on them.
 
     Raises ComputationError where rounding of a large stiffness or damping hides the slow
-    eigenvalues, unless a coordinate is free: its eigenvalues are zero.
+    eigenvalues. The check is skipped if a coordinate is free: its eigenvalues are zero, not hidden.
     """
     mass, damping, stiffness = checked(M, C, K)
     reduced = reduce(mass, damping, stiffness)
     # squared frequencies of each coordinate with the others held
     squares = np.abs(np.diag(reduced.A))
-    # upright springs hold nothing along the surface: k cos^2 of a rounded 90 degrees is 1e-33 k
+    # a coordinate that no spring holds has a stiffness of zero to rounding: springs at right angles
+    # to the surface, for instance, where k cos^2(90 degrees) is 1e-33 k in doubles. The check below
+    # would take the zero eigenvalues of that coordinate for hidden ones
     has_free_coordinate = squares.min() <= EPS**2 * squares.max()
     if not has_free_coordinate and hides_slow_roots(reduced, damping, stiffness):
         raise ComputationError(f"no eigenvalue can be given: {STIFF}")

@@ -269,7 +269,9 @@ class PadStack:
 
     @cached_property
     def damping(self) -> np.ndarray | None:
-        """Mass-normalised damping matrices (n, 3, 3) that the scene names, None without.
+        """Mass-normalised damping matrices (n, 3, 3) that the scene names, in natural units.
+
+        None without damping.
 
         Ratios and Rayleigh damping refer to the modes without friction. Raises ComputationError
         where a mode with a ratio is unstable.
@@ -283,8 +285,9 @@ class PadStack:
             C = np.array(damping.matrix) * np.outer(levers, levers) * units.time / units.mass
             same_for_all = np.broadcast_to(C[:, :, None], (3, 3, self.n))
             return normalised(self.statics.model.pad, same_for_all)
-        in_natural_units = damping  # as ratios are
-        if damping.rayleigh is not None:
+        if damping.rayleigh is None:
+            in_natural_units = damping  # ratios have no unit
+        else:
             alpha, beta = damping.rayleigh
             in_natural_units = Damping(rayleigh=(alpha * units.time, beta / units.time))
         B, stable = normalised_damping(in_natural_units, self._stiffness_without_friction)
@@ -568,19 +571,21 @@ class PadStack:
         Without damping that is the mean of the two frequencies that are nearest to each other and
         so coalesce, else the frequency of the pair that grows most or decays least.
 
-        A, B: mass-normalised stiffness and damping (k, 3, 3) of z'' + B z' + A z = 0; B None
-        without damping.
+        A, B: mass-normalised stiffness and damping (k, 3, 3) of z'' + B z' + A z = 0 in natural
+        units; B None without damping.
         """
         rows = np.arange(len(A))
         if B is None or not B.any():
             squares = np.linalg.eigvals(A).astype(complex)  # of the three frequencies
             i, j = np.triu_indices(3, 1)  # the three pairs of them
+            # real parts alone: once a pair has coalesced its squares are conjugates, whose
+            # imaginary parts tell how far beyond the onset they are
             nearest = np.argmin(np.abs((squares[:, i] - squares[:, j]).real), axis=1)
             first = np.sqrt(squares[rows, i[nearest]])
             second = np.sqrt(squares[rows, j[nearest]])
             omega = (first + second).real / 2
         else:
-            roots = np.linalg.eigvals(first_order(A, B, 1.0)[0])
+            roots = np.linalg.eigvals(first_order(A, B, frequency_scale=1.0)[0])
             growth = np.where(roots.imag > 0.0, roots.real, -np.inf)
             omega = roots.imag[rows, np.argmax(growth, axis=1)]
         return omega / self.statics.units.time / (2 * np.pi)

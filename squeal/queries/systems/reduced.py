@@ -32,9 +32,11 @@ from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
 
 
 def _region_of(scaled: ScaledSystem, selection: EigenvalueSelection, changes: Changes) -> Rectangle:
-    """The selected region, else a rectangle that holds the lowest modes at some parameters.
+    """The selected region, else a rectangle around the lowest modes at some parameters, in rad/s.
 
-    Raises InputError where neither a region nor a number of modes is selected.
+    Modes that are damped so much that their real part is more than a quarter of the largest
+    |lambda| lie outside. Raises InputError where neither a region nor a number of modes is
+    selected.
     """
     if selection.rectangle is not None:
         return selection.rectangle
@@ -46,8 +48,12 @@ def _region_of(scaled: ScaledSystem, selection: EigenvalueSelection, changes: Ch
         radius = float(sizes[: selection.modes][-1])
     else:
         radius = lowest_modes(scaled.at(changes), selection.modes, certify=False).region.radius
-    radius = 1.2 * radius or 1.0  # with a margin for other parameters
-    return Rectangle(-radius / 4, radius / 4, -1e-6 * radius, radius)
+    radius *= 1.2  # rad/s, with a margin for other parameters
+    if radius == 0.0:  # all of the modes are rigid-body motions, and give no scale
+        radius = 1.0
+    return Rectangle(
+        low_real=-radius / 4, high_real=radius / 4, low_imag=-1e-6 * radius, high_imag=radius
+    )
 
 
 def reduced_for(
@@ -114,8 +120,12 @@ def first_look_for_thresholds(
 
     It is much cheaper than `reduced_for`. values: the parameters at which it has to be good.
 
-    None for a region that reaches the real axis, without damping or mass, for complex matrices and
-    for those that follow the frequency, and where the projection fails or does not converge.
+    None
+
+    - without a region, and for one that reaches the real axis;
+    - without damping or mass;
+    - for complex matrices, and for those that follow the frequency;
+    - where the projection fails or does not converge, or has no trained basis of few modes.
     """
     region = selection.rectangle
     has_mass = any(norm_of(term.matrix) for term in system.M)
@@ -128,7 +138,8 @@ def first_look_for_thresholds(
         first_look = FirstLook(ScaledSystem(system), region, values).build()
         matrices = [first_look.system.arrays(changes) for changes in values]
         is_damped = problem_class_of(matrices) is ProblemClass.DAMPED
-        if is_damped and first_look.converged and first_look.reduced_basis:
+        has_trained_basis = bool(first_look.reduced_basis)  # of few modes, which makes it cheap
+        if is_damped and first_look.converged and has_trained_basis:
             return first_look
     return None
 

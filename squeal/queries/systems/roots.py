@@ -154,6 +154,10 @@ def system_roots(
 ) -> SystemRoots:
     """Compute the selected roots of a system at one value of its parameters.
 
+    A small system (`is_small`, up to 400 rows) is solved by the dense solver. A large one is
+    searched by sparse factorisations; up to `DENSE_ROWS` (2000) rows the dense solver takes over if
+    that search fails.
+
     Parameters
     ----------
     system : TermSystem
@@ -188,7 +192,7 @@ def system_roots(
         if region is not None:
             roots = _roots_of_region(problem, region, add_errors)
             roots = replace(roots, growth_limit=growth_limit(selection, region))
-        else:
+        else:  # growth is limited by the sides of a region alone
             if modes is None:
                 modes = LOWEST
             roots = _lowest_roots(problem, modes, add_errors)

@@ -68,9 +68,9 @@ def _contacts_that_may_change(assembly: Assembly) -> list[Contact]:
 
 
 def note_of_seat_parameters(file: SystemFile) -> str:
-    """Report which parameters are left out where the seat is held, and what is held of the others.
+    """Report which parameters act through the seat, and which of their effects are left out.
 
-    Empty if no parameter acts on contact.
+    Empty if no parameter acts through the seat and no contact can change.
     """
     notes = []
     names = seat_parameters(file)
@@ -80,7 +80,7 @@ def note_of_seat_parameters(file: SystemFile) -> str:
         notes.append(f"{', '.join(names)} {verb} through the seat: {remedy}")
     if file.assembly is not None and _contacts_that_may_change(file.assembly):
         notes.append(
-            "what a parameter does to the pairs that are closed, and to forces, is left out"
+            "the effect of parameters on which pairs are closed and on contact forces is left out"
         )
     return "; ".join(notes)
 

@@ -44,6 +44,9 @@ Located = TypeVar("Located", CriticalPoint, Crossing)
 def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
     """Add given changes of matrices to a system, each multiplied by a new parameter of value 0.
 
+    At 0 the system is the given one; the derivatives by the new parameters are the effects of the
+    changes.
+
     Parameters
     ----------
     file : SystemFile
@@ -71,7 +74,7 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
                 added = given
                 if isinstance(given, str | Path):
                     added = _on_rows_of(system, read_matrix(given))
-                _refuse_other_rows(system, given)
+                _refuse_frame_of_other_rows(system, given)
                 matrix = given_matrix(added, real=part == "M")
             if matrix.shape != (system.n, system.n):
                 words = f"shape {matrix.shape} is not allowed; the system has {system.n} rows"
@@ -87,7 +90,7 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
     )
 
 
-def _refuse_other_rows(system: TermSystem, given: object) -> None:
+def _refuse_frame_of_other_rows(system: TermSystem, given: object) -> None:
     """Raise InputError for a data frame whose labels are not those of the system's rows."""
     labels = labels_of(given)
     if labels is not None and system.labels:

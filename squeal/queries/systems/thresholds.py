@@ -434,6 +434,8 @@ def _notes(system: TermSystem, selection: EigenvalueSelection, located: _Located
         outside = _number_outside(located)
         words = "not looked for" if outside is None else f"{outside}"
         notes.append(f"crossings outside {selection.words()}: {words}")
+    # also of a certified list: counts at some values do not see a range between two of them. Real
+    # systems are searched along continued roots, where it must be narrower than of complex ones
     if located.certified is not None:
         missed = "Very narrow unstable ranges" if system.real else "Narrow unstable ranges"
         notes.append(f"{missed} {MISSED}")
