@@ -43,7 +43,6 @@ WRONG: list = [
     lambda: api.thresholds(SCENE, 5000),
     lambda: api.thresholds(SCENE, True),
     lambda: api.thresholds(SCENE, "2"),
-    lambda: api.thresholds(SCENE, None),
     lambda: api.thresholds(SCENE, 0),
     lambda: api.sweep(SCENE, 0.3),
     lambda: api.sweep(SCENE, ["a"]),
