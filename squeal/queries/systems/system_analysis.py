@@ -88,9 +88,11 @@ class SystemAnalysis:
                     "decide nothing"
                 )
         PROGRESS.set(progress or (lambda _: None))
-        M = file.system.frozen().at()[0]
+        system = file.system.frozen()
+        M, _, K = system.at(frictionless(system))
         reason = why_no_mass(M, ALL_ROWS)
-        if reason and is_symmetric(M):  # rows of equations in any order have no masses to judge
+        # where K is not symmetric the equations may stand in any order, and rows have no masses
+        if reason and is_symmetric(M) and is_symmetric(K):
             Place(file.system.name or "system").warn(
                 f"{reason}; the answer is that of the matrices as they are"
             )
