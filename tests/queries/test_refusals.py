@@ -84,7 +84,6 @@ REFUSED: list[tuple[Any, str]] = [
     (lambda: api.System(EYE, K=K, parameter=3), "parameter"),
     # ranges and values
     (lambda: api.thresholds(S, high="2"), "high"),
-    (lambda: api.thresholds(S, high=None), "high"),
     (lambda: api.thresholds(S, high=NAN), "high"),
     (lambda: api.thresholds(S, low="a"), "low: 'a' is not allowed; it must be a finite number"),
     (lambda: api.eigenvalues(S, at="a"), "at: "),
