@@ -126,7 +126,7 @@ class Report(Answer):
         count = len(spectrum.unstable)
         if count > 1:
             aim = "to stop both" if count == 2 else f"to stop all {count}"
-        if spectrum.beside:
+        if spectrum.beside or self._is_of_band_alone():
             aim = f"for {spectrum.extent} alone, {aim}".rstrip(", ")
         first = measures[0]
         if aim:
@@ -148,10 +148,15 @@ class Report(Answer):
         if spectrum.depends:
             words += f" at {spectrum.parameter} = {number(spectrum.value, 4)}"
         words += self._distance_to_loss()
-        system = getattr(self.subject, "system", self.subject)
-        if spectrum.extent and not spectrum.beside and not is_small(system):
+        if self._is_of_band_alone() and not spectrum.beside:
             words += " Nothing outside of the band was looked at."
         return words
+
+    def _is_of_band_alone(self) -> bool:
+        """Whether nothing was looked at outside of a band; of small systems all roots are known."""
+        if not self.eigenvalues.extent:
+            return False
+        return not is_small(getattr(self.subject, "system", self.subject))
 
     def _distance_to_loss(self) -> str:
         """The end of a sentence on a brake of which nothing grows: where stability is lost."""

@@ -256,6 +256,17 @@ def test_a_large_brake_that_is_quiet_in_its_band_is_not_green():
         assert text.endswith("Nothing outside of the band was looked at.")
 
 
+def test_what_is_advised_for_a_band_of_a_large_brake_is_for_it_alone():
+    """Where only the second pair is looked at, what stops it leaves the first, which grows too."""
+    report = squeal.report(large(0.7), high=1.0, band=(3000.0, 5000.0))
+    assert report.advice.startswith("For 3000 to 5000 Hz alone: ")
+    change = report.remedy.change
+    assert change.verb == "lower"
+    assert not pair_grows(change.count, 0.7, of_second=True)
+    assert pair_grows(change.count + 0.1, 0.7, of_second=True)
+    assert pair_grows(change.count, 0.7, of_second=False)
+
+
 def second_pair(mu):
     """The root above 3000 Hz that grows fastest."""
     roots = roots_of(np.eye(4), DAMPING, stiffness(1.0, mu))
