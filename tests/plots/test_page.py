@@ -8,7 +8,7 @@ from scipy.sparse import block_diag
 
 import squeal
 from squeal import reports
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
 from tests.cli.calls import run
 from tests.conftest import SCENES
 
@@ -218,10 +218,11 @@ def rotating(speed):
 
 
 def test_a_brake_at_rest_is_said_to_be_unstable_above():
-    report = squeal.report(rotating(0.0))
+    with pytest.warns(InputWarning, match="high: left out"):
+        report = squeal.report(rotating(0.0))
     assert report.advice == "Stable at speed = 0; unstable above speed = 0.2: flutter at 0.1592 Hz."
     assert report.margin == ""
-    assert squeal.report(rotating(2.0)).margin == "speed = 2 is 10 times that."
+    assert squeal.report(rotating(2.0), high=2.0).margin == "speed = 2 is 10 times that."
     assert "<h2>The modes over speed</h2>" in reports.page(report)
 
 

@@ -57,7 +57,7 @@ REFUSED: list[tuple[Any, str]] = [
     ),
     (lambda: api.compare(api.thresholds(S), known()), "computed"),
     (lambda: api.compare(known(), known(), tolerance=None), "tolerance: None"),
-    (lambda: known().save("x.jpg"), "x.jpg: the name must end in .csv or .json"),
+    (lambda: known().save("x.jpg"), "x.jpg: the name must end in one of .csv, .json, .pdf"),
     # axes
     (lambda: api.map(SCENE, AXES[0]), "axes"),
     (lambda: api.map(SCENE, 3), "axes"),

@@ -13,6 +13,7 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.system import SystemFile
+from squeal.linear.damping import frictionless
 from squeal.linear.matrices import why_no_mass
 from squeal.linear.system import System, TermSystem
 from squeal.queries.systems.all_roots import is_small
