@@ -547,18 +547,20 @@ class Continuation:
 
 
 def _balanced_states(samples: Sequence[NDArray], parts: Sequence[NDArray[np.intp]]) -> Array:
-    """Units (N,) of the states in which each strong component is about as large as its own roots.
+    """Scale factors (N,) of the states, by which the matrix of each strongly connected component
+    has a norm close to its own largest root.
 
-    The first-order form is scaled for the highest frequencies; beside a stiff row or a strong
-    damper the rate of change of a slow component would be lost in the rounding of its states. The
-    units are powers of two, by which nothing is rounded.
+    The first half of the states are displacements, the second half velocities over one frequency
+    scale, that of the fastest component. Beside a stiff row or a strong damper a slow component
+    would have entries far below its velocities' rounding, and its roots would be lost. The factors
+    are powers of two, which round nothing.
 
     Parameters
     ----------
     samples : sequence of array (N, N)
         The matrix at some values of the parameter.
     parts : sequence of array of int
-        The rows of its strong components.
+        The rows of its strongly connected components.
     """
     units = np.ones(len(samples[0]))
     half = len(units) // 2

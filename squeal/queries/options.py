@@ -64,8 +64,9 @@ def seed_of(rng: RandomNumbers, verb: str) -> int:
 def upper_end(subject: object, high: float | None) -> float:
     """The upper end of a range of the free parameter, as it is given.
 
-    Left out it is 2, or the subject's own value above 2. Warns where it is left out, the own value
-    is not above 2 and the parameter is not mu: 2 may be far below what it reaches.
+    Left out it is 2, or the present value of the system or pad where that is larger. Warns where it
+    is left out, the present value is at most 2 and the parameter is not mu: 2 may be far below the
+    values that the parameter reaches.
     """
     if high is not None:
         return high

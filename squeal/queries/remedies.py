@@ -183,7 +183,10 @@ def find_remedy(
     high: float,
     options: Mapping[str, object],
 ) -> RemedySearch:
-    """The parameter whose least change, in steps of 1 % or a degree, stops all that grows.
+    """The parameter that stops every growing mode of the selection with the fewest steps.
+
+    A step is 1 % of a parameter, or a degree of an angle. Where none does, the answer has no remedy
+    but the effect of each parameter.
 
     Parameters
     ----------
@@ -193,7 +196,7 @@ def find_remedy(
         Of these eigenvalues; it says which parameters may change, and what a step is. The one that
         is swept is left out.
     high : float
-        Upper end of the range in which the first loss with the change is searched.
+        Upper end of the range in which the first loss of stability with the change is searched.
     options : mapping
         Of `eigenvalues` and `thresholds`: band, memory, progress.
 
@@ -492,8 +495,10 @@ def rounded(value: float, digits: int, towards: Callable[[float], int]) -> str:
 
 
 def partner_of(spectrum: Eigenvalues, mode: UnstableMode) -> int | None:
-    """The number of the mode that a growing one meets: the nearest in frequency among those whose
-    growth rate differs from it by more than the frequency does. None without one.
+    """The number of the mode with which a growing one has coalesced, None without one.
+
+    It is the nearest in frequency of those whose growth rate is lower by at least as much as the
+    frequencies differ, both in rad/s.
 
     Two modes that have met are split along the real axis; before they meet, along the imaginary
     one.

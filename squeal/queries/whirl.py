@@ -49,14 +49,18 @@ def whirl_direction(
     """The direction of a whirl of a rotor at a speed: forward, backward, or mixed where its parts
     differ; None where nothing tells.
 
-    The orbits of nodes tell it where rows are known, else the term that turns with the shaft.
+    The orbits of nodes tell it where it is known which node and direction each row belongs to.
+    Without them, or where no node has an orbit, the skew (gyroscopic or rotating damping) term that
+    is proportional to the speed tells it.
 
     Parameters
     ----------
     file : SystemFile
-        The rotor, and what is known of the nodes of its rows.
+        The rotor, with the node and direction of each row where they are known.
     system : TermSystem
         The rotor, or what it is reduced to; its free parameter is the speed.
+    speed : float
+        The speed of the shaft, rad/s.
     root : complex
         The root, Im > 0, rad/s.
     shape : array (n,)

@@ -31,8 +31,9 @@ def test_a_negative_mass_is_named(case):
 
 @pytest.mark.parametrize("M", [EYE, np.diag([1.0, 0.0]), np.ones((2, 2)), 0 * EYE])
 def test_semidefinite_masses_are_taken(M):
-    squeal.eigenvalues(squeal.System(M, EYE, EYE))
-    squeal.check(squeal.System(M, EYE, EYE))
+    system = squeal.System(M, EYE, EYE)
+    assert squeal.eigenvalues(system).verdict == "stable"
+    assert squeal.check(system).negative == 0
 
 
 def test_rows_of_equations_in_another_order_are_no_negative_masses():
