@@ -221,8 +221,8 @@ def critical_speeds(
     Raises
     ------
     InputError
-        For a pad, complex matrices, a range that is empty, or where matrices depend on other
-        parameters than the free one.
+        For a pad, complex matrices, a range that is empty, or where no matrix depends on the free
+        parameter but some on others.
 
     Examples
     --------
@@ -251,6 +251,7 @@ def critical_speeds(
     if not is_small(system):
         reduction, _ = analysis.reduced(speeds[:: STEPS // 8].tolist())
         system = reduction.system
+        # in the coordinates of the whole system
         basis = reduction.scaled.scale[:, None] * reduction.vectors
     diagram = _CampbellDiagram(analysis.file, system, basis)
     critical = []
