@@ -32,7 +32,8 @@ def mapped(
     calls, with what they have compiled. They ignore interrupts, also while they import; this
     process ends them at one, and they end by themselves once it is gone. With `common`, which is
     sent once to each of some new processes, results are work(common, task). Every task has one
-    thread of BLAS, so that any number of processes gives the same bits.
+    thread of BLAS, so that any number of processes gives the same bits. An exception of a task is
+    raised here, and ends all processes; ComputationError where a process was killed.
     """
     if workers == 1:
         with one_thread():
@@ -51,6 +52,8 @@ def mapped(
         for future in futures:
             yield future.result()
     except BaseException as error:
+        # whatever happened (also a caller that takes no more results), the pool is shut down below:
+        # the next call must make a new one
         _lasting_pool.cache_clear()
         if isinstance(error, KeyboardInterrupt):
             for process in list((pool._processes or {}).values()):

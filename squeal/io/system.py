@@ -287,10 +287,23 @@ def _coordinates(
 def _with_damping(
     system: TermSystem, keys: Document, folder: Path, term_damping: TermDamping
 ) -> tuple[TermSystem, tuple[Damped, ...]]:
-    """The system with the damping of its structure, and what is damped by it.
+    """The system with the damping of its key `damping`, and a list of what is damped by it.
 
-    keys: those of the system file; term_damping: what terms name themselves, which the damping of
-    the whole leaves out. Raises InputError.
+    Parameters
+    ----------
+    system : TermSystem
+        The system, with the damping that terms name themselves.
+    keys : Document
+        The keys of the system file.
+    folder : Path
+        The folder relative to which a table of damping ratios is named.
+    term_damping : TermDamping
+        Which terms name damping themselves: that of the whole system leaves these out.
+
+    Raises
+    ------
+    InputError
+        For damping that does not fit the system.
     """
     damping = keys.get("damping", {})
     ratios = damping.get("ratios", ())

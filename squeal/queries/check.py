@@ -28,8 +28,9 @@ from squeal.sparse.factor import factorise
 from squeal.sparse.quadratic import ScaledSystem
 
 BELOW = -1e-6  # of the square of the frequency scale: where real modes are searched from
-FREE = 1e3  # roundings of the square of the frequency scale: a smaller square is a free motion
-FEWER_FREE = 25  # so many free motions at most are searched past
+NOISE = 1e3  # roundings of the square of the frequency scale: what rounding makes of a zero square
+MORE = 6  # modes by which each further search of the lowest ones asks for more
+MOST_MORE = 25  # no further search after so many more modes than are wanted
 SLOWEST = 10.0  # m/s: size times the lowest frequency of a plausible part
 FASTEST = 2500.0
 CLEARLY = 1e3  # times as fast as rounding can be: modes that it does not mix with slower ones
@@ -212,9 +213,11 @@ def _linearised(scene: Scene) -> System:
 def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The lowest real modes, of K x = omega^2 M x without friction and damping.
 
-    All of a small system are computed; of a large one the lowest, by inverse (Lanczos) iteration
-    until `count` of them have stiffness. That search ends without so many where more than
-    count + 24 motions are free. Modes so slow that rounding mixes them are refined.
+    All of a small system are computed; of a large one the lowest, see `_lowest_by_lanczos`. Modes
+    so slow that rounding mixes them are refined.
+
+    Three tolerances: `noise` decides how many squares a search may take for zero, `CLEARLY` times
+    as much which modes are refined, and the returned errors, for the caller, which are free.
 
     Returns
     -------
@@ -229,40 +232,66 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     ComputationError
         If they cannot be computed.
     """
-    from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
+    from scipy.sparse.linalg import ArpackError
 
     changes = frictionless(system)
     scaled = ScaledSystem(system).at(changes)
-    K = (scaled.K + scaled.K.T).real / 2
+    K = (scaled.K + scaled.K.T).real / 2  # the symmetric part
     M = scaled.M
     square_of_scale = scaled.frequency_scale**2
-    shift = BELOW * (square_of_scale or 1.0)  # below all squares, so that free motions pass
-    noise = FREE * EPS * square_of_scale
+    # a little below zero, so that K - shift M is regular where motions are free
+    shift = BELOW * (square_of_scale or 1.0)
+    noise = NOISE * EPS * square_of_scale
     try:
         if system.n <= ALL_ROWS:
             squares, vectors, largest = _all_real_modes(dense(K - shift * M), dense(M), shift)
             noise = max(noise, system.n * EPS * largest)
         else:
-            factor = factorise((K - shift * M).tocsc())
-            inverse = LinearOperator(K.shape, matvec=factor.solve, dtype=float)
-            squares = np.empty(0)
-            computed = count
-            start = np.random.default_rng(0).standard_normal(system.n)
-            while np.sum(squares > noise) < count and computed < count + FEWER_FREE:
-                computed += 6
-                # where all eigenvalues are equal, as with K in place of M, it never converges
-                squares, vectors = eigsh(
-                    K, computed, M, shift, OPinv=inverse, maxiter=100, v0=start
-                )
+            squares, vectors = _lowest_by_lanczos(K, M, count, shift, noise)
     except (ArpackError, ArithmeticError, RuntimeError, ValueError) as error:
         raise ComputationError(f"the real modes were not found (is M the mass?): {error}") from None
     order = np.argsort(squares)
     squares = squares[order]
-    shapes = (scaled.scale[:, None] * vectors[:, order]).real
+    shapes = (scaled.scale[:, None] * vectors[:, order]).real  # in the system's own coordinates
     slow = np.abs(squares) <= CLEARLY * noise
     if slow.any():
         squares[slow], shapes[:, slow] = _slow_modes(system, changes, shapes[:, slow])
     return squares, _errors_of_squares(system, changes, squares, shapes)
+
+
+def _lowest_by_lanczos(
+    K: csc_array, M: csc_array, count: int, shift: float, noise: float
+) -> tuple[NDArray[np.float64], NDArray]:
+    """The lowest modes of K x = square M x (n, n), by inverse (Lanczos) iteration about a shift.
+
+    At first `count` + 6 modes are computed, then 6 more in each further search until `count` of
+    them have a square above `noise`. Five searches are the most: with more than 30 free motions
+    fewer than `count` such modes are returned.
+
+    Returns
+    -------
+    squares : array (m,)
+        The squares next to the shift.
+    vectors : array (n, m)
+        Their modes.
+
+    Raises
+    ------
+    ArpackError
+        If the iteration does not converge.
+    """
+    from scipy.sparse.linalg import LinearOperator, eigsh
+
+    factor = factorise((K - shift * M).tocsc())
+    inverse = LinearOperator(K.shape, matvec=factor.solve, dtype=float)
+    squares = np.empty(0)
+    computed = count
+    start = np.random.default_rng(0).standard_normal(K.shape[0])
+    while np.sum(squares > noise) < count and computed < count + MOST_MORE:
+        computed += MORE
+        # where all eigenvalues are equal, as with K in place of M, it never converges
+        squares, vectors = eigsh(K, computed, M, shift, OPinv=inverse, maxiter=100, v0=start)
+    return squares, vectors
 
 
 def _slow_modes(
@@ -282,6 +311,7 @@ def _slow_modes(
     projected_K = (shapes.T @ forces).astype(float)
     projected_M = shapes.T @ (M.real @ shapes)
     symmetric_K = (projected_K + projected_K.T) / 2
+    # solved without use of the symmetry: what this leaves of imaginary parts is rounding
     squares, combinations = np.linalg.eig(np.linalg.solve(projected_M, symmetric_K))
     order = np.argsort(squares.real)
     return squares.real[order], shapes @ combinations.real[:, order]
@@ -345,22 +375,24 @@ def _hints_of_units(mass: float | None, size: float | None, lowest_hz: float | N
 
     The size (largest length) tells metres from millimetres. Mass over size^3, of such parts 10 to
     10,000 kg/m^3, tells kilograms from tonnes and grams. The lowest frequency times the size, of
-    brakes and their parts 50 to 500 m/s, tells whether stiffness fits to mass. None of an argument
-    that is not known; without a size neither density nor speed is judged.
+    brakes and their parts 50 to 500 m/s, tells whether stiffness fits to mass. Limits are wider
+    than these ranges, so that no sound model is blamed.
+
+    Arguments are None where they are not known; without a size neither density nor speed is judged.
     """
     hints = []
     metres_per_unit = 1.0
     if size is not None and mass is not None and size > 0.0 and mass > 0.0:
-        if size > 5.0:
+        if size > 5.0:  # no part of a brake is as long in metres
             metres_per_unit = 1e-3
             hints.append(f"nodes {size:.4g} apart: looks like mm")
         density = mass / (size * metres_per_unit) ** 3
-        if density < 2.0:
+        if density < 2.0:  # tonnes where kilograms are meant: a thousandth of 10 to 10,000
             hints.append(
                 f"a mass of {mass:.4g} in a box of {size:.4g}: looks like t, which goes with mm, N "
                 "and s; stiffnesses and factors are then in N/mm"
             )
-        elif density > 3e4:
+        elif density > 3e4:  # grams: a thousand times as much
             hints.append(f"a mass of {mass:.4g} in a box of {size:.4g}: looks like g")
     if lowest_hz is not None and size:
         # limits are wide: a slender beam of a metre is slow without any error

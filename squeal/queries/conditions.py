@@ -98,10 +98,10 @@ def conditions(
     from squeal.queries.systems.system_analysis import SystemAnalysis
     from squeal.sparse.quadratic import PROGRESS
 
-    analysis = SystemAnalysis.of(subject, band, None, None, memory, progress)
+    analysis = SystemAnalysis.of(subject, band, memory=memory, progress=progress)
     system = analysis.system
     seated = analysis.file.assembly is not None
-    for name in grid[0]:
+    for name in grid[0]:  # each condition names the same parameters
         if not seated and name not in system.names:
             used = ", ".join(sorted(system.names)) or "no parameter"
             raise AT.refuse(f"{name} is not allowed, no matrix depends on it; {used} does")
@@ -218,13 +218,15 @@ def _solved(
     rows: list[ModeAtCondition] = []
     modes: list[Mode] = []
     for root in roots:
+        # a real root may lie below the axis by its rounding; a conjugate lies farther off
         grows = root.kind in GROWING and root.value.imag >= -root.rounding
         if not grows and root.value.imag <= 0.0:
             continue
         row = ModeAtCondition(root.frequency_hz, root.growth_rate, root.damping_ratio, grows)
         # pairing prefers modes whose damping has the same sign: rounding makes no sign
         damping = row.damping_ratio if grows else abs(row.damping_ratio)
-        modes.append(Mode(len(rows), row.frequency_hz, damping, root.right))
+        index = len(rows)  # which names the mode here
+        modes.append(Mode(index, row.frequency_hz, damping, root.right))
         rows.append(row)
     condition = Condition(changes, verdict, tuple(rows), admissible)
     return _Solved(condition, modes)
@@ -274,7 +276,8 @@ def _conditions_and_links(
                 cost = float(costs.cost[i, j])
                 if cost < UNLIKE:
                     links.append(_Link(cost, (neighbour, i), (k, j)))
-        # no later condition is a neighbour of this one: its shapes are not needed any more
+        # one step back along the first axis, the longest stride: no later condition is a neighbour
+        # of that one, and its shapes are not needed any more
         modes_of.pop(k - strides[0], None)
     return conditions, links
 
@@ -338,8 +341,20 @@ def _answer(
 ) -> Conditions:
     """Number the modes of all conditions, and put the answer together.
 
-    solved: the conditions as they are solved, the last axis varying fastest; other arguments as of
-    `Conditions`.
+    Parameters
+    ----------
+    name : str
+        The model or system.
+    axes : mapping of str to sequence of float
+        The values of each parameter.
+    solved : iterable of _Solved
+        The conditions as they are solved, the last axis varying fastest.
+    extent : str
+        Which of the roots were judged, in words; empty for all.
+    seated : bool
+        Whether contact was seated anew at each condition.
+    basis : mapping or None
+        The reduced system that was solved, as JSON holds it.
     """
     lengths = [len(values) for values in axes.values()]
     conditions, links = _conditions_and_links(solved, lengths)

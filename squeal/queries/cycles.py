@@ -29,6 +29,7 @@ STEP = 0.2  # length of a step along the branch, in natural units
 MOST = 80  # cycles of the branch to each side of the first
 SLIDING = 41  # values at which the stability of sliding is computed
 LOCATED = 1e-10  # of the range: to which a change of that stability is located
+READINGS = 16  # points in each time step of a cycle for quadrature and extrema: to rounding
 
 
 @dataclass(frozen=True)
@@ -292,18 +293,23 @@ def _parameter_range(
 def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     """Convert a cycle to SI units, and integrate and observe it over its period.
 
+    The cycle and its model are in natural units, the speed V of the surface among them.
+
     scale: what the cycle's value of the parameter is multiplied by.
     """
     model = shooting.model(cycle.value)
     units = shooting.units
     extrema = Extrema(model)
     extrema.observe(cycle.segment)
-    grid = Grid(cycle.segment, 16)
+    grid = Grid(cycle.segment, count=READINGS)
     friction, damping, square = _integrals(model, grid)
+    # ranges has a row (least, greatest) for each motion of the grid: here [0] is the only one
     ranges = [grid.ranges(_coordinate(i))[0] for i in range(3)]
-    # units are those of a state: the rates are not used
+    # to_si converts whole states of six: the zeros stand for the rates and are cut off again
     half_ranges = np.append(np.ptp(ranges, axis=1) / 2.0, np.zeros(3))
-    face = max(float(grid.ranges(face_speed)[0, 1]), 0.0)
+    # the greatest is -inf where the face never touches, below zero where it only moves backwards
+    _, fastest = grid.ranges(face_speed)[0]
+    face = max(float(fastest), 0.0)
     return Orbit(
         value=float(cycle.value * scale),
         period=float(cycle.period * units.time),
@@ -323,27 +329,30 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
 
 
 def _greatest_contact_force(law: ContactLaw, grid: Grid) -> float:
-    """Greatest sum of all contact forces over F_n in a motion, 0 without contact."""
+    """Greatest sum of all contact forces over F_n in a grid of one motion, 0 without contact."""
     is_force = np.array([signal.is_force for signal in law.plotted])
     signals = plotted(law)
 
     def whole_force(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
         return np.asarray(signals(c, states, on)[is_force].sum(axis=0))
 
-    return max(float(grid.ranges(whole_force)[0, 1]), 0.0)
+    _, greatest = grid.ranges(whole_force)[0]  # least and greatest of the only motion
+    return max(float(greatest), 0.0)
 
 
 def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
     """Integrate a motion over time, in natural units.
 
     Returns the work of friction on the pad, the energy that damping takes, and the integral of the
-    squared normal velocity.
+    squared normal velocity. The work of friction is that of the loads with it less those without
+    it, in the same state; it is positive where it feeds the motion.
     """
     c = model.c
+    # states (6, points, steps) hold w theta and its rate: `place` divides these by w
     q = c.place(grid.states[:3])
     velocity = np.array(c.place(grid.states[3:]))
-    contact = grid.steps.on[:, None]
-    c_at_speed = at_speed(np, c, model.pad.fall, velocity[0])
+    contact = grid.steps.on[:, None]  # the same at all points of a step
+    c_at_speed = at_speed(np, c, model.pad.fall, velocity[0])  # mu falls with the sliding speed
     with_friction = net_loads(np, c_at_speed, model.law, q, contact)
     without_friction = net_loads(np, c._replace(mu=0.0), model.law, q, contact)
     friction = np.subtract(with_friction, without_friction)
@@ -351,7 +360,7 @@ def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
     drag = np.tensordot(C, velocity, 1)
     power_of_friction = (friction * velocity).sum(axis=0)
     power_of_damping = (drag * velocity).sum(axis=0)
-    squared_normal_velocity = grid.states[4] ** 2
+    squared_normal_velocity = grid.states[4] ** 2  # of y
     integrands = np.array([power_of_friction, power_of_damping, squared_normal_velocity])
     weighted = integrands * grid.weights[:, None] * grid.steps.h  # quadrature over each step
     of_friction, of_damping, square = weighted.sum(axis=(1, 2)).tolist()
@@ -359,14 +368,16 @@ def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
 
 
 def _coordinate(i: int) -> Read:
-    """The signal of coordinate number i of the state (x, y, theta)."""
+    """The signal of number i of a state: 0 of x, 1 of y, 2 of w theta."""
     return lambda _c, states, _on: states[i]
 
 
 def _changes_of_sliding(
     sliding: Sequence[tuple[float, str | None]], verdict_at: Callable[[float], str | None]
 ) -> list[tuple[float, str | None]]:
-    """Locate by bisection where the verdict on sliding changes between two neighbouring values.
+    """Locate by bisection where the verdict on sliding changes between neighbouring values.
+
+    A verdict that changes and changes back between two neighbours is not seen.
 
     Parameters
     ----------
@@ -378,20 +389,30 @@ def _changes_of_sliding(
     Returns
     -------
     list of (float, str or None)
-        The values of the changes, and the verdicts after them.
+        The values of the changes, and the verdicts just after them.
     """
-    tolerance = LOCATED * (sliding[-1][0] - sliding[0][0])
+    lowest, _ = sliding[0]
+    highest, _ = sliding[-1]
+    rounding = 2.0 * float(np.spacing(max(abs(lowest), abs(highest))))  # no halving is finer
+    tolerance = max(LOCATED * (highest - lowest), rounding)
     changes = []
-    for (low, before), (high, after) in itertools.pairwise(sliding):
-        if before == after:
-            continue
-        while high - low > tolerance:
-            middle = 0.5 * (low + high)
-            if verdict_at(middle) == before:
-                low = middle
-            else:
-                high = middle
-        changes.append((high, after))
+    for (start, before), (end, after) in itertools.pairwise(sliding):
+        low = start
+        verdict = before
+        while verdict != after:  # again where a third verdict lies between the two
+            high = end
+            verdict_beyond = after
+            while high - low > tolerance:
+                middle = 0.5 * (low + high)
+                verdict_at_middle = verdict_at(middle)
+                if verdict_at_middle == verdict:
+                    low = middle
+                else:
+                    high = middle
+                    verdict_beyond = verdict_at_middle
+            changes.append((high, verdict_beyond))
+            low = high
+            verdict = verdict_beyond
     return changes
 
 

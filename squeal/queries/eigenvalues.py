@@ -112,11 +112,12 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
         from squeal.queries.systems.proofs import Data, refereed  # no other question needs it
 
         roots, (verdict, criterion), statement = refereed(
-            analysis.matrices, roots, (verdict, criterion), Data(MATRIX_DIGITS)
+            analysis.matrices, roots, (verdict, criterion), Data(words=MATRIX_DIGITS)
         )
         certified = statement.status == "proved"
         proof = statement.to_dict()
         proof_line = statement.words
+    # theta in rad times w is a length, as x and y
     shapes = mode_shapes(analysis.spectrum, (1.0, 1.0, scene.pad.w))
     return Eigenvalues(
         name=scene.model,
@@ -175,14 +176,14 @@ def _unstable_modes(scene: Scene, analysis: PadAnalysis) -> tuple[UnstableMode, 
     """
     matrices = analysis.matrices
     mu = scene.pad.mu
-    unstable = unstable_modes(lambda _: matrices, mu)
+    unstable = unstable_modes(lambda _: matrices, mu)  # without thresholds: no onsets
     if not unstable or mu == 0.0 or not analysis.on_branch:
         return unstable
     # B3 has no path of equilibria: it is linear
     matrices_of_branch, path = branch_system(scene, mu)
     breakpoints: Sequence[float] = []
     if path is not None:
-        if path.mu_end < mu:
+        if path.mu_end < mu:  # the equilibrium lies beyond a fold
             return unstable
         breakpoints = path.breakpoints
 

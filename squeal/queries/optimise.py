@@ -83,12 +83,13 @@ class Optimum(Answer):
         certifies them.
     starts : tuple of float
         The largest growth rate (1/s) at the end of each search, first that from the own parameters.
+        Where a reduced system was made anew, that of the one search on the last one.
     seed : int
         Of the random numbers from which the other searches start.
     evaluations : int
-        How often roots were computed.
+        How often roots were computed in these searches.
     basis : mapping or None
-        The reduced system that was searched.
+        The last reduced system that was searched.
 
     Examples
     --------
@@ -253,7 +254,9 @@ class _Search:
             modes = roots_at(*matrices, leading, left=True)
         eigenvalues = []
         for value, right, left in zip(modes.values, modes.right.T, modes.left.T, strict=True):
-            eigenvalues.append(Eigenvalue(value, right, left, math.nan, math.nan))
+            # derivatives need neither the residual nor the condition
+            root = Eigenvalue(value, right, left, residual=math.nan, condition=math.nan)
+            eigenvalues.append(root)
         derivatives = {name: system.derivative(name) for name in parameters}
         by_parameter, _ = sensitivities(matrices, derivatives, eigenvalues)
         slopes = self.width * np.array([by_parameter[name].real for name in parameters]).T
@@ -273,7 +276,7 @@ class _Search:
 
         first = len(self.evaluations)
         best = self.evaluate(start)
-        # where the largest rate is flat the others set the unit
+        # where the largest rate is flat (its slopes are 0) the others set the unit, else it is 1
         steepest = np.abs(best.slopes[0]).max() or np.abs(best.slopes).max()
         unit = float(steepest) or 1.0
 
@@ -311,7 +314,7 @@ class _Search:
             )
             best = min(self.evaluations[first:], key=attrgetter("largest"))
             q = best.q
-            if best.largest > before - 1e-6 * unit:
+            if best.largest > before - 1e-6 * unit:  # nothing that a step of 1e-6 would not give
                 break
         return best
 
@@ -369,7 +372,7 @@ def optimise(
     >>> round(best.parameters[0].after, 6), [round(growth, 6) for growth in best.growth]
     (0.5, [-0.005, -0.025])
     """
-    analysis = SystemAnalysis.of(subject, band, region, None, memory, progress)
+    analysis = SystemAnalysis.of(subject, band, region, memory=memory, progress=progress)
     system = analysis.system
     selection = analysis.selection
     seed = seed_of(rng, "optimise")
@@ -427,8 +430,9 @@ def _checked_bounds(system: TermSystem, bounds: Mapping[str, Band]) -> dict[str,
 class _SearchResult:
     """The best parameters of several searches.
 
-    growth_rates: the largest one (1/s) at the end of each search; residual: of a root of the
-    reduced system in the full problem at the result, 0 without a reduced system.
+    growth_rates: the largest one (1/s) at the end of each search on the last reduced system;
+    evaluations: of roots in these searches; residual: the largest one of a root of the reduced
+    system in the full problem at the result, 0 without a reduced system.
     """
 
     parameters: dict[str, float]
@@ -449,7 +453,8 @@ def _best_of_searches(
 
     A large system is searched on a reduced one, made at these starting points and, of few
     parameters, at the corners of the bounds. Where its residual at the result is large, it is made
-    anew with the result as a further point, and searched from there.
+    anew with the result as a further point, and searched from there alone. It is made `REDUCTIONS`
+    times at most.
     """
     search = _Search(system, selection, bounds)
     nominal = np.array([system.parameters[name] for name in bounds])

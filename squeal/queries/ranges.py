@@ -198,7 +198,7 @@ def pad_statement(
         branch = PadBranch(model, start, 0.0, end)
     except ImportError:
         return RangeStatement("open", None, reason=NO_BALLS, until=high, high=high), []
-    proof = prove_pad(branch, claims, fold, first, RATE * fastest)
+    proof = prove_pad(branch, claims, fold, first_loss=first, growth_below=RATE * fastest)
     statement = RangeStatement("open", "enclosure", data=AS_GIVEN, until=high, high=high)
     if proof.status != "proved":
         return _with_reason(statement, proof), []
@@ -329,7 +329,9 @@ def system_statement(
             states = 2 * system.n if system.C else system.n
             most = int(INTERVALS / (1.0 + (states / LARGE) ** 2))
         try:
-            return prove_thresholds(terms, low, high, intervals, growth_below, rises, most)
+            return prove_thresholds(
+                terms, low, high, intervals, growth_below, rises=rises, most=most
+            )
         except InputError as error:  # a factor has no value somewhere
             return Proof("open", reason=str(error))
 
@@ -396,7 +398,8 @@ def doubt_of_counts(
         half_gap_below = (start - end_before) / 2.0
         half_gap_above = (start_after - stop) / 2.0
         if min(half_gap_below, half_gap_above) <= 0.0:
-            # at an end of the range, beyond which nothing is counted
+            # it reaches an end of the range, beyond which nothing is counted: neither a count there
+            # nor one over the whole range shows whether the threshold lies inside
             ends_are_clear = False
             continue
         for share in BESIDE:  # first nearby, then where rounding hides less
@@ -406,7 +409,7 @@ def doubt_of_counts(
             is_certain = below.is_certain and above.is_certain
             if is_certain:
                 break
-        if not is_certain:
+        if not is_certain:  # of the farther distance too
             middle = (start + stop) / 2.0
             doubt = f"the referee cannot count what grows on both sides of {middle:.9g}"
         if not _may_rise(below, above, _rise_within(crossings, (start, stop))):

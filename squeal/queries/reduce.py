@@ -44,6 +44,6 @@ def reduce(
     """
     from squeal.queries.systems.system_analysis import SystemAnalysis
 
-    analysis = SystemAnalysis.of(subject, band, region, None, memory, progress)
+    analysis = SystemAnalysis.of(subject, band, region, memory=memory, progress=progress)
     reduction, _ = analysis.reduced(None if values is None else list(values), method)
     return reduction.system

@@ -93,7 +93,7 @@ class ReducedThresholdSamples:
         except (InputError, ComputationError) as error:
             return _refused(values, error)
         outcome = first_loss(search.answer, self.high)
-        at = self.high
+        at = self.high  # without a threshold the whole range was searched
         if outcome.critical is not None:
             at = outcome.critical
         residuals = reduction.modes({search.answer.parameter: at}).residuals
@@ -120,6 +120,7 @@ class GrowthSamples:
         roots = selected.roots
         if not len(roots):
             return Sample(values, reason="no root lies in the band")
+        # of a pair one; real roots of real matrices are exactly real
         unstable = roots[(roots.real > selected.rounding) & (roots.imag >= 0.0)]
         fastest = roots[np.argmax(roots.real)]
         residual = None
@@ -297,7 +298,7 @@ def scatter(
     high = upper_end(subject, high)
     space = ParameterSpace.of(subject, "scatter", high, of)
     changes = parameters_at(space, plan.spreads, plan.points())
-    computer = _sample_computer(space, of, high, EigenvalueSelection(band, None, None), changes)
+    computer = _sample_computer(space, of, high, EigenvalueSelection(band), changes)
     question = (of, high, band, plan.spreads, plan.design, plan.seed, plan.indices, plan.samples)
     rows = _compute_all(space.subject, changes, computer, workers, journal, question, progress)
     sobol: tuple[Index, ...] = ()
@@ -422,7 +423,8 @@ def _sample_computer(
 ) -> SampleComputer:
     """What computes the samples; of a large system with a reduced one.
 
-    The reduced system is made at the own parameters and at some `SERVED` of the changes.
+    The reduced system is made at the own parameters and at about `SERVED` of the changes, evenly
+    chosen.
 
     Raises InputError for a band with a scene, and for a large system without one.
     """

@@ -142,7 +142,8 @@ def _ports_of_loop(system: System, loop: str, changes: dict[str, float]) -> _Por
 
 def _refuse_unless_linear(term: Term, loop: str, parameters: dict[str, float]) -> None:
     """Raises InputError where a parameter does not enter a factor linearly."""
-    if term.factor.curvature(parameters, loop, -1.0, 1.0) != 0.0:
+    # a bound of its second derivative: 0 over any range shows that it is linear everywhere
+    if term.factor.curvature(parameters, loop, low=-1.0, high=1.0) != 0.0:
         raise InputError(
             f"loop: the factor {term.factor.text} is not linear in {loop}, which is no gain then"
         )
@@ -207,6 +208,7 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
         B=np.vstack([np.zeros((m, ports.forces.shape[1])), left.T @ (ports.forces / unit)]),
         outputs=np.hstack([displacements[:, :m], velocities[:, :m], displacements[:, m:]]),
     )
+    # E is block triangular: m rates, m masses, and the dampers of motions without mass
     rank_of_E = 2 * m + _rank_in(damping, damping[m:, m:])
     if rank_of_E == n + m:
         return _from_regular(descriptor, system.name)

@@ -123,7 +123,7 @@ def pad_sweep(scene: Scene, values: Sequence[float]) -> Sweep:
     reference = None
     if reached:
         rising = sorted(reached)
-        spectrum_at = None
+        spectrum_at = None  # of a single value: no mode is followed
         if len(rising) > 1:
             spectrum_at = continued(matrices_of_branch, rising).at
         steps_by_mu = [reached[mu] for mu in rising]
@@ -171,7 +171,7 @@ def _system_sweep(
         method = "full" if is_small(system) else "modal"
     reduction = None
     if method != "full":
-        reduction, _ = analysis.reduced(values, method, CHECKED)
+        reduction, _ = analysis.reduced(values, method, most=CHECKED)
     steps, losses, reference = track_modes(
         analysis.file, analysis.selection, values, reduction, workers
     )

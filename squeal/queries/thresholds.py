@@ -130,6 +130,7 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     if path is not None and path.mu_end <= 0.0:
         raise ComputationError(f"no threshold can be given: {path.end}")
     M, C, K = checked(*system(0.0))
+    # also where a coordinate is free, which `roots_and_verdict` lets pass; B3 has no branch
     if path is not None and hides_slow_roots(reduce(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
     answer = _without_proof(scene, high, system, path)
@@ -138,7 +139,7 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     # a bound of |lambda| without friction and damping, rad/s
     fastest = math.sqrt(float(np.linalg.norm(np.linalg.solve(M, K), 2)))
     judged, refuted_at = _judged(scene, path, answer, fastest)
-    if refuted_at is None:
+    if refuted_at is None:  # the list is proved, or open
         return judged
     answer_again = _without_proof(scene, high, system, path, [refuted_at])
     judged_again, refuted_again_at = _judged(scene, path, answer_again, fastest)
@@ -170,7 +171,8 @@ def _without_proof(
     _, at_zero = roots_and_verdict(*checked(*system(0.0)))
     end_of_search = high if path is None else path.mu_end
     if path is not None and path.fold is not None:
-        # closer to it rounding makes spurious thresholds, and at it the contact may have changed
+        # closer to it rounding makes spurious thresholds, and at it the contact may have changed;
+        # half of the branch is searched however large the error of its fold is
         end_of_search = max(path.fold * (1 - NEAR_FOLD) - path.error(path.fold), path.fold / 2)
     breakpoints = () if path is None else path.breakpoints
     located = located_thresholds(system, end_of_search, [*breakpoints, *step_ends])
@@ -198,8 +200,9 @@ def _on_branch(answer: Thresholds, scene: Scene, path: Path) -> Thresholds:
     points = list(answer.points)
     admissible_to, warnings = _admissible(path)
     if path.fold is not None:
-        interval = (path.fold, path.fold)
-        points.append(CriticalPoint(path.fold, "fold", 0.0, interval, True))
+        interval = (path.fold, path.fold)  # which rounding widens below
+        fold = CriticalPoint(path.fold, "fold", frequency_hz=0.0, interval=interval, converged=True)
+        points.append(fold)
         if path.fold < scene.pad.mu <= answer.high:
             warnings.append(
                 f"the scene's mu = {scene.pad.mu:g} lies beyond a fold: the branch from mu = 0 "
@@ -293,8 +296,8 @@ def _widened_by_rounding(located: Located, path: Path) -> Located:
 def _admissible(path: Path) -> tuple[float, list[str]]:
     """Locate by bisection up to which mu equilibria satisfy all limits of the model (nine digits).
 
-    Returns it, and a sentence for each limit that is exceeded from there on; none if the branch
-    ends before.
+    Returns it, and a sentence for each limit that is exceeded from there on. Where no node of the
+    branch exceeds a limit it is the end of the branch, without a sentence.
     """
 
     def beyond_limit(z: np.ndarray, touching: np.ndarray) -> np.ndarray:
@@ -309,6 +312,7 @@ def _admissible(path: Path) -> tuple[float, list[str]]:
     mu_of_nodes = path.branch.z[3]
     low = float(mu_of_nodes[max(first_outside - 1, 0)])
     high = float(mu_of_nodes[first_outside])
+    # ends at once where the first node, at mu = 0, is beyond a limit: both ends are 0
     while high - low > ADMISSIBLE_TO * high:
         middle = (low + high) / 2
         if beyond_limit(*path.places([middle])).size:
@@ -378,8 +382,8 @@ def system_thresholds_with_proof(
         )
     proof_is_requested = prove is True or (prove is None and system.n <= PROVED_ROWS)
     analysis.warn_of_unused_parameter()
-    step_ends: list[float] = []
-    for _ in range(SEARCHES):
+    step_ends: list[float] = []  # values at which the referee refuted an earlier list
+    for _ in range(SEARCHES):  # the last answer stands, also if it is refuted
         answer, all_crossings = system_thresholds(
             system, high, low, selection, workers, step_ends=step_ends
         )

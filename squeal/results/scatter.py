@@ -76,7 +76,16 @@ class Index(NamedTuple):
 class Quantile(NamedTuple):
     """The value below which a share `level` of the samples lies, and its confidence interval.
 
-    None: of `value` beyond the range or unknown, of `low` and `high` an open end.
+    Attributes
+    ----------
+    level : float
+        The share of the computed samples.
+    value : float or None
+        A critical friction or growth rate, 1/s; None if it lies beyond the range, as that sample
+        has no threshold.
+    low, high : float or None
+        Ends of the interval of confidence. None where an end is open: it lies beyond the range, or
+        beyond all computed samples.
     """
 
     level: float
@@ -108,7 +117,7 @@ class Scatter(Answer):
     failed : int
         Samples that could not be computed. Nothing is known of them, which widens all intervals.
     stable : float
-        Share of the samples that are stable at their own friction.
+        Share of the computed samples that are stable at their own friction.
     interval : (float, float)
         Confidence interval of that share.
     indices : tuple of Index
@@ -202,7 +211,7 @@ class Scatter(Answer):
 
     @property
     def beyond(self) -> int:
-        """How many have no threshold up to `mu_max`."""
+        """How many computed samples have no threshold up to `mu_max`; 0 of growth."""
         return int(np.isnan(self.values).sum())
 
     def table(self) -> Table:
@@ -238,6 +247,8 @@ class Scatter(Answer):
 
     def _table_of_quantiles(self) -> Table:
         """The quantiles for people, with what was computed and how the samples were drawn."""
+        # shown for None: of growth an open end of an interval; of thresholds also a value beyond
+        # the range. An open upper end is at least as high, so that one text says both
         if self.of == "growth":
             heads = ("share of the samples, %", "growth rate", "from", "to")
             without_value = "-"
@@ -255,14 +266,14 @@ class Scatter(Answer):
             shown = [without_value if value is None else value for value in values]
             rows.append((100 * quantile.level, *shown))
         drawn = f"{self.samples} samples"
-        if self.indices:
+        if self.indices:  # the samples are the points A and B, half of them each
             drawn += f" (2 x {self.samples // 2} for the indices)"
         title = f"{drawn}, {self.design}, seed {self.seed}: {what}; "
         title += f"intervals of {100 * CONFIDENCE:g} % confidence"
         return Table(in_order((head, "") for head in heads), rows, title)
 
     def _line_of_shares(self) -> str:
-        """How many samples are stable, in a line, and what became of the others."""
+        """How many of the computed samples are stable, in a line, and what became of the others."""
         at = ""
         if self.name not in self.spreads:
             at = f" at {self.name} = {number(self.mu)}"

@@ -83,10 +83,10 @@ class EigenvalueSelection:
             from squeal.sparse.argument_principle import band
 
             region = band(*self.band)
-        if region is None or (region.low_imag and region.high_imag):
+        if region is None or (region.low_imag != 0.0 and region.high_imag != 0.0):
             return region
         margin = 1e-6 * max(region.high_imag, -region.low_imag)
-        if not region.low_imag:
+        if region.low_imag == 0.0:
             return replace(region, low_imag=-margin)
         return replace(region, high_imag=margin)
 

@@ -34,7 +34,12 @@ LOST = {
     "end": "leave the band, or are not recognised further on",
     "begin": "enter the band, or were not recognised before",
 }
-"""What happens where it is not known which mode is which, by `Loss.kind`."""
+"""What happens to several modes where it is not known which is which, by `Loss.kind`."""
+LOST_ALONE = {
+    "end": "leaves the band, or is not recognised further on",
+    "begin": "enters the band, or was not recognised before",
+}
+"""The same of one mode; it takes two to meet."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -481,7 +486,10 @@ class Sweep(Answer):
         for loss in self.losses:
             between = f"{self.parameter} = {number(loss.low)} and {number(loss.high)}"
             modes = ", ".join(map(str, loss.modes))
-            lines.append(f"between {between} modes {modes} {LOST[loss.kind]}")
+            what = f"modes {modes} {LOST[loss.kind]}"
+            if len(loss.modes) == 1:
+                what = f"mode {modes} {LOST_ALONE[loss.kind]}"
+            lines.append(f"between {between} {what}")
         return lines
 
     def to_dict(self) -> dict[str, Any]:

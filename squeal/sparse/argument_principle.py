@@ -175,7 +175,8 @@ def count_roots(
                 if not np.isnan(logarithms[k]):
                     continue
                 report(f"counting the roots: determinant of {nodes}")
-                # log det P without the factors of the known roots
+                # log det P without the factors of the known roots. Where P is singular at the node
+                # it is factorised next to it, and the factors are those there
                 node = disc.centre + disc.radius * cmath.exp(2j * math.pi * k / finest)
                 node, factor = factorise_at(problem, node, single, factor)
                 logarithms[k] = factor.logarithm() - np.sum(np.log(node - known))
@@ -191,8 +192,9 @@ def _winding(logarithms: ComplexArray) -> int | None:
     """How often exp(logarithms) winds around zero, from N logarithms at equal steps on a circle.
 
     Their imaginary parts (phases) are known up to half turns. None if N is too small: the phase
-    must step by little from one node to the next, and without turns the function must be analytic
-    inside. Of 240,000 random roots inside the circle and near it one was missed.
+    must step by little from one node to the next (by less than pi / 4 with turns, which are a whole
+    number to a quarter, pi / 8 without), and without turns the function must be analytic inside. Of
+    240,000 random roots inside the circle and near it one was missed with these limits.
     """
     nodes = len(logarithms)
     to_conjugate = -1j * np.sign(np.fft.fftfreq(nodes))
@@ -201,12 +203,13 @@ def _winding(logarithms: ComplexArray) -> int | None:
     predicted = np.fft.ifft(to_conjugate * np.fft.fft(logarithms.real)).real
     deviation = logarithms.imag - predicted
     steps = np.diff(np.append(deviation, deviation[0]))
-    steps -= math.pi * np.round(steps / math.pi)
+    steps -= math.pi * np.round(steps / math.pi)  # without the unknown half turns
     turns = float(np.sum(steps)) / (2 * math.pi)
     largest_step = float(np.max(np.abs(steps)))
     has_turns = round(turns) != 0 and abs(turns - round(turns)) < 0.25
     if has_turns and largest_step < math.pi / 4:
         return round(turns)
+    # steps are too long (or NaN), or turns are no whole number: N is too small
     if has_turns or not largest_step < math.pi / 8 or round(2 * turns):
         return None
     # an analytic function has no negative powers; those of a root near the outline fall off slowly
@@ -221,11 +224,12 @@ def disc_around(region: Rectangle, known: ComplexArray, reach: float) -> Disc:
     """A disc that holds a rectangle and whose outline runs far from the known roots (m,).
 
     All roots up to the distance `reach` from the centre are believed to be known. The outline is
-    put into the widest gap between them within the first quarter of the way from the corners to
-    the reach.
+    put into the widest gap between them on the way from the corners outwards: within the first
+    quarter of the way to the reach, or half of the distance of the corners if that is less.
     """
     distances = np.abs(known - region.centre)
     least = region.radius
+    # but by a hundredth beyond the corners, if the reach is shorter
     largest = max(least + (min(reach, 3 * least) - least) / 4, 1.01 * least)
     between = distances[(distances > least) & (distances < largest)]
     radii = np.sort([least, *between, largest])

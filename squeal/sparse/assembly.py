@@ -111,9 +111,10 @@ class Assembly:
         Returns
         -------
         tuple of Eigenvalue
-            The same roots. `error` is that of the reduction, at least rounding, None above the
-            cutoff; `rounding` is raised to the error of the growth rate, infinite above the cutoff;
-            `open` is True where the error leaves the sign of the growth rate open.
+            The same roots. `error` is that of the reduction, at least rounding; `rounding` is
+            raised to the error of the growth rate; `open` is True where the error leaves the sign
+            of the growth rate open, False for a root that is known to stay on the axis. Above the
+            cutoff `error` is None, `rounding` infinite and `open` False.
 
         Examples
         --------
@@ -151,6 +152,7 @@ class Assembly:
         right = np.array([root.right for root in upper]).T
         left = np.array([root.left for root in upper]).T
         M, C, _ = system.at()
+        # y_i^H ((z_i + z_j) M + C) x_j: the derivative of P between the roots
         slope = np.add.outer(z, z) * (left.conj().T @ M @ right)
         if C is not None:
             slope += left.conj().T @ C @ right
@@ -381,13 +383,19 @@ def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
 
 def _contact_springs(pairs: PairDirections, static: StaticContact, is_large: bool) -> list[Term]:
     """Terms of K of the closed pairs: normal springs, tangential springs in both directions across
-    the normal, and the friction along sliding that the normal springs cause."""
+    the normal, and the friction along sliding that the normal springs cause.
+
+    The tangential springs act on small motions about the seat, also along sliding: only the static
+    solution of a sliding contact is without them.
+    """
     contact = pairs.contact
     tangential = static.closed * pairs.area * contact.tangential
     friction = f"({contact.friction}) * ({contact.factor})"
+    # static.stiffness is zero where a pair is open, and does not hold the factor yet
     springs = _coupling(pairs.normal, static.stiffness, pairs.normal, contact.factor, is_large)
     for direction in pairs.across:
         springs += _coupling(direction, tangential, direction, "tangential", is_large)
+    # a pair that opens by u along the normal loses the friction mu k u along sliding
     springs += _coupling(pairs.sliding, static.stiffness, pairs.normal, friction, is_large)
     return springs
 
@@ -396,15 +404,17 @@ def _contact_dampers(pairs: PairDirections, static: StaticContact, is_large: boo
     """Terms of C by friction of the static normal forces N.
 
     A small velocity across the sliding turns the direction of friction, which damps by mu N / speed
-    there; one along it changes the coefficient, which damps by (d mu / d speed) N.
+    there; one along it changes the coefficient, which damps by (d mu / d speed) N. The forces N
+    hold the factor of the normal stiffness already, and are zero where a pair is open.
     """
     contact = pairs.contact
     dampers: list[Term] = []
-    if contact.speed:
-        _, across = pairs.across
+    if contact.speed:  # empty where the contact names no speed
+        _, across = pairs.across  # the first direction is along sliding, the second beside it
+        # radius: metres from the axis where `speed` is in rad/s, 1 where it is in m/s
         friction = f"({contact.friction}) / ({contact.speed})"
         dampers += _coupling(across, static.forces / pairs.radius, across, friction, is_large)
-    if contact.slope != "0":
+    if contact.slope != "0":  # the default, of friction that does not depend on speed
         sliding = pairs.sliding
         dampers += _coupling(sliding, static.forces, sliding, contact.slope, is_large)
     return dampers
@@ -413,7 +423,7 @@ def _contact_dampers(pairs: PairDirections, static: StaticContact, is_large: boo
 def _coupling(
     force: csr_array, weights: Array, displacement: csr_array, factor: str, is_large: bool
 ) -> list[Term]:
-    """The term force^T diag(weights) displacement times a factor; no term where it is zero.
+    """The term force^T diag(weights) displacement times a factor; none if the product is empty.
 
     Each of the m pairs measures a relative displacement of the rows, a row of `displacement`
     (m, n), and answers with weight (m,) times it along its row of `force` (m, n).

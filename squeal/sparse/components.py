@@ -122,6 +122,7 @@ class Component:
         """
         requested = np.asarray(nodes).astype(str)
         labels, label_of_row = np.unique(self.nodes, return_inverse=True)
+        # the last label where one sorts behind all: the comparison finds it unknown
         position = np.minimum(np.searchsorted(labels, requested), len(labels) - 1)
         is_unknown = (labels[position] != requested) | (requested == "")
         if np.any(is_unknown):
@@ -199,6 +200,7 @@ class Component:
             of_speed = f"({formula.text}) * ({term.factor.text})"
             coriolis.append(Term(gyroscopic, Formula(of_speed)))
             softening.append(Term(centrifugal, Formula(f"({formula.text}) * {of_speed}")))
+        # a name that is left out here may be a parameter of the system already
         needed = {name: values[name] for name in formula.names if name in values}
         stiffness = self.system.K
         if not preloaded:
@@ -212,8 +214,10 @@ class Component:
         return replace(self, system=system)
 
     def _cross_product(self, axis: ArrayLike) -> csc_array:
-        """The sparse matrix J (n, n) of the cross product with a unit axis at each node. Raises
-        InputError."""
+        """The sparse matrix J (n, n) of the cross product with a unit axis at each node.
+
+        Rows of rotations and of no node stay zero. Raises InputError if the axis has no length.
+        """
         from scipy.sparse import coo_array
 
         vector = np.asarray(axis, dtype=float)
@@ -225,6 +229,7 @@ class Component:
         rows = self.rows_of(np.unique(self.nodes[self.directions >= 0]))
         n = self.system.n
         cross = coo_array((n, n)).tocsc()
+        # a component of the axis that is rounding makes no entries
         for i, j in zip(*np.nonzero(np.abs(of_node) > EPS), strict=True):
             have_both = (rows[:, i] >= 0) & (rows[:, j] >= 0)
             where = (rows[have_both, i], rows[have_both, j])
@@ -235,8 +240,8 @@ class Component:
     def reduced(self, nodes: ArrayLike, cutoff: float) -> Component:
         """Craig-Bampton reduction: all rows of some nodes, and modes up to a frequency.
 
-        Modes above it count by their static answer to the inertia of the constraint modes, where
-        that matters at half the frequency.
+        Modes above it count by their static answer to the inertia of the constraint modes, for
+        those motions of the boundary to whose energy it adds more than `SHARE` at half the cutoff.
 
         Parameters
         ----------
@@ -273,16 +278,17 @@ class Component:
         interior = np.flatnonzero(~is_boundary)
         matrices = [term.matrix for term in self.system.terms]
         if not all(_is_hermitian(A) for A in matrices):
-            matrices += [A.conj().T for A in matrices]
+            matrices += [A.conj().T for A in matrices]  # these act on left vectors
         if len(interior):
             factor, basis = self._craig_bampton(boundary, interior, cutoff)
             flexibility = _residual_flexibility(matrices, basis, interior, factor)
-        else:
+        else:  # every row stays: nothing is truncated
             basis = _unit_columns(self.system.n, boundary)
             size = len(matrices) * len(boundary)
             flexibility = np.zeros((size, size))
         earlier = self.residual_flexibility
         if earlier is not None:  # what an earlier reduction truncated adds to it
+            # a block of n rows for each term, and for each transposed one if it has these
             basis_of_terms = block_diag([basis] * (len(earlier) // self.system.n), "csc")
             flexibility = flexibility + basis_of_terms.T @ earlier @ basis_of_terms
         modes = basis.shape[1] - len(boundary)
@@ -319,16 +325,19 @@ class Component:
         from scipy.linalg import eigh
         from scipy.sparse import csc_array
 
-        K = csc_array(structure_stiffness(self.system)[0])
-        M = csc_array(self.system.at()[0])
+        stiffness, _ = structure_stiffness(self.system)  # without friction and damping
+        mass, _, _ = self.system.at()
+        K = csc_array(stiffness)
+        M = csc_array(mass)
         inner_K = csc_array(K[interior][:, interior])
         inner_M = csc_array(M[interior][:, interior])
         try:
             factor = factorise(inner_K)
             squares, modes = _real_modes(inner_K, inner_M, factor, cutoff)
+            # a square that may be rounding of zero: of a motion that no spring holds
             if np.any(squares <= 4 * EPS * len(interior) * norm_of(inner_K) / norm_of(inner_M)):
                 raise ZeroDivisionError
-        except ZeroDivisionError:
+        except ZeroDivisionError:  # as a singular K raises it
             raise InputError(
                 f"{self.name}: the nodes in contact do not hold it; it needs supports"
             ) from None
@@ -337,9 +346,9 @@ class Component:
         # modes above the cutoff: their static answer to the inertia of the constraint modes
         static = factor.solve((M @ constraint)[interior])
         static -= modes @ (modes.T @ (inner_M @ static))
-        # it is kept for those motions of the boundary of whose energy it has a share at half of
-        # the cutoff
-        omega = np.pi * cutoff
+        # it is kept for those motions of the boundary to whose energy it adds a share above SHARE
+        # at half of the cutoff
+        omega = np.pi * cutoff  # rad/s, of cutoff / 2
         energy = constraint.T @ (K @ constraint) + omega**2 * (constraint.T @ (M @ constraint))
         shares, motions = eigh(omega**4 * (static.T @ (inner_K @ static)), energy)
         static = static @ motions[:, shares > SHARE]
@@ -380,7 +389,8 @@ class Component:
         # in coordinates of the forces W of all terms: a residual is their sum with these weights
         R = (weights * right).reshape(-1, len(z))
         S = (weights.conj() * left).reshape(-1, len(z))
-        if len(self.residual_flexibility) > len(R):  # transposed terms, which act on left vectors
+        # where it has blocks of the transposed terms too, these serve S alone, the others R
+        if len(self.residual_flexibility) > len(R):
             R = np.vstack([R, 0 * R])
             S = np.vstack([0 * S, S])
         solved_R = self.residual_flexibility @ R
@@ -403,9 +413,10 @@ class InteriorTruncation(NamedTuple):
 def _residual_flexibility(
     matrices: Sequence[Matrix], basis: Array, interior: Indices, factor: Factor
 ) -> Array:
-    """Blocks (d, d) of V^T A^H K^-1 B V for all pairs A, B of matrices (n, n), in rows inside.
+    """The array (t d, t d) of blocks V^T A^H K^-1 B V for all pairs A, B of t matrices (n, n).
 
-    V is the basis (n, d) and `factor` that of K inside.
+    V is the basis (n, d). Of A V and B V the rows inside count, K^-1 is the inverse of K inside,
+    whose factor is `factor`: truncated motions move no boundary row.
     """
     from scipy.sparse import csc_array
 
@@ -418,7 +429,7 @@ def _residual_flexibility(
 
 
 def _projected(terms: tuple[Term, ...], basis: Array) -> tuple[Term, ...]:
-    """The terms V^T A V of a basis V (n, d)."""
+    """The terms V^T A V of a real basis V (n, d), with their factors."""
     return tuple(Term(basis.T @ (term.matrix @ basis), term.factor) for term in terms)
 
 
@@ -437,8 +448,9 @@ def _is_hermitian(A: Matrix) -> bool:
 def _real_modes(K: csc_array, M: csc_array, factor: Factor, cutoff: float) -> tuple[Array, Array]:
     """Squared frequencies (k,) in (rad/s)^2 and modes (n, k) with unit mass up to a cutoff in Hz.
 
-    By shift-and-invert Lanczos with the factor of K, with more modes until one lies above the
-    cutoff; of few rows all at once. Raises ZeroDivisionError where K does not hold all motions.
+    By shift-and-invert Lanczos with the factor of K, from 24 modes on with twice as many until one
+    lies above the cutoff. All at once where a search would take a quarter of the rows or more.
+    Raises ZeroDivisionError where that finds K not positive definite.
     """
     from scipy.linalg import eigh
     from scipy.sparse.linalg import LinearOperator, eigsh
@@ -446,14 +458,14 @@ def _real_modes(K: csc_array, M: csc_array, factor: Factor, cutoff: float) -> tu
     n = K.shape[0]
     limit = (2 * np.pi * cutoff) ** 2
     count = 24
-    while 4 * count < n:  # of more modes than a quarter of the rows the dense problem is faster
+    while 4 * count < n:  # the dense problem is faster for more modes
         inverse = LinearOperator((n, n), matvec=factor.solve, dtype=float)
         start = np.random.default_rng(n).standard_normal(n)
         squares, modes = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)
         if squares.max() > limit:
             return squares[squares <= limit], modes[:, squares <= limit]
         count *= 2
-    try:  # of 1/squares, since M may be singular
+    try:  # of 1/squares, since M may be singular: all above 1/limit are those up to the cutoff
         inverses, modes = eigh(M.toarray(), K.toarray(), subset_by_value=(1 / limit, np.inf))
     except np.linalg.LinAlgError:  # K is not definite
         raise ZeroDivisionError from None

@@ -171,8 +171,9 @@ def _triangle_rule() -> tuple[Array, Array]:
     weights: list[float] = []
     for a, weight in (inner, outer):
         points += [(a, a), (1.0 - 2.0 * a, a), (a, 1.0 - 2.0 * a)]
-        weights += 3 * [weight / 8.0]
+        weights += 3 * [weight / 8.0]  # of the area 1/2 of the reference triangle a quarter
     half = np.array(points) / 2.0
+    # the three triangles at the corners, and the one between them, which is turned
     parts = [half, half + [0.5, 0.0], half + [0.0, 0.5], 0.5 - half]
     return np.concatenate(parts), np.tile(weights, 4)
 
@@ -249,6 +250,7 @@ class _SurfacePoints(NamedTuple):
 def _integration_points(faces: _Faces) -> _SurfacePoints:
     """The points of the quadrature of all faces of one kind."""
     at, rule_weights = _triangle_rule() if faces.is_triangle else _quad_rule()
+    # f faces, g points of the rule, k nodes, t tangents, x coordinates
     values, slopes = SHAPES[faces.nodes.shape[1]](at)
     # f faces, g points of the rule, k nodes, t tangents, x coordinates
     places = np.einsum("gk,fkx->fgx", values, faces.places)
@@ -324,13 +326,14 @@ def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -
 
     count = len(points.places)
     width = max(faces.nodes.shape[1] for faces in kinds)
-    longest = max(faces.nodes.dtype.itemsize // 4 for faces in kinds)
+    longest = max(faces.nodes.dtype.itemsize // 4 for faces in kinds)  # letters, of four bytes
     distances = np.full(count, np.inf)
     labels = np.full((count, width), "", dtype=f"<U{longest}")
     weights = np.zeros((count, width))
     tree = KDTree(points.places)
     for faces in kinds:
         centres = faces.places.mean(axis=1)
+        # of balls that hold the nodes of each face and what lies within `farthest` of them
         radii = np.linalg.norm(faces.places - centres[:, None], axis=2).max(axis=1) + farthest
         size = faces.nodes.shape[1]
         for face, near in enumerate(tree.query_ball_point(centres, radii)):
@@ -345,7 +348,7 @@ def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -
             is_nearer = is_met & (away < distances[candidates])
             nearer = candidates[is_nearer]
             distances[nearer] = away[is_nearer]
-            weights[nearer] = 0.0
+            weights[nearer] = 0.0  # those of a farther face with more nodes
             weights[nearer, :size] = SHAPES[size](at[is_nearer]).values
             labels[nearer] = faces.nodes[face, 0]  # in the columns that the face does not fill
             labels[nearer, :size] = faces.nodes[face]
@@ -355,12 +358,13 @@ def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -
 def _foot(corners: Array, places: Array, normals: Array) -> tuple[Array, Array]:
     """Where lines from places (m, 3) along normals (m, 3) meet a face of nodes (k, 3).
 
-    Returns reference coordinates (m, 2) and heights (m,) along the normals, NaN where Newton's
-    method on face(r, s) - height normal = place does not settle.
+    Returns reference coordinates (m, 2), which may lie beyond the face, and heights (m,) along the
+    normals. Both are NaN where a line lies in the face, and where Newton's method on
+    face(r, s) - height normal = place does not settle in `STEPS` steps.
     """
     shape = SHAPES[len(corners)]
-    unknowns = np.zeros((len(places), 3))  # r, s, height
-    if len(corners) in (3, 6):
+    unknowns = np.zeros((len(places), 3))  # r, s, height: from the middle of a quadrilateral
+    if len(corners) in (3, 6):  # from the middle of a triangle
         unknowns[:, :2] = 1.0 / 3.0
     is_lost = np.zeros(len(places), dtype=bool)
     for _ in range(STEPS):
@@ -458,7 +462,7 @@ def contact_between_faces(
                     places=points.places[is_met],
                 ),
                 area=points.areas[is_met],
-                normal=-points.normals[is_met],
+                normal=-points.normals[is_met],  # outwards from the first, into the second
             )
         )
     joined = _joined(touching)

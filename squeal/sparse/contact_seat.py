@@ -188,9 +188,9 @@ class PairDirections(NamedTuple):
     """
 
     contact: Contact
-    area: Array  # (m,)
+    area: Array  # (m,), 1 where the contact names none
     normal: csr_array
-    sliding: csr_array  # zero without sliding
+    sliding: csr_array  # without any entry where the contact does not slide
     across: tuple[csr_array, csr_array]  # both directions across the normal, sliding first
     radius: Array  # (m,): the sliding speed over the contact's `speed`, 1 or the distance from axis
 
@@ -223,11 +223,12 @@ def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDi
         if centres is None:
             centres = np.mean([side.places() for side in sides], axis=0)
         axes = _unit_vectors("axis", contact.axis, points)
-        motion = np.cross(axes, centres - contact.through)
+        motion = np.cross(axes, centres - contact.through)  # velocities (m, 3) at 1 rad/s
         radius = np.linalg.norm(motion, axis=1)
     else:
         slides = False
-        motion = np.eye(3)[np.argmin(np.abs(normals), axis=1)]  # any direction across the normal
+        # any direction serves: the axis x, y or z that is farthest from the normal
+        motion = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
     tangents = _tangents(motion, normals, points)
     tangent = relative_displacement(tangents)
     return PairDirections(
@@ -266,12 +267,13 @@ class _Side:
         self, bodies: Mapping[str, Component], name: str, labels: Labels, weights: Array
     ) -> None:
         ends = np.cumsum([body.system.n for body in bodies.values()])
-        starts = dict(zip(bodies, [0, *ends], strict=False))
+        starts = dict(zip(bodies, [0, *ends], strict=False))  # the last end is no start
         self.body = bodies[name]
         self.labels = labels
         self.weights = weights
         self.size = int(ends[-1])  # rows of all components
         self.is_used = weights != 0.0  # False where a row of the table has fewer nodes
+        # rows of x, y, z in the assembly (m, k, 3); -1 where a node does not move along one
         rows = self.body.rows_of(labels[self.is_used])
         self.rows = np.full((*labels.shape, 3), -1)
         self.rows[self.is_used] = np.where(rows >= 0, rows + starts[name], -1)
@@ -313,7 +315,7 @@ class StaticContact:
 
     `closed` (m,) are the pairs that touch, `forces` (m,) their normal forces in N and `pressures`
     (m,) these over the areas; `stiffness` (m,) is that of the pairs without its factor, zero where
-    they are open, `constant` if it does not depend on the load.
+    they are open. `constant`: whether the stiffness of a closed pair does not depend on the load.
     """
 
     name: str
@@ -359,7 +361,8 @@ class _PairLaws(NamedTuple):
         """Normal forces (m,) and their derivatives by the approach (m,), both without the factor.
 
         The stiffness grows with a power of the force, dF/du = k (F / R)^e, so that
-        F = (1 - e) k u ((1 - e) k u / R)^(e / (1 - e)); R is the reference. Open pairs have none.
+        F = (1 - e) k u ((1 - e) k u / R)^(e / (1 - e)); R is the reference. Open pairs, u <= 0,
+        have no force unless they are bonded.
         """
         share = 1 - self.exponent
         pressed = self.stiffness * np.where(self.bonded, approach, np.maximum(approach, 0.0))
@@ -373,7 +376,7 @@ def _pair_laws(directions: PairDirections, parameters: Changes) -> _PairLaws:
     area = directions.area
     # where it slides friction is all that acts across the normal
     tangential: ArrayLike = 0.0
-    if not directions.sliding.nnz:
+    if not directions.sliding.nnz:  # without an entry: the contact does not slide
         tangential = parameters["tangential"] * area * contact.tangential
 
     def of_pairs(value: ArrayLike) -> Array:
@@ -406,9 +409,9 @@ def seat_contacts(
     load = np.concatenate(loads)
     if not load.any() and not all(pairs.contact.bonded for pairs in pair_sets):
         raise InputError("load: missing; pairs that may open are seated under the brake load")
-    K = structure.at()[2].real
+    _, _, K = structure.at()
     joined = _JoinedPairs.of(pair_sets, structure.parameters)
-    seat = _seat(K, load, joined)
+    seat = _seat(K.real, load, joined)  # imaginary parts are structural damping, which is at rest
     normal_forces = seat.closed * joined.laws.factor * seat.forces
     contacts = []
     start = 0
@@ -472,8 +475,9 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
 
     With constant stiffness it passes from one set of closed pairs to the next and ends where the
     set does not change. Once a set returns, one pair changes at a time, the first that violates its
-    condition, after which no set returns (Murty's principal pivoting). Raises InputError where all
-    pairs open, and ComputationError if the set keeps changing.
+    condition, after which no set returns (Murty's principal pivoting). With an exponent it ends
+    where, besides, no approach changes by more than 1e-11 of it. Raises InputError where all pairs
+    open, and ComputationError if neither is reached in 100 steps and one more for each pair.
     """
     laws = pairs.laws
     is_nonlinear = laws.exponent.any()
@@ -485,7 +489,7 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
     one_at_a_time = False
     for _ in range(100 + len(laws.gap)):
         springs = closed * laws.factor * slopes
-        tangential = np.tile(closed * laws.tangential, 2)
+        tangential = np.tile(closed * laws.tangential, 2)  # one after the other, as `across`
         A = K + pairs.push @ pairs.normal.multiply(springs[:, None])
         A = A + pairs.across.T @ pairs.across.multiply(tangential[:, None])
         # the law of each pair is replaced by its tangent: springs, and the force left at no
@@ -504,7 +508,7 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
             return _Seat(closed, forces, slopes, displacements)
         if len(changed) and now_closed.tobytes() in visited:
             one_at_a_time = True
-        if one_at_a_time and not is_nonlinear:
+        if one_at_a_time and not is_nonlinear:  # all but the first stay as they were
             now_closed[changed[1:]] = closed[changed[1:]]
         visited.add(closed.tobytes())
         closed = now_closed
@@ -512,7 +516,7 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
 
 
 def _solve(A: Matrix, right: Array) -> Array:
-    """A^-1 right. Raises InputError where A is singular."""
+    """A^-1 right. Raises InputError where A is singular, or so nearly that rounding decides."""
     from scipy.linalg import LinAlgWarning, solve
 
     try:

@@ -198,8 +198,9 @@ def roots_at(
     left: bool = False,
     stiffness: float | None = None,
 ) -> Roots:
-    """Known roots (m,), sorted, with unit right vectors and, if `left`, left ones (else NaN).
+    """Known roots (m,), sorted, with unit right vectors and, if `left`, left ones.
 
+    Without `left` these are NaN, but for zero roots, whose null spaces come together.
     By inverse iteration on P at each root. Roots that are too close for a vector each share the
     singular vectors of the smallest singular values of P at their mean, zero roots the null space
     of K. `stiffness` is the norm of the larger matrix whose rounding K carries, if there is one.
@@ -257,7 +258,8 @@ def _null_vectors(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray
         solution = lu_solve((lu, pivots), b, trans=2, check_finite=False)
         return np.linalg.qr(solution)[0]
 
-    # P^-1 and its adjoint in alternation converge to the singular vectors
+    # P^-1 and its adjoint in alternation converge to the singular vectors: one at once, since P is
+    # singular to rounding, several in three passes, since their values differ in size
     start = np.random.default_rng(len(P)).standard_normal((len(P), 2 * count)).view(complex)
     y = solve_adjoint(start)
     for _ in range(1 if count == 1 else 3):
@@ -265,7 +267,8 @@ def _null_vectors(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray
         if left or count > 1:
             y = solve_adjoint(x)
     if count > 1:
-        residuals = np.linalg.norm(P @ x, axis=0)
+        residuals = np.linalg.norm(P @ x, axis=0)  # the singular values
+        # one far above the least, and above 1e-6 of |P|, does not vanish: its vector is none of P
         is_defective = residuals > max(100 * residuals[0], 1e-6 * norm_of(P))
         x[:, is_defective] = x[:, :1]
         y[:, is_defective] = y[:, :1]

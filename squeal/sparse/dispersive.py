@@ -185,15 +185,17 @@ def vectors_of(
     for root in repeated:
         at = {**changes, **reduction.system.frequency(abs(root.value.imag))}
         values = np.full(root.multiplicity, root.value)
-        roots = roots.joined(reduction.roots(at, True, values))
+        roots = roots.joined(reduction.roots(at, left=True, values=values))
     return roots
 
 
 def _newton(
     reduction: DispersiveReduction, changes: Changes, start: complex, frozen: float, grid: Array
 ) -> complex | None:
-    """The root at its own frequency next to one of the system frozen at some omega; None if
-    Newton's method does not converge.
+    """The root at its own frequency next to one of the system frozen at some omega.
+
+    None if Newton's method does not converge, also at a root where P' vanishes, or if it converges
+    to a root whose frequency lies beyond the ends of the `grid`.
 
     With right and left vectors x, y of P the unknowns are dz and domega of
     y P x + y P' x dz + y dP/domega x domega = 0 and Im(z + dz) = omega + domega. Frequencies stay
@@ -204,7 +206,7 @@ def _newton(
     omega = frozen
     for _ in range(STEPS):
         at = {**changes, **system.frequency(omega)}
-        root = reduction.roots(at, True, np.array([z]))
+        root = reduction.roots(at, left=True, values=np.array([z]))  # vectors of P(z), no new root
         x = root.right[:, 0]
         y = root.left[:, 0].conj()
         M, C, K = system.at(at)
@@ -227,7 +229,7 @@ def _newton(
         step += root_by_omega * omega_step
         z = z + step
         omega = float(np.clip(omega + omega_step, grid[0], grid[-1]))
-        if abs(step) <= CONVERGED * abs(z):
+        if abs(step) <= CONVERGED * abs(z):  # omega differs from Im z where it was clipped
             return z if abs(z.imag - omega) <= CONVERGED * abs(z) else None
     return None
 
@@ -244,6 +246,7 @@ def modes_at_own_frequencies(
     system = scaled.system
     region = reduction.region
     middle = system.frequency((max(region.low_imag, 0.0) + region.high_imag) / 2)
+    # at the centre or next to it: any value near the roots serves
     _, factor = factorise_at(scaled.at({**changes, **middle}), region.centre)
     report("solving for the roots at their own frequencies")
     repeated = roots_at_own_frequencies(reduction, changes)
@@ -275,6 +278,7 @@ def modes_at_own_frequencies(
         reduction.extend(residuals.corrections(factor, is_unsolved, is_unsolved))
         for root in repeated:
             start = root.value
+            # from its own frequency, in the enlarged basis; where that fails it stays as it was
             root.value = _newton(reduction, changes, start, start.imag, grid) or start
     eigenvalues: list[Eigenvalue] = []
     for problem, single_root in zip(problems, single_roots, strict=True):

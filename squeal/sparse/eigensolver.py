@@ -120,6 +120,7 @@ class BlockArnoldi:
             self.grow()
             can_grow = self.applied < self.size <= most
             if self.applied >= next_size or not can_grow:
+                # the next ones an eighth larger: an eigenproblem at each block would cost too much
                 next_size = self.applied + max(2 * self.block, self.applied // 8)
                 yield self._ritz_pairs()
 
@@ -280,10 +281,10 @@ def corrected_roots(
     M = V.T @ (problem.M @ V)
     C = V.T @ (problem.C @ V)
     K = V.T @ (problem.K @ V)
-    stiffness = problem.norms[2]
+    _, _, stiffness = problem.norms  # |K|, whose rounding the projected K carries
     before = np.inf
     for _ in range(CORRECTIONS):
-        values = dense_values(M, C, K, stiffness)
+        values = dense_values(M, C, K, stiffness=stiffness)
         values = values[region.contains(values)]
         ritz = roots_at(M, C, K, values, left=True, stiffness=stiffness)
         left = multiply(V, ritz.left.conj()).conj()
@@ -477,11 +478,11 @@ def _roots_around(
             seed=attempt,
             single=attempt == 0,
         )
-        reach = near.reach - offset
-        if reach < 1.02 * region.radius:
-            if attempt or reach > 0.3 * region.radius:
+        reach = near.reach - offset  # from the centre
+        if reach < 1.02 * region.radius:  # no disc around the part has all its roots known
+            if attempt > 0 or reach > 0.3 * region.radius:
                 return None
-            continue  # so short a reach may be due to single precision
+            continue  # less than a third may be due to single precision: once more, in double
         basis = enlarged(basis, near.vectors, dropped=1e-6)
         disc = disc_around(region, near.values, reach)
         around = disc if certify else region.widened(1e-6)
@@ -492,7 +493,7 @@ def _roots_around(
         missing = None if count is None else count - len(roots.values)
         best = _PartRoots(roots, missing, near)
         # rough roots close to the border may lie on its other side
-        expected = np.sum(region.widened(-0.01).contains(near.values))
+        expected = np.sum(region.widened(-0.01).contains(near.values))  # one per cent inside
         if missing == 0 or (not certify and expected <= len(roots.values)):
             break
     return best
@@ -510,6 +511,7 @@ def _count_in_disc(
         known = np.concatenate([roots.values, outside])
         conjugates = known.conj()[~disc.contains(known.conj())]
         distances = np.abs(conjugates[:, None] - known).min(axis=1, initial=np.inf)
+        # a rough value within a thousandth of a conjugate is that root, known already
         outside = np.append(outside, conjugates[distances > 1e-3 * np.abs(conjugates)])
     return count_roots(problem, disc, np.append(roots.values, outside), near.factor)
 
@@ -555,7 +557,7 @@ def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
         if roots is None:
             continue
         count = _count_in_disc(problem, region, roots, near) if certify else None
-        if count is None or count <= len(roots.values):
+        if count is None or count <= len(roots.values):  # no count shows a missing one
             return Modes(eigenvalues_of(problem, roots), region, count, roots)
     if problem.n <= DENSE_ROWS:
         return _lowest_of_all(problem, modes, certify)
@@ -583,7 +585,7 @@ def _is_upper(values: ComplexArray, rigid: float) -> Bools:
 def _lowest_frequency_scale(problem: Quadratic, rigid: float) -> float:
     """The median |lambda| (rad/s) of at least four of the lowest roots above `rigid`; if there is
     none, a small share of the problem's frequency scale."""
-    shift = 1e-4 * problem.frequency_scale
+    shift = 1e-4 * problem.frequency_scale  # far below most roots, and not at zero
 
     def enough(values: ComplexArray, _: float) -> bool:
         return int(np.sum(np.abs(values) > rigid)) >= 4
@@ -632,8 +634,9 @@ def _lowest_of_squares(problem: Quadratic, modes: int, largest: float, certify: 
     The squares grow until a disc in one of them holds so many, or a number of times: those of the
     last one are then returned.
     """
-    half_width = 1.02 * largest
+    half_width = 1.02 * largest  # the largest root itself lies well inside
     for _ in range(ENLARGEMENTS):
+        # with the real axis; of complex matrices the lower roots are no conjugates
         low = -1e-6 * half_width if problem.real else -half_width
         square = Rectangle(-half_width, half_width, low, half_width)
         in_square = modes_in(problem, square, certify)

@@ -206,10 +206,10 @@ class _Pardiso(Factor):
         diagonal = np.empty(self._n, self.dtype)
         arguments: tuple[NDArray | int, ...] = (
             self._memory,
-            pivots,
-            diagonal,
-            1,
-            np.zeros(1, np.int32),
+            pivots,  # receives them
+            diagonal,  # receives the diagonal of the matrix, which nobody needs
+            1,  # number of the factor that is meant
+            np.zeros(1, np.int32),  # receives an error code, which is not read
         )
         self._library.pardiso_getdiag(*map(_pointer, arguments))
         return complex(np.sum(np.log(pivots.astype(complex))))

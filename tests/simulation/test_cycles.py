@@ -10,7 +10,7 @@ import pytest
 import squeal
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
-from squeal.queries.cycles import Cycles
+from squeal.queries.cycles import Cycles, _changes_of_sliding
 from squeal.queries.thresholds import critical_friction
 from squeal.simulation.cycles import (
     CLOSED_CURVE,
@@ -88,6 +88,27 @@ def test_sliding_changes_where_thresholds_say(answer):
     assert [verdict for _, verdict in answer.critical] == [kind for _, kind in within]
     for (value, _), (mu, _) in zip(answer.critical, within, strict=True):
         assert value == pytest.approx(mu, rel=1e-8)
+
+
+def test_each_change_of_a_verdict_between_two_values_is_located():
+    """Between 0 and 1 sliding flutters from 0.3 on, and from 0.7 on there is no equilibrium."""
+
+    def verdict_at(value):
+        if value >= 0.7:
+            return None
+        return "flutter" if value >= 0.3 else "stable"
+
+    sliding = [(value, verdict_at(value)) for value in (-1.0, 0.0, 1.0)]
+    changes = _changes_of_sliding(sliding, verdict_at)
+    assert [verdict for _, verdict in changes] == ["flutter", None]
+    assert [value for value, _ in changes] == pytest.approx([0.3, 0.7], abs=1e-9)
+
+
+def test_a_change_of_sliding_is_located_in_the_narrowest_range():
+    """Two neighbouring doubles: the interval cannot be halved."""
+    next_value = float(np.nextafter(1.0, 2.0))
+    sliding = [(1.0, "stable"), (next_value, "flutter")]
+    assert _changes_of_sliding(sliding, dict(sliding).get) == [(next_value, "flutter")]
 
 
 def test_multipliers_are_those_of_differences_of_the_flow(shooting, cycle):

@@ -194,7 +194,7 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
         contact_changes = []
     else:
         path = Path.of(scene.pad_model, point.mu * (1 + 1e-6))  # a little beyond the threshold
-        z, state = path.at(min(point.mu, path.mu_end))
+        z, state = path.at(min(point.mu, path.mu_end))  # a fold, found anew, may lie below it
         q = path.statics.to_si(z)
         contact_changes = path.breakpoints
     changes = _changes(scene, model, q, state)
@@ -202,10 +202,12 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
     inverse_masses = 1.0 / np.diag(M)
     unit = np.sqrt(np.outer(inverse_masses, inverse_masses))  # M^-1/2 M M^-1/2 is M * unit
     matrices = M * unit, (C + damping_matrix(scene)) * unit, K * unit
+    # a threshold at a change of contact has its value, but for rounding
     if any(abs(mu - point.mu) <= 1e-12 * point.mu for mu in contact_changes):
         changing = int(np.argmin(np.abs(model.gaps(q))))  # the gap that closes or opens
         return _without_frequency({name: by.gaps[changing] for name, by in changes.items()})
     if point.kind == "fold":
+        # sqrt(diag(unit)) is M^-1/2, which turns the vector of the scaled K into that of K
         left = np.sqrt(np.diag(unit)) * Singular.of(matrices, 0j).left.conj()
         return _without_frequency({name: left @ by.loads for name, by in changes.items()})
     scaled = {}
@@ -224,7 +226,7 @@ def _without_frequency(g_slopes: dict[str, complex]) -> dict[str, tuple[float, f
     slopes = {}
     for name, g_p in g_slopes.items():
         if name != "mu":
-            # 0.0 is added to make a zero positive
+            # a fold has a complex vector of one phase, which cancels; 0.0 makes a zero positive
             slopes[name] = (-float((g_p / g_slopes["mu"]).real) + 0.0, math.nan)
     return slopes
 

@@ -243,7 +243,7 @@ class PadStack:
 
     def origin(self, mu: np.ndarray) -> Equilibria:
         """Full contact about the origin at frictions mu (k,), as if an equilibrium."""
-        z = np.zeros((4, mu.size))
+        z = np.zeros((4, mu.size))  # rows: x, y, w theta and mu
         z[3] = mu
         touching = np.ones((self.statics.model.law.points, mu.size), dtype=bool)
         return Equilibria(z, touching, np.ones(mu.size, dtype=bool))
@@ -253,7 +253,7 @@ class PadStack:
 
         The second array (n,) of bool says where it is unknown whether there is one: where the
         branch was lost, and where rounding hides the contact forces. There is none where the branch
-        from mu = 0 ends before.
+        from mu = 0 ends before, or nothing touches. A linear model has one in any case.
         """
         origin = self.origin(self.mu)
         nowhere = np.zeros(self.n, dtype=bool)
@@ -325,9 +325,9 @@ class PadStack:
         statics = self.statics.pick(pad)
         contact = 1.0 * at.touching
         K = statics.stiffness(at.z, contact)
-        if statics.model.pad.mu_s is None:
+        if statics.model.pad.mu_s is None:  # given only with mu_k and v_ref: friction falls
             return normalised(statics.model.pad, K), None
-        model = statics.model.replace(mu=at.z[3])
+        model = statics.model.replace(mu=at.z[3])  # the fourth row of z is mu
         q = statics.place(at.z)
         C = -complex_step(partial(model.loads, q, contact), np.zeros(q.shape))
         return normalised(model.pad, K), normalised(model.pad, C)
@@ -359,7 +359,8 @@ class PadStack:
             size = np.abs(values).max(axis=1, keepdims=True)
             values.real[values.real <= 1e-8 * size] = 0.0
         else:
-            values = np.linalg.eigvals(first_order(A, B, 1.0)[0]).astype(complex)
+            form, _ = first_order(A, B, frequency_scale=1.0)
+            values = np.linalg.eigvals(form).astype(complex)
         # of those with the largest real part the one of largest frequency
         leading = np.lexsort((np.abs(values.imag), values.real), axis=1)[:, -1]
         fastest = np.full(self.n, np.nan, dtype=complex)
@@ -438,6 +439,7 @@ class PadStack:
         is_at_start = grid.number[first] == 0
         is_lost_there = is_at_start & ((first_unstable == 0.0) | begins_at_change)
         last_stable = np.where(is_lost_there, first_unstable, last_stable)
+        # narrow: two roundings of the largest mu, closer than which no value lies between
         loss = self._bisect(intervals, losing, last_stable, first_unstable, narrow=4e-16 * mu_max)
         return self._losses(intervals, losing, loss)
 
@@ -488,7 +490,7 @@ class PadStack:
         loss = intervals.mu_end.copy()
         loss[losing] = mu
         kinds = list(intervals.ends)
-        hertz = np.where(np.array(kinds) == FOLD, 0.0, np.nan)
+        hertz = np.where(np.array(kinds) == FOLD, 0.0, np.nan)  # no mode belongs to another end
         equilibria = intervals.at(losing, mu)
         A, B = self.matrices(losing, equilibria)
         codes = verdicts(A, B)
@@ -557,11 +559,15 @@ class PadStack:
         stable[j[unstable]] = False
 
     def _slow_modes_hidden(self) -> np.ndarray:
-        """Where (n,) rounding of a very large stiffness or damping may hide the slow modes."""
+        """Where (n,) rounding of a very large stiffness or damping may hide the slow modes.
+
+        They are hidden where the least square of a frequency is 1e-12 of the largest or less, which
+        rounding (1e-16) leaves with four digits at most.
+        """
         singular_values = np.linalg.svd(self._stiffness_without_friction, compute_uv=False)
         largest = singular_values[:, 0]
         if self.damping is not None:
-            rates = np.linalg.norm(self.damping, 2, axis=(1, 2))
+            rates = np.linalg.norm(self.damping, 2, axis=(1, 2))  # as fast as a frequency
             largest = np.maximum(largest, rates**2)
         return singular_values[:, -1] <= 1e-12 * largest
 
@@ -585,7 +591,8 @@ class PadStack:
             second = np.sqrt(squares[rows, j[nearest]])
             omega = (first + second).real / 2
         else:
-            roots = np.linalg.eigvals(first_order(A, B, frequency_scale=1.0)[0])
+            form, _ = first_order(A, B, frequency_scale=1.0)
+            roots = np.linalg.eigvals(form)
             growth = np.where(roots.imag > 0.0, roots.real, -np.inf)
             omega = roots.imag[rows, np.argmax(growth, axis=1)]
         return omega / self.statics.units.time / (2 * np.pi)
@@ -620,6 +627,7 @@ def margins(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
         a, b, c = squares.T
         differences = (a - b) * (a - c) * (b - c)
         return np.array([(differences * differences).real, det])
-    roots = np.linalg.eigvals(first_order(A, B, 1.0)[0])
-    i, j = np.triu_indices(roots.shape[1], 1)
+    form, _ = first_order(A, B, frequency_scale=1.0)
+    roots = np.linalg.eigvals(form)
+    i, j = np.triu_indices(roots.shape[1], 1)  # the pairs of two roots
     return np.array([-np.prod(roots[:, i] + roots[:, j], axis=1).real, det])

@@ -45,16 +45,16 @@ def roots_of_all(
     Returns
     -------
     array (m,)
-        Roots in rad/s by rising frequency. Of complex matrices only those with Im >= 0 describe a
-        motion.
+        Roots in rad/s by rising frequency. Of real matrices without a band also the conjugates; of
+        complex ones only those with Im >= 0, as others describe no motion.
     """
     roots = dense_values(*system.arrays(changes))
     if not system.real:
         # a real root that rounding puts below the real axis would be lost
-        is_real = np.abs(roots.imag) <= assumed_rounding(roots, True)
+        is_real = np.abs(roots.imag) <= assumed_rounding(roots, undamped=True)
         roots = np.where(is_real, roots.real, roots)
         roots = roots[roots.imag >= 0.0]
-    if selection.band is not None:  # a band bounds the frequency, not the growth rate
+    if selection.band is not None:  # a band, ends included, bounds no growth rate
         low, high = selection.band
         inside = (roots.imag >= math.tau * low) & (roots.imag <= math.tau * high)
         roots = roots[inside]

@@ -38,18 +38,19 @@ def with_band_proof(
     low, high = (math.tau * hertz for hertz in selection.band)
     values = np.array([root.value for root in roots.eigenvalues], dtype=complex)
     growth_limit = math.inf if roots.growth_limit is None else roots.growth_limit
-    proof = prove_modes(*system.at(), values, low, high, growth_limit)
+    proof = prove_modes(*system.at(), values, low, high, rate=growth_limit)
     if proof.status == "open":
         noted = replace(roots, notes=(*roots.notes, f"not proved: {proof.reason}"))
         proved_to_grow = any(piece.side == "grows" for piece in proof.pieces)
+        # without pieces nothing is enclosed: the computed verdict stands as without a referee
         if not proof.pieces or roots.verdict not in GROWING or proved_to_grow:
             return noted
         return replace(noted, verdict=None, criterion=f"{OPEN}{proof.reason}")
     if proof.status == "refuted":
         reason = f"the referee disagrees: {proof.reason}"
         where = as_complex(proof.where)
-        statement = Statement("open", proof.by, None, proof.data, reason, where)
+        statement = Statement("open", proof.by, data=proof.data, reason=reason, where=where)
         return replace(roots, judged_by=statement)
     eigenvalues = with_proved_errors(roots.eigenvalues, proof.errors)
-    statement = Statement("proved", proof.by, proof.growth_below, proof.data)
+    statement = Statement("proved", proof.by, growth_below=proof.growth_below, data=proof.data)
     return replace(roots, eigenvalues=eigenvalues, judged_by=statement)

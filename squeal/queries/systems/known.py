@@ -41,8 +41,14 @@ def error_bounds(
 def data_of(file: SystemFile, system: TermSystem) -> Data | None:
     """How precisely the referee may take the entries of M, C and K for known.
 
-    They are known to the digits of the files, else to the rounding of sums of terms, else exactly
-    as given. None for reduced components, of which it proves nothing: nobody gave their matrices.
+    The first case that applies:
+
+    - reduced components: None, since nobody gave their matrices, so that nothing is proved of them;
+    - matrices that follow the frequency, which the referee does not judge: half an ulp (half a unit
+      in the last place of a double), the least that is ever assumed;
+    - files with few digits: half a unit of the last digit beside that;
+    - a large system: half an ulp;
+    - a small one: the rounding of sums of terms beside half an ulp, if anything was rounded.
     """
     if file.assembly is not None and file.assembly.reduction:
         return None
@@ -55,7 +61,7 @@ def data_of(file: SystemFile, system: TermSystem) -> Data | None:
         return Data()
     radii = rounding_of_sums(system)
     if not any(radius.any() for radius in radii):
-        return Data()  # each entry is one given number
+        return Data()  # each entry is one given number, known to half an ulp
     return Data(radii=radii, keeps_structure=_has_structure(system))
 
 
@@ -84,7 +90,7 @@ def open_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:
 
     Empty if they do not.
     """
-    sign_open = [root for root in roots if root.open]
+    sign_open = [root for root in roots if root.open]  # their errors hide the sign of growth
     if not sign_open or not has_digits(file.system):
         return ""
     farthest = max(root.error or 0.0 for root in sign_open)
@@ -110,7 +116,8 @@ def accuracy_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:
 def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> str:
     """Say why the digits of files leave the verdict at a value of the parameter open.
 
-    Empty if they do not, and for large systems.
+    Empty if they do not; for reduced components, whose roots are off by the reduction; and for
+    large systems, of which not all roots are known.
     """
     system = file.system.replace({file.system.parameter: value})
     add_errors = error_bounds(file, system)
@@ -127,8 +134,8 @@ def thresholds_as_known(
 ) -> Thresholds:
     """Withdraw the certificate of thresholds where something was assumed of the system.
 
-    Likewise where the digits of files leave the verdict at the lower end of the range open: there
-    is none then.
+    Likewise where the digits of files leave the verdict at the lower end of the range open; the
+    answer then has no verdict there.
     """
     reason = _open_at(file, selection, answer.low)
     doubts = list(file.assumptions)
@@ -162,13 +169,13 @@ def sweep_as_known(file: SystemFile, selection: EigenvalueSelection, answer: Swe
     """Withdraw the certificates of a sweep where something was assumed of the system.
 
     Verdicts from a reduced system, which knows nothing of digits, are withdrawn where the digits of
-    files leave them open.
+    files leave them open. Those of the system itself took the digits into account already.
     """
     steps = []
     for step in answer.steps:
         certified = step.certified
         verdict = step.verdict
-        is_of_reduced_system = certified is None
+        is_of_reduced_system = certified is None  # nothing counts the roots of a reduced system
         if is_of_reduced_system and _open_at(file, selection, step.value):
             verdict = None
         if file.assumptions and not is_of_reduced_system:

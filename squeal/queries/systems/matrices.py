@@ -22,7 +22,8 @@ ALL_ROWS = 400  # up to so many rows all roots are computed
 
 
 def is_symmetric(matrix: Matrix) -> bool:
-    """True if a matrix (n, n) and its transpose differ by rounding only."""
+    """True if a matrix (n, n) and its transpose differ by rounding only, 1e-12 of its largest
+    entry."""
     if not matrix.shape[0]:
         return True
     difference = abs(matrix - matrix.T).max()
@@ -201,7 +202,7 @@ def write_components(
         rows += written
         # generalised coordinates of a reduced component have neither a node nor a direction
         nodes = [node or "-" for node in body.nodes.tolist()]
-        dofs = ["xyz-"[direction] for direction in body.directions]
+        dofs = ["xyz-"[direction] for direction in body.directions]  # -1, of no direction, is "-"
         positions = np.zeros((len(nodes), 3)) if body.places is None else body.places
         table = zip(nodes, dofs, *positions.T.tolist(), strict=True)
         write_csv(home / "nodes.csv", ["node", "dof", "x", "y", "z"], table)

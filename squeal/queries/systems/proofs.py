@@ -49,7 +49,7 @@ def dense_matrices(M: Matrix, C: Matrix | None, K: Matrix) -> Arrays:
 
 
 def as_complex(where: complex | float | None) -> complex | None:
-    """The root, or the value of the parameter, at which a proof is open; None where it is not."""
+    """The root, or the value of the parameter, at which a proof is open; None if it names none."""
     return None if where is None else complex(where)
 
 
@@ -60,10 +60,11 @@ class Data:
     Attributes
     ----------
     words : str
-        The precision in words, for people.
+        The precision in words. Without radii the referee takes it from them: `HALF_ULP` (half a
+        unit in the last place of a double), or a number of digits such as "12 digits".
     radii : tuple of 3 array (n, n), or None
         How far the entries of M, C and K may be off, in addition to half a unit in the last place
-        of a double. None: by no more than that.
+        of a double. None: as the words say.
     keeps_structure : bool
         Whether symmetric M and K, and a skew C, remain so for all entries within the radii.
     """
@@ -218,7 +219,8 @@ def refereed(
     arrays = dense_matrices(*matrices)
     system = data.around(*arrays)
     proof = _proof_of(system, roots, verdict[0])
-    # entries that are rounded sums may leave a wrong list open: taken for exact they may refute it
+    # entries that are rounded sums may leave a wrong list open: taken for exact they may refute it.
+    # What they prove then is not used, since the true entries are not known so well
     sharpest_proof = proof
     if proof.status == "open" and data.is_rounded:
         sharpest_proof = _proof_of(Data().around(*arrays), roots, verdict[0])
@@ -262,7 +264,7 @@ def _with_roots_of_referee(
     proof = _proof_of(system, enclosed, only_verdict)
     nothing_was_enclosed = not enclosed and proof.status != "proved"
     if proof.status == "refuted" or nothing_was_enclosed:
-        statement = Statement("open", proof.by, None, proof.data, refutation.reason, None)
+        statement = Statement("open", proof.by, data=proof.data, reason=refutation.reason)
         return RefereedRoots(refuted, open_verdict, statement)
     if only_verdict is None:
         return _as_proved(enclosed, open_verdict, proof, data)
@@ -277,6 +279,7 @@ def _proof_of(system: Quadratic, roots: EigenvalueTuple, verdict: str | None) ->
     shapes = None
     if roots and all(len(e.right) == system.n for e in roots):
         shapes = np.column_stack([e.right for e in roots])
+    # infinite errors: the list claims no distance from the exact roots
     return prove_roots(system, RootList.of(values, math.inf, verdict, shapes))
 
 
@@ -285,9 +288,14 @@ def _as_proved(
 ) -> RefereedRoots:
     """Take into an answer what a proof says of roots that it does not refute.
 
-    A verdict becomes open if the proof leaves several verdicts possible. A proof decides a verdict
-    that was open because of rounding. A verdict that was open because the data have few digits
-    stays open, and the statement on the list becomes open too.
+    The verdict and the status of the proof are taken as they are, but for these cases:
+
+    - The proof is open and another verdict is possible: the verdict becomes open.
+    - The list is proved and empty: the verdict is the only possible one.
+    - The list is proved, its verdict was open because of rounding, the entries have all digits of a
+      double and one verdict is possible: this is the verdict.
+    - The list is proved and its verdict was open for another reason, such as few digits of the
+      data: it stays open, and the statement on the list becomes open too.
 
     Parameters
     ----------
@@ -379,21 +387,22 @@ def exact_spectrum(
 
 
 def with_proved_errors(roots: EigenvalueTuple, errors: Array) -> EigenvalueTuple:
-    """Raise the errors of roots to their proved distances from the exact roots.
+    """Take the proved distances of roots from the exact roots into their errors.
 
     Parameters
     ----------
     roots : tuple of m Eigenvalue
         The roots.
     errors : array (m,)
-        How far each may lie from the exact root, 1/s; infinite where that is not known, which
-        leaves the root as it is.
+        How far each may lie from the exact root in the complex plane, rad/s, so that its growth
+        rate is off by no more, 1/s. Infinite or NaN where that is not known, which leaves the root
+        as it is.
 
     Returns
     -------
     tuple of m Eigenvalue
-        The roots, their `rounding` at least that distance. A distance that shows in printed digits
-        is their `error` too.
+        The roots. Their `rounding` is raised to that distance, or set to it where it was infinite
+        (not known). A distance that shows in printed digits raises their `error` too.
     """
     changed = []
     for root, distance in zip(roots, errors.tolist(), strict=True):
@@ -414,13 +423,14 @@ def with_proved_growth(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> Eigen
     """Mark the roots that are proved to grow although their errors hide it.
 
     Each piece whose roots grow is matched with as many listed roots, the nearest to its centres.
-    Their real parts are clipped to the proved bounds of the piece.
+    Their real parts are clipped to the proved bounds of the piece. Roots that more pieces would
+    need than the list has stay as they are.
     """
     growing_pieces = [piece for piece in pieces if piece.side == "grows"]
     proved_to_grow = sum(piece.count for piece in growing_pieces)
     known_to_grow = sum(root.value.real > root.rounding for root in roots)
     if proved_to_grow <= known_to_grow:
-        return roots
+        return roots  # their errors hide nothing
     from scipy.optimize import linear_sum_assignment  # which pads start without
 
     changed = list(roots)
@@ -483,15 +493,16 @@ def _root_with_vectors(matrices: Arrays, z: complex) -> Eigenvalue:
     """A root z (rad/s) of M, C and K with its vectors, by a singular-value decomposition.
 
     The vectors are the singular vectors of P = z^2 M + z C + K with the least singular value, so
-    that P x = 0 and y^H P = 0; both are scaled by x^H M x unless that vanishes. The least singular
-    value over the norms of the three parts is the backward error.
+    that P x = 0 and y^H P = 0; both are scaled to x^H M x = 1 unless that vanishes. The least
+    singular value over the norms of the three parts is the backward error. The condition is not
+    computed, and infinite.
     """
     M, C, K = matrices
     parts = [z**2 * M, K]
     if C is not None:
         parts.insert(1, z * C)
     left, singular_values, right = np.linalg.svd(sum(parts))
-    x = right[-1].conj()
+    x = right[-1].conj()  # rows are conjugated vectors, that of the least value last
     y = left[:, -1]
     energy = abs(np.vdot(x, M @ x))
     if energy > 0.0:
@@ -499,4 +510,4 @@ def _root_with_vectors(matrices: Arrays, z: complex) -> Eigenvalue:
         y = y / math.sqrt(energy)
     size = sum(float(np.linalg.norm(part)) for part in parts)
     residual = float(singular_values[-1]) / size if size else 0.0
-    return Eigenvalue(z, x, y, residual, math.inf)
+    return Eigenvalue(z, right=x, left=y, residual=residual, condition=math.inf)

@@ -45,12 +45,13 @@ def _region_of(scaled: ScaledSystem, selection: EigenvalueSelection, changes: Ch
     if is_small(scaled.system):
         roots = roots_of_all(scaled.system, EigenvalueSelection(), changes)
         sizes = np.sort(np.abs(roots[roots.imag >= 0.0]))
-        radius = float(sizes[: selection.modes][-1])
+        radius = float(sizes[: selection.modes][-1])  # of the highest of the lowest modes
     else:
         radius = lowest_modes(scaled.at(changes), selection.modes, certify=False).region.radius
     radius *= 1.2  # rad/s, with a margin for other parameters
     if radius == 0.0:  # all of the modes are rigid-body motions, and give no scale
         radius = 1.0
+    # a little beyond the real axis, so that real roots lie inside
     return Rectangle(
         low_real=-radius / 4, high_real=radius / 4, low_imag=-1e-6 * radius, high_imag=radius
     )
@@ -80,7 +81,7 @@ def reduced_for(
         follow the frequency it is the first.
     """
     scaled = ScaledSystem(system)
-    region = _region_of(scaled, selection, values[len(values) // 2])
+    region = _region_of(scaled, selection, values[len(values) // 2])  # the middle one of them
     if method == "modal" and not system.follows:
         with one_thread():
             first_look = FirstLook(scaled, region, values).build()

@@ -31,14 +31,15 @@ def widened_in_frequency(region: Rectangle, share: float = ROUGH) -> Rectangle:
 def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
     """True if rounding leaves on which side of an end of the frequencies of a region a root lies.
 
-    So all copies of a multiple root are treated alike.
+    So all copies of a multiple root are treated alike. False for a root below the real axis, which
+    has no frequency of its own, and where rounding is not known.
     """
     rounding = root.rounding
     imag = root.value.imag
     if not rounding < math.inf or imag < 0.0:
         return False
     distances = [abs(imag - region.high_imag)]
-    if region.low_imag > 0.0:
+    if region.low_imag > 0.0:  # an edge at the real axis or below is no end of frequencies
         distances.append(abs(imag - region.low_imag))
     real = root.value.real
     is_beside = region.low_real - rounding <= real <= region.high_real + rounding
@@ -48,9 +49,9 @@ def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
 def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
     """True if a root lies in a region, or no further from it than its error.
 
-    What rounding leaves of its frequency counts, too. An error above a tenth of the region's
-    highest frequency is ignored, and so is that of a root below the real axis where the region
-    begins there.
+    It lies in the region if rounding leaves open on which side of an end of the frequencies it
+    lies. An error above a tenth of the region's highest frequency is ignored, and so is that of a
+    root below the real axis where the region does not reach below it.
     """
     error = root.error or 0.0
     if _lies_at_end(root, region) and root.rounding <= LOOSE * region.high_imag:
@@ -75,7 +76,7 @@ def doubts_at_ends(roots: Sequence[Eigenvalue], region: Rectangle) -> list[str]:
         real = root.value.real
         imag = root.value.imag
         distances = [real - region.low_real, real - region.high_real, imag - region.high_imag]
-        if region.low_imag > 0.0:
+        if region.low_imag > 0.0:  # an edge at the real axis or below is no end of frequencies
             distances.append(imag - region.low_imag)
         if _lies_at_end(root, region):
             hertz = f"{root.frequency_hz:.6g} Hz, known to {root.rounding / math.tau:.2g} Hz"
@@ -98,7 +99,7 @@ def growing_outside(
     growing_roots: list[complex] = []
     for root in sorted(rough_values, key=lambda root: -root.real):
         tolerance = ROUGH * abs(root)
-        grows = root.real > tolerance and root.imag >= -tolerance
+        grows = root.real > tolerance and root.imag >= -tolerance  # without conjugates
         if not grows or wide.contains(np.array(root)):
             continue
         if all(abs(root - other) > tolerance for other in growing_roots):

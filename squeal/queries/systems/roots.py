@@ -183,7 +183,7 @@ def system_roots(
     if is_small(system):
         roots = _roots_of_matrices(system.arrays(changes), selection, add_errors, data)
         return roots.lowest(selection.modes)
-    if system.follows:
+    if system.follows:  # some matrix depends on the frequency of the root
         return _at_own_frequencies(system, selection, changes or {})
     problem = ScaledSystem(system).at(changes)
     region = selection.rectangle
@@ -329,6 +329,7 @@ def _roots_of_matrices(
         # errors beyond rounding: a verdict that ignores them does not hold
         roots = add_errors(roots)
         finite = tuple(root for root in roots if root.rounding < math.inf)
+        # a root whose sign the errors leave open may grow: then only growth of others is a verdict
         judged = judge_roots(finite, complete=not any(root.open for root in finite))
     if judged is None:
         judged = judge_roots(roots if real else _upper_half(roots, real))
@@ -341,7 +342,7 @@ def _roots_of_matrices(
         count: int | None = len(roots)
     else:
         count = _number_of_roots(quadratic(M, C, K), roots)
-    selected = roots
+    selected = roots  # all roots of real matrices are listed with their conjugates
     if selection.modes is not None or not real:
         selected = _upper_half(roots, real)
         count = _count_of_upper(count, roots, selected)
@@ -439,9 +440,15 @@ def _part_of_all(
         in it or outside.
     statement : Statement or None
         What the referee says of all roots; None if it was not asked.
+
+    Returns
+    -------
+    SystemRoots
+        `eigenvalues` are the roots that lie in the region or may do so by their errors; `count` is
+        that of the roots strictly inside. A difference of the two is what errors leave open.
     """
     region = selection.rectangle
-    assert region is not None
+    assert region is not None  # this selection has a band or a region
     values = np.array([root.value for root in roots], dtype=complex)
     if selection.band is not None:
         # a band has no limit of growth rates: its region is as wide as its roots lie
@@ -449,25 +456,21 @@ def _part_of_all(
         largest = float(np.max(np.abs(values.real[in_band]), initial=0.0))
         half_width = max(WIDER * largest, region.high_real)
         region = replace(region, low_real=-half_width, high_real=half_width)
-    meaningful = roots if problem.real else _upper_half(roots, real=False)
+    of_motions = roots  # of real matrices also conjugates, which a region below the axis holds
+    if not problem.real:
+        of_motions = _upper_half(roots, real=False)
     inside = []
     others = []
-    for root in meaningful:
+    for root in of_motions:
         if may_lie_in(root, region):
             inside.append(root)
         else:
             others.append(root)
     outside = growing(others)
-    is_complete = statement is not None and statement.status == "proved"
-    if not is_complete:
-        # if the argument principle counts as many roots in a disc around the region as were
-        # computed there, none of the region is missing
-        disc = disc_around(region, values, 2 * float(np.max(np.abs(values), initial=0.0)))
-        is_complete = _count_in(problem, disc, values) == int(np.sum(disc.contains(values)))
     count = None
-    if is_complete:
-        of_motions = np.array([root.value for root in meaningful], dtype=complex)
-        count = int(np.sum(region.contains(of_motions)))
+    if _none_is_missing(problem, values, region, statement):
+        values_of_motions = np.array([root.value for root in of_motions], dtype=complex)
+        count = int(np.sum(region.contains(values_of_motions)))
     verdict, criterion = judge_roots(inside, complete=False)
     if verdict is None and not outside:
         verdict, criterion = judged
@@ -479,8 +482,24 @@ def _part_of_all(
         criterion=criterion,
         outside=tuple(mode.root for mode in outside),
         judged_by=statement,
-        doubts=tuple(doubts_at_ends(meaningful, region)),
+        doubts=tuple(doubts_at_ends(of_motions, region)),
     )
+
+
+def _none_is_missing(
+    problem: Quadratic, values: ComplexArray, region: Rectangle, statement: Statement | None
+) -> bool:
+    """Whether all roots of a region are among the computed `values` (m,) of the whole plane.
+
+    Either the referee proved the whole list, or the argument principle counts as many roots in a
+    disc around the region as were computed in that disc. False if that count fails too.
+    """
+    if statement is not None and statement.status == "proved":
+        return True
+    farthest = float(np.max(np.abs(values), initial=0.0))
+    # all roots are known, not only those near the region: the outline may lie wherever gaps are
+    disc = disc_around(region, values, reach=2 * farthest)
+    return _count_in(problem, disc, values) == int(np.sum(disc.contains(values)))
 
 
 def _upper_half(roots: EigenvalueTuple, real: bool) -> EigenvalueTuple:

@@ -62,7 +62,8 @@ def _contacts_that_may_change(assembly: Assembly) -> list[Contact]:
     """
     changing = []
     for contact, seat in zip(assembly.contacts, assembly.seats, strict=True):
-        if not (seat.constant and seat.closed.all()) or _is_damped(contact):
+        is_fixed = seat.constant and seat.closed.all()
+        if not is_fixed or _is_damped(contact):
             changing.append(contact)
     return changing
 
@@ -88,8 +89,9 @@ def note_of_seat_parameters(file: SystemFile) -> str:
 def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
     """Add the note on the seat to thresholds, which were located with the seat held.
 
-    They are not certified if contact that is seated anew at one of them differs, or at one of some
-    values along the range: another seat may lose stability where the held one does not.
+    They are not certified if contact that is seated anew at one of the crossings differs, or else
+    at one of some values along the range, of which the first is reported: another seat may lose
+    stability where the held one does not.
     """
     note = seat_note(file)
     if not note:
@@ -106,7 +108,8 @@ def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
     noted = replace(answer, seat=(note, *doubts))
     if not doubts:
         return noted
-    return replace(with_doubts(noted, doubts), proof_line="")  # the doubts have lines of their own
+    # the answer prints `seat`, note and doubts, in lines of its own: a proof line would repeat them
+    return replace(with_doubts(noted, doubts), proof_line="")
 
 
 def _has_seat(assembly: Assembly) -> bool:
@@ -138,6 +141,7 @@ def _doubt_of_seat(assembly: Assembly, parameter: str, value: float) -> str:
             compared.append((held.forces, anew.forces))
         for before, after in compared:
             if np.max(np.abs(after - before)) > SAME * np.max(np.abs(before)):
+                # the second sentence of a seat, behind ";", tells nothing of the difference
                 anew_in_short = str(anew).split(";")[0]
                 held_in_short = str(held).split(";")[0]
                 return f"seated anew at {at} it is another {anew_in_short}; held is {held_in_short}"

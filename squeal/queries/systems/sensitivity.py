@@ -123,7 +123,11 @@ def derivatives(system: TermSystem) -> dict[str, Change]:
 
 
 def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
-    """Compute the derivatives of the eigenvalues of an answer by each parameter of its system."""
+    """Compute the derivatives of the eigenvalues of an answer by each parameter of its system.
+
+    They are rad/s per unit of the parameter, the real part that of the growth rate. Where matrices
+    follow the frequency they are total derivatives, along which each root has its own frequency.
+    """
     at_value = system.replace({system.parameter: answer.value})
     groups = [answer.eigenvalues]  # roots that share their matrices, perhaps none
     if answer.eigenvalues and system.follows:  # each root has matrices of its own frequency
@@ -131,9 +135,10 @@ def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
     slopes_of_groups = []
     conditions = []
     for group in groups:
-        omega = max((root.value.imag for root in group), default=None)
+        omega = max((root.value.imag for root in group), default=None)  # of one root, if it counts
         frozen = at_value.frozen(omega)  # the same at every omega where no matrix follows it
         at_held_frequency, condition = sensitivities(frozen.at(), derivatives(frozen), group)
+        # of a root v the frequency in rad/s is Im v
         slopes_of_groups.append(at_own_frequency(at_value, at_held_frequency, np.imag))
         conditions.append(condition)
     values = at_value.given
@@ -167,8 +172,9 @@ def at_own_frequency(
     system : TermSystem
         The system; without matrices that follow the frequency the slopes are returned as they are.
     slopes : mapping of str to array
-        Partial derivatives at a held frequency: v_q by each parameter, and v_w by those parameters
-        that are the frequency (in rad/s or in Hz).
+        Partial derivatives at a held frequency: v_q by each parameter, also by the parameters that
+        are the frequency: `omega` in rad/s, `frequency` in Hz, or both. v_w is the sum of these,
+        each per rad/s.
     frequency_slope : callable
         f: the derivative of the frequency in rad/s from a derivative of v.
 
@@ -179,7 +185,7 @@ def at_own_frequency(
     """
     if not system.follows:
         return dict(slopes)
-    per_omega = system.frequency(1.0)  # of each parameter that is the frequency, per rad/s
+    per_omega = system.frequency(1.0)  # their values at 1 rad/s: {"omega": 1, "frequency": 1/2pi}
     v_omega = np.asarray(sum(per_omega[name] * slopes[name] for name in per_omega))
     total = {}
     for name, v_q in slopes.items():
@@ -192,12 +198,12 @@ def at_own_frequency(
 def threshold_sensitivity(system: TermSystem, answer: Thresholds) -> Sensitivity:
     """Compute the derivatives of the first loss of stability of an answer by each parameter.
 
-    There are none where the system is unstable from the start, or nowhere. Raises ComputationError
-    where several roots cross at once.
+    There are none where the system is unstable from the start of the range, or nowhere in it.
+    Raises ComputationError where several modes cross at once, or none crosses at that point.
     """
     first = None if answer.verdict in GROWING else answer.first
     slopes: dict[str, NDArray] = {}
-    if first is not None:
+    if first is not None:  # first.mu is the value of the free parameter, whatever its name
         (slopes,) = threshold_slopes(system, [(first.mu, first.frequency_hz)])
     values = system.given
     return Sensitivity(
@@ -244,6 +250,7 @@ def threshold_slopes(
         at_held_frequency = {}  # for each parameter the derivatives (2,) of value and frequency
         for name, pair in crossing_slopes(at, frozen.at(), by_free_parameter, changes).items():
             at_held_frequency[name] = np.array(pair)
+        # pair[1] is the derivative of the frequency in Hz
         slopes.append(at_own_frequency(system, at_held_frequency, lambda pair: 2 * np.pi * pair[1]))
     return slopes
 
@@ -257,7 +264,7 @@ def widened_by_reduction(system: TermSystem, assembly: Assembly, answer: Thresho
     scaled = ScaledSystem(system)
 
     def widened(located: Located) -> Located:
-        distance = math.inf
+        distance = math.inf  # where several modes cross at once
         with suppress(ComputationError):
             omega = 2 * np.pi * located.frequency_hz
             distance = _shift_by_reduction(scaled, assembly, located.mu, omega)
@@ -271,7 +278,7 @@ def widened_by_reduction(system: TermSystem, assembly: Assembly, answer: Thresho
         answer,
         points=tuple(widened(point) for point in answer.points),
         crossings=tuple(widened(crossing) for crossing in answer.crossings),
-        certified=None if answer.certified is None else False,
+        certified=None if answer.certified is None else False,  # None: nothing was counted
         details={**answer.details, "doubts": doubts, "basis": basis},
         notes=(*answer.notes, basis_text(basis, errors=True)),
     )
@@ -351,19 +358,19 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     """
     system = scaled.system
     problem = scaled.at({system.parameter: value, **system.frequency(abs(root))})
-    _, factor = factorise_at(problem, root)
+    _, factor = factorise_at(problem, root)  # next to the root where P is exactly singular
 
     def solve(b: NDArray, adjoint: bool) -> NDArray:
         """P^-1 b, or P^-H b."""
         if adjoint:  # P^H is the conjugate of the transpose, which the factor solves with
-            return factor.solve(b.conj(), True).conj()
+            return factor.solve(b.conj(), transposed=True).conj()
         return factor.solve(b)
 
     count = min(2, problem.n)
     x: NDArray = np.random.default_rng(1).standard_normal((problem.n, count)) + 0j
     for _ in range(ITERATIONS):
         y = np.linalg.qr(solve(x, True))[0]
-        x = np.linalg.qr(solve(y, False))[0]
+        x = np.linalg.qr(solve(y, False))[0]  # qr()[0]: an orthonormal basis of the same space
     residual = np.abs(np.sum(y.conj() * problem.apply(np.full(count, root), x), axis=0))
 
     def magnitude(X: csc_array) -> NDArray[np.float64]:
@@ -377,7 +384,7 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     by_mass = 2 * abs(root) ** 2 * magnitude(problem.M)
     by_damping = abs(root) * magnitude(problem.C)
     crosses_here = residual <= NEAR * np.maximum(by_mass, by_damping)
-    if root and crosses_here.sum() != 1:
+    if root and crosses_here.sum() != 1:  # at zero a root and its mirror image meet
         crosses = "several modes cross" if crosses_here.any() else "no mode crosses"
         where = f"{system.parameter} = {value:.9g}, {abs(root) / (2 * np.pi):.6g} Hz"
         raise ComputationError(f"{crosses} the imaginary axis at {where}: no derivative is known")

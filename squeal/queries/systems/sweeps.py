@@ -98,7 +98,7 @@ def track_modes(
     common = _Common(file, selection, reduction)
     tasks = mapped(_step_and_roots, rising, workers, common)
     computed_roots = dict(zip(rising, counted(tasks, len(rising), PROGRESS.get()), strict=True))
-    tracked = system if reduction is None else reduction.system
+    tracked = system if reduction is None else reduction.system  # of which vectors are coordinates
 
     @functools.cache
     def spectrum_at(value: float) -> SpectrumAtParameter:
@@ -112,6 +112,7 @@ def track_modes(
             roots = reduction.roots(changes, left=True)
         else:
             roots = _roots_of_full(file, selection, value, is_judged=False).with_vectors
+        # lifted: vectors of the first-order form, in which those of two roots are biorthogonal
         return spectrum_with_slopes(tracked.frozen(), parameter, value, roots, lifted=True)
 
     at: Callable[[float], SpectrumAtParameter] = spectrum_at
@@ -121,7 +122,7 @@ def track_modes(
         with suppress(InputError):  # where M is singular
             at = continued(system, rising).at
     steps = [computed_roots[value][0] for value in rising]
-    values_between = 0 if expensive else len(rising)
+    values_between = 0 if expensive else len(rising)  # that may be computed to tell modes apart
     numbered, losses, reference = assign_mode_numbers(steps, at, own_value, values_between)
     step_at = dict(zip(rising, numbered, strict=True))
     return TrackedModes(tuple(step_at[value] for value in values), losses, reference)
@@ -159,7 +160,8 @@ def _roots_of_full(
 ) -> ComputedRoots:
     """The roots of the system itself at a value; with is_judged the referee judges a small one.
 
-    Those with vectors are the ones with Im >= 0 of a real system: conjugates need no tracking.
+    Those with vectors, by which modes are tracked, have Im >= 0: conjugates of a real system need
+    no tracking, and of a complex one no others are listed.
     """
     system = file.system.replace({file.system.parameter: value})
     PROGRESS.get()(f"{system.parameter} = {value:g}")

@@ -185,8 +185,9 @@ def _check_memory(system: TermSystem, limit: float | None = None) -> None:
     three-dimensional solids; a full matrix takes what its entries need. Raises ComputationError.
     """
     entries = max(int(getattr(term.matrix, "nnz", term.matrix.size)) for term in system.terms)
+    # bytes: no more than all n^2 complex entries, else as measured
     factor = min(16.0 * system.n**2, 12.0 * entries * system.n ** (1 / 3))
-    subspace = 16 * 2 * 180 * system.n  # complex vectors
+    subspace = 16 * 2 * 180 * system.n  # 180 complex vectors of the first-order form
     needed = factor + subspace
     free = _free_memory() if limit is None else limit
     if needed > free:
@@ -201,7 +202,7 @@ def _free_memory() -> float:
     with suppress(OSError):
         for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
             if line.startswith("MemAvailable:"):
-                return 1e3 * float(line.split()[1])
+                return 1e3 * float(line.split()[1])  # "MemAvailable:  123 kB"
     return math.inf
 
 

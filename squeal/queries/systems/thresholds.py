@@ -198,7 +198,7 @@ def _start_of_range(system: TermSystem, high: float) -> float:
     no derivative at 0."""
     try:
         system.derivative(system.parameter, {system.parameter: 0.0})
-        system.frozen()(0.0)
+        system.frozen()(0.0)  # computes the matrices at 0
     except InputError:
         return high / 1000
     return 0.0
@@ -224,6 +224,7 @@ def _values_of_reduction(low: float, high: float, step_ends: Sequence[float]) ->
     """
     values = [low, *step_ends, high]
     for k in range(1, STEPS - 1):
+        # 4, 7 or 11 % of a step beside equal steps
         share = (k + 0.0371 * (1 + k % 3)) / (STEPS - 1)
         values.append(low + share * (high - low))
     return sorted(values)
@@ -245,7 +246,7 @@ def _located_among_all(
     of_all_roots = thresholds(system, high, step_ends, low)
     doubts: list[str] = []
     for part in of_all_roots.searched:
-        doubts += part.doubts or ()
+        doubts += part.doubts or ()  # None of a search between jumps that knows no more
     region = selection.rectangle
     located = _Located(
         points=of_all_roots.points,
@@ -347,6 +348,7 @@ def _located_on_reduction(
     PROGRESS.get()("following the roots of the reduced system")
     events: Sequence[Event]
     if isinstance(reduction, DispersiveReduction) and system.undamped:
+        # each root at its own frequency stays on the axis until two coalesce
         events = coalescences(reduction, name, values)
     elif not system.real or problem_class_of(matrices_of(reduction.system, values)) == "damped":
         events, unconfirmed = crossings_along(reduction, name, values, zero_roots)
@@ -364,11 +366,11 @@ def _located_on_reduction(
             continuation.set_roots(event.value, reduction.basis_values({name: event.value}))
     points, crossings = points_and_crossings(comparison.result)
     unconfirmed = [*unconfirmed, *comparison.unexplained, *unclear]
-    certified = None
+    certified = None  # nothing is counted
     doubts: list[str] = []
     depends_on_frequency = bool(system.follows)
     if not was_served and system.n <= COUNTED_ROWS and not depends_on_frequency:
-        if not unconfirmed:
+        if not unconfirmed:  # else no count could certify the list
             doubts = _disagreeing_counts(reduction, continuation, comparison.midpoints, workers)
         certified = not unconfirmed and not doubts
     return _Located(
@@ -454,14 +456,15 @@ def _count_agrees(reduction: Reduction, task: tuple[float, int]) -> bool:
     name = reduction.system.parameter
     PROGRESS.get()(f"counting growing roots at {name} = {value:.6g}")
     if isinstance(reduction, FirstLook):
-        return reduction.misses_none({name: value}, expected // 2)
+        # its region lies above the real axis: one root of each pair, and no real root
+        return reduction.misses_none({name: value}, growing=expected // 2)
     problem = reduction.scaled.at({name: value})
     try:
         full = modes_in(problem, reduction.region)
     except ComputationError:
         return False
     growing_roots = 0
-    for mode in growing(full.eigenvalues):
+    for mode in growing(full.eigenvalues):  # each pair once
         growing_roots += 2 if mode.kind == "flutter" else 1
     return full.certified and growing_roots == expected
 
@@ -516,10 +519,11 @@ class _Comparison:
     midpoints : list of float
         The middle of each interval between two clusters, or between one and an end of the range.
     unexplained : list of str
-        A sentence for each value at which more roots grow than follows from the events.
+        A sentence for each value at which more roots grow than follows from the events, if that
+        changes the verdict.
     left_out : list of str
-        A sentence for each interval between clusters in which less grows than follows from them: a
-        growing root has left the band.
+        A sentence for each interval between clusters in which fewer roots grow than follows from
+        them, if that changes the verdict: a growing root has left the band.
     """
 
     result: SearchResult
@@ -534,8 +538,10 @@ def _compare(
     """Compare what grows at computed values with what follows from the located events.
 
     The clusters of events cut the range into intervals, on each of which as many roots must grow as
-    at its start plus what the events bring. More growth than that is unexplained; less is taken for
-    a growing root that leaves the band.
+    at its start plus what the events bring. Where the verdict differs from that, more growing roots
+    are unexplained, fewer are taken for a growing root that leaves the band, and as many for a pair
+    that has become two real roots, which crosses nothing. Where the verdict is the same, it is the
+    counts on the full system that judge the number of roots.
 
     Parameters
     ----------
@@ -569,11 +575,11 @@ def _compare(
         if k > 0:  # the events at the start of the interval
             for event in clusters[k - 1]:
                 roots_crossing = 2 if event.omega else 1
-                expected += event.direction * roots_crossing
+                expected += event.direction * roots_crossing  # +1: they begin to grow, -1: cease
         for value in (midpoints[k], *computed, start + margin, stop - margin):
             if start < value < stop and continuation.at(value).unstable_count.roots == expected:
                 typical[k] = value
-                break
+                break  # without such a value the middle stands for the interval
     counts = [continuation.at(value).unstable_count for value in typical]
     unexplained = []
     left_out: dict[int, str] = {}  # by the number of the interval
