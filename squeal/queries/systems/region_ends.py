@@ -32,7 +32,7 @@ def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
     """True if rounding leaves on which side of an end of the frequencies of a region a root lies.
 
     So all copies of a multiple root are treated alike. False for a root below the real axis, which
-    has no frequency of its own, and where rounding is not known.
+    lies at no end of frequencies, and where rounding is not known.
     """
     rounding = root.rounding
     imag = root.value.imag
