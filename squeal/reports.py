@@ -592,7 +592,9 @@ def _feeds(report: Report) -> Table:
             term = contribution.term
             if term != contribution.role:
                 term = f"{term} ({contribution.role})"
-            rows.setdefault(term, {})[mode] = contribution.growth
+            growths = rows.setdefault(term, {})
+            # terms of one name are added, as those of two contacts
+            growths[mode] = growths.get(mode, 0.0) + contribution.growth
     columns = [Column("term", value=itemgetter(0))]
     for mode in modes:
         head = f"mode {mode}, {number(hertz[mode], 4)} Hz"

@@ -114,6 +114,7 @@ def _files_of_imports(modules: Iterable[str]) -> set[Path]:
     unread = set[Path]()
     for name in modules:
         enclosing_package = name.rpartition(".")[0]
+        # a module adds a file of its own to those of the packages around it
         if not _module_files(name) - _module_files(enclosing_package):
             raise ModuleNotFoundError(f"no module {name} in this package")
         unread |= _module_files(name)

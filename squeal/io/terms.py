@@ -162,8 +162,8 @@ class TermDamping:
     terms : list of Term
         The terms that C gains.
     indices : dict of sets of int
-        The terms that the damping of the whole leaves out, as the argument `own` of `damped` takes
-        them: of M by "M", of K by the kind of damping.
+        The terms that the damping of the whole leaves out, as the argument `left_out` of `damped`
+        takes them: of M by "M", of K by the kind of damping.
     records : list of Damped
         What is damped.
     """

@@ -270,7 +270,7 @@ def _make_complex_pair(s: ComplexArray, rounding: Array, cubic: Cubic) -> NDArra
     distances = np.abs(s[:, None] - s.conj()) + np.diag(np.full(n, np.inf))
     pair = np.array(np.unravel_index(np.argmin(distances), distances.shape))
     if np.any(np.abs(s[pair].imag) <= rounding[pair]):
-        product = cubic.b.value  # with a third root of zero
+        product = cubic.b.value  # (0 - s1) (0 - s2) = s1 s2, as the third root is zero
         if n == 3:
             third = np.setdiff1d(np.arange(n), pair)[0]
             product = np.prod(s[third] - s[pair])

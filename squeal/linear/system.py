@@ -156,7 +156,7 @@ class System:
             "K": K,
         }
         from_terms = all(map(_are_terms, arguments.values()))
-        if not from_terms:  # a user's arguments; those of terms come from our own code
+        if not from_terms:  # terms come from readers of files, which check these three
             if parameters is not None:
                 where = Place("System", "parameters")
                 parameters = kind_of(Mapping[str, float]).read(parameters, where)

@@ -464,15 +464,17 @@ def _meeting_on_real_axis(
     Returns the value and half the width of its interval; None if another pair grows faster there,
     or none meets.
     """
+    if continuation.problem is GYROSCOPIC:
+        return None  # there z = -i lambda, so that no pair becomes real where lambda does
     states = [continuation.at(p) for p in (low, high)]
     flutter = [state for state in states if state.unstable_count.verdict == "flutter"]
-    if continuation.problem is GYROSCOPIC or not flutter:
+    if not flutter:
         return None
-    state = flutter[0]
+    state = flutter[0]  # at the end where the pair is complex
     if not len(state.right):  # roots without vectors
         return None
     k = state.unstable_pairs[0]
-    z = state.roots
+    z = state.roots  # lambda over the scale, or -lambda^2: real where two real lambda meet
     conjugate = int(np.argmin(np.abs(z - z[k].conj())))
     both = [k, conjugate]
     guess = Guess(
@@ -488,7 +490,8 @@ def _meeting_on_real_axis(
         return None
     met = continuation.at(float(np.clip(event.value, low, high)))
     fastest = int(np.argmax(met.exponents.real))
-    if abs(met.roots[fastest].imag) > 2 * met.rounding[fastest]:
+    fastest_is_real = abs(met.roots[fastest].imag) <= 2 * met.rounding[fastest]
+    if not fastest_is_real:
         return None  # this pair meets while another one grows faster
     return event.value, event.width / 2
 

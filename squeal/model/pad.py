@@ -288,8 +288,9 @@ class Coefficients(_Coefficients):
 def coefficients(ops: Operations, pad: Pad, absolute_gap: bool) -> Coefficients:
     """Derive the coefficients of `pad` (Eqs. 1-2 at x = y = theta = 0).
 
-    `absolute_gap`: see `squeal.model.contact.ContactLaw`. Free lengths that the scene leaves out
-    (B3) are set to w: an undeformed spring's stiffness does not depend on them.
+    absolute_gap: whether y0 and theta0 open a gap over the surface; otherwise the contact springs
+    are relaxed in the initial position, and both gaps are zero. Free lengths that the scene leaves
+    out (B3) are set to w: an undeformed spring's stiffness does not depend on them.
     """
     cos0 = ops.cos(pad.theta0)
     sin0 = ops.sin(pad.theta0)

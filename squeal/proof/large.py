@@ -493,12 +493,13 @@ def _damping(M: csc_array, C: csc_array, K: csc_array) -> _Damping:
     right_side = np.array([m.multiply(c).sum(), k.multiply(c).sum()]) / units
     alpha, beta = np.linalg.solve(normal / np.outer(units, units), right_side) / units
     sizes = abs(C) + abs(alpha) * abs(M) + abs(beta) * abs(K)
-    bounds = csc_array(abs(C - alpha * M - beta * K) + 8.0 * EPS * sizes)  # of |C'|
+    # of |C'|, with the rounding of this difference
+    bounds = csc_array(abs(C - alpha * M - beta * K) + 8.0 * EPS * sizes)
     transposed = csc_array(bounds.T)
-    # for a row as for a column, with the few roundings of each entry itself
+    # at least as many as a row or a column has, and 8 for the roundings of each entry itself
     terms = _most_in_a_row(bounds) + _most_in_a_row(transposed) + 8
     ones = np.ones(n)
-    # |x* D x| <= sum |x_i|^2 (row_i + column_i) / 2, for 2 |x_i x_j| <= |x_i|^2 + |x_j|^2
+    # Cauchy: |u' C' w|^2 <= (sum row_i |u_i|^2) (sum column_j |w_j|^2), each with the larger sum
     local = np.maximum(_row_product(bounds, ones, terms), _row_product(transposed, ones, terms))
     return _Damping(float(alpha), float(beta), local)
 

@@ -28,6 +28,7 @@ from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.queries.whirl import whirl_direction
 from squeal.schema import Positive, public
 from squeal.sparse.dense import CLUSTER, dense_values, roots_at
+from squeal.sparse.reduction import SPURIOUS, Reduction
 
 STEPS = 400  # of the range of speeds; two crossings of one rank within a step are missed
 GROWS = 1e-9  # of |lambda|: a growth rate above it is no rounding
@@ -44,7 +45,7 @@ class CriticalSpeed:
         The speed in rad/s, the multiple of it, and the frequency there in Hz.
     mode : int
         Number of the mode, from 1, by frequency at this speed; modes that do not vibrate do not
-        count.
+        count. Of a system that was reduced to a band, among the modes of that band.
     direction : str or None
         Of the whirl: forward in the sense in which the shaft turns, backward against it, mixed
         where parts of the rotor differ; None where no term and no orbit tells it, see
@@ -67,7 +68,8 @@ class CriticalSpeeds(Answer):
     """Critical speeds from `low` to `high`, by rising speed.
 
     speeds (m,) and frequencies_hz (m, n) are the Campbell diagram behind them, by rising frequency
-    at each speed; growing (m, n) says which modes grow.
+    at each speed; growing (m, n) says which modes grow. Of a reduced system frequencies outside of
+    its band are NaN.
 
     Examples
     --------
@@ -121,11 +123,15 @@ class CriticalSpeeds(Answer):
 class _CampbellDiagram:
     """The roots of a rotor of n degrees of freedom over its speed (rad/s), ranked by frequency."""
 
-    def __init__(self, file: SystemFile, system: TermSystem, basis: Array | None) -> None:
-        """Of a rotor, or of the system that it is reduced to with a basis (rows, n)."""
+    def __init__(self, file: SystemFile, system: TermSystem, reduction: Reduction | None) -> None:
+        """Of a rotor that is small, or that was reduced to the modes of a band."""
         self.file = file
-        self.system = system
-        self.basis = basis
+        self.reduction = reduction
+        self.system = system if reduction is None else reduction.system
+        self.basis = None  # (rows of the rotor, n) of the reduction
+        if reduction is not None:
+            # in the coordinates of the whole system
+            self.basis = reduction.scaled.scale[:, None] * reduction.vectors
 
     @functools.cache  # noqa: B019  lives as long as one question
     def ranked_roots(self, speed: float) -> ComplexArray:
@@ -136,6 +142,22 @@ class _CampbellDiagram:
         roots = dense_values(*self.system.arrays({self.system.parameter: speed}))
         falling = np.argsort(-roots.imag, kind="stable")
         return roots[falling[: len(roots) // 2]][::-1]
+
+    @functools.cache  # noqa: B019  lives as long as one question
+    def are_modes(self, speed: float) -> Bools:
+        """Which of the ranked roots (n,) are roots of the rotor.
+
+        A reduced system has others, too: outside of its band, and some within it whose residual in
+        the rotor's own matrices is large.
+        """
+        roots = self.ranked_roots(speed)
+        if self.reduction is None:
+            return np.ones(len(roots), dtype=bool)
+        changes = {self.system.parameter: speed}
+        in_band = self.reduction.region.contains(roots)
+        with_vectors = self.reduction.roots(changes, values=roots[in_band])
+        is_genuine = self.reduction.residuals(with_vectors, changes) <= SPURIOUS
+        return np.isin(roots, with_vectors.values[is_genuine])
 
     def gap(self, speed: float, rank: int, order: float) -> float:
         """The frequency of a rank less `order` times the speed, rad/s."""
@@ -167,12 +189,12 @@ class _CampbellDiagram:
         """The mode of a rank at a critical speed."""
         roots = self.ranked_roots(speed)
         root = complex(roots[rank])
-        real_roots = int(np.count_nonzero(roots.imag == 0.0))  # which have the lowest ranks
+        vibrate = self.are_modes(speed) & (roots.imag > 0.0)
         return CriticalSpeed(
             speed=speed,
             order=order,
             frequency_hz=root.imag / math.tau,
-            mode=rank + 1 - real_roots,
+            mode=int(np.count_nonzero(vibrate[: rank + 1])),
             direction=self.direction(speed, root),
             growth_rate=root.real,
             damping_ratio=-root.real / abs(root),
@@ -221,8 +243,8 @@ def critical_speeds(
     Raises
     ------
     InputError
-        For a pad, complex matrices, a range that is empty, or where matrices depend on other
-        parameters than the free one.
+        For a pad, complex matrices, a range that is empty, or where no matrix depends on the free
+        parameter but some on others.
 
     Examples
     --------
@@ -247,22 +269,24 @@ def critical_speeds(
     if not orders or any(order <= 0.0 for order in orders):
         raise InputError("orders: must be numbers above 0")
     speeds = np.linspace(low, high, STEPS + 1)
-    basis = None
+    reduction = None
     if not is_small(system):
         reduction, _ = analysis.reduced(speeds[:: STEPS // 8].tolist())
-        system = reduction.system
-        basis = reduction.scaled.scale[:, None] * reduction.vectors
-    diagram = _CampbellDiagram(analysis.file, system, basis)
+    diagram = _CampbellDiagram(analysis.file, system, reduction)
     critical = []
     for order in orders:
         for speed, rank in diagram.crossings(speeds, order):
             if speed == 0.0:
                 continue  # there a frequency of zero is a multiple of the speed, in every rotor
+            if not diagram.are_modes(speed)[rank]:
+                continue
             crossing = diagram.critical_speed(speed, rank, order)
             if band is None or band[0] <= crossing.frequency_hz <= band[1]:
                 critical.append(crossing)
     critical.sort(key=lambda crossing: (crossing.speed, crossing.mode))
     roots = np.array([diagram.ranked_roots(speed) for speed in speeds.tolist()])  # (speeds, ranks)
+    are_modes = np.array([diagram.are_modes(speed) for speed in speeds.tolist()])
+    frequencies_hz = np.where(are_modes, roots.imag / math.tau, math.nan)
     return CriticalSpeeds(
         name=system.name,
         parameter=system.parameter,
@@ -271,8 +295,8 @@ def critical_speeds(
         orders=tuple(float(order) for order in orders),
         critical=tuple(critical),
         speeds=speeds,
-        frequencies_hz=roots.imag / math.tau,
-        growing=roots.real > GROWS * np.abs(roots),
+        frequencies_hz=frequencies_hz,
+        growing=are_modes & (roots.real > GROWS * np.abs(roots)),
     )
 
 

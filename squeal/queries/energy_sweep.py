@@ -116,7 +116,9 @@ class EnergySweep(Answer):
                 rates[value] = row.growth_rate
                 rounding = max(rounding, ROUNDING * math.tau * row.frequency_hz)
                 growth = np.nan if row.growth is None else row.growth
-                growth_of_terms.setdefault(f"{row.part}: {row.term}", {})[value] = growth
+                growth_at_values = growth_of_terms.setdefault(f"{row.part}: {row.term}", {})
+                # terms of one name are added, as those of two contacts
+                growth_at_values[value] = growth_at_values.get(value, 0.0) + growth
         values = sorted(rates)
         terms = {}
         for term, growth_at in growth_of_terms.items():

@@ -133,20 +133,21 @@ def _intervals_of(
     Those of crossings that overlap are merged. share: by which share of the value of a crossing its
     interval is widened to either side.
     """
-    intervals: list[Interval] = []
-    for crossing in sorted(crossings, key=attrgetter("mu")):
+    widened: list[Interval] = []
+    for crossing in crossings:
         start, stop = crossing.interval
-        if start > high:
+        if start > high or stop < low:
             continue
         margin = _margin((start, stop), low, high, share)
-        start = max(start - margin, low)
-        stop = min(stop + margin, high)
-        if intervals and start <= intervals[-1][1]:
-            before_start, before_stop = intervals[-1]
-            intervals[-1] = (before_start, max(before_stop, stop))
+        widened.append((max(start - margin, low), min(stop + margin, high)))
+    merged: list[Interval] = []
+    for start, stop in sorted(widened):
+        if merged and start <= merged[-1][1]:
+            before_start, before_stop = merged[-1]
+            merged[-1] = (before_start, max(before_stop, stop))
         else:
-            intervals.append((start, stop))
-    return intervals
+            merged.append((start, stop))
+    return merged
 
 
 def _margin(interval: Interval, low: float, high: float, share: float) -> float:

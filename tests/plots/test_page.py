@@ -9,6 +9,8 @@ from scipy.sparse import block_diag
 import squeal
 from squeal import reports
 from squeal.errors import InputError, InputWarning
+from squeal.linear.system import Term
+from squeal.numerics.differentiation import Formula
 from tests.cli.calls import run
 from tests.conftest import SCENES
 
@@ -115,8 +117,15 @@ def test_the_remedy_stops_the_growth_and_the_others_are_exact():
 
 
 def test_terms_sum_to_the_growth_rate_on_the_page():
-    K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
-    system = squeal.System(np.eye(2), 0.02 * np.eye(2), K, parameters={"mu": 1.0}, name="<b>pair")
+    # two terms of one factor, as those of two contacts
+    friction = np.array([[0.0, 2 / 3], [0.0, 0.0]])
+    system = squeal.System(
+        (Term(np.eye(2)),),
+        (Term(0.02 * np.eye(2)),),
+        (Term(np.array([[2.0, -1.0], [-1.0, 2.0]])), *[Term(friction, Formula("mu"))] * 2),
+        parameters={"mu": 1.0},
+        name="<b>pair",
+    )
     report = squeal.report(system)
     table = reports._feeds(report)
     total = 0.0

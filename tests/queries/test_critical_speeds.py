@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.sparse
 from scipy.sparse import csc_array, diags_array
 
 import squeal
@@ -143,6 +144,26 @@ def test_a_large_rotor_is_reduced():
     system = squeal.System(M, {"speed": G}, K, parameter="speed")
     answer = squeal.critical_speeds(system, 5.5, band=(0.1, 1.0))
     assert [one.speed for one in answer.critical] == pytest.approx([1, 2, 3, 4, 5], rel=1e-9)
+
+
+def test_a_reduced_rotor_has_the_crossings_of_its_band_alone():
+    """Of w^2 - W^2 = -+ 0.2 speed W, so at w / 1.2^(1/2) and at w / 0.8^(1/2), beside many modes
+    below and above the band, which the reduced system holds by halves."""
+    w = np.concatenate([np.linspace(20.0, 150.0, 12), [210.0, 222.0], np.linspace(400, 4000, 187)])
+    G = scipy.sparse.kron(scipy.sparse.eye_array(len(w)), 0.2 * SPIN, format="csc")
+    M = scipy.sparse.eye_array(2 * len(w), format="csc")
+    K = diags_array(np.repeat(w**2, 2)).tocsc()
+    system = squeal.System(M, {"speed": G}, K, parameter="speed")
+    answer = squeal.critical_speeds(system, 260.0, 180.0, band=(30.0, 41.0))
+    backward = np.array([210.0, 222.0]) / np.sqrt(1.2)
+    forward = np.array([210.0, 222.0]) / np.sqrt(0.8)
+    exact = np.sort(np.concatenate([backward, forward]))
+    assert [one.speed for one in answer.critical] == pytest.approx(exact, rel=1e-9)
+    for one in answer.critical:
+        spread = np.sqrt((0.1 * one.speed) ** 2 + w**2)
+        whirls = np.concatenate([spread - 0.1 * one.speed, spread + 0.1 * one.speed])
+        below = (whirls > 30.0 * 2 * np.pi) & (whirls < one.speed * (1 - 1e-9))
+        assert one.mode == 1 + np.count_nonzero(below)
 
 
 def test_the_example_has_the_directions_of_its_orbits(tmp_path):

@@ -392,7 +392,7 @@ class PadStack:
         starts = nodes[nodes < branches.last[branches.owner]]  # all nodes but the last of each pad
         return _Intervals(
             pad=branches.owner[starts],
-            start=branches.z[3, starts],
+            start=branches.z[3, starts],  # row 3 is mu
             stop=branches.z[3, starts + 1],
             begins_at_change=branches.kind[starts] == NodeKind.CONTACT_CHANGE,
             at=branches.at,

@@ -259,17 +259,20 @@ def _at_own_frequencies(
     """Compute the roots of a band where matrices follow the frequency of each root.
 
     Newton's method starts from the roots of matrices frozen at several frequencies of the band. A
-    root that only one start reaches may have neighbours that none reaches: nothing counts them.
+    root that is reached from frequencies below it alone, or above it alone, may have neighbours
+    that no start reaches: nothing counts them.
     """
     reduction = reduced_for(system, selection, [changes])
     assert isinstance(reduction, DispersiveReduction)
-    roots, reached_once = modes_at_own_frequencies(reduction, changes)
+    roots, from_one_side = modes_at_own_frequencies(reduction, changes)
     frozen_count = len(frequencies(system, reduction.region))
     note = (
         f"each root at its own frequency, found from matrices frozen at {frozen_count} frequencies"
+        " of the band"
     )
-    if reached_once:
-        note += f"; {reached_once} of {len(roots)} roots were reached from one of these alone"
+    if from_one_side:
+        note += f"; {from_one_side} of {len(roots)} roots were reached from frequencies on one side"
+        note += " of them alone"
     verdict, criterion = judge_roots(roots, complete=False)
     return SystemRoots(
         eigenvalues=roots,
