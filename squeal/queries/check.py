@@ -165,7 +165,8 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         pad = subject.pad
         described = _linearised(subject)
     system = file_of(described).system.frozen()
-    reason = why_no_mass(system.at(frictionless(system))[0], ALL_ROWS)
+    mass_matrix, _, _ = system.at(frictionless(system))
+    reason = why_no_mass(mass_matrix, ALL_ROWS)
     if reason:
         raise ComputationError(reason)
     analysis = SystemAnalysis.of(described)
@@ -178,7 +179,8 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     mass = centre = size = None
     elements = len(file.coordinates.cells) if file.coordinates else 0
     if file.coordinates is not None and analysis.joined is None:
-        mass, centre = file.coordinates.mass_and_centre(system.at()[0])
+        M, _, _ = system.at()
+        mass, centre = file.coordinates.mass_and_centre(M)
         size = tuple(np.ptp(file.coordinates.places, axis=0).tolist())
     if pad is not None:
         mass = pad.m

@@ -53,7 +53,7 @@ def mac(X: ArrayLike, Y: ArrayLike) -> NDArray[np.float64]:
     """
     labels_x = labels_of(X)
     labels_y = labels_of(Y)
-    if labels_x and labels_y and labels_x[0] != labels_y[0]:
+    if labels_x and labels_y and labels_x[0] != labels_y[0]:  # [0]: of rows, [1]: of columns
         raise InputError("mac: X and Y: other labels of their rows are not allowed; reindex one")
     units = []
     for name, Z in {"X": X, "Y": Y}.items():
@@ -194,7 +194,8 @@ def compare(
         references = read_test(Path(reference), coordinates)
         name = str(reference)
     costs = pairing_costs(references, modes, tolerance)
-    equally_near = _equally_near(costs.cost, EQUALLY_NEAR / tolerance)
+    # as a cost, which counts differences of frequencies over the tolerance
+    equally_near = _equally_near(costs.cost, most=EQUALLY_NEAR / tolerance)
     rows = []
     ties = []
     pairs = assigned_pairs(costs, references, modes, tolerance)
@@ -349,6 +350,7 @@ def read_test(path: Path, coordinates: Coordinates | None) -> list[Mode]:
     _, lines = read_table(path, ("frequency_hz",))
     for here, line in lines:
         cells = {head: cell for head, cell in line.items() if head not in IGNORED}
+        # 1: the table of a test has no such column, and all of its lines are modes
         if number_in(cells.pop("imag [rad/s]", "1"), here / "imag") <= 0.0:
             continue
         damping = cells.pop(DAMPING, "")

@@ -87,7 +87,9 @@ def conditions(
     >>> [mode.propensity for mode in found.modes]
     [0.5]
     """
-    grid = _combinations(ParameterSpace.of(subject, "conditions", 1.0, "growth"), axes)
+    # high: any end that is allowed, since no threshold is searched
+    space = ParameterSpace.of(subject, "conditions", high=1.0, quantity="growth")
+    grid = _combinations(space, axes)
     if isinstance(subject, Scene):
         refuse_options("a scene", band=band, memory=memory)
         of_pad = (_pad_condition(subject, changes) for changes in grid)
@@ -108,7 +110,7 @@ def conditions(
     reduction = None
     if not seated and not is_small(system):
         served = grid[:: max(1, len(grid) // SERVED)]
-        reduction = reduced_for(system, analysis.selection, served, "modal")
+        reduction = reduced_for(system, analysis.selection, served, method="modal")
     solved = counted(
         _system_conditions(analysis, reduction, grid), len(grid), PROGRESS.get(), "conditions"
     )

@@ -461,7 +461,7 @@ def cycles(
     """
     check_simulation(scene)
     name, low, high = _parameter_range(scene, over)
-    units, _, start, stop = in_natural_units(scene)
+    units, _, start, stop = in_natural_units(scene)  # `model_at` makes the models
     value = getattr(scene.pad, name)
     scale = 1.0  # the continuation needs a parameter of the order of one, as mu and angles are
     if name != "mu" and not PARAMETERS[name].angle:
@@ -480,7 +480,7 @@ def cycles(
 
     shooting = Shooting(model_at, units)
     try:
-        first, reason = shooting.settle(start, stop, value / scale, windows)
+        first, reason = shooting.settle(start, window=stop, value=value / scale, windows=windows)
     except ComputationError as error:
         if scene.damping is not None:
             raise
@@ -498,10 +498,14 @@ def cycles(
     values = {value}
     if over:
         scaled_range = (low / scale, high / scale)
-        below, end_below = shooting.branch(first, -1.0, scaled_range, STEP, MOST)
+        below, end_below = shooting.branch(
+            first, towards=-1.0, ends=scaled_range, longest_step=STEP, most=MOST
+        )
         end_above = end_below
         if end_below != CLOSED_CURVE:  # else `below` holds the whole branch
-            above, end_above = shooting.branch(first, 1.0, scaled_range, STEP, MOST)
+            above, end_above = shooting.branch(
+                first, towards=1.0, ends=scaled_range, longest_step=STEP, most=MOST
+            )
         values |= set(np.linspace(low, high, SLIDING).tolist())
     branch = (*reversed(below), first, *above)
     sliding = tuple((at, verdict_at(at)) for at in sorted(values))

@@ -185,7 +185,7 @@ class Energy(Answer):
             """The growth as a number; a value of the size of rounding as 0."""
             if row.growth is None:
                 return "-"
-            rounding = 1e-12 * math.tau * row.frequency_hz
+            rounding = 1e-12 * math.tau * row.frequency_hz  # of |Im lambda|
             return number(row.growth) if abs(row.growth) > rounding else "0"
 
         table = (
@@ -319,6 +319,7 @@ def _groups_of_roots(found: Eigenvalues, roots: Sequence[NumberedRoot]) -> Itera
     if system.follows:
         groups = [[root] for root in roots]
     for group in groups:
+        # of the only root where it counts; elsewhere the matrices are the same at every omega
         omega = max((root.value.imag for _, root in group), default=None)
         frozen = system.frozen(omega)
         terms = named_terms(frozen, source.file)
@@ -365,8 +366,10 @@ def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
     origins = file.origins if file.assembly is None else ()
     named = []
     for part, terms in zip("MCK", system.parts, strict=True):
+        # [0]: structural damping, K4, is a part of K
         origins_of_part = [origin for origin in origins if origin.part[0] == part]
         for k, term in enumerate(terms):
+            # terms behind those of files are damping that the system file adds
             origin = origins_of_part[k] if k < len(origins_of_part) else None
             factor = term.factor.value(at)
             name = _name_of(term, origin, bool(origins))
@@ -512,7 +515,7 @@ class _EnergyOfMode(NamedTuple):
     def share_of(self, mode: int, part: str, rows: Sequence[int]) -> PartShare:
         """The share of a part, which has these rows, in the stored energy and the growth rate."""
         if not self.growths:
-            return PartShare(mode, part, None, None)
+            return PartShare(mode, part, energy=None, growth=None)
         index = list(rows)
         share = float(self.stored[index].sum()) / float(self.stored.sum())
         growth = float(sum(growth[index].sum() for growth in self.growths))
@@ -530,7 +533,8 @@ def _energy_of_mode(terms: Sequence[NamedTerm], root: Eigenvalue) -> _EnergyOfMo
         magnitude += abs(float(stored_in_term.sum()))
         works.append(work)
     total = float(stored.sum())
-    # kinetic and potential energies that cancel are those of a root that does not oscillate
+    # kinetic and potential energies that cancel are those of a root that does not oscillate (D of a
+    # real root is x^H M x + x^H K x / lambda^2, and K x = -lambda^2 M x without damping)
     if root.value.imag <= 0.0 or abs(total) <= NO_CYCLE * magnitude:
         return _EnergyOfMode(stored, [])
     return _EnergyOfMode(stored, [work / total for work in works])
@@ -549,6 +553,7 @@ def _contribution(
     d_hz = None
     if np.isfinite(slope):
         frequency = float(FREQUENCY_WEIGHT[term.part] * slope.imag) / math.tau
+        # 1 % more of the term
         d_real = float(0.01 * slope.real)
         d_hz = float(0.01 * slope.imag) / math.tau
     return Contribution(

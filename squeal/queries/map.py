@@ -69,7 +69,7 @@ def map(
     refuse_options("a system", quantity=quantity, curves=curves)
     from squeal.queries.systems.system_analysis import SystemAnalysis
 
-    analysis = SystemAnalysis.of(subject, band, None, None, memory, progress)
+    analysis = SystemAnalysis.of(subject, band, memory=memory, progress=progress)
     return _system_map(analysis, axes, workers or 1)
 
 
@@ -94,7 +94,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     reduction = None
     if not is_small(system):
         corners = _points(axes, [np.linspace(axis.low, axis.high, CORNERS) for axis in axes])
-        reduction = reduced_for(system, selection, corners, "modal")
+        reduction = reduced_for(system, selection, corners, method="modal")
     points = _points(axes, [axis.values for axis in axes])
     computed = mapped(_verdict_and_growth, points, workers, (system, selection, reduction))
     cells = list(counted(computed, len(points), PROGRESS.get(), "points"))  # as the points

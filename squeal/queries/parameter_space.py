@@ -77,7 +77,7 @@ def outcome_at(mu: float, kind: str, hertz: float = math.nan) -> Outcome:
 
 def first_loss(answer: Thresholds, high: float) -> Outcome:
     """Where stability is lost first, or the branch of equilibria ends below `high`."""
-    if answer.verdict in GROWING:
+    if answer.verdict in GROWING:  # from the start of the range on
         return outcome_at(0.0, answer.verdict)
     if answer.first is not None:
         return outcome_at(answer.first.mu, answer.first.kind, answer.first.frequency_hz)

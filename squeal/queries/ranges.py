@@ -195,9 +195,9 @@ def pad_statement(
     claims = [Claim(crossing.mu, _rise(crossing)) for crossing in listed]
     end = high if fold is None else fold * BEYOND_FOLD
     try:
-        branch = PadBranch(model, start, 0.0, end)
+        branch = PadBranch(model, start, low=0.0, high=end)
     except ImportError:
-        return RangeStatement("open", None, reason=NO_BALLS, until=high, high=high), []
+        return RangeStatement("open", by=None, reason=NO_BALLS, until=high, high=high), []
     proof = prove_pad(branch, claims, fold, first_loss=first, growth_below=RATE * fastest)
     statement = RangeStatement("open", "enclosure", data=AS_GIVEN, until=high, high=high)
     if proof.status != "proved":
@@ -384,7 +384,8 @@ def doubt_of_counts(
     Returns
     -------
     doubt : str
-        Which counts are uncertain or do not differ as the list says; empty if none.
+        Which counts do not differ as the list says, else the last ones that are uncertain; empty if
+        none.
     refuted_at : float or None
         A value near the threshold that the counts refute, at which to search again; None if they
         refute none.

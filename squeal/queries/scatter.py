@@ -439,13 +439,14 @@ def _sample_computer(
         raise InputError(NO_BAND)
     points_of_basis = [{}, *changes[:: max(1, len(changes) // SERVED)]]
     if of == "growth":
-        return GrowthSamples(reduced_for(subject, selection, points_of_basis, "modal"), selection)
+        modal = reduced_for(subject, selection, points_of_basis, method="modal")
+        return GrowthSamples(modal, selection)
     # a search passes through the whole range: each point lies at another value of it
     values = np.linspace(0.0, high, len(points_of_basis) + 1)[1:].tolist()
     spread_over_range = []
     for parameters, value in zip(points_of_basis, values, strict=True):
         spread_over_range.append({**parameters, space.free: value})
-    reduction = reduced_for(subject, selection, spread_over_range, "reduced")
+    reduction = reduced_for(subject, selection, spread_over_range)
     return ReducedThresholdSamples(reduction, selection, high)
 
 

@@ -142,7 +142,7 @@ def _ports_of_loop(system: System, loop: str, changes: dict[str, float]) -> _Por
 
 def _refuse_unless_linear(term: Term, loop: str, parameters: dict[str, float]) -> None:
     """Raises InputError where a parameter does not enter a factor linearly."""
-    # a bound of its second derivative: 0 over any range shows that it is linear everywhere
+    # a bound of its second derivative on both sides of 0: that of a linear factor is 0
     if term.factor.curvature(parameters, loop, low=-1.0, high=1.0) != 0.0:
         raise InputError(
             f"loop: the factor {term.factor.text} is not linear in {loop}, which is no gain then"
@@ -188,7 +188,7 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
     if m == n:  # M is regular: the rows themselves are the motions a
         left = np.eye(n)
         right = np.eye(n)
-    unit = masses[0] or 1.0  # all matrices are divided by it, so that E is about one
+    unit = masses[0] or 1.0  # all matrices are divided by it, so that E is about one; 1 if M is 0
     mass, damping, stiffness = (left.T @ (matrix / unit) @ right.T for matrix in (M, C, K))
     displacements = ports.displacements @ right.T
     velocities = ports.velocities @ right.T

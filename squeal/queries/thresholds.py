@@ -309,7 +309,7 @@ def _admissible(path: Path) -> tuple[float, list[str]]:
     if not outside.size:
         return path.mu_end, []
     first_outside = outside[0]
-    mu_of_nodes = path.branch.z[3]
+    mu_of_nodes = path.branch.z[3]  # rows: x, y, w theta and mu
     low = float(mu_of_nodes[max(first_outside - 1, 0)])
     high = float(mu_of_nodes[first_outside])
     # ends at once where the first node, at mu = 0, is beyond a limit: both ends are 0
@@ -391,10 +391,10 @@ def system_thresholds_with_proof(
         refuted_at = None
         if can_be_proved and all_crossings is not None and proof_is_requested:
             answer, refuted_at = _proved_system(
-                system, selection, answer, all_crossings, prove is True
+                system, selection, answer, all_crossings, at_any_cost=prove is True
             )
         elif is_small(system) and system.real and prove is not False:
-            answer, refuted_at = _counted_system(system, answer, lists_all)
+            answer, refuted_at = _counted_system(system, answer, is_complete=lists_all)
         if refuted_at is None:
             break
         step_ends.append(refuted_at)

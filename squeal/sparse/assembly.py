@@ -129,7 +129,7 @@ class Assembly:
         [1e-07]
         """
         errors = self._root_errors(system, roots)
-        unknown = _RootError(None, math.inf)
+        unknown = _RootError(error=None, growth_error=math.inf)
         bounded = []
         for root in roots:
             error, growth_error = errors.get(root.value, unknown)

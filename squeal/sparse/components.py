@@ -133,7 +133,9 @@ class Component:
         return rows[position]
 
     def places_of(self, nodes: ArrayLike) -> Array:
-        """Where nodes (m,) lie (m, 3). Raises InputError without coordinates.
+        """Where nodes (m,) lie (m, 3).
+
+        Raises InputError without coordinates, and for a node that is none of the component's.
 
         Examples
         --------
@@ -145,7 +147,10 @@ class Component:
         """
         if self.places is None:
             raise InputError(f"{self.name} has no coordinates; they are needed here")
-        return self.places[self.rows_of(nodes).max(axis=1)]
+        self.rows_of(nodes)  # which refuses unknown ones
+        labels, first_row = np.unique(self.nodes, return_index=True)
+        # any row of a node has its place, also a rotation
+        return self.places[first_row[np.searchsorted(labels, np.asarray(nodes).astype(str))]]
 
     def rotating(
         self, axis: ArrayLike, speed: str, values: Changes, preloaded: bool = False
@@ -385,7 +390,7 @@ class Component:
         >>> truncation.value.real.round(9).tolist()
         [[0.0]]
         """
-        weights = term_weights(self.system, at, z)[:, None]
+        weights = term_weights(self.system, at, z)[:, None]  # (terms, 1, m)
         # in coordinates of the forces W of all terms: a residual is their sum with these weights
         R = (weights * right).reshape(-1, len(z))
         S = (weights.conj() * left).reshape(-1, len(z))

@@ -252,7 +252,6 @@ def _integration_points(faces: _Faces) -> _SurfacePoints:
     at, rule_weights = _triangle_rule() if faces.is_triangle else _quad_rule()
     # f faces, g points of the rule, k nodes, t tangents, x coordinates
     values, slopes = SHAPES[faces.nodes.shape[1]](at)
-    # f faces, g points of the rule, k nodes, t tangents, x coordinates
     places = np.einsum("gk,fkx->fgx", values, faces.places)
     tangents = np.einsum("gkt,fkx->fgtx", slopes, faces.places)
     normals = np.cross(tangents[:, :, 0], tangents[:, :, 1])

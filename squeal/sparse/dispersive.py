@@ -79,6 +79,7 @@ def frequencies(system: TermSystem, region: Rectangle) -> Array:
     least, most = system.covered
     low_hz = low / (2 * np.pi)
     high_hz = high / (2 * np.pi)
+    # ends that are those of the tables but for rounding of the unit are covered
     if low_hz < least * (1 - 1e-9) or high_hz > most * (1 + 1e-9):
         raise InputError(
             f"{', '.join(_tables(system))}: {least:g} to {most:g} Hz are covered; "
@@ -215,6 +216,7 @@ def _newton(
         residual = z * z * mass + y @ (K @ x) + z * damping
         by_root = y @ (2 * z * (M @ x)) + damping
         by_omega = 0j
+        # of each parameter that is the frequency its value at 1 rad/s, and so its slope by omega
         for name, share in system.frequency(1.0).items():
             for A, power in zip(system.derivative(name, at), (z * z, z, 1.0), strict=True):
                 if A is not None:

@@ -301,6 +301,7 @@ def corrected_roots(
         before = worst
         old = V
         corrections = residuals.corrections(factor, errors > exact, left_errors > exact)
+        # a share of 1e-4 of a correction is left to the next one
         V = enlarged(V, corrections, dropped=1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])
         M = grown(M, problem.M, old, new)
@@ -394,7 +395,7 @@ def modes_in(
         If the region holds too many roots, or some that rounding hides.
     """
     basis = np.zeros((problem.n, 0)) if start is None else start
-    inner = region.widened(-1e-9)
+    inner = region.widened(-1e-9)  # less its own border, where no other part lies
     roots = Roots.none(problem.n)
     missing = 0 if certify else None
     rough_values: list[complex] = []
@@ -402,7 +403,7 @@ def modes_in(
     for _ in range(PARTS):
         part = pending.pop()
         of_part = _roots_around(problem, part, certify, basis, exact)
-        if of_part is None:
+        if of_part is None:  # no subspace reached all of its roots
             if part.radius <= SMALLEST_PART * region.radius:
                 raise ComputationError(
                     f"the roots around {part.centre:.6g} were not found: {STIFF}"
@@ -485,6 +486,7 @@ def _roots_around(
             continue  # less than a third may be due to single precision: once more, in double
         basis = enlarged(basis, near.vectors, dropped=1e-6)
         disc = disc_around(region, near.values, reach)
+        # the count needs all roots of the disc; without one those on the border are enough
         around = disc if certify else region.widened(1e-6)
         roots = corrected_roots(problem, near.factor, basis, around, exact)
         if roots is None:

@@ -19,6 +19,7 @@ from squeal.results.map import Axis
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Rectangle
+from squeal.sparse.crossings import crossings_along
 from tests import large
 from tests.known import affine, coupled, known_system
 
@@ -232,6 +233,32 @@ def test_growth_that_no_crossing_explains_is_not_certified(monkeypatch):
     assert not answer.certified
     assert "flutter at mu = 0.7" in answer.details["unconfirmed"][0]
     assert answer.details["doubts"] == answer.details["unconfirmed"]
+
+
+def test_a_second_crossing_that_is_missed_while_another_mode_grows_is_noticed(monkeypatch):
+    """Pairs of frequencies w^2 (1 +- 0.02) that friction couples flutter from mu = 0.3 and 0.6."""
+    n = 420
+    squares = (2 * np.pi * np.linspace(2000.0, 9000.0, n)) ** 2
+    coupling = np.zeros((n, n))
+    for row, hertz, onset in ((0, 500.0, 0.3), (2, 900.0, 0.6)):
+        square = (2 * np.pi * hertz) ** 2
+        squares[row : row + 2] = 0.98 * square, 1.02 * square
+        coupling[row, row + 1] = 0.02 * square / onset
+        coupling[row + 1, row] = -coupling[row, row + 1]
+    K = {"1": csc_array(diags_array(squares)), "mu": csc_array(coupling)}
+    system = squeal.System(csc_array(eye_array(n)), csc_array(0.1 * eye_array(n)), K)
+    found = squeal.thresholds(system, 1.0, band=(300.0, 1200.0))
+    assert found.certified
+    assert [crossing.mu for crossing in found.crossings] == pytest.approx([0.3, 0.6], rel=1e-4)
+
+    def all_but_the_last(*args):
+        events, unconfirmed = crossings_along(*args)
+        return events[:-1], unconfirmed
+
+    monkeypatch.setattr(critical, "crossings_along", all_but_the_last)
+    missed = squeal.thresholds(system, 1.0, band=(300.0, 1200.0))
+    assert missed.certified is False
+    assert "flutter of one more mode at mu = 0.6" in missed.details["unconfirmed"][0]
 
 
 def test_an_answer_of_too_few_values_says_why_it_is_in_doubt(monkeypatch):

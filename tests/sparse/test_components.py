@@ -204,3 +204,11 @@ def test_one_name_has_one_value_in_all_components(other):
     with pytest.raises(InputError, match=r"the parameter E is .* in b and 1 in another component"):
         squeal.assemble(bodies, [contact])
     assert squeal.assemble(bodies, [contact], {"E": 3.0}).system.parameters["E"] == 3.0
+
+
+def test_a_node_that_only_turns_lies_where_its_rows_say():
+    """A pinned node, whose displacements are held: it has rotations alone."""
+    system = squeal.System(np.eye(3), K=np.eye(3), name="plate")
+    places = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]]
+    plate = squeal.Component(system, ["pinned", "free", "free again"], [-1, 2, 2], places)
+    assert plate.places_of(["free", "pinned"]).tolist() == [places[1], places[0]]

@@ -357,7 +357,7 @@ class PadStack:
             values = np.sqrt(-np.linalg.eigvals(A).astype(complex))
             values = np.where(values.real < 0.0, -values, values)
             size = np.abs(values).max(axis=1, keepdims=True)
-            values.real[values.real <= 1e-8 * size] = 0.0
+            values.real[values.real <= 1e-8 * size] = 0.0  # the square root of rounding
         else:
             form, _ = first_order(A, B, frequency_scale=1.0)
             values = np.linalg.eigvals(form).astype(complex)

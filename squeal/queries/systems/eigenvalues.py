@@ -244,7 +244,7 @@ def _description(analysis: SystemAnalysis, roots: SystemRoots) -> str:
     lines = [", ".join([f"{system.n} {degrees} of freedom", *values])]
     if analysis.joined:
         errors_are_known = any(root.error is not None for root in roots.eigenvalues)
-        lines.append(f"  {basis_text(analysis.joined, errors_are_known)}")
+        lines.append(f"  {basis_text(analysis.joined, errors=errors_are_known)}")
     for matrix in matrix_list(file):
         source = matrix["file"] or "rows"  # rows: entries that stand in the system file
         size = f"{matrix['nonzeros']} non-zeros"
@@ -280,7 +280,8 @@ def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, .
     """The growing modes among the roots, the fastest first, of a small system with their onsets.
 
     The onset is the value of the parameter from which on the mode grows, read on its eigenvalue
-    path from zero. It is None where no paths are computed, or where none ends at the mode.
+    path from zero. It is None where no paths are computed: for many rows, complex matrices and a
+    parameter that is not above zero; and where no path ends at the mode.
     """
     value = system.parameters[system.parameter]
     unstable = growing(roots.computed)

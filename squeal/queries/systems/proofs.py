@@ -219,6 +219,7 @@ def refereed(
 
     arrays = dense_matrices(*matrices)
     system = data.around(*arrays)
+    # verdict[0] is the verdict itself, verdict[1] what decided it or why it is open
     proof = _proof_of(system, roots, verdict[0])
     # entries that are rounded sums may leave a wrong list open: taken for exact they may refute it.
     # What they prove then is not used, since the true entries are not known so well
@@ -320,6 +321,7 @@ def _as_proved(
 
     status = proof.status
     reason = proof.reason
+    # verdict[0] is the verdict itself, verdict[1] what decided it or why it is open
     if status == "open" and proof.verdicts and proof.verdicts != {verdict[0]}:
         verdict = (None, f"{OPEN}{reason}")
     elif status == "proved" and verdict[0] is None:
@@ -431,8 +433,8 @@ def with_proved_growth(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> Eigen
     """Mark the roots that are proved to grow although their errors hide it.
 
     Each piece whose roots grow is matched with as many listed roots, the nearest to its centres.
-    Their real parts are clipped to the proved bounds of the piece. Roots that more pieces would
-    need than the list has stay as they are.
+    Their real parts are clipped to the proved bounds of the piece. Once the list has fewer roots
+    left than a piece needs, that piece and further ones are left out.
     """
     growing_pieces = [piece for piece in pieces if piece.side == "grows"]
     proved_to_grow = sum(piece.count for piece in growing_pieces)

@@ -254,5 +254,5 @@ def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dic
     }
     if isinstance(reduction, FirstLook):
         entry["contraction"] = reduction.contraction
-        entry["real_modes_hz"] = reduction.reach / math.tau or None
+        entry["real_modes_hz"] = reduction.reach / math.tau
     return entry

@@ -32,7 +32,7 @@ def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
     """True if rounding leaves on which side of an end of a region a root lies.
 
     So all copies of a multiple root are treated alike. False for a root below the real axis, which
-    has no frequency of its own, and where rounding is not known. The imaginary axis counts as no
+    is listed as a conjugate alone, and where rounding is not known. The imaginary axis counts as no
     end: whether a root grows is what the verdict says.
     """
     rounding = root.rounding

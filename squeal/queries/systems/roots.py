@@ -366,7 +366,15 @@ def _roots_of_matrices(
         count = _count_of_upper(count, roots, selected)
     verdict, criterion = judged
     notes = () if roots else (NO_MOTION,)
-    return SystemRoots(selected, None, count, verdict, criterion, notes=notes, judged_by=statement)
+    return SystemRoots(
+        eigenvalues=selected,
+        region=None,  # the whole plane
+        count=count,
+        verdict=verdict,
+        criterion=criterion,
+        notes=notes,
+        judged_by=statement,
+    )
 
 
 def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> EigenvalueTuple:

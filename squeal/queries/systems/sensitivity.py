@@ -369,8 +369,9 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     count = min(2, problem.n)
     x: NDArray = np.random.default_rng(1).standard_normal((problem.n, count)) + 0j
     for _ in range(ITERATIONS):
-        y = np.linalg.qr(solve(x, True))[0]
-        x = np.linalg.qr(solve(y, False))[0]  # qr()[0]: an orthonormal basis of the same space
+        # qr()[0] is an orthonormal basis of the same space
+        y = np.linalg.qr(solve(x, adjoint=True))[0]
+        x = np.linalg.qr(solve(y, adjoint=False))[0]
     residual = np.abs(np.sum(y.conj() * problem.apply(np.full(count, root), x), axis=0))
 
     def magnitude(X: csc_array) -> NDArray[np.float64]:

@@ -121,7 +121,7 @@ def track_modes(
         # few rows: the continuation of all roots, which knows where they cross and coalesce
         with suppress(InputError):  # where M is singular
             at = continued(system, rising).at
-    steps = [computed_roots[value][0] for value in rising]
+    steps = [step for step, _ in computed_roots.values()]  # by rising value
     values_between = 0 if expensive else len(rising)  # that may be computed to tell modes apart
     numbered, losses, reference = assign_mode_numbers(steps, at, own_value, values_between)
     step_at = dict(zip(rising, numbered, strict=True))

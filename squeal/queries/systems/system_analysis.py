@@ -90,9 +90,10 @@ class SystemAnalysis:
                 )
         PROGRESS.set(progress or (lambda _: None))
         system = file.system.frozen()
-        M = system.at()[0]
+        M, _, _ = system.at()
         reason = why_no_mass(M, ALL_ROWS)
-        # where K is not symmetric the equations may stand in any order, and rows have no masses
+        # where K, [2] of the matrices without friction, is not symmetric the equations may stand in
+        # any order, and rows have no masses
         if reason and is_symmetric(M) and is_symmetric(system.at(frictionless(system))[2]):
             Place(file.system.name or "system").warn(
                 f"{reason}; the answer is that of the matrices as they are"

@@ -246,7 +246,7 @@ def _located_among_all(
     of_all_roots = thresholds(system, high, step_ends, low)
     doubts: list[str] = []
     for part in of_all_roots.searched:
-        doubts += part.doubts or ()  # None of a search between jumps that knows no more
+        doubts += part.doubts or ()  # None of plain functions, which no system of terms is
     region = selection.rectangle
     located = _Located(
         points=of_all_roots.points,
@@ -519,8 +519,7 @@ class _Comparison:
     midpoints : list of float
         The middle of each interval between two clusters, or between one and an end of the range.
     unexplained : list of str
-        A sentence for each value at which more roots grow than follows from the events, if that
-        changes the verdict.
+        A sentence for each value at which more roots grow than follows from the events.
     left_out : list of str
         A sentence for each interval between clusters in which fewer roots grow than follows from
         them, if that changes the verdict: a growing root has left the band.
@@ -538,10 +537,9 @@ def _compare(
     """Compare what grows at computed values with what follows from the located events.
 
     The clusters of events cut the range into intervals, on each of which as many roots must grow as
-    at its start plus what the events bring. Where the verdict differs from that, more growing roots
-    are unexplained, fewer are taken for a growing root that leaves the band, and as many for a pair
-    that has become two real roots, which crosses nothing. Where the verdict is the same, it is the
-    counts on the full system that judge the number of roots.
+    at its start plus what the events bring. More growing roots are unexplained. Fewer that change
+    the verdict are taken for a growing root that leaves the band. As many with another verdict are
+    a pair that has become two real roots, which crosses nothing.
 
     Parameters
     ----------
@@ -586,14 +584,12 @@ def _compare(
     for value in sorted({*computed, *midpoints}):
         k = sum(cluster[0].value < value for cluster in clusters)
         count = continuation.at(value).unstable_count
-        if count.verdict == counts[k].verdict:
-            continue
+        is_other_verdict = count.verdict != counts[k].verdict
         here = f"{continuation.name} = {value:.6g}"
         if count.roots > counts[k].roots:
-            unexplained.append(
-                f"{count.verdict} at {here} follows from no threshold that was located"
-            )
-        elif count.roots < counts[k].roots and k not in left_out:
+            what = count.verdict if is_other_verdict else f"{count.verdict} of one more mode"
+            unexplained.append(f"{what} at {here} follows from no threshold that was located")
+        elif count.roots < counts[k].roots and is_other_verdict and k not in left_out:
             grows_at = f"{continuation.name} = {typical[k]:.6g}"
             left_out[k] = (
                 f"what grows at {grows_at} leaves {band} or ceases to grow by {here}; where is not "

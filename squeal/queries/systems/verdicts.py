@@ -59,6 +59,7 @@ def judge_roots(
         rate = f"largest Re lambda = {judgement.value:.6g}"
         return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
     # the referee would decide these too, but it does not judge sweeps and comparisons of designs
+    # a real part of exactly zero is one that is known: of undamped modes and rigid bodies
     undecided = [root for root in solved if 0.0 < abs(root.value.real) <= root.rounding]
     if not undecided or conservative:
         return judgement.verdict, str(judgement)
