@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Coefficients, Pad, coefficients, pose
-from squeal.proof.balls import Ball, Floats, upper
+from squeal.proof.balls import Ball, Floats, high_end, low_end, upper
 from squeal.proof.jets import Doubles, Functions, Jet
 from squeal.proof.signs import Polynomial, first_with_sign, signs
 
@@ -256,7 +256,7 @@ class PadBranch:
             last = replace(cell, overlap_from=change.low, end=change.high)
             yield last
             if position.direction[FRICTION] <= 0.0:
-                self.fold_at_contact = (float(friction.lower()), float(friction.upper()))
+                self.fold_at_contact = low_end(friction), high_end(friction)
                 return
         reached = position.unknowns[FRICTION]
         self.reason = f"{LOST} beyond mu = {reached:.9g} within {MOST_CELLS} cells"
