@@ -143,7 +143,7 @@ def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
     for _ in range(continuation.options.newton_steps):
         function = roots.event_function(guess.coalesces)
         slope = function.slope
-        if not slope or not np.isfinite(slope):
+        if slope == 0.0 or not np.isfinite(slope):
             return None
         move = -function.value / slope
         p = float(np.clip(p + move, low, high))
@@ -193,7 +193,8 @@ def _locate_event(continuation: Continuation, guess: Guess, crosses: bool) -> Ev
         if bracket is None:
             return None
         first, last, rise = bracket
-        # of one of two roots the function is the product of both real parts: its sign tells nothing
+        # of one of two roots the function is a product of both real parts: where it rises the root
+        # that crosses may begin to grow or cease
         if rise and (coalesces or roots.is_single):
             # with damping growth begins where the function rises, without it where it falls
             direction = rise if continuation.problem is DAMPED else -rise

@@ -582,7 +582,7 @@ def _rests_at_start(continuation: Continuation, omega: float) -> bool:
     Without damping two have to: one that does not meet another cannot leave the line.
     """
     state = continuation.at(continuation.low)
-    if not omega:
+    if omega == 0.0:  # a real root, which passes zero
         return bool(np.any(np.abs(state.roots) <= state.rounding))
     near = np.abs(state.omegas - omega) <= continuation.options.root_tolerance * omega
     resting = near & state.on_line

@@ -453,7 +453,7 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
             low = value
     if same_counts:
         lead = _lead_of_pair(continuation.at(p))
-        error = lead.rounding / abs(lead.slope) if lead.slope else math.inf
+        error = lead.rounding / abs(lead.slope) if lead.slope != 0.0 else math.inf
         half_width = min(error, half_width) + 1e-12 * abs(p)
     return p, half_width
 

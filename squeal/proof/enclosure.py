@@ -116,9 +116,9 @@ def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
     """
     mass, damping, stiffness = (float(X.bound().max()) for X in block.parts)
     time_exponent = 0
-    if mass and stiffness:
+    if mass > 0.0 and stiffness > 0.0:
         time_exponent = round((np.log2(stiffness) - np.log2(mass)) / 2.0)
-    elif mass and damping:
+    elif mass > 0.0 and damping > 0.0:
         time_exponent = round(np.log2(damping) - np.log2(mass))
     # M rate^2, C rate and K, all over the rate, so that none leaves the range of doubles
     M_of_time = block.M.scaled(time_exponent)

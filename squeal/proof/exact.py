@@ -93,7 +93,7 @@ def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
     largest_mass = float(np.abs(block.M.mid).max())
     largest_stiffness = float(np.abs(block.K.mid).max())
     time_exponent = 0  # of the unit of time that makes M and K about as large
-    if largest_mass and largest_stiffness:
+    if largest_mass > 0.0 and largest_stiffness > 0.0:
         time_exponent = round((math.log2(largest_stiffness) - math.log2(largest_mass)) / 2)
     odd_numbers = []
     exponents = []

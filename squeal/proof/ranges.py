@@ -473,13 +473,15 @@ def prove_thresholds(
         return Proof("refuted", reason="the intervals overlap or leave the range")
     gaps = list(zip(edges[::2], edges[1::2], strict=True))
     range_proof = _RangeProof(terms, growth_below, most, (low, high))
-    counts = []  # growing roots in each gap
+    # first what grows inside of each gap
+    counts = []
     for a, b in gaps:
         inside = a + INSIDE * (b - a)
         bounds = range_proof.bounds(inside, inside)
         if bounds.doubtful:
             return range_proof.open_at(inside, bounds.reason)
         counts.append(bounds.least)
+    # then whether it differs on both sides of each interval, as printed
     for number, (start, stop) in enumerate(intervals):
         below, above = counts[number : number + 2]
         rise = rises[number] if rises is not None else None
@@ -495,6 +497,7 @@ def prove_thresholds(
             gap_start, gap_end = gaps[number + 1]
             where = gap_start + ASIDE * (gap_end - gap_start)
             return Proof("refuted", by="enclosure", data=terms.data, reason=reason, where=where)
+    # last whether it is the same at every value of each gap
     for (a, b), count in zip(gaps, counts, strict=True):
         # over a whole gap at once `growth_below` may leave room for what a single value refutes
         for value in (a, b):
