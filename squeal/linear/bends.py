@@ -66,16 +66,16 @@ def factors_of(system: SystemFunction) -> list[Factor]:
 def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool:
     """True if a factor bends so much within a step that roots may do what its ends do not tell.
 
-    A factor that is monotone and nearly straight moves the roots as a straight one does. Another
-    one may deviate from a straight line by curvature length^2 / 8: it is checked what that may do
-    to the roots at both ends. Systems of more than 40 rows, whose range is proved on request only,
-    need this guard.
+    A factor whose slope changes over the step by at most a quarter of itself moves the roots as a
+    straight one does. Another one may deviate from a straight line by curvature length^2 / 8: it is
+    checked what that may do to the roots at both ends. Systems of more than 40 rows, whose range is
+    proved on request only, need this guard.
     """
     before = step.before
     after = step.after
     length = after.value - before.value
     curvature = factor.largest_curvature(before.value, after.value)
-    if not curvature < np.inf:
+    if not curvature < np.inf:  # no bound is known
         return True
     smaller_slope = min(factor.slope_size(before.value), factor.slope_size(after.value))
     if 4 * curvature * length <= smaller_slope:
@@ -90,9 +90,15 @@ def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool
 def _may_change(state: SpectrumAtParameter, W: ComplexArray, deviation: float) -> bool:
     """True if two roots may meet on the line, or one cross it, while a factor deviates.
 
-    Two roots at a distance g that are pulled towards each other by h and coupled as strongly may
-    move by h, or by sqrt(g h) where that is more. Pairs that are one at the state itself are left
-    out: the spectrum there shows them.
+    The deviation pulls two roots at a distance g towards each other by h, their coupling included.
+
+    - With damping a root may cross the line if it lies within twice the sum of its own movement and
+      of sqrt(g h), by which a root that is near (4 h > g) may move it.
+    - Without damping two roots on the line, or two conjugate ones, may meet there if 4 h > g.
+    - A real root s = -lambda^2 may pass zero within twice its own movement.
+
+    Roots on the line, pairs that are one and roots of zero at the state itself are left out in
+    these cases, in this order: the spectrum there shows them.
 
     Parameters
     ----------
@@ -106,9 +112,10 @@ def _may_change(state: SpectrumAtParameter, W: ComplexArray, deviation: float) -
     """
     z = state.roots
     slopes = W.diagonal()
-    distances = np.abs(z[:, None] - z)
+    distances = np.abs(z[:, None] - z)  # g
+    # the difference of two roots per unit of the factor: by their slopes, and by their coupling
     relative = np.abs(slopes[:, None] - slopes) + 2 * np.sqrt(np.abs(W * W.T))
-    pull = deviation * relative
+    pull = deviation * relative  # h
     if state.problem is DAMPED:
         by_coupling = np.sqrt(np.where(4 * pull > distances, distances * pull, 0.0)).max(axis=1)
         reach = 2 * (deviation * np.abs(slopes.real) + by_coupling)

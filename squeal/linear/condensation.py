@@ -48,35 +48,37 @@ def completed_to_second_order(system: SystemFunction, p: float) -> Completed | N
     if not isinstance(system, System) or not system.real:
         return None
     ((M, C, K),) = matrices_of(system, [p])
-    rank = rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))
+    rank = rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))  # whatever units M mixes
     left, _, right = np.linalg.svd(M)
     rows = left[:, rank:]  # y' M = 0
     motions = right[rank:].T  # M x = 0
     added = rows.shape[1]
     if not added or not ILL * np.linalg.cond(rows.T @ C @ motions) < 1.0:
-        return None
-    for term in system.M:
+        return None  # M is regular, or a motion without mass is not damped
+    for term in system.M:  # none may give these rows or motions mass at another parameter
         matrix = dense(term.matrix)
         noise = 4 * EPS * len(M) * norm_of(matrix)
         if max(norm_of(rows.T @ matrix), norm_of(matrix @ motions)) > noise:
             return None
-    rate = DECAYS * float(norm_of(K) / norm_of(C)) or 1.0
+    rate = DECAYS * float(norm_of(K) / norm_of(C)) or 1.0  # a of the module's head; 1 for K = 0
     first_order = rows @ rows.T  # projects on the rows without mass
 
     def with_rate(term: Term) -> Term:
+        """The term with its rows without mass times a."""
         matrix = dense(term.matrix)
         return replace(term, matrix=matrix + (rate - 1.0) * (first_order @ matrix))
 
     def raised(term: Term) -> Term:
+        """The rows without mass alone, which times lambda stand one power higher."""
         return replace(term, matrix=first_order @ dense(term.matrix))
 
     completed = System(
-        (*system.M, *map(raised, system.C)),
-        (*map(with_rate, system.C), *map(raised, system.K)),
-        tuple(map(with_rate, system.K)),
-        dict(system.parameters),
-        system.parameter,
-        system.name,
+        M=(*system.M, *map(raised, system.C)),
+        C=(*map(with_rate, system.C), *map(raised, system.K)),
+        K=tuple(map(with_rate, system.K)),
+        parameters=dict(system.parameters),
+        parameter=system.parameter,
+        name=system.name,
     )
     return Completed(completed, added)
 
@@ -115,7 +117,7 @@ class StaticCondensation:
         ((self._M, _, K),) = matrices_of(system, [p])
         scale = np.sqrt(np.abs(np.diag(self._M)))
         _require(scale.any())
-        masses, vectors = np.linalg.eigh(unit_diagonal(self._M))
+        masses, vectors = np.linalg.eigh(unit_diagonal(self._M))  # by rising mass
         self._vectors = vectors / divisor(scale)[:, None]
         masses = np.where(masses > 4 * EPS * len(masses) * masses[-1], masses, 0.0)
         _require(len(masses) > 1)  # else no mass is left
@@ -124,6 +126,8 @@ class StaticCondensation:
         count = int(np.argmax(gaps)) + 1
         self._light_masses = masses[:count]
         self._masses = masses[count:]
+        # a gap of four decades divides them clearly; of one light coordinate with a mass at most
+        # the sign of det K22 tells that of its stiffness
         _require(gaps.max() >= 1e4 and np.count_nonzero(self._light_masses) <= 1)
         # a light coordinate of negative stiffness would grow
         self._sign_of_det_K22 = float(np.linalg.slogdet(self._blocks(K).X22)[0])
@@ -147,6 +151,7 @@ class StaticCondensation:
         noise = 4 * EPS * len(M) * np.abs(damping.X11).max()
         for block in (damping.X22, damping.X21, damping.X12):  # of the nearly massless coordinates
             _require(np.abs(block).max() <= noise)
+        # M must not vary, and damping is allowed beside coordinates of no mass at all only
         _require(np.array_equal(M, self._M) and not (C.any() and self._light_masses.any()))
         unit = np.sqrt(np.outer(self._masses, self._masses))
         return np.eye(len(unit)), damping.X11 / unit, self._condensed(self._blocks(K)) / unit
@@ -158,6 +163,7 @@ class StaticCondensation:
         K11 - K12 X.
         """
         condition = float(np.linalg.cond(unit_diagonal(K.X22)))
+        # half of the digits are left; where the sign changes a light coordinate begins to grow
         _require(condition < 1e8 and np.linalg.slogdet(K.X22)[0] == self._sign_of_det_K22)
         X = np.linalg.solve(K.X22, K.X21)
         for _ in range(60):
@@ -168,7 +174,7 @@ class StaticCondensation:
             if np.abs(X - before).max() <= 4 * EPS * np.abs(X).max():
                 break
         else:
-            _require(False)
+            _require(False)  # it does not converge
         condensed = K.X11 - K.X12 @ X
         terms = np.abs(K.X11) + np.abs(K.X12) @ np.abs(X)
         cancellation = np.abs(terms).max() / np.abs(condensed).max()

@@ -84,8 +84,8 @@ class ContinuationOptions:
     difference_step : float
         Of the range: the step of a difference that stands for a derivative.
     event_tolerance : float
-        Of the range: events closer than this coincide, unless the counts between them agree; of the
-        value of an event: a narrower interval has converged.
+        Of the range: events within four times this coincide, unless the counts between them agree;
+        of the value of an event: a narrower interval has converged.
     rounding_deviations : float
         Standard deviations of rounding that an interval holds.
     widest_interval : float
@@ -93,7 +93,7 @@ class ContinuationOptions:
     division_share : float
         Of a step: where it is divided; not in the middle, as thresholds often lie at round numbers.
     newton_steps : int
-        Steps of Newton's method, and half of those of inverse iteration.
+        Steps of Newton's method at most, and half of the corrections to an invariant subspace.
     small_rows : int
         Rows up to which systems are stacked, and SciPy's loading is not worth while.
     """

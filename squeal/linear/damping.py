@@ -195,24 +195,25 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
     is_large = n > MOST_DENSE
     if callable(ratios):
         # of a large system only the modes in the range of the table are computed
-        omega, modes = real_modes(K, M, n, ratios if is_large else None)
+        omega, modes = real_modes(K, M, count=n, ratios=ratios if is_large else None)
         zeta = ratios(omega / math.tau)
     else:
         is_list = np.ndim(ratios) > 0
+        # as many modes as ratios; all n for one number, which a large system may not have
         count = np.size(ratios) if is_list or is_large else n
         if count > n or (is_large and not is_list):
             raise InputError(
                 f"damping.ratios: {count} ratios of {n} rows are not allowed; a list of one for "
                 "each of the first modes is, or a table of frequencies"
             )
-        omega, modes = real_modes(K, M, count, None)
+        omega, modes = real_modes(K, M, count, ratios=None)
         if is_list and len(omega) < count:
             raise InputError(
                 f"damping.ratios: {count} ratios of {len(omega)} modes are not allowed; the other "
                 "rows have no mass"
             )
         zeta = np.broadcast_to(np.asarray(ratios, dtype=float), len(omega))
-    is_damped = np.isfinite(zeta)
+    is_damped = np.isfinite(zeta)  # NaN: outside of the range of `ratios`
     if not is_damped.any():
         raise InputError("damping.ratios: no mode of the structure lies in the table's range")
     U = (M @ modes[:, is_damped]) * np.sqrt(2 * zeta * omega)[is_damped]

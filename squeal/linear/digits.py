@@ -73,9 +73,10 @@ def data_errors(
 def rounding_of_sums(system: TermSystem) -> tuple[Array, Array, Array]:
     """How far rounding may have moved entries (n, n) of M, C and K when terms were summed.
 
-    That is beside half a unit in their last place; zero where nothing was rounded. Terms that
-    cancel leave a rounding of the size of the terms: it is computed exactly, from the errors of
-    products and sums of doubles (Dekker, Numer. Math. 18, 1971).
+    This comes on top of half a unit in the last place of each entry, which the callers allow for
+    anyway, and is zero where nothing else was rounded. Terms that cancel leave a rounding of the
+    size of the terms: it is computed exactly, from the errors of products and sums of doubles
+    (Dekker, Numer. Math. 18, 1971). Of complex terms it is a bound.
     """
     parameters = system.parameters
     errors = []
@@ -183,9 +184,16 @@ def known_to_digits(
 ) -> tuple[Eigenvalue, ...]:
     """Roots with the `error` that the digits of the system's files leave, at some parameters.
 
-    The bound is that of the module's head; where it exceeds a quarter of |lambda| the root may be a
-    double root at zero, whose square moves by |y|' |dP| |x| / |y^H M x|. Of roots that may grow or
-    not within the bound the `rounding` is raised to it, too.
+    - The bound is that of the module's head.
+    - Where that exceeds a quarter of |lambda| the root may be a double root at zero, whose square
+      moves by |y|' |dP| |x| / |y^H M x|. The bound is how large the root may become so, or twice
+      that of the head if this is less.
+    - Where neither is finite, at a coalescence, it is the size of the root, or of the root to which
+      |dK| moves one of zero if this is more.
+
+    The `rounding` of a root is raised to its bound, too, but for those of a real undamped system
+    that stay on the imaginary axis within it. `open` says of these others whether the sign of their
+    real part is unknown.
     """
     if not roots:
         return ()
@@ -211,11 +219,11 @@ def known_to_digits(
         of_simple_root = change / np.abs(2 * z * mass + products(y, C, x))
         of_double_root = np.sqrt(size**2 + change / np.abs(mass))
         is_near_zero = of_simple_root > NEAR_ZERO * size
-        near_zero_bounds = np.fmin(2 * of_simple_root, of_double_root)
+        near_zero_bounds = np.fmin(2 * of_simple_root, of_double_root)  # of a NaN the other one
         bounds = np.where(is_near_zero, near_zero_bounds, of_simple_root)
     unknown = ~np.isfinite(bounds)  # at a coalescence, where y^H P' x is zero
     bounds[unknown] = np.maximum(size, np.sqrt(norm_of(dK) / norm_of(M)))[unknown]
-    may_grow = np.ones(len(z), dtype=bool)
+    may_grow = np.ones(len(z), dtype=bool)  # with damping each root may leave the axis
     if system.real and not norm_of(C):
         signs = None
         if all(abs(X - X.T).max() == 0.0 for X in (M, K)):

@@ -62,7 +62,7 @@ class Eigenvalue:
     def kind(self) -> str:
         """The verdict on it alone."""
         if self.grows:
-            return "flutter" if self.value.imag else "divergence"
+            return "flutter" if self.value.imag != 0.0 else "divergence"
         return VERDICTS[kinds(self.value, self.rounding)]
 
     @property
@@ -78,7 +78,9 @@ class Eigenvalue:
     @property
     def damping_ratio(self) -> float:
         """-Re / |value|; 0 for a rigid-body root, which neither grows nor decays."""
-        return -self.value.real / abs(self.value) + 0.0 if self.value else 0.0
+        if self.value == 0.0:
+            return 0.0
+        return -self.value.real / abs(self.value) + 0.0  # + 0.0: no negative zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,7 +235,8 @@ def _complete_vectors(
         Condition numbers of the roots in their components.
     """
     identity = np.eye(len(A))
-    # by how many unknowns each depends on: behind those that drive it; of the adjoint the reverse
+    # a component depends on more unknowns than those that drive it, so that it comes behind them
+    # where sorted by their number; of the adjoint problem the reverse
     driven_last = sorted(components(reach), key=lambda rows: reach[rows[0]].sum())
     driving_last = sorted(components(reach), key=lambda rows: reach.T[rows[0]].sum())
     for k, z in enumerate(values):
@@ -251,6 +254,7 @@ def _complete_vector(
 ) -> float:
     """Complete the null vector (n,) of one component of P by what it drives in others, in place.
 
+    In the rows of a driven component P x = 0 is solved for its entries, those before it known.
     Where a driven component is singular, too, the vector of that one alone comes out.
 
     Parameters
@@ -269,10 +273,11 @@ def _complete_vector(
     float
         The length of the vector within its own component afterwards, at most 1.
     """
-    largest = int(np.argmax(np.abs(vector)))  # a row of its own component
+    largest = int(np.argmax(np.abs(vector)))  # stands for the vector's own component
     entry_before = abs(vector[largest]) / np.linalg.norm(vector)
     size = float(np.linalg.norm(P))
     for rows in component_rows:
+        # it depends on the vector's own component, and not the reverse
         is_driven = reach[rows[0], largest] and not reach[largest, rows[0]]
         if is_driven:
             block = P[np.ix_(rows, rows)]

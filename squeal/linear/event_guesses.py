@@ -38,9 +38,10 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
     Returns
     -------
     guesses : list of Guess
-        The best there are.
+        The best there are, for a step that cannot be divided.
     division : float or None
-        The share of the step at which to divide it first; None if the matches are good enough.
+        The share of the step at which to divide it first; None if the matches are good enough, and
+        no root turns back so near the line that it may cross it twice.
     """
     problem = step.before.problem
     on_before = step.before.on_line
@@ -68,7 +69,7 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
     if doubtful:
         return guesses, step.options.division_share
     may_turn = known
-    if problem is not DAMPED:
+    if problem is not DAMPED:  # zero of Re z, which the cubics are of, is passed on the real axis
         may_turn = known & _stays_real(step)
     return guesses, _doubtful_turn(step, may_turn)
 
@@ -118,7 +119,8 @@ def _doubtful_turn(step: Step, roots: Bools) -> float | None:
     """Where a root turns back so near the line that its cubic does not tell whether it crosses.
 
     The cubic c0 + c1 t + c2 t^2 + c3 t^3 through values and slopes at both ends is off by
-    t^2 (1 - t)^2 times a constant.
+    t^2 (1 - t)^2 times a constant. In the middle of the step, where that is greatest, it is taken
+    for a tenth of the range of the cubic, or of the deviation if that is more.
 
     Parameters
     ----------
@@ -139,7 +141,7 @@ def _doubtful_turn(step: Step, roots: Bools) -> float | None:
         q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
         t = np.stack([q / (3 * c[3]), c[1] / q])
         deviation = np.maximum(step.highest - step.lowest, np.abs(step.deviation.real))
-        error = 1.6 * (t * (1 - t)) ** 2 * deviation
+        error = 1.6 * (t * (1 - t)) ** 2 * deviation  # 1.6 / 16: a tenth at t = 1/2
         is_near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= error
     is_near &= roots & (t > 0) & (t < 1) & (error > step.rounding)
     if not is_near.any():
@@ -156,12 +158,14 @@ def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:
     before = step.before
     after = step.after
     is_real = before.real[k] and after.real[step.order[k]]
+    # these leave the line where two meet only: no root z = -i lambda, and no complex s, crosses it
     if before.problem is GYROSCOPIC or (before.problem is UNDAMPED and not is_real):
         return
-    ends = np.array([values[k] for values in step.ends])
+    ends = np.array([values[k] for values in step.ends])  # (4,): see `StepEnds`
     path = ends.real.copy()
     if known:  # on the line at an end of the range: the slope tells where it comes from
-        path[[0, 2]] = np.where(np.abs(path[[0, 2]]) <= step.rounding[k], 0.0, path[[0, 2]])
+        at_ends = path[[0, 2]]  # without the slopes
+        path[[0, 2]] = np.where(np.abs(at_ends) <= step.rounding[k], 0.0, at_ends)
     length = after.value - before.value
     for t in zeros_between(hermite_cubic(*path)):
         root = complex(np.polyval(hermite_cubic(*ends)[::-1], t))
@@ -179,8 +183,11 @@ def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:
 def _events_of_pair(step: Step, pair: RootPair) -> Iterator[Guess]:
     """Where two roots that coalesce or separate in a step cross the line or meet on it.
 
-    The roots are mean +- sqrt(square). Damped roots that lie off the line at both ends of the step
-    cross it; where both lie on it at one end they meet on it, as undamped ones always do.
+    The roots are mean +- sqrt(square).
+
+    - With damping one of them may cross the line, unless both lie on it at both ends of the step.
+    - Without damping they may meet on it; with damping, too, if both lie on it at one end.
+    - One root s = -lambda^2 of two real ones may pass zero.
     """
     before = step.before
     after = step.after
@@ -257,15 +264,17 @@ def window_guesses(continuation: Continuation, meeting: Guess, length: float) ->
     problem = continuation.problem
     pair = roots_near(continuation, meeting.value, meeting.root, meeting.right, meeting.left)
     for _ in range(3):  # go to the closest approach itself
-        centre, half_width = pair.closest_approach(problem)
+        centre, half_width = pair.closest_approach(problem)  # centre: an offset from pair.value
+        # the window is well extrapolated from within a few widths of it, and one of an eighth of
+        # the step is too wide to be missed
         if abs(centre) <= 4 * half_width or half_width >= length / 8:
             break
-        if not abs(centre) <= length:
+        if abs(centre) > length:  # in another step, or inf: the two come close nowhere
             return
         p = float(np.clip(pair.value + centre, continuation.low, continuation.high))
         pair = pair.at(continuation, p)
     centre, half_width = pair.closest_approach(problem)
-    if half_width == 0.0 or not np.isfinite(centre):
+    if half_width == 0.0:  # they come close nowhere, or touch without a window
         return
     if problem is DAMPED:
         events = _crossings_around(pair, centre, half_width, length)

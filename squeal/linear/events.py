@@ -130,7 +130,11 @@ class _Zero(NamedTuple):
 
 
 def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
-    """The zero of the event function next to a guess; None if it leaves the width of the guess."""
+    """The zero of the event function next to a guess.
+
+    None if a step leaves the width of the guess by more than a half, or has no finite slope, or if
+    the iteration does not converge: to a quarter of what rounding moves the zero by.
+    """
     low = continuation.low
     high = continuation.high
     start = min(max(guess.value, low), high)
@@ -139,11 +143,11 @@ def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
     for _ in range(continuation.options.newton_steps):
         function = roots.event_function(guess.coalesces)
         slope = function.slope
-        if not slope or not np.isfinite(slope):
+        if slope == 0.0 or not np.isfinite(slope):
             return None
         move = -function.value / slope
         p = float(np.clip(p + move, low, high))
-        if abs(p - start) > 1.5 * guess.width:
+        if abs(p - start) > 1.5 * guess.width:  # half as much again, as a step may overshoot
             return None
         if abs(move) <= max(4 * EPS * abs(p), function.noise / abs(slope) / 4):
             return _Zero(p, move, roots, function)
@@ -174,7 +178,7 @@ def _locate_event(continuation: Continuation, guess: Guess, crosses: bool) -> Ev
     direction = root.direction
     first = p - half_width
     last = p + half_width
-    if half_width > 1e-9 * guess.width:  # the slope may change within
+    if half_width > 1e-9 * guess.width:  # not so narrow that the slope is constant within
 
         def sign(x: float) -> int:
             """The sign of the event function at x, 0 where rounding hides it."""
@@ -189,16 +193,21 @@ def _locate_event(continuation: Continuation, guess: Guess, crosses: bool) -> Ev
         if bracket is None:
             return None
         first, last, rise = bracket
+        # of one of two roots the function is a product of both real parts: where it rises the root
+        # that crosses may begin to grow or cease
         if rise and (coalesces or roots.is_single):
+            # with damping growth begins where the function rises, without it where it falls
             direction = rise if continuation.problem is DAMPED else -rise
     if last - first > guess.width:
         return None
     # rounding in the equilibrium of a pad moves entries together, which their sizes do not show
-    slopes = 0.0  # by relative changes of what the entries are computed from
+    slopes = 0.0  # of the event function, by relative changes of what A is computed from
     for perturbed in continuation.perturbed_by_rounding(p):
         local = roots_near(continuation, p, roots.mean, roots.right, roots.left, perturbed)
         slopes += abs(local.event_function(coalesces).slope)
     margin = 2 * EPS * slopes / slope
+    # at the lower end of the range growth may begin from rest (`search`); beyond the upper end the
+    # event itself may lie
     interval = max(first - margin, continuation.low), last + margin
     return Event(p, root.omega, direction, interval, root.residual, coalesces)
 
@@ -214,8 +223,8 @@ class _RootAtEvent(NamedTuple):
 class _Extrapolated(NamedTuple):
     """A root z at an event, extrapolated by the last step of Newton's method.
 
-    root: z at the event; computed: z before that step; slope: of its real part, or of d where two
-    meet; is_real: whether lambda is real.
+    root: z at the event; computed: z, or its mean with the other one, before that step; slope: of
+    its real part, or of d where two meet; is_real: whether lambda is known to be real.
     """
 
     root: complex
@@ -248,6 +257,7 @@ def _root_at_event(
         exponent = exponents(np.array(at_event.root), problem, continuation.frequency_scale or 1.0)
         omega = abs(exponent.item().imag)
     residual = A @ roots.right - at_event.computed * roots.right
+    # of two roots that of the combination of their vectors that satisfies A x = z x best
     smallest = float(np.linalg.svd(residual, compute_uv=False)[-1])
     # with damping growth begins where the real part, or d, rises; without it where it falls
     begins = (at_event.slope > 0) == (problem is DAMPED)
@@ -265,16 +275,19 @@ def _coalescing_roots(problem: ProblemClass, zero: _Zero, crosses: bool) -> _Ext
     """
     roots = zero.roots
     z = roots.mean + zero.move * roots.mean_slope
+    # half the difference of the two is sqrt(d), of which rounding leaves sqrt(noise)
     is_zero = abs(z) <= 2 * math.sqrt(abs(roots.noise)) + roots.mean_noise
     if crosses and problem is UNDAMPED and z.real < 0:
-        return None
+        return None  # two divergent roots, s < 0, join to a pair
     if problem is GYROSCOPIC and abs(z.imag) > abs(z.real) and not is_zero:
-        return None
+        return None  # off the real axis, where both grow or decay
+    # of z = s the sign tells whether lambda is real
     return _Extrapolated(z, roots.mean, zero.function.slope, is_zero and problem is not UNDAMPED)
 
 
 def _single_root(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapolated | None:
-    """The single root that crosses at the zero; None if its last change was no rounding.
+    """The single root that crosses at the zero; None if the last step still moved it by more than
+    the square root of the machine precision.
 
     That is so next to a coalescence, where the slope is unbounded and steps are small without a
     zero. bound: how large roots may be.
@@ -283,6 +296,7 @@ def _single_root(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapola
     if abs(zero.move * zero.function.slope) > 1e-8 * bound:
         return None
     z = roots.mean + zero.move * roots.mean_slope
+    # without damping only a real root s crosses by itself, where it passes zero
     is_real = problem is not DAMPED or abs(z.imag) <= 4 * roots.mean_noise
     return _Extrapolated(z, roots.mean, zero.function.slope, is_real)
 
@@ -302,11 +316,11 @@ def _crossing_root_of_two(zero: _Zero) -> _Extrapolated | None:
     root_of_d = np.sqrt(d)
     if not abs((mean + root_of_d).real) < abs((mean - root_of_d).real):
         root_of_d = -root_of_d
-    half_difference = complex(root_of_d) or 1e-300
+    half_difference = complex(root_of_d) or 1e-300  # a divisor
     half_slope = (roots.d_slope + 2 * move * roots.d_bend) / (2 * half_difference)
     root = mean + half_difference
     noise = roots.mean_noise + abs(roots.noise / (2 * half_difference))
-    noise = max(noise, 1e-9 * (abs(mean) + abs(half_difference)))
+    noise = max(noise, 1e-9 * (abs(mean) + abs(half_difference)))  # at least that of their size
     return _Extrapolated(
         root=root,
         computed=roots.mean + half_difference,
@@ -338,7 +352,8 @@ def bracket_by_sign(
     sign : function
         1 or -1 where the sign is certain at a value, else 0.
     at : (float, float)
-        Where the zero is taken to be.
+        Where the zero is taken to be, at the least and at the most; the first is left downwards,
+        the second upwards.
     half : float
         The distance from there that is tried first, then multiples by powers of two.
     low, high : float
@@ -369,10 +384,13 @@ def _certain_sign(
     half: float,
     smallest: float,
 ) -> tuple[float, int]:
-    """The value nearest to `start` at which a sign is certain, and the sign; 0 if there is none.
+    """A value near `start` at which the sign is certain, and this sign; 0 if it is nowhere certain.
 
-    Tried are distances from `smallest` to `room`, upwards (`direction` 1) or downwards (-1): `half`
-    first, then its halves while they are certain, or its doubles until one is.
+    It is the nearest one to within a factor of 2 in its distance from `start`, upwards (`direction`
+    1) or downwards (-1). Distances from `smallest` up to but without `room` are tried: `half`
+    first, or half the room if that is less. If its sign is certain, its halves follow while theirs
+    is the same; else its doubles until one is certain. With the sign 0 the value lies at `room` or
+    beyond it and means nothing.
     """
 
     def sign_at(distance: float) -> int:

@@ -27,7 +27,8 @@ from squeal.linear.matrices import EPS, Array, norm_of
 class EventFunction(NamedTuple):
     """A real function f of the parameter that vanishes at an event, at one value of it.
 
-    value: f; slope: f'; bend: f''/2; noise: how far rounding moves f.
+    value: f; slope: f'; bend: f''/2 where two roots meet, the only use of it, else 0; noise: how
+    far rounding moves f.
     """
 
     value: float
@@ -89,12 +90,14 @@ class LocalRoots(NamedTuple):
     def closest_approach(self, problem: ProblemClass) -> tuple[float, float]:
         """Where two roots come closest, and half the length of the interval of close approach.
 
-        Both are distances in the parameter, the first from the value here; from the zeros of the
-        parabola d. inf and 0 where there are no two.
+        That is the middle of the two zeros of the parabola d, as an offset from `value`, and half
+        their distance, both in units of the parameter. inf and 0 where d is no parabola.
         """
         coefficients = np.array([self.d_bend, self.d_slope, self.d])
-        zeros = np.roots(coefficients if problem is DAMPED else coefficients.real)
-        if len(zeros) < 2:
+        if problem is not DAMPED:  # of two that may meet on the line d is real, up to rounding
+            coefficients = coefficients.real
+        zeros = np.roots(coefficients)
+        if len(zeros) < 2:  # d is straight or constant, as that of one root
             return np.inf, 0.0
         centre = float(zeros.real.mean())
         return centre, float(np.abs(zeros - centre).max())
@@ -107,9 +110,13 @@ class LocalRoots(NamedTuple):
     def event_function(self, coalesces: bool) -> EventFunction:
         """The function of the parameter that vanishes at the event, here; see `EventFunction`.
 
-        Of one root its real part m. Of two roots m + i w +- sqrt(d): where they meet on the line d,
-        and where one of them crosses it, so that (Re sqrt(d))^2 = m^2, the function
-        m^2 Re d + (Im d)^2 / 4 - m^4, by Re(sqrt(d))^2 Im(sqrt(d))^2 = (Im d)^2 / 4.
+        - One root m + i w crosses the line: m.
+        - Two roots m + i w +- sqrt(d) meet on the line (`coalesces`): Re d, as d is real where the
+          two mirror each other in the line.
+        - One of two roots crosses it: with sqrt(d) = a + i b the function
+          m^2 Re d + (Im d)^2 / 4 - m^4 = (a^2 - m^2) (m^2 + b^2), for Re d = a^2 - b^2 and
+          Im d = 2 a b. It vanishes where a real part m + a or m - a does, and is smooth where
+          sqrt(d) is not.
         """
         m = self.mean.real
         dm = self.mean_slope.real
@@ -121,6 +128,7 @@ class LocalRoots(NamedTuple):
             return EventFunction(d.real, dd.real, self.d_bend.real, self.noise)
         value = m**2 * d.real + d.imag**2 / 4 - m**4
         slope = 2 * m * dm * d.real + m**2 * dd.real + d.imag * dd.imag / 2 - 4 * m**3 * dm
+        # the derivatives of the function by m and by d, times the noise of each
         noise = abs(2 * m * d.real - 4 * m**3) * self.mean_noise
         return EventFunction(value, slope, 0.0, noise + (m**2 + abs(d.imag) / 2) * self.noise)
 
@@ -135,8 +143,9 @@ def roots_near(
 ) -> LocalRoots:
     """The root, or the two roots, of A(p) next to a given number, with slopes and errors.
 
-    On the invariant subspaces X and Y the matrix is the block (Y^H X)^-1 Y^H A X of one or two
-    rows, of which mean and squared half difference are traces.
+    On the invariant subspaces X and Y the matrix is the block B = (Y^H X)^-1 Y^H A X of one or two
+    rows: the mean is half the trace of B (all of it for one row), and d half the trace of
+    (B - mean)^2.
 
     Parameters
     ----------
@@ -149,7 +158,8 @@ def roots_near(
     right, left : array (N, 1) or (N, 2)
         Approximate right and left eigenvectors of the one or the two.
     perturbed : StandardProblem, optional
-        The problem at p with derivatives by something else than the parameter.
+        The problem at p with derivatives by something else than the parameter; that by the
+        parameter if none is given.
     """
     A, derivative, sizes = perturbed or continuation.standard_problem(p)
     # the rounding of other strong components is no rounding of these roots
@@ -162,12 +172,13 @@ def roots_near(
     right = right[rows]
     left = left[rows]
     size = norm_of(A) or 1.0
-    # inverse iteration with a shift next to the roots, where A - shift is regular
+    # inverse iteration with a shift next to the roots: off them by so little that it converges at
+    # once, by so much that A - shift is regular; of a root near 0 the size of A says how much
     nudge = 1e-7 * max(abs(near), 1e-4 * size)
     shift = near + nudge
     if continuation.problem is UNDAMPED and abs(near.imag) <= nudge:
         shift = shift.real
-        # real vectors; not the real parts alone, which are the same of two conjugate columns
+        # A is real: real vectors; not the real parts alone, which two conjugate columns share
         right = right.real + right.imag
         left = left.real + left.imag
     solve, solve_adjoint = _solvers(A - shift * np.eye(len(A)), continuation.options.small_rows)
@@ -180,7 +191,7 @@ def roots_near(
     # what the error of the subspaces adds to the block, to second order
     correction = solve(A @ X - X @ block)
     subspace_error = np.abs(inverse @ (A @ (correction - X @ (inverse @ correction))))
-    # independent roundings in the entries of A
+    # independent roundings in the entries of A: their variances add up
     entry_error = EPS * np.sqrt(np.abs(inverse) ** 2 @ (sizes**2 @ np.abs(X) ** 2))
     error = continuation.options.rounding_deviations * (entry_error + subspace_error)
     count = len(block)
@@ -196,6 +207,7 @@ def roots_near(
         d=complex(np.trace(deviator @ deviator) / 2),
         d_slope=complex(np.trace(2 * deviator @ deviator_slope) / 2),
         d_bend=complex(np.trace(deviator_slope @ deviator_slope) / 2),
+        # d changes by tr(deviator change) + tr(change^2) / 2 with a change of the block
         noise=float(np.linalg.norm(np.abs(deviator.T) * error) + np.linalg.norm(error) ** 2),
         right=_embedded(X, rows, N),
         left=_embedded(Y, rows, N),
@@ -204,7 +216,7 @@ def roots_near(
 
 
 def _embedded(vectors: NDArray, rows: NDArray[np.intp], N: int) -> NDArray:
-    """Vectors (N, k) that are these (m, k) in some rows and zero in all others."""
+    """Vectors (N, k) that are those given (m, k) in some `rows` (m,) and zero in all others."""
     all_rows = np.zeros((N, vectors.shape[1]), vectors.dtype)
     all_rows[rows] = vectors
     return all_rows
@@ -225,7 +237,7 @@ def _solvers(P: NDArray, small: int) -> tuple[Solve, Solve]:
     from scipy.linalg import lu_factor, lu_solve
 
     factor = lu_factor(P, check_finite=False)
-    return partial(lu_solve, factor), partial(lu_solve, factor, trans=2)
+    return partial(lu_solve, factor), partial(lu_solve, factor, trans=2)  # 2: P^H, as SciPy says
 
 
 def _invariant_subspace(
@@ -256,6 +268,7 @@ def _invariant_subspace(
         block = X.conj().T @ image
         residual = image - X @ block
         norm = float(np.linalg.norm(residual))
+        # down to rounding, or no longer falling
         if norm <= 64 * EPS * size or norm > 0.9 * norm_before:
             break
         correction = solve(residual)

@@ -71,7 +71,7 @@ def _by_invariants(entries: Sequence[Array]) -> Codes:
     entries: the nine entries (N,) of the matrices A, row by row.
     """
     cubic = invariants(entries)
-    a, b, c, discriminant = cubic[:4]
+    a, b, c, discriminant, is_vague = cubic
     has_pair = discriminant.value < -discriminant.bound
     has_negative_product = c.value < -c.bound
     has_negative = has_negative_product | (b.value < -b.bound) | (a.value < -a.bound)
@@ -79,7 +79,7 @@ def _by_invariants(entries: Sequence[Array]) -> Codes:
     codes = np.where(has_pair, FLUTTER, without_pair).astype(np.int8)
     # with a pair the real root has the sign of c
     has_both = np.flatnonzero(has_pair & has_negative_product)
-    vague = np.flatnonzero(cubic.vague)
+    vague = np.flatnonzero(is_vague)
     if len(has_both) or len(vague):
         A = np.stack(entries, axis=-1).reshape(-1, 3, 3)
         s = np.linalg.eigvals(A[has_both]).astype(complex)

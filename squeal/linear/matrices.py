@@ -270,7 +270,7 @@ def scaled_rank(K: NDArray) -> int:
     """The rank of K with its rows and columns scaled to a largest entry of one: what is small
     beside others still counts."""
     scaled = K
-    for axis in (1, 0, 1):
+    for axis in (1, 0, 1):  # rows, columns, and rows again
         scaled = scaled / divisor(np.abs(scaled).max(axis=axis, keepdims=True))
     return rank_of(np.linalg.svd(scaled, compute_uv=False))
 
@@ -485,6 +485,7 @@ def invariants(entries: Sequence[Values], floor: float = 0.0) -> Cubic:
     has_far_root &= np.abs(c.value) < share**2 * np.abs(square * a.value)
     if np.any(has_far_root):
         split, is_known = _split_discriminant(a, b, c)
+        # without an error c is exactly 0, and the other roots, 0 and t, are real in any case
         vague = np.where(has_far_root, (c.bound > 0.0) & ~is_known, vague)
         discriminant = Bounded(
             np.where(has_far_root, split.value, discriminant.value),
@@ -557,12 +558,12 @@ def _split_discriminant(a: Bounded, b: Bounded, c: Bounded) -> tuple[Bounded, Va
             s = s - residual / ((3 * s - 2 * a.value) * s + b.value)
         size = np.abs(s)
         relative_error = (a.bound + (b.bound + c.bound / size) / size) / size + 4 * EPS  # of s
-        t = (b.value - c.value / s) / s
-        d = c.value / s
+        t = (b.value - c.value / s) / s  # the others' sum
+        d = c.value / s  # and product
         error_t = (b.bound + c.bound / size) / size + np.abs(t) * relative_error
         error_d = c.bound / size + np.abs(d) * relative_error
         terms = t * t + 4 * np.abs(d)
-        distances = ((s - t) * s + d) ** 2
+        distances = ((s - t) * s + d) ** 2  # of s to both others, squared
         value = (t * t - 4 * d) * distances
         error = 2 * np.abs(t) * error_t + error_t * error_t + 4 * error_d + 4 * EPS * terms
         bound = error * distances + 8 * relative_error * np.abs(value)

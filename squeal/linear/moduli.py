@@ -155,8 +155,8 @@ class Tabulated:
 class Modulus:
     """A factor times (1 + i loss), times the storage modulus of a table; or, `imaginary`, times i.
 
-    It has the methods of a `Formula`, with complex values. Raises InputError where a loss factor is
-    negative.
+    A table brings a loss factor of its own: `loss` is None beside it. It has the methods of a
+    `Formula`, with complex values. Raises InputError where a loss factor is negative.
 
     >>> lining = Modulus(Formula("2 * a"), Formula("omega / 1e4"))
     >>> lining.value({"a": 3.0, "omega": 1e3}), lining.slope({"a": 3.0, "omega": 1e3}, "a")
@@ -204,7 +204,7 @@ class Modulus:
         """
         if name in FREQUENCY:
             return math.inf
-        if self.loss is not None and name in self.loss.names and not self.table:
+        if self.loss is not None and name in self.loss.names:  # without a table: see the class
             if name in self.factor.names:
                 return math.inf
             loss_curvature = self.loss.curvature(parameters, name, low, high)
@@ -218,10 +218,13 @@ class Modulus:
         return abs(storage * (1 + 1j * loss)) * self.factor.curvature(parameters, name, low, high)
 
     def _dual(self, parameters: Mapping[str, float], name: str) -> Dual:
-        """The complex value, and its derivative by the parameter of that name, 0 without a name."""
+        """The complex value, and its derivative by a parameter; `name` "" gives a derivative of 0.
+
+        Raises InputError for a negative loss factor, and beyond the ends of a table.
+        """
         result = _with_slope(self.factor, parameters, name) * (1j if self.imaginary else 1.0)
         loss = Dual(0.0, 0.0)
-        if self.loss:
+        if self.loss:  # never beside a table, which brings its own
             loss = _with_slope(self.loss, parameters, name)
             if loss.value < 0.0:
                 raise _negative(self.loss, loss.value, parameters)

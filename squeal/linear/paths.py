@@ -395,7 +395,7 @@ def _onsets(result: Thresholds, mu: float) -> Iterator[_Onset]:
         exponent = last.exponents[k]
         onset = _onset_before(path, k, result)
         if onset is not None and not onset - low > 1e-9 * (mu - low):
-            onset = None
+            onset = None  # at the start of the range itself
         yield _Onset(complex(exponent.real, abs(exponent.imag)), onset)
 
 

@@ -29,7 +29,8 @@ def real_modes(
         How many modes.
     ratios : function, optional
         Damping ratios of frequencies (Hz), NaN outside of the range that it covers. Of a sparse
-        system all modes up to the end of that range are computed, whatever their `count`.
+        system the modes up to the end of that range are computed, whatever their `count`, but no
+        more once they are a quarter of all.
 
     Returns
     -------
@@ -68,8 +69,8 @@ def _sparse_modes(
     shift = -1e-9 * norm_of(K) / norm_of(M)  # below all squares, so that K - shift M is regular
     k = FIRST_MODES if ratios else count
     while True:
-        squares, modes = eigsh(K, k, M, shift)
-        highest = np.sqrt(np.maximum(squares.max(keepdims=True), 0.0)) / math.tau
+        squares, modes = eigsh(K, k=k, M=M, sigma=shift)
+        highest = np.sqrt(np.maximum(squares.max(keepdims=True), 0.0)) / math.tau  # (1,), in Hz
         if ratios is None or np.isnan(ratios(highest)[0]) or 4 * k > K.shape[0]:
             return squares, modes
         k *= 2  # until the highest one lies outside of what `ratios` covers

@@ -127,8 +127,8 @@ def square_roots(s: ComplexArray, rounding: Array) -> tuple[ComplexArray, Array]
 class Roots(NamedTuple):
     """Eigenvalues (m,) and what is known of them.
 
-    right, left: unit vectors as columns; condition: condition numbers; rounding: how far rounding
-    moves each, see `root_rounding`.
+    right, left: vectors as columns, of any length; condition: condition numbers; rounding: how far
+    rounding moves each, see `root_rounding`.
     """
 
     values: ComplexArray
@@ -203,6 +203,7 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
     rounding_of_roots = root_rounding(values, condition, 2 * len(A) * rounding, size)
     if stiffness is not None:
         rounding_of_roots[smallest] = 0.0  # found by rank, hence exact
+    # without damping `_agree_with_invariants` may still move zeros, by up to their rounding
     return Roots(values, right, left, condition, rounding_of_roots)
 
 
@@ -223,7 +224,7 @@ def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -
         The system.
     """
     n = len(s)
-    A = np.zeros((3, 3))  # a missing row is one of zeros: a zero root
+    A = np.zeros((3, 3))  # of fewer rows than three the others are zero, and so are their roots
     A[:n, :n] = reduced.A
     floor = 0.0  # of the rounding of an entry: a full mass matrix mixes entries of all sizes
     if np.count_nonzero(reduced.T) != n:
@@ -238,10 +239,11 @@ def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -
         pair = _make_complex_pair(s, rounding, cubic)
         reals = np.setdiff1d(reals, pair)
     else:
-        # of real roots the coefficients of p(-s) change sign once for each negative one (Descartes)
+        # of real roots the coefficients of p(-s), up to one sign 1, a, b and c, change sign once
+        # for each negative one (Descartes)
         signs = [1.0]
-        for coefficient in cubic[:3]:
-            if abs(coefficient.value) > coefficient.bound:
+        for coefficient in (cubic.a, cubic.b, cubic.c):
+            if abs(coefficient.value) > coefficient.bound:  # else it counts as zero
                 signs.append(np.sign(coefficient.value))
         negative_count = sum(bool(x != y) for x, y in itertools.pairwise(signs))
     s[reals] = s[reals].real
@@ -249,10 +251,10 @@ def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -
     for k in smallest_first[:negative_count]:
         sign_is_open = s[k].real >= 0.0 or rounding[k] >= -s[k].real
         if sign_is_open:
-            # the product of all roots is the last coefficient, up to its sign
+            # the product of all n roots is the last coefficient, up to its sign: a, b or c
             product_of_others = float(np.prod(np.delete(s, k)).real)
             s[k] = -rounding[k]
-            if product_of_others:
+            if product_of_others != 0.0:
                 s[k] = -abs(cubic[n - 1].value / product_of_others)
         rounding[k] = min(rounding[k], abs(s[k]) / 2)  # so that its sign is certain
     not_negative = smallest_first[negative_count:]
@@ -329,8 +331,8 @@ def _roots_of_component(reduced: Reduced) -> Roots:
         standard = _standard_roots(matrix, reduced.rounding, reduced.A)
         roots = standard._replace(
             values=standard.values * scale,
-            right=standard.right[:n],
-            left=standard.left[n:],
+            right=standard.right[:n],  # of the states (z, z'): the vector itself
+            left=standard.left[n:],  # the left one stands in the rows of the equation of motion
             rounding=standard.rounding * scale,
         )
     if not np.isfinite(roots.values).all():

@@ -119,7 +119,7 @@ def search(
     refinement = _AdaptiveRefinement(continuation, budget)
     for a, b in itertools.pairwise(values):
         refinement.refine(a, b, options.depth)
-    refinement.guesses += _meetings_at_end(continuation.at(high), 1e-6 * (high - low))
+    refinement.guesses += _meetings_at_end(continuation.at(high), width=1e-6 * (high - low))
     refinement.locate_events()
     clusters = refinement.clusters()
     midpoints = _midpoints(continuation, clusters)
@@ -210,7 +210,7 @@ class _AdaptiveRefinement:
         for meeting in meetings:
             count = len(self.guesses)
             with suppress(np.linalg.LinAlgError):
-                self.guesses += window_guesses(continuation, meeting, high - low)
+                self.guesses += window_guesses(continuation, meeting, length=high - low)
             if len(self.guesses) == count and continuation.problem is not DAMPED:
                 # near a third root another pair may have been taken: the count there tells
                 continuation.at(meeting.value)
@@ -292,10 +292,14 @@ class _AdaptiveRefinement:
     def resolve_events(self, a: float, b: float, limits: Interval) -> list[Event]:
         """Events from a to b that explain the change of the number of growing roots, if possible.
 
-        Where those located so far do not, the range is divided beside the events and searched
-        again. Where there is no room to divide, each required crossing is taken from a located
-        event, which may stand for several equal subsystems that cross at one place, or else from
-        the count alone.
+        - If the events located so far do, and in a wide range the states below the first and above
+          the last one agree with the counts at a and b, these are the events.
+        - If there is no room to divide the range, each required crossing is taken from a located
+          event, which may stand for several equal subsystems that cross at one place, or else from
+          the count alone.
+        - If all located events coincide, more are searched for close beside them; if the count
+          changes where they lie, equal subsystems are assumed.
+        - Else the range is divided beside the events, and both parts are resolved.
 
         Parameters
         ----------
@@ -309,7 +313,7 @@ class _AdaptiveRefinement:
         below = continuation.at(a).unstable_count
         above = continuation.at(b).unstable_count
         is_consistent = self._is_consistent(inside, a, b)
-        is_coarse = b - a > self.range / 64
+        is_coarse = b - a > self.range / 64  # a few of the first steps
         first = last = b  # without events all of the range lies below the first one
         if inside:
             first = inside[0].value
@@ -323,7 +327,7 @@ class _AdaptiveRefinement:
         changes = required_crossings(continuation.at(a), continuation.at(b))
         division = self._division_point(a, b, inside)
         coincident = bool(inside) and last - first <= self.merge_distance
-        is_exhausted = len(continuation.states) > 2 * self.budget
+        is_exhausted = len(continuation.states) > 2 * self.budget  # `refine` stops at one budget
         if is_exhausted or (is_consistent and division is None):
             return inside
         if division is None:
@@ -375,7 +379,7 @@ class _AdaptiveRefinement:
         persists_below = _count_persists(continuation, (low, high), a, -1)
         if persists_below and _count_persists(continuation, (low, high), b, 1):
             return None
-        margin = 16 * max(high - low, _resolution(low, high))
+        margin = 16 * max(high - low, _resolution(low, high))  # as in `_count_persists`
         before = max(low - margin, (a + low) / 2)
         after = min(high + margin, (high + b) / 2)
         cuts = [a, max(a, before), min(b, after), b]
@@ -429,7 +433,8 @@ class _AdaptiveRefinement:
         high = b + self.merge_distance
         candidates = []
         for event in self.located:
-            if low <= event.value <= high and _has_frequency(event, *change, tolerance):
+            is_near = low <= event.value <= high
+            if is_near and _has_frequency(event, change.omega, change.direction, tolerance):
                 candidates.append(event)
         if not candidates:
             return None
@@ -457,7 +462,8 @@ class _AdaptiveRefinement:
                 return direction
             return 0
 
-        bracket = bracket_by_sign(sign, (a, b), 1e-7 * self.range, *limits)
+        low, high = limits
+        bracket = bracket_by_sign(sign, at=(a, b), half=1e-7 * self.range, low=low, high=high)
         interval = limits if bracket is None else (bracket.low, bracket.high)
         event = Event((a + b) / 2, change.omega, direction, interval, converged=False)
         return self.snap_to_range_start(event)
@@ -523,6 +529,7 @@ def _count_persists(
     low, high = interval
     start = high if direction > 0 else low
     width = max(high - low, _resolution(low, high))
+    # still close to the events: further away another event may change the count
     reach = max(1e5 * width, 1e-6 * (continuation.high - continuation.low))
     furthest = min(max(direction * (limit - start), 0.0), reach)
     expected = continuation.at(limit).unstable_count.roots
@@ -575,7 +582,7 @@ def _rests_at_start(continuation: Continuation, omega: float) -> bool:
     Without damping two have to: one that does not meet another cannot leave the line.
     """
     state = continuation.at(continuation.low)
-    if not omega:
+    if omega == 0.0:  # a real root, which passes zero
         return bool(np.any(np.abs(state.roots) <= state.rounding))
     near = np.abs(state.omegas - omega) <= continuation.options.root_tolerance * omega
     resting = near & state.on_line
@@ -596,8 +603,9 @@ def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[E
     low = continuation.low
     high = continuation.high
     widest = max(event.width for event in events)
+    # well beyond the intervals of the events, within a hundredth of the range
     distance = np.clip(1e3 * widest, 1e-5 * (high - low), 1e-2 * (high - low))
-    offset = events[0].direction * float(distance)
+    offset = events[0].direction * float(distance)  # into the side on which the roots grow
     sign = 1.0
     if not low <= events[0].value + offset <= high:
         sign = -1.0  # what decays fastest inside grows fastest beyond the end

@@ -24,6 +24,8 @@ from squeal.linear.roots import ComplexArray
 
 ONE_ROOT = math.sqrt(EPS)
 """Roots that lie closer than this share of their size are one to rounding."""
+SINGULAR = 1e-6
+"""P is singular if its smallest singular value is at most this share of the largest."""
 
 
 def _term_sizes(
@@ -105,7 +107,7 @@ def sensitivities(
     real_modes = _real_mode_products(matrices[0], z, x, y)
     rounding = 100 * EPS * np.maximum(real_modes, _term_sizes(inertia, matrices, z, x, y))
     # of a root of zero, where a real mode has no weight either, the condition is 1
-    numerator = np.where(z, real_modes, weight)
+    numerator = np.where(z != 0.0, real_modes, weight)
     condition = np.full(len(z), np.inf)
     np.divide(numerator, weight, out=condition, where=weight > rounding)
     clusters = []
@@ -154,12 +156,14 @@ class Singular(NamedTuple):
     def of(matrices: Change, root: complex) -> Singular:
         """P of dense matrices at a root, from its singular values.
 
-        Rows must be of one size. Raises ComputationError where P is regular.
+        Its rows must be of one magnitude, so scaled, as the smallest singular value is compared
+        with the largest. Raises ComputationError where P is regular: there is no root.
         """
         P = applied(matrices, root, np.eye(len(matrices[0]), dtype=complex))
         U, sizes, Vh = np.linalg.svd(P)
-        if sizes[-1] > 1e-6 * sizes[0]:
-            raise ComputationError("no root meets the imaginary axis there")
+        if sizes[-1] > SINGULAR * sizes[0]:
+            raise ComputationError(f"no root lies at {root:.6g} rad/s")
+        # of all singular values but the last, which is zero to rounding
         pseudo_inverse = (Vh[:-1].conj().T / sizes[:-1]) @ U[:, :-1].conj().T
 
         def solve(b: ComplexArray, adjoint: bool) -> ComplexArray:
@@ -251,7 +255,7 @@ class _Quotient(NamedTuple):
         y = self.at.left
         dP_x = applied(change, z, x)
         y_dP_x = np.vdot(y, dP_x)
-        if self.x1 is None or self.y1 is None:
+        if self.x1 is None or self.y1 is None:  # a single root
             root = -y_dP_x / self.weight
             return _Rates(root.real + 0j, root)
         mean = np.vdot(y, inertia(change, z, x) + applied(change, z, self.x1))
@@ -276,8 +280,8 @@ def _quotient_at(at: Singular, matrices: Change) -> _Quotient:
     M, C, K = (None if matrix is None else matrix.conj().T for matrix in matrices)
     Pprime_y = inertia((M, C, K), np.conj(z), y)  # P'^H y
     # multiples of x in x1, and of y in y1, are free
-    x1 = _without_direction(x, at.solve(-Pprime_x, False))
-    y1 = _without_direction(y, at.solve(-Pprime_y, True))
+    x1 = _without_direction(x, at.solve(-Pprime_x, False))  # P x1 = -P' x
+    y1 = _without_direction(y, at.solve(-Pprime_y, True))  # P^H y1 = -P'^H y
     weight_of_mean = 2 * np.vdot(y, matrices[0] @ x)
     weight_of_mean = weight_of_mean + np.vdot(y1, Pprime_x) + np.vdot(Pprime_y, x1)
     return _Quotient(at, weight_of_mean, x1, y1)

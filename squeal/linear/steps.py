@@ -158,11 +158,12 @@ def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _App
     roots_cross = is_inside & (state.problem is not DAMPED)
     crossing_distance = np.clip(crossing_distance, 0.0, span)
     v = v + crossing_distance * pairs.bend  # the mean slope up to the crossing
+    # W changes its sign with the direction; T and the bend, of two factors W, do not
     a, b = direction * pairs.direct + crossing_distance * pairs.indirect
     # zeros of d(x) = (u + x v)^2 / 4 + x^2 a b, where u + x v = +- x split
     split = 2 * np.sqrt(-a * b)
     ends = np.stack([-u / (v - split), -u / (v + split)]).real
-    ends = np.where(np.isfinite(ends), ends, 1e9 * span)
+    ends = np.where(np.isfinite(ends), ends, 1e9 * span)  # nowhere near
     ends_and_middle = np.stack([*ends, ends.mean(axis=0)])
     return _Approaches(
         k=pairs.k,
@@ -205,7 +206,6 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
         third_coupling = _third_root_coupling(state, pairs, direction)
         doubtful = third_coupling > product
         rounding = state.rounding[k] * state.rounding[l]
-        # else rounding alone couples the two
         couples_beyond_rounding = pairs.crossing_distance**2 * third_coupling > rounding
         may_meet_by_third_root = pairs.roots_cross & doubtful & couples_beyond_rounding
         meets = _may_meet(state, pairs, span, third_coupling) | may_meet_by_third_root
@@ -238,7 +238,7 @@ def _may_meet(
     product = pairs.a * pairs.b
     width = np.abs(pairs.u * np.sqrt(product) / pairs.v**2)  # of the closest approach
     width = width + 1e-6 * span  # not zero where both ends are one
-    offsets = 10.0 ** np.linspace(-1.0, 0.9, 12)  # of the half width of a close approach
+    offsets = 10.0 ** np.linspace(-1.0, 0.9, 12)  # 0.1 to 8 half widths of a close approach
     offsets = np.concatenate([-offsets, [0.0], offsets])[:, None]
     centre = pairs.ends.mean(axis=0)
     x = np.clip(centre + offsets * np.maximum(pairs.half_width, width), 0.0, span)
@@ -253,6 +253,7 @@ def _may_meet(
         half_difference = np.sqrt(d).real
         reaches_axis = _passes_zero(mean + half_difference, slack)
         reaches_axis |= _passes_zero(mean - half_difference, slack)
+        # conjugates have one real part until they meet: before, each crosses as a single root
         meets = (meets | ~pairs.conjugate) & reaches_axis
     # else rounding alone couples the two
     farthest = x.max(axis=0)
@@ -286,7 +287,8 @@ def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, directi
 def may_exchange_partner(before: SpectrumAtParameter, after: SpectrumAtParameter) -> bool:
     """True if a root on the line may take the partner of a root off it; without damping.
 
-    It passes so closely that coupling moves the root off the line by a quarter of its distance.
+    It passes so closely that coupling moves the root off the line by a quarter of its distance from
+    the line.
     """
     # without it a window of three modes that cross at nearly one value would be missed
     span = after.value - before.value
@@ -411,8 +413,8 @@ class Step:
         slope_sums = before.slopes[:, None] + after.slopes
         slope_changes = before.slopes[:, None] - after.slopes
         mismatch = np.abs(after.roots - before.roots[:, None] - length / 2 * slope_sums)
-        # two that cross in the middle fit as well if each turns back: prefer the smaller change of
-        # slope
+        # two that cross in the middle fit as well if each turns back: a hundredth of the change of
+        # slope decides between the two
         self.mismatch = mismatch + 0.01 * np.abs(length * slope_changes)
         self.order = assigned(self.mismatch)
         self.ends = StepEnds(
@@ -489,7 +491,7 @@ class Step:
             ends = np.array([values[pair] for values in self.ends])  # (4, 2): see `StepEnds`
             mean = ends.mean(axis=1)
             square = squared_ends((ends[:, 0] - ends[:, 1]) / 2)
-            largest = max(abs(square[0]), abs(square[2]))
+            largest = max(abs(square[0]), abs(square[2]))  # before and after the step
             if self._is_cubic(mean, abs(mean[0])) and self._is_cubic(square, largest):
                 remaining -= set(pair)
                 yield RootPair(pair, hermite_cubic(*mean), hermite_cubic(*square))

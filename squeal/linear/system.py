@@ -108,6 +108,8 @@ class System:
     ------
     InputError
         If matrices differ in shape, or a factor names no parameter.
+    ComputationError
+        If numbers are beyond double precision.
 
     Examples
     --------
@@ -153,7 +155,7 @@ class System:
         if K is None:
             raise InputError("System: K: missing; it must be a matrix or map formulas to matrices")
         arguments: dict[str, SystemMatrix] = {
-            "M": () if M is None else M,
+            "M": () if M is None else M,  # no terms, which `_complete_parameters` refuses
             "C": () if C is None else C,
             "K": K,
         }
@@ -378,7 +380,7 @@ class System:
         return {name: omega * FREQUENCY[name] for name in self.follows}
 
     def frozen(self, omega: float | None = None) -> System:
-        """The linear system at one frequency (rad/s; see `frequency`).
+        """The linear system at one frequency (rad/s; see `frequency`); itself without `follows`.
 
         Examples
         --------
@@ -389,9 +391,7 @@ class System:
         if not self.follows:
             return self
         parameters = self.values(self.frequency(omega))
-        system = dataclasses.replace(self, parameters=parameters)
-        vars(system)["follows"] = ()
-        return system
+        return dataclasses.replace(self, parameters=parameters, follows=())
 
     def at(self, changes: Mapping[str, float] | None = None) -> SystemMatrices:
         """M, C, K (C None without terms) at the parameters, some of them changed.
@@ -436,7 +436,10 @@ class System:
         return self.at({self.parameter: value})
 
     def derivative(self, name: str, changes: Mapping[str, float] | None = None) -> SystemMatrices:
-        """Derivatives of M, C, K by a parameter, exact; None where they vanish.
+        """Derivatives of M, C, K by a parameter, exact; None where no term depends on it.
+
+        Unlike `at` it takes a frequency in the middle of what tables cover (see `frequency`) where
+        that is the one of each root and `changes` gives it no value.
 
         Examples
         --------

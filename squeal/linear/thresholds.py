@@ -176,7 +176,8 @@ def points_and_crossings(
 ) -> tuple[list[CriticalPoint], list[Crossing]]:
     """The changes of verdict and the crossings of a range without a jump.
 
-    added: how many real roots are none of the system, and count for no mode.
+    added: how many real roots the searched system has beside those of the given one (see
+    `condensation.Completed`); they count for no mode.
 
     A crossing changes the verdict if it is the fastest of its cluster to begin or end what names
     the verdict, or if nothing tells which one of the cluster does.
@@ -211,7 +212,8 @@ def _points_at_jump(
         kind = after
         unstable = above
     omega = _leading_omega(unstable) if unstable.unstable_count.verdict == "flutter" else 0.0
-    return [CriticalPoint(mu, kind, omega / (2 * math.pi), (mu, mu), True)]
+    hertz = omega / (2 * math.pi)
+    return [CriticalPoint(mu, kind, hertz, interval=(mu, mu), converged=True)]
 
 
 def _crossings_at_jump(
@@ -223,7 +225,7 @@ def _crossings_at_jump(
     for omega, direction in required_crossings(below, above):
         unstable = above if direction > 0 else below
         mode = _mode_number(unstable, omega, added=added)
-        event = Event(mu, omega, direction, (mu, mu))
+        event = Event(mu, omega, direction, interval=(mu, mu))
         crossings.append(event.crossing(mode, changes_verdict))
     return crossings
 
@@ -424,7 +426,7 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
     """
     low = a.value
     high = b.value
-    half_width = 1e-7 * (high - low)
+    half_width = 1e-7 * (high - low)  # at most
     resolution = 4 * np.spacing(max(abs(low), abs(high)))
     p = math.inf
     for k in range(100):
@@ -433,7 +435,7 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
         counts = [continuation.at(value).unstable_count for value in (low, middle, high)]
         at_low, _, at_high = counts
         same_counts = (at_low.pairs, at_low.reals) == (at_high.pairs, at_high.reals)
-        if k == 6 and not same_counts:  # after a few halvings
+        if k == 6 and not same_counts:  # after a few halvings, near enough for Newton's method
             meeting = _meeting_on_real_axis(continuation, low, high)
             if meeting is not None:
                 return meeting
@@ -444,14 +446,14 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
             p += (middle - low) * np.sign(lead_low) * lead_middle / root
         if high - low <= resolution or abs(p - before) <= resolution:
             break
-        for value in sorted({middle, p}):
+        for value in sorted({middle, p}):  # the verdict changes between two of low, these and high
             if continuation.at(value).unstable_count.verdict == b.verdict:
                 high = value
                 break
             low = value
     if same_counts:
         lead = _lead_of_pair(continuation.at(p))
-        error = lead.rounding / abs(lead.slope) if lead.slope else math.inf
+        error = lead.rounding / abs(lead.slope) if lead.slope != 0.0 else math.inf
         half_width = min(error, half_width) + 1e-12 * abs(p)
     return p, half_width
 
@@ -603,7 +605,8 @@ def _omega_without_event(
     if kind != "flutter":
         return 0.0
     if change.cluster is None:
-        # a pair and a real root grow alike, or a pair is about to be two real roots
+        # no root crosses: a pair and a real root grow alike here, or a pair becomes two real roots
+        # and has the frequency 0
         state = continuation.at(change.value)
         growth = state.unstable_count
         alike = abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate

@@ -16,10 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.linear.matrices import (
-    Array,
-    reduce,
-)
+from squeal.errors import InputError
+from squeal.linear.matrices import Array, reduce
 from squeal.linear.roots import roots_of
 
 Codes = NDArray[np.int8]
@@ -66,25 +64,29 @@ class Judgement:
 
 
 def decide(values: ArrayLike, rounding: ArrayLike) -> Judgement:
-    """The verdict on roots lambda (m,), rad/s.
+    """The verdict on one or more roots lambda (m,), rad/s.
 
-    Of a conjugate pair the root with Im > 0 suffices. `rounding` (rad/s) is how far each root may
-    lie from where it was computed.
+    The fastest of the growing roots names it, and the result carries its real part; if none grows
+    the result carries the largest real part. Of a conjugate pair the root with Im > 0 suffices.
+    `rounding` (rad/s) is how far each root may lie from where it was computed. Raises InputError
+    without roots.
 
     >>> decide([1j, 0.1 + 2j], 1e-9).verdict, decide([-0.1 + 1j, 1j], 1e-9).verdict
     ('flutter', 'marginal')
     """
     values = np.atleast_1d(np.asarray(values, dtype=complex))
     rounding = np.broadcast_to(rounding, values.shape)
+    if not values.size:
+        raise InputError("roots: there are none; at least one is required for a verdict")
     codes = kinds(values, rounding)
     grows = codes >= FLUTTER
-    if grows.any():
-        leading = int(np.argmax(np.where(grows, values.real, -np.inf)))
-        name = VERDICTS[codes[leading]]
+    if grows.any():  # not always the largest real part: a larger one may lie within its rounding
+        decisive = int(np.argmax(np.where(grows, values.real, -np.inf)))
+        name = VERDICTS[codes[decisive]]
     else:
-        leading = int(np.argmax(values.real))
+        decisive = int(np.argmax(values.real))
         name = "marginal" if np.any(codes == MARGINAL) else "stable"
-    return Judgement(name, float(values[leading].real), float(rounding[leading]))
+    return Judgement(name, float(values[decisive].real), float(rounding[decisive]))
 
 
 @dataclass(frozen=True)

@@ -291,8 +291,8 @@ class _Interval(_Arithmetic):
         if divides_by_zero or (self.low < 0.0 and power != int(power)):
             raise ValueError
         low, high = sorted((self.low**power, self.high**power))
-        if self.low < 0.0 < self.high and power and power % 2 == 0:
-            low = 0.0
+        if self.low < 0.0 < self.high and power != 0 and power % 2 == 0:
+            low = 0.0  # an even power is least inside
         return _Interval(low, high)
 
     __radd__ = __add__

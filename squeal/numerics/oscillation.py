@@ -21,8 +21,9 @@ def exponent(samples: np.ndarray, step: float) -> complex | None:
     Returns
     -------
     complex or None
-        1/s, Im >= 0. None where the samples, and their first halves, are not such a motion to a
-        thousandth or hold less than two periods (of a real exponent: less than 1/|lambda|).
+        1/s, Im >= 0. None where the samples are not such a motion to a thousandth or hold less than
+        two periods (of a real exponent: less than 1/|lambda|), nor their first half, quarter and so
+        on, of at least 32 samples.
     """
     count = len(samples)
     while count >= 32:
@@ -45,10 +46,11 @@ def _fitted_exponent(samples: np.ndarray, step: float) -> complex | None:
     if not is_strong.any():
         return None
     fastest = exponents.real[is_strong].max()
+    # up to rounding: of several that grow alike the strongest is taken
     grows_fastest = is_strong & (exponents.real >= fastest - 1e-6 * np.abs(exponents))
     value = complex(exponents[np.argmax(np.where(grows_fastest, strengths, 0.0))])
     duration = step * (len(samples) - 1)
-    if abs(value.imag) * step < 1e-9:
+    if abs(value.imag) * step < 1e-9:  # real, to rounding
         too_short = abs(value) * duration < 1.0
     else:
         too_short = abs(value.imag) * duration < 4 * np.pi
@@ -107,8 +109,9 @@ def spectrum(signals: np.ndarray, step: float, finer: int = 1) -> tuple[np.ndarr
 def strongest_line(signals: np.ndarray, step: float) -> tuple[float, float]:
     """Frequency of the strongest spectral line of signals (n, d), and its share of the power.
 
-    The power is that of all signals together. 0 and 0 of signals that do not change. step: the
-    time between samples; the frequency is in its reciprocal unit.
+    The power is that of all signals together. 0 and 0 of signals that do not change, and of fewer
+    than six samples, which resolve no line. step: the time between samples; the frequency is in its
+    reciprocal unit.
     """
     if len(signals) < 6:
         return 0.0, 0.0
@@ -117,9 +120,10 @@ def strongest_line(signals: np.ndarray, step: float) -> tuple[float, float]:
     if not power.max() > 0.0:
         return 0.0, 0.0
     k = int(np.argmax(power))  # power[0] belongs to frequencies[1]
+    # Hann's window spreads a line over two frequencies to both sides
     share = float(power[max(k - 2, 0) : k + 3].sum() / power.sum())
-    frequency = _refined_peak(signals, step, float(frequencies[k + 1]), float(frequencies[1]))
-    return frequency, share
+    peak = float(frequencies[k + 1])
+    return _refined_peak(signals, step, start=peak, spacing=float(frequencies[1])), share
 
 
 def _refined_peak(signals: np.ndarray, step: float, start: float, spacing: float) -> float:

@@ -16,11 +16,8 @@ from squeal.proof.pieces import Piece
 from squeal.proof.referee import Proof
 
 BEYOND = 1.02  # the disc that is searched, times the upper end of the band
-CORES = (
-    60,
-    100,
-    200,
-)  # rows of the core, tried one after the other: the smallest that serves gives the least discs
+CORES = (60, 100, 200)
+"""Rows of the core, tried one after the other: the smallest that serves gives the least discs."""
 
 
 def prove_modes(
@@ -88,7 +85,9 @@ def judge_modes(
 
     Each printed root counts for the piece whose disc is nearest to it. A piece that lies in the
     searched disc holds as many roots as discs, so that the list must have as many for it: more are
-    a refutation, fewer one if the whole piece lies between `low` and `high`.
+    a refutation, fewer one if all roots of the piece have to be listed (see `_overlap`). It stays
+    open where fewer are listed of another piece, where a piece reaches beyond the searched disc, or
+    where it is not known whether a mode grows.
 
     Parameters
     ----------
@@ -107,7 +106,8 @@ def judge_modes(
         if _overlap(piece, low, high, rate).some:
             pieces.append(piece)
     if len(roots) and not pieces:
-        return Proof("refuted", "enclosure", reason="no root is there", where=complex(roots[0]))
+        where = complex(roots[0])
+        return Proof("refuted", by="enclosure", reason="no root is there", where=where)
     piece_numbers = _nearest_pieces(roots, pieces)
     errors = np.zeros(len(roots))
     for i, number in enumerate(piece_numbers.tolist()):
@@ -122,10 +122,10 @@ def judge_modes(
         is_counted = bool(np.all(sizes + piece.radii < band.radius))
         if is_counted and listed > piece.count:
             reason = "a root is listed that is none"
-            return Proof("refuted", "enclosure", reason=reason, where=centre, errors=errors)
+            return Proof("refuted", by="enclosure", reason=reason, where=centre, errors=errors)
         if is_counted and listed < piece.count and _overlap(piece, low, high, rate).all:
             reason = "a root is missing"
-            return Proof("refuted", "enclosure", reason=reason, where=centre, errors=errors)
+            return Proof("refuted", by="enclosure", reason=reason, where=centre, errors=errors)
         if not is_counted or listed < piece.count:
             open_reason = "a root may lie on either side of the band's end"
             open_at = centre
@@ -144,7 +144,13 @@ def judge_modes(
             errors=errors,
             pieces=tuple(pieces),
         )
-    return Proof("proved", "enclosure", growth_below, errors=errors, pieces=tuple(pieces))
+    return Proof(
+        status="proved",
+        by="enclosure",
+        growth_below=growth_below,
+        errors=errors,
+        pieces=tuple(pieces),
+    )
 
 
 class _Overlap(NamedTuple):

@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Coefficients, Pad, coefficients, pose
-from squeal.proof.balls import Ball, Floats, upper
+from squeal.proof.balls import Ball, Floats, high_end, low_end, upper
 from squeal.proof.jets import Doubles, Functions, Jet
 from squeal.proof.signs import Polynomial, first_with_sign, signs
 
@@ -81,7 +81,7 @@ class Cell:
     pivot : int
         The index of the unknown that parametrises the cell, m + h t.
     middle, half : float
-        m and h.
+        m and h; h is negative where the unknown falls along the branch.
     centre : tuple of 4 polynomials
         P(t), approximately the equilibrium.
     unique_within : ndarray (4,)
@@ -256,7 +256,7 @@ class PadBranch:
             last = replace(cell, overlap_from=change.low, end=change.high)
             yield last
             if position.direction[FRICTION] <= 0.0:
-                self.fold_at_contact = (float(friction.lower()), float(friction.upper()))
+                self.fold_at_contact = low_end(friction), high_end(friction)
                 return
         reached = position.unknowns[FRICTION]
         self.reason = f"{LOST} beyond mu = {reached:.9g} within {MOST_CELLS} cells"
@@ -317,20 +317,20 @@ class PadBranch:
         if chosen is None:
             return None
         pivot, widest = chosen
-        sense = 1.0 if direction[pivot] > 0.0 else -1.0
+        sense = 1.0 if direction[pivot] > 0.0 else -1.0  # of the pivot along the branch
         half = min(widest, largest_half / float(np.linalg.norm(direction)))
         half *= abs(direction[pivot])
         narrowest = NARROWEST * half
         least_box = 1e-15 * np.abs(point)  # points are doubles
         if last is not None and last.state != state:
-            # the box has to hold the whole enclosure of the change of contact, which is as wide
-            # along the curve as the bracket of the change
+            # the box has to hold the whole enclosure of the change of contact, with room to spare,
+            # which is as wide along the curve as the bracket of the change
             radii = np.array([float(ball.rad()) for ball in last.at_end()])
             least_box += 16.0 * (radii + radii[pivot] * np.abs(direction / direction[pivot]))
             half = max(half, SHRINKING * float(least_box[pivot]))
         while half > max(narrowest, least_box[pivot]):
             overlap = max(OVERLAP * half, least_box[pivot])
-            middle = point[pivot] + sense * (half - overlap)
+            middle = point[pivot] + sense * (half - overlap)  # it begins by the overlap before
             cell = self._cell_around(point, pivot, middle, sense * half, state, least_box)
             if cell is not None:
                 joined = _joined(cell, last)
@@ -358,7 +358,7 @@ class PadBranch:
         to_end = np.inf  # half a cell that reaches just beyond the highest friction
         if direction[FRICTION] > 0.0:
             friction_left = max(self.high - point[FRICTION], 0.0)
-            to_end = (friction_left * 0.51 + NARROWEST) / direction[FRICTION]
+            to_end = (friction_left * 0.51 + NARROWEST) / direction[FRICTION]  # never 0
         best: tuple[int, float] | None = None
         for pivot in (FRICTION, 0, 1, 2):
             others = _other_unknowns(pivot)
@@ -366,7 +366,7 @@ class PadBranch:
                 departure = np.abs(np.linalg.solve(J[:, others], J_change[:, others]))
             except np.linalg.LinAlgError:
                 continue
-            if not np.isfinite(departure).all() or not direction[pivot]:
+            if not np.isfinite(departure).all() or direction[pivot] == 0.0:
                 continue
             spectral_radius = float(np.max(np.abs(np.linalg.eigvals(departure))))
             half = to_end
@@ -416,7 +416,7 @@ class PadBranch:
 
         Gaps that may do so at the same t are one change. Unless the cell before has the
         `same_state`, the gap that changed there has no certain sign yet at the start of this cell:
-        that is no change if the interval of friction is sharp.
+        that is the change before, and none of this cell, if the friction is known sharply there.
         """
         law = self.model.law
 
@@ -425,7 +425,7 @@ class PadBranch:
 
         first: ContactChange | None = None
         for i, gap in enumerate(self._enclosing_polynomials(cell.centre, cell.radii, gaps)):
-            sign_of_state = -1 if cell.state[i] else 1
+            sign_of_state = -1 if cell.state[i] else 1  # -1: touching, the gap is negative
             pieces = signs(gap, cell.start, 1.0)
             if not same_state and pieces[0].sign != sign_of_state:
                 certain_from = first_with_sign(pieces, sign_of_state)
@@ -481,6 +481,7 @@ class PadBranch:
         residuals = np.array(
             [_absolute_bound(_linear_combination(row, loads)) for row in Y.tolist()]
         )  # |Y F(P)|
+        # twice the least box, and a little where that is zero
         box = 2.0 * residuals + (1e-18 * np.abs(point[others]) + least_box[others])
         for _ in range(ROUNDS):
             if not np.isfinite(box).all():
@@ -498,7 +499,7 @@ class PadBranch:
                 unique_within = radii.copy()
                 radii[others] = image
                 return Cell(state, pivot, middle, half, centre, unique_within, radii, slopes)
-            if not np.all(image < 2.0 * box):
+            if not np.all(image < 2.0 * box):  # too far for a wider box to catch it
                 return None
             box = 2.0 * image
         return None
@@ -539,8 +540,9 @@ class PadBranch:
                 return None
             step = Y @ F
             point[others] -= step
+            # the next step, of quadratic convergence, is rounding
             if np.all(np.abs(step) <= 1e-9 * np.abs(point[others]) + 1e-300):
-                return point, np.asarray(Y, float)  # the next step is rounding
+                return point, np.asarray(Y, float)
         return None
 
     def _taylor_polynomials(
@@ -577,7 +579,16 @@ class PadBranch:
         radii = np.zeros(4)
         state = self.model.full
         slopes = self._slope_polynomials(centre, radii, state)
-        return Cell(state, FRICTION, middle, half, centre, radii, radii, slopes)
+        return Cell(
+            state=state,
+            pivot=FRICTION,
+            middle=middle,
+            half=half,
+            centre=centre,
+            unique_within=radii,
+            radii=radii,
+            slopes=slopes,
+        )
 
     def _loads_and_slopes(self, point: Floats, state: State) -> tuple[Floats, Floats] | None:
         """Loads F (3,), two forces and a moment, and their slopes J (3, 4) by x, y, theta and mu.

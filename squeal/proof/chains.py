@@ -161,7 +161,7 @@ def _staircase(N: NDArray) -> tuple[NDArray, NDArray[np.intp]]:
     Q = np.eye(k, dtype=N.dtype)
     transformed = N  # Q' N Q
     levels = np.zeros(k, dtype=int)
-    small = NULL * max(float(np.linalg.norm(N, 2)), NULL)
+    small = NULL * max(float(np.linalg.norm(N, 2)), NULL)  # `NULL` inside: N may be zero itself
     start = 0
     level = 0
     while start < k:

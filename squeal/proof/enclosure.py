@@ -99,7 +99,13 @@ def enclose(block: Quadratic, guess: Guess | None = None) -> list[Piece] | Failu
         radii = upper(discs.radii * rate, 2)  # more than one product needs, which may underflow
         if not (np.isfinite(centres).all() and np.isfinite(radii).all()):
             return Failure(BEYOND)  # beyond the largest double
-        return pieces_of(centres, radii, block.is_real, block.is_hamiltonian, discs.real)
+        return pieces_of(
+            centres,
+            radii,
+            real=block.is_real,
+            hamiltonian=block.is_hamiltonian,
+            real_squares=discs.real,  # of s, and so of lambda^2; a real lambda has a real square
+        )
 
 
 def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
@@ -110,9 +116,9 @@ def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
     """
     mass, damping, stiffness = (float(X.bound().max()) for X in block.parts)
     time_exponent = 0
-    if mass and stiffness:
+    if mass > 0.0 and stiffness > 0.0:
         time_exponent = round((np.log2(stiffness) - np.log2(mass)) / 2.0)
-    elif mass and damping:
+    elif mass > 0.0 and damping > 0.0:
         time_exponent = round(np.log2(damping) - np.log2(mass))
     # M rate^2, C rate and K, all over the rate, so that none leaves the range of doubles
     M_of_time = block.M.scaled(time_exponent)
@@ -196,22 +202,23 @@ def _are_apart(discs: Discs) -> bool:
 
 def _gershgorin(A: Balls, B: Balls, basis: Basis) -> Discs | Failure:
     """Discs with all eigenvalues of A - s B, from approximate vectors."""
-    S = near_diagonal(Expansion.constant(A), Expansion.constant(B), 0.0, basis)
+    S = near_diagonal(Expansion.constant(A), Expansion.constant(B), half=0.0, basis=basis)
     if isinstance(S, Failure):
         return S
-    discs = moving_discs(S, 0.0)
+    discs = moving_discs(S, half=0.0)
     real = np.zeros(len(A.mid), dtype=bool)
     if basis.mirror is not None:
-        imaginary_parts = imaginary_bounds(S, discs, 0.0)
+        imaginary_parts = imaginary_bounds(S, discs, half=0.0)
         for part, imaginary in zip(discs.parts, imaginary_parts, strict=True):
-            real[part] = imaginary.largest == 0.0
+            real[part] = imaginary.largest == 0.0  # a bound of |Im s|
     return Discs(S.centres, discs.radii, real)
 
 
 def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:
     """Discs of the eigenvalues of A - s B, the smallest of those that a few bases give.
 
-    The bases are the computed vectors, then chains where these are nearly parallel.
+    The bases are the computed vectors, then chains where these are nearly parallel; the first whose
+    discs are apart ends the search. A Failure only if all fail.
     """
     best: Discs | Failure = Failure(SINGULAR)
     with suppress(LinAlgError):
@@ -232,8 +239,8 @@ def _roots_of_squares(squares: Discs | Failure) -> Discs | Failure:
     """Discs (2n,) of both roots lambda of s = -lambda^2 in discs (n,).
 
     |sqrt(z) - sqrt(c)| <= sqrt|c| - sqrt(|c| - r) = r / (sqrt|c| + sqrt(|c| - r)) for z in a disc
-    of radius r <= |c| around c; a disc that nearly reaches zero gets a disc around zero, of radius
-    sqrt(|c| + r).
+    of radius r <= |c| around c. Where r is at least 0.9 |c| the disc nearly reaches zero, and both
+    roots get a disc around zero, of radius sqrt(|c| + r).
     """
     if isinstance(squares, Failure):
         return squares

@@ -50,7 +50,7 @@ def exact_roots(block: Quadratic) -> list[Piece] | Failure:
         return Failure(INFINITE)
     if flint is None:
         return Failure(MISSING)
-    if block.n**3 > WORK:
+    if block.n**3 > WORK:  # before the integers are made, of which each has a bit at least
         return Failure(LARGE)
     M, C, K, time_exponent = _integers(block)
     if block.n**3 * _bits(M, C, K) > WORK:
@@ -70,7 +70,7 @@ def exact_roots(block: Quadratic) -> list[Piece] | Failure:
         scale = rate / unit
         if block.is_undamped:
             zeros = 2 * zeros  # one of s = -lambda^2 is two of lambda
-            pieces = _of_squares(polynomial, -scale * rate)
+            pieces = _of_squares(polynomial, -scale * rate)  # lambda^2 = -s, in rate^2 / unit
         else:
             # p(r) = even(r^2) + r odd(r^2); r and -r are roots where both vanish
             coefficients = polynomial.coeffs()
@@ -81,7 +81,7 @@ def exact_roots(block: Quadratic) -> list[Piece] | Failure:
             square = flint.fmpz_poly([0, 0, 1])
             pieces += _off_axis(polynomial // of_opposite_roots(square), scale)
         zero = flint.arb(0)
-        return pieces + [_piece(zero, zero, "axis", True)] * zeros
+        return pieces + [_piece(zero, zero, "axis", real=True)] * zeros
 
 
 def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
@@ -93,7 +93,7 @@ def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
     largest_mass = float(np.abs(block.M.mid).max())
     largest_stiffness = float(np.abs(block.K.mid).max())
     time_exponent = 0  # of the unit of time that makes M and K about as large
-    if largest_mass and largest_stiffness:
+    if largest_mass > 0.0 and largest_stiffness > 0.0:
         time_exponent = round((math.log2(largest_stiffness) - math.log2(largest_mass)) / 2)
     odd_numbers = []
     exponents = []

@@ -35,8 +35,9 @@ def with_free_motions(block: Quadratic, pieces: list[Piece]) -> list[Piece]:
 def _allow_zeros(block: Quadratic, count: int) -> bool:
     """True if some matrices within the data have `count` roots at zero, to first order.
 
-    Each number of free motions is tried with which damping leaves so many roots at zero. Their
-    vectors come from the singular value decomposition of K, refined in long double.
+    Each number k of free motions is tried with which damping of some rank r, 0 <= r <= k, leaves
+    2k - r = `count` roots at zero; without damping r = 0. Their vectors come from the singular
+    value decomposition of K, refined in long double.
     """
     U, singular_values, Vt = np.linalg.svd(block.K.mid)
     fewest = (count + 1) // 2
@@ -44,7 +45,7 @@ def _allow_zeros(block: Quadratic, count: int) -> bool:
     for motions in range(fewest, most + 1):
         flexible = block.n - motions
         if flexible and singular_values[flexible - 1] == 0.0:
-            continue
+            continue  # K leaves more motions free
         inverse = (Vt[:flexible].T / singular_values[:flexible]) @ U[:, :flexible].T
         x = Vt[flexible:].T
         y = U[:, flexible:]
@@ -52,7 +53,8 @@ def _allow_zeros(block: Quadratic, count: int) -> bool:
         y = y - inverse.T @ _long_product(block.K.mid.T, y).astype(float)
         if not _is_zero(block.K, y, x, _moved_by_data(block.K, y, x)):
             continue
-        undamped_motions = count - motions  # free ones that C leaves with two roots at zero
+        # free ones that C leaves with two roots at zero: k - r
+        undamped_motions = count - motions
         if not undamped_motions or block.is_undamped:
             return True
         left, _, right = np.linalg.svd(y.T @ block.C.mid @ x)

@@ -81,7 +81,8 @@ class _Inertia(NamedTuple):
 
 
 class _Damping(NamedTuple):
-    """C = alpha M + beta K + C', and `local` (n,) with |u' C' w| <= |u| |w| in its norm."""
+    """C = alpha M + beta K + C', and `local` (n,) with |u' C' w| <= |u| |w| in the norm of
+    diag(local)."""
 
     alpha: float
     beta: float
@@ -275,7 +276,10 @@ def _real_basis(pairs: _Eigenpairs, cut: int, scale: Floats) -> Floats:
 
 
 def _factorised(A: csc_array) -> SuperLU:
-    """Triangular factors L U of A, with pivots on the diagonal unless one is zero."""
+    """Triangular factors L U of A, with pivots on the diagonal unless one is zero.
+
+    Raises RuntimeError where A is singular, as SuperLU does.
+    """
     options = {"SymmetricMode": True, "Equil": False}
     return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
@@ -296,13 +300,24 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
     """The number of negative pivots of A = L D L', and how far other matrices are from that.
 
     All symmetric matrices within `doubt` of A differ from L D L' by at most
-    error diag(weights^2), as forms. None if A cannot be factorised so.
+    error diag(weights^2), as forms. None if A cannot be factorised so: it is singular, needs a
+    pivot off the diagonal, or overflows.
 
     SuperLU pivots on the diagonal. Its triangles satisfy |A - L U| <= gamma |L| |U| in any order
     of elimination (Higham, Theorem 9.3; one rounding more for the inverse of the pivot).
+
+    Parameters
+    ----------
+    A, doubt : csc_array (n, n)
+        Symmetric matrices, the second with entries of at least 0.
+    weights : array (n,)
+        Above 0: the unit in which each coordinate is measured.
     """
     n = A.shape[0]
-    factors = _factorised(A)
+    try:
+        factors = _factorised(A)
+    except RuntimeError:  # a column without any pivot
+        return None
     if not np.array_equal(factors.perm_r, factors.perm_c):
         return None  # a pivot off the diagonal
     L = csc_array(factors.L)
@@ -313,19 +328,22 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
     # |A - L D L'| <= gamma |L| |U| + |L| |U - D L'|
     DLt = csc_array(diags_array(pivots) @ L.T)
     terms = max(_most_in_a_row(L), _most_in_a_row(csc_array(L.T))) + 8
-    gamma = terms * EPS  # twice gamma of Higham, which holds products D L' too
+    # EPS is two units of rounding: one part of gamma for Higham's, one for the products D L'
+    gamma = terms * EPS
     right = csc_array(abs(U - DLt) + gamma * (abs(U) + abs(DLt)))
     left = abs(L)  # left @ right bounds |A - L D L'|
-    # the norm of a matrix E scaled by 1 / weights is at most the largest sum of a row of the mean
-    # of |E| and its transpose
+    # the norm of a symmetric matrix E scaled by 1 / weights is at most the largest sum of a row of
+    # the mean of |E| and its transpose, for any bounds |E|
     inverse_weights = np.empty(n)  # in the order of elimination
-    inverse_weights[factors.perm_c] = 1.0 / weights
+    inverse_weights[factors.perm_c] = 1.0 / weights  # perm_c[i]: when row i of A is eliminated
     rows = _row_product(left, _row_product(right, inverse_weights, terms), terms)
     left_t = csc_array(left.T)
     right_t = csc_array(right.T)
     columns = _row_product(right_t, _row_product(left_t, inverse_weights, terms), terms)
     of_factors = 0.5 * (rows + columns) * inverse_weights
+    # symmetric, so that its rows do for its columns
     of_doubt = _row_product(doubt, 1.0 / weights, _most_in_a_row(doubt) + 1) / weights
+    # a row has n entries, each a sum of `terms` products that may lose TINY, times a pivot or not
     underflow = n * terms * TINY * (1.0 + np.max(np.abs(pivots))) / np.min(weights) ** 2
     error = float(upper(np.max(of_factors) + np.max(of_doubt) + underflow, terms + 8))
     if not np.isfinite(error):
@@ -499,7 +517,8 @@ def _damping(M: csc_array, C: csc_array, K: csc_array) -> _Damping:
     # at least as many as a row or a column has, and 8 for the roundings of each entry itself
     terms = _most_in_a_row(bounds) + _most_in_a_row(transposed) + 8
     ones = np.ones(n)
-    # Cauchy: |u' C' w|^2 <= (sum row_i |u_i|^2) (sum column_j |w_j|^2), each with the larger sum
+    # by Cauchy and Schwarz |u' C' w|^2 <= (sum row_i |u_i|^2) (sum column_j |w_j|^2), of sums of
+    # the bounds: the larger of both serves u and w
     local = np.maximum(_row_product(bounds, ones, terms), _row_product(transposed, ones, terms))
     return _Damping(float(alpha), float(beta), local)
 
@@ -537,8 +556,8 @@ def _couplings(matrices: Matrices, X: Floats, MX: Floats, floor: Floats, radius:
 
 
 def _projected(Y: Floats, A: csc_array, X: Floats) -> Balls:
-    """Y' A X (k, k)."""
-    return Balls.exact(Y.T) @ _sparse_times(A, csc_array(A.shape), X)
+    """Y' A X (k, k) of an exact matrix A."""
+    return Balls.exact(Y.T) @ _sparse_times(A, doubt=csc_array(A.shape), Z=X)
 
 
 def _is_regular(Y: Floats, MX: Floats) -> bool:

@@ -40,11 +40,12 @@ except ImportError:  # an extra
 DEGREE = 2 * ORDER
 """Degree of polynomials along a cell; higher powers become part of a ball."""
 SAME = 1e-8
-"""A printed threshold is a change of the count that lies within this share of the friction."""
+"""A printed threshold is a change of the count that lies within this share of the friction, or of
+a thousandth of the range where the friction is less."""
 NARROWINGS = 9
 """How often a cell is narrowed where signs stay open."""
 SLOW = 0.25
-"""A narrowing that leaves open more than this share of the cell counts as slow."""
+"""An open part that is more than this share of what was examined makes its narrowing slow."""
 COST_OF_SLOW = 3
 """A slow narrowing uses up so many of the `NARROWINGS`."""
 WIDE = 0.1
@@ -285,10 +286,10 @@ class _BranchComparison:
             return Problem("refuted", reason, middle)
         for claim in claims:
             self.places.append((min(event.low, claim.mu), max(event.high, claim.mu)))
-        self.waiting = self.waiting[len(claims) :]
+        self.waiting = self.waiting[len(claims) :]  # they ascend: these are its first
         if not claims and event.parts:
             self.roots_met = True
-            if not all(self._is_slow(part, event.before) for part in event.parts):
+            if not all(self._no_more_grow(part, event.before) for part in event.parts):
                 return Problem("open", TOUCHES, middle)
         return None
 
@@ -372,11 +373,14 @@ class _BranchComparison:
             elif parts and parts[-1].growing is None:
                 parts[-1] = parts[-1]._replace(high=right, folds=parts[-1].folds or det_K_is_open)
             else:
-                parts.append(Part(cell, left, right, None, det_K_is_open))
+                parts.append(Part(cell, left, right, growing=None, folds=det_K_is_open))
         return parts
 
     def _refined(self, part: Part, narrowings: int) -> list[Part]:
-        """The parts of a part, by narrower cells around it; itself where there are none."""
+        """The parts of an open part, by narrower cells around it.
+
+        Itself where there are none, and of a linear model, whose one cell is exact.
+        """
         cell = part.cell
         if self.branch.model.linear:
             return [part]
@@ -388,10 +392,10 @@ class _BranchComparison:
         refined: list[Part] = []
         for low, high in intervals:
             share = max(0.6 * (high - low), NEAR)  # somewhat more than half its width
-            center = cell.middle + cell.half * (low + high) / 2.0
-            narrow = self.branch.narrow(cell, center, cell.half * share)
+            value_of_pivot = cell.middle + cell.half * (low + high) / 2.0
+            narrow = self.branch.narrow(cell, middle=value_of_pivot, half=cell.half * share)
             if narrow is None:
-                refined.append(Part(cell, low, high, None, part.folds))
+                refined.append(Part(cell, low, high, growing=None, folds=part.folds))
                 continue
             start = _t_in_narrow(narrow, cell, low)
             end = _t_in_narrow(narrow, cell, high)
@@ -417,8 +421,9 @@ class _BranchComparison:
                 C[i][0] = C[i][0] - cell.slopes[i][FRICTION] * friction * (share * rate)
         return K, C
 
-    def _is_slow(self, part: Part, count: int) -> bool:
-        """Whether in a part no more than `count` roots grow faster than `growth_below`."""
+    def _no_more_grow(self, part: Part, count: int) -> bool:
+        """True if it is proved that in a part at most `count` roots grow faster than
+        `growth_below`, by an enclosure of the roots of all its matrices at once."""
         from squeal.proof.pieces import growing_counts
         from squeal.proof.referee import enclosed
 
@@ -430,8 +435,8 @@ class _BranchComparison:
         finding = enclosed(Quadratic(mass, damping, stiffness, AS_GIVEN))
         if finding.failure is not None:
             return False
-        _, most = growing_counts(finding.pieces, self.growth_below)
-        return most <= count
+        _, most_growing = growing_counts(finding.pieces, self.growth_below)  # at least, at most
+        return most_growing <= count
 
 
 def _t_interval(part: Part) -> Ball:

@@ -284,14 +284,14 @@ def _first_order_form(M: Expansion, C: Expansion, K: Expansion) -> tuple[Expansi
     if mass > 0.0 and 0.0 < stiffness / mass < np.inf:  # a mass of zero is bounded by 1e-323
         rate = float(2.0 ** np.round(np.log2(stiffness / mass) / 2.0))
     A_value, B_value = companion(M.value, C.value, K.value, rate)
-    A_slope, B_slope = companion(M.slope, C.slope, K.slope, rate, 0.0)
+    A_slope, B_slope = companion(M.slope, C.slope, K.slope, rate, unit=0.0)
     zeros = np.zeros(M.remainder.shape)
     A_remainder, B_remainder = companion(
         Balls(zeros, M.remainder),
         Balls(zeros, C.remainder),
         Balls(zeros, K.remainder),
         rate,
-        0.0,
+        unit=0.0,
     )
     A = Expansion(A_value, A_slope, A_remainder.rad)
     B = Expansion(B_value, B_slope, B_remainder.rad)
@@ -369,14 +369,14 @@ class _RangeProof:
                 step_end = end
             middle = (reached + step_end) / 2.0
             if self.steps_left <= 0:
-                return Proof("open", "enclosure", reason=SPENT, where=middle)
+                return self.open_at(middle, SPENT)
             bounds = self.bounds(min(reached, step_end), max(reached, step_end))
             self.steps_left -= 1
             if not bounds.allow(unstable):
                 return self.refuted(bounds, unstable, middle)
             if bounds.prove(unstable):
                 if step_end == end:
-                    return Proof("proved", "enclosure", self.growth_below, self.data)
+                    return Proof("proved", "enclosure", self.growth_below, data=self.data)
                 reached = step_end
                 length *= LONGER
                 continue
@@ -385,7 +385,7 @@ class _RangeProof:
                 refutation = self._refutation_beyond(reached, end, unstable)
                 if refutation is not None:
                     return refutation
-                return Proof("open", "enclosure", reason=bounds.reason, where=middle)
+                return self.open_at(middle, bounds.reason)
 
     def _refutation_beyond(self, reached: float, end: float, unstable: int) -> Proof | None:
         """A refutation by a single value between where no step succeeds and the end.
@@ -401,12 +401,16 @@ class _RangeProof:
                 return self.refuted(bounds, unstable, value)
         return None
 
+    def open_at(self, where: float, reason: str) -> Proof:
+        """No answer, as of a value of the parameter the discs do not tell enough."""
+        return Proof("open", by="enclosure", data=self.data, reason=reason, where=where)
+
     def refuted(self, bounds: CountBounds, unstable: int, where: float) -> Proof:
         """Another number of roots grows for certain."""
         reason = f"{bounds.least} to {bounds.most} roots grow, not {unstable}"
         if bounds.least == bounds.most:
             reason = f"{bounds.least} roots grow, not {unstable}"
-        return Proof("refuted", "enclosure", data=self.data, reason=reason, where=where)
+        return Proof("refuted", by="enclosure", data=self.data, reason=reason, where=where)
 
     def bounds(self, low: float, high: float) -> CountBounds:
         """The sums of the numbers of all components over an interval.
@@ -469,13 +473,15 @@ def prove_thresholds(
         return Proof("refuted", reason="the intervals overlap or leave the range")
     gaps = list(zip(edges[::2], edges[1::2], strict=True))
     range_proof = _RangeProof(terms, growth_below, most, (low, high))
-    counts = []  # growing roots in each gap
+    # first what grows inside of each gap
+    counts = []
     for a, b in gaps:
         inside = a + INSIDE * (b - a)
         bounds = range_proof.bounds(inside, inside)
         if bounds.doubtful:
-            return Proof("open", "enclosure", reason=bounds.reason, where=inside)
+            return range_proof.open_at(inside, bounds.reason)
         counts.append(bounds.least)
+    # then whether it differs on both sides of each interval, as printed
     for number, (start, stop) in enumerate(intervals):
         below, above = counts[number : number + 2]
         rise = rises[number] if rises is not None else None
@@ -485,13 +491,13 @@ def prove_thresholds(
         elif below == above and rise == 0:
             reason = CANCELS
         if reason:
-            where = (start + stop) / 2.0
-            return Proof("open", "enclosure", data=terms.data, reason=reason, where=where)
+            return range_proof.open_at((start + stop) / 2.0, reason)
         if below == above or (rise is not None and rise != above - below):
             reason = f"{below} roots grow below a threshold, {above} above"
             gap_start, gap_end = gaps[number + 1]
             where = gap_start + ASIDE * (gap_end - gap_start)
-            return Proof("refuted", "enclosure", data=terms.data, reason=reason, where=where)
+            return Proof("refuted", by="enclosure", data=terms.data, reason=reason, where=where)
+    # last whether it is the same at every value of each gap
     for (a, b), count in zip(gaps, counts, strict=True):
         # over a whole gap at once `growth_below` may leave room for what a single value refutes
         for value in (a, b):
@@ -502,4 +508,4 @@ def prove_thresholds(
         proof = range_proof.between(a, b, count)
         if proof.status != "proved":
             return proof
-    return Proof("proved", "enclosure", growth_below, terms.data)
+    return Proof("proved", "enclosure", growth_below, data=terms.data)

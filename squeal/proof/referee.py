@@ -283,7 +283,7 @@ def unstable_count(system: Quadratic) -> Count:
 def _growing_counts(finding: Finding, n: int) -> tuple[int, int]:
     """The least and the largest number of growing roots of a system of n rows."""
     least, most = growing_counts(finding.pieces)
-    if finding.failure:
+    if finding.failure is not None:
         most = 2 * n
     return least, most
 
@@ -401,8 +401,11 @@ def _groups(
 def _compare(pieces: Sequence[Piece], answer: RootList) -> _ListComparison:
     """Match each listed value to a group of discs that meet, which holds as many roots as discs.
 
-    The list is proved if each group has as many values nearest to it as it has roots, and if no
-    root of the group lies farther from its value than the claimed error.
+    - Refuted: a value is not finite, the numbers of values and roots differ, a value has no disc
+      within its error, or a group has fewer values within their errors than it has roots.
+    - Open: a group has not as many values nearest to it as it has roots, or a root of it may lie
+      farther from its value than the claimed error.
+    - Proved: none of these.
     """
     values = answer.values
     unproved = np.full(len(values), math.inf)

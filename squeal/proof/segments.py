@@ -83,19 +83,19 @@ def bases(A: NDArray, B: NDArray) -> Iterator[Basis]:
         for chain in chains:
             X = chain.put_into(X)
         if chains:
-            yield Basis(X, None, chains)
+            yield Basis(X, chains=chains)
         return
     # LAPACK puts the conjugate of a pair right behind the one with the positive imaginary part
     mirror = np.arange(len(X))
     first = np.flatnonzero(values.imag > 0.0)
     mirror[first] = first + 1
     mirror[first + 1] = first
-    yield Basis(X, mirror.copy(), ())
+    yield Basis(X, mirror.copy())
     chains = []
     for chain in find_chains(A, B, values, X):
         partners = mirror[chain.members]
         if not np.iscomplexobj(chain.basis):
-            if not np.isin(partners, chain.members).all():
+            if not np.isin(partners, chain.members).all():  # it needs the conjugate of each member
                 continue
             mirror[chain.members] = chain.members
             X = chain.put_into(X)
@@ -304,6 +304,7 @@ def moving_discs(S: NearDiagonal, half: float) -> MovingDiscs:
     is_isolated = np.all(separation > 0.0, axis=1)
     # the other discs may grow by half of the separation
     shares = 2.0 * off_diagonal.T / np.where(separation > 0.0, separation, 1.0)
+    # above zero, as the inverse multiplies a column
     share = np.clip(upper(np.max(shares, axis=1, initial=0.0), 4), 1e-12, None)
     shrunk = upper(diagonal_errors + share * off_diagonal_sums, 4)
     radii = np.where(is_isolated & (share < 1.0), np.minimum(shrunk, radii), radii)

@@ -85,7 +85,7 @@ def _signs_of_part(D: Polynomial, uncertainty: Ball, low: float, high: float) ->
     centred = D(flint.arb_poly([middle, half])).coeffs()
     sizes = [abs(c) for c in centred]
     variation = sum(sizes[1:], flint.arb(0))
-    if not centred or sizes[0] + variation <= uncertainty:
+    if not centred or sizes[0] + variation <= uncertainty:  # D is zero, or nowhere certain
         return [Sign(low, high, 0)]
     if sizes[0] - variation > uncertainty:
         return [Sign(low, high, 1 if centred[0] > 0 else -1)]
@@ -111,7 +111,8 @@ def _signs_where_monotonic(D: Polynomial, uncertainty: Ball, low: float, high: f
         return 0
 
     def last_with_sign(sign: int, inside: float, outside: float) -> float:
-        """The double farthest from `inside` at which D has the sign that it has there."""
+        """The double farthest from `inside` at which D has the sign that it has there; `inside`
+        itself for the sign 0."""
         while sign:
             t = (inside + outside) / 2.0
             if t in (inside, outside):  # no double lies between

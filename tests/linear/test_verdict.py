@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import squeal
+from squeal.errors import InputError
 from squeal.linear import (
     VERDICTS,
     damped_verdicts,
@@ -15,6 +16,7 @@ from squeal.linear import (
     verdict,
 )
 from squeal.linear.matrices import invariants
+from squeal.linear.verdicts import decide
 from tests.known import affine, coupled
 from tests.linear.conftest import exact_squares, exact_verdict, random_pad
 
@@ -200,3 +202,8 @@ def test_growth_beside_a_strong_damper_is_listed(strong):
     found = squeal.thresholds(affine(I3, K0, K1 - K0, C), 1.0)
     assert found.certified
     assert [p.mu for p in found.points] == pytest.approx([0.75 * (1 + 2e-6)], rel=1e-9)
+
+
+def test_no_roots_have_no_verdict():
+    with pytest.raises(InputError, match="roots: there are none; at least one is required"):
+        decide([], 1e-9)

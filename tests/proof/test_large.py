@@ -153,6 +153,13 @@ def test_pivots_count_negative_eigenvalues(seed):
     assert 0.0 < inertia.error < 1e-9
 
 
+def test_the_inertia_of_a_singular_matrix_is_unknown():
+    """SuperLU finds no pivot in a column of zeros, nor in two equal columns."""
+    equal_columns = [[1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    for A in (np.diag([1.0, 0.0, 2.0]), np.array(equal_columns)):
+        assert large._inertia(csc_array(A), csc_array((3, 3)), np.ones(3)) is None
+
+
 def test_what_cannot_be_proved_says_why():
     M, K = two_chains(FLUTTER)
     assert prove_band(M, None, K, radius=600.0, core=40).reason == large.BEYOND_CORE

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from benchmarks.random_pads import examine
+from benchmarks.random_pads import scene_of as random_scene
 from squeal.equilibrium.damping import damped_model, without_friction
 from squeal.io.scene import Damping
 from squeal.model.equations import linearise
-from squeal.proof.branches import PadBranch
+from squeal.proof.branches import BITS, PadBranch
 from squeal.proof.pads import Claim, _count_in_right_half_plane, _growing_count, prove_pad
 from squeal.proof.signs import signs
 from squeal.queries.thresholds import critical_friction
@@ -165,6 +166,21 @@ def test_a_fold_is_where_the_determinant_vanishes(digits):
     assert abs(right.until - float(fold)) < 1e-13
     for wrong in (None, float(fold) * (1 + 1e-7), float(fold) * (1 - 1e-7)):
         assert prove_pad(branch(scene, 2.0), [], wrong, None, 1e-1).status == "refuted"
+
+
+@pytest.mark.parametrize("seed", [49, 69])
+def test_a_change_of_contact_that_turns_the_branch_back_is_enclosed(digits, seed):
+    """At 50 digits the gap vanishes between the ends of the interval, which are doubles."""
+    scene = random_scene(seed)
+    enclosed = branch(scene, 2.0)
+    with flint.ctx.workprec(BITS):  # as `prove_pad` walks along it
+        *_, last = enclosed.cells()
+    exact = Exact(scene, last.state)
+    *q, mu = [as_mpf(ball) for ball in last.at(flint.arb(last.end))]
+    changed = min((0, 1), key=lambda i: abs(exact.gaps(q)[i]))
+    _, fold = exact.critical(lambda q, mu: exact.gaps(q)[changed], q, mu)
+    low, high = enclosed.fold_at_contact
+    assert low < fold < high
 
 
 @pytest.mark.parametrize(("stem", "ratio"), [("b1-a", 0.01), ("b2-a", 0.003), ("b1-d", 0.02)])

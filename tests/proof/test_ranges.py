@@ -41,6 +41,14 @@ def test_the_threshold_of_mode_coupling_is_proved():
     assert prove_thresholds(coupled(), 0.0, 0.74, [], 1e-8).status == "proved"
 
 
+def test_an_open_answer_says_what_is_assumed_of_the_entries():
+    """Out of steps, and counted at the threshold itself, where the pair meets on the axis."""
+    out_of_steps = prove_thresholds(coupled(), 0.0, 2.0, [around(0.75)], 1e-8, most=0)
+    counted_at_threshold = prove_thresholds(coupled(), 0.0, 0.75 / INSIDE, [], 1e-8)
+    for proof in (out_of_steps, counted_at_threshold):
+        assert (proof.status, proof.data) == ("open", HALF_ULP)
+
+
 @pytest.mark.parametrize(
     ("intervals", "rises"),
     [
