@@ -102,7 +102,6 @@ class Pad:
         middle = (gl + gt) / np.where(apart == 0.0, 1.0, apart)
         low = np.where(gl > 0.0, np.where(gt < 0.0, middle, 1.0), -1.0)
         high = np.where(gt > 0.0, np.where(gl < 0.0, middle, 1.0), 1.0)
-        low = np.where((gl > 0.0) & (gt > 0.0), 1.0, low)
         high = np.where((gl > 0.0) & (gt > 0.0), 1.0, high)
         normal = 0.0
         moment = 0.0
