@@ -160,7 +160,8 @@ def trailing_minus_leading(x_l, y_l, x_t, y_t):
 def reaction_13(p, q):
     """R_n of Eq. (13) with the printed sign, by quadrature."""
     _, low, high = contact(p, q)
-    return p.k_c * mp.quad(pressure(p, q, trailing_minus_leading), [low, high], **EXACT) / (high - low)
+    load = mp.quad(pressure(p, q, trailing_minus_leading), [low, high], **EXACT)
+    return p.k_c * load / (high - low)
 
 
 def reaction_14_to_16(p, q):
