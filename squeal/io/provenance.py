@@ -78,15 +78,16 @@ def _shows(name: str) -> bool:
     return any(name == shown or name.startswith(f"{shown}.") for shown in SHOWING)
 
 
-def _sources_by_import(path: Path) -> set[str]:
+@cache
+def _sources_by_import(path: Path) -> frozenset[str]:
     """Names of the modules that a file imports and that are sources of what it computes.
 
     A file of the toolkit that computes may know how its answers are shown, and is no source of it.
     """
     module = ".".join(path.relative_to(ROOT.parent).with_suffix("").parts)
     if _shows(module) or module.startswith(f"{PACKAGE}.article"):
-        return set(_imports(path))
-    return {name for name in _imports(path) if not _shows(name)}
+        return _imports(path)
+    return frozenset(name for name in _imports(path) if not _shows(name))
 
 
 @cache
@@ -95,18 +96,22 @@ def _module_files(name: str) -> frozenset[Path]:
 
     Of a name that is no module only the latter; none for a module of other packages.
     """
-    parts = name.split(".")
-    if parts[0] != PACKAGE:
-        return frozenset()
-    files = set()
-    place = ROOT.parent
-    for part in parts:
-        place /= part
-        files |= {place.with_suffix(".py"), place / "__init__.py"}
-    return frozenset(file for file in files if file.is_file())
+    enclosing_package, _, _ = name.rpartition(".")
+    if not name.startswith(f"{PACKAGE}."):
+        return frozenset({ROOT / "__init__.py"} if name == PACKAGE else ())
+    place = ROOT.parent.joinpath(*name.split("."))
+    own = (place.with_suffix(".py"), place / "__init__.py")
+    return _module_files(enclosing_package).union(file for file in own if file.is_file())
 
 
-def _files_of_imports(modules: Iterable[str]) -> set[Path]:
+@cache
+def _files_imported_by(path: Path) -> frozenset[Path]:
+    """Files of the modules of this package that a file itself imports as its sources."""
+    return frozenset[Path]().union(*map(_module_files, _sources_by_import(path)))
+
+
+@cache
+def _files_of_imports(*modules: str) -> frozenset[Path]:
     """Files of some modules and of all that they import from this package, directly or not.
 
     Raises ModuleNotFoundError for a name that is no module of this package.
@@ -120,31 +125,33 @@ def _files_of_imports(modules: Iterable[str]) -> set[Path]:
         unread |= _module_files(name)
     files = set(unread)
     while unread:
-        for name in _sources_by_import(unread.pop()):
-            unread |= _module_files(name) - files
-            files |= _module_files(name)
-    return files
+        found = _files_imported_by(unread.pop()) - files
+        unread |= found
+        files |= found
+    return frozenset(files)
 
 
-def sources(*modules: str) -> list[str]:
+@cache
+def sources(*modules: str) -> tuple[str, ...]:
     """Names of the files that modules need, from the folder of the package on, sorted.
 
     Raises ModuleNotFoundError.
     """
-    files = _files_of_imports(modules)
+    files = set(_files_of_imports(*modules))
     for path in list(files):
         if "importlib.resources" in _imports(path):
             beside = path.parent.rglob("*")
             files |= {file for file in beside if file.is_file() and file.suffix[:3] != ".py"}
-    return sorted(str(path.relative_to(ROOT.parent)) for path in files)
+    return tuple(sorted(str(path.relative_to(ROOT.parent)) for path in files))
 
 
-def packages(module: str) -> list[str]:
+@cache
+def packages(module: str) -> tuple[str, ...]:
     """Names of the packages beside this one and Python's own that a module's `sources` import."""
     names = set[str]()
-    for path in _files_of_imports([module]):
+    for path in _files_of_imports(module):
         names |= {name.partition(".")[0] for name in _sources_by_import(path)}
-    return sorted(names - {PACKAGE} - sys.stdlib_module_names)
+    return tuple(sorted(names - {PACKAGE} - sys.stdlib_module_names))
 
 
 def digest(module: str) -> str:

@@ -94,9 +94,9 @@ def motion(name: str, p: Pad, start, stop: float):
         method="DOP853",
         dense_output=True,
         events=[leading, trailing],
-        rtol=1e-11,
-        atol=unit * 1e-1,
-        max_step=0.05,
+        rtol=1e-9,
+        atol=unit * 1e2,
+        max_step=0.2,
     )
     return solved.sol, np.unique(np.concatenate([[0.0], *solved.t_events, [stop]]))
 

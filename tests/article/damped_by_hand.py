@@ -88,7 +88,7 @@ class Pad:
         else:
             normal, moment_of_line = self.line(gaps, rates, side)
             moment = moment + moment_of_line + self.mu * normal * p["h"]
-        damping = np.tensordot(self.unit, z[3:], 1) * self.zeta
+        damping = self.unit @ z[3:] * self.zeta
         total = np.array([force[0] + self.mu * normal, force[1] - p["F_n"] + normal, moment])
         return total - damping, normal
 
@@ -98,11 +98,10 @@ class Pad:
     def line(self, gaps, rates, side):
         """Normal force of the line and its moment."""
         gl, gt = gaps
-        with np.errstate(divide="ignore", invalid="ignore"):
-            middle = (gl + gt) / (gl - gt)
+        apart = gl - gt
+        middle = (gl + gt) / np.where(apart == 0.0, 1.0, apart)
         low = np.where(gl > 0.0, np.where(gt < 0.0, middle, 1.0), -1.0)
         high = np.where(gt > 0.0, np.where(gl < 0.0, middle, 1.0), 1.0)
-        low = np.where((gl > 0.0) & (gt > 0.0), 1.0, low)
         high = np.where((gl > 0.0) & (gt > 0.0), 1.0, high)
         normal = 0.0
         moment = 0.0

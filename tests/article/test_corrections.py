@@ -26,6 +26,7 @@ ZERO = mp.mpf(0)
 ONE = mp.mpf(1)
 STEP = mp.mpf("1e-15")  # of central differences
 TINY = mp.mpf("1e-25")  # what counts as zero
+EXACT = {"method": "gauss-legendre", "maxdegree": 2}  # of polynomials, as all integrands here are
 CASES = {"a": (0.5, 1.0), "b": (1.0, 0.5), "c": (0.75, 0.75), "d": (0.83, 0.83)}  # over pi
 
 
@@ -159,7 +160,8 @@ def trailing_minus_leading(x_l, y_l, x_t, y_t):
 def reaction_13(p, q):
     """R_n of Eq. (13) with the printed sign, by quadrature."""
     _, low, high = contact(p, q)
-    return p.k_c * mp.quad(pressure(p, q, trailing_minus_leading), [low, high]) / (high - low)
+    load = mp.quad(pressure(p, q, trailing_minus_leading), [low, high], **EXACT)
+    return p.k_c * load / (high - low)
 
 
 def reaction_14_to_16(p, q):
@@ -180,7 +182,8 @@ def position_17(p, q):
     """delta of Eq. (17) with the slope of trailing minus leading edge, by quadrature."""
     _, low, high = contact(p, q)
     shape = pressure(p, q, trailing_minus_leading)
-    return mp.quad(lambda s: s * shape(s), [low, high]) / mp.quad(shape, [low, high])
+    moment = mp.quad(lambda s: s * shape(s), [low, high], **EXACT)
+    return moment / mp.quad(shape, [low, high], **EXACT)
 
 
 def position_18_to_20(p, q):
@@ -221,9 +224,9 @@ def along_the_face(p, q):
     elif depth(-p.w) <= 0 and depth(p.w) <= 0:
         return ZERO, ZERO, ZERO
     return (
-        mp.quad(depth, ends),
-        mp.quad(lambda s: depth(s) * arm(s), ends),
-        mp.quad(lambda s: depth(s) ** 2, ends),
+        mp.quad(depth, ends, **EXACT),
+        mp.quad(lambda s: depth(s) * arm(s), ends, **EXACT),
+        mp.quad(lambda s: depth(s) ** 2, ends, **EXACT),
     )
 
 

@@ -66,7 +66,7 @@ def test_maps_decide_as_without_a_compiler(stem, names, monkeypatch):
     """In every point, of which some lie beyond folds, others in partial contact."""
     scene = read_scene(SCENES / f"{stem}.yaml")
     ends = {"mu": (0.0, 1.5), "k1": (1e6, 1e9), "alpha1": (0.0, np.pi), "alpha2": (0.0, np.pi)}
-    axes = (Axis(names[0], *ends[names[0]], 30), Axis(names[1], *ends[names[1]], 30))
+    axes = (Axis(names[0], *ends[names[0]], 16), Axis(names[1], *ends[names[1]], 16))
     without = stability_map(scene, axes)
     monkeypatch.setattr(maps, "COMPILED_FROM", 0)
     compiled = stability_map(scene, axes)

@@ -57,7 +57,7 @@ def test_sources_are_those_of_the_imports_in_functions_too_and_no_others():
     assert bibliography in sources("squeal.article.report.bibliography")
     assert bibliography not in sources("squeal.cli.eigenvalues")
     assert {"heyoka", "numpy", "scipy", "yaml"} <= set(packages("squeal.cli.simulate"))
-    assert packages("squeal.errors") == []
+    assert packages("squeal.errors") == ()
     with pytest.raises(ModuleNotFoundError):
         sources("squeal.nothing")
 

@@ -59,7 +59,7 @@ def test_damping_that_touches_zero_or_begins_critical(factor, rows, critical_at)
         ("(2 - mu)**4", {}),
     ],
 )
-@pytest.mark.parametrize("stiffness", [[1.0, 1.0, 3.0], [1.0, 1.0, 3.0, 5.0], [1.0, 1.0, 1.0, 2.0]])
+@pytest.mark.parametrize("stiffness", [[1.0, 1.0, 3.0], [1.0, 1.0, 1.0, 2.0]])
 def test_rotated_modes_cross_once_each_where_rounding_hides_what_grows(
     stiffness, factor, directions
 ):

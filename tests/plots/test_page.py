@@ -64,8 +64,9 @@ def test_the_page_needs_no_other_file_and_holds_no_markup_of_a_name(tmp_path):
 
 
 def test_the_command_writes_it_and_refuses_what_it_cannot_write(capsys, tmp_path):
-    scene = SCENES / "b1-a.yaml"
-    code, out, _ = run(capsys, "report", scene, "--output", tmp_path / "a.html")
+    scene = SCENES / "b3.yaml"
+    coupled = ("--set", "alpha1=1.0", "--set", "alpha2=2.6")
+    code, out, _ = run(capsys, "report", scene, *coupled, "--output", tmp_path / "a.html")
     assert code == 0
     assert "unstable mode" in out
     assert (tmp_path / "a.html").stat().st_size > 10_000

@@ -25,10 +25,15 @@ from workflow.release import codecheck
 RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
 
 
-# Snakemake, imported once: each run is a copy of this process, which takes half as long
+# Snakemake, imported once with its plugins: each run is a copy of this process, and ends without
+# clearing its memory, which takes as long as the run
 RUNS = """
-import json, os, sys
-from snakemake.cli import main
+import gc, json, os, sys
+from contextlib import suppress
+from snakemake.cli import get_argument_parser, main
+get_argument_parser()
+gc.freeze()
+gc.disable()
 for line in sys.stdin:
     folder, printed, arguments = json.loads(line)
     child = os.fork()
@@ -38,7 +43,10 @@ for line in sys.stdin:
         os.dup2(file, 1)
         os.dup2(file, 2)
         sys.argv[1:] = arguments
-        main()
+        with suppress(SystemExit):
+            main()
+        sys.stdout.flush()
+        os._exit(0)
     os.waitpid(child, 0)
     print(flush=True)
 """
