@@ -62,27 +62,26 @@ def unit_of_parameter(system: TermSystem) -> str:
     'rad/s'
     """
     name = system.parameter
+    speed = system.parameters[name] or 1.0
     terms = list(system.C)
     if name in SPEEDS:
         terms += system.K
     for term in terms:
-        is_skew = name in term.factor.names and not _has_symmetric_part(term)
-        if is_skew and any(True for _ in _skew_part(system, term, system.parameters[name] or 1.0)):
-            return "rad/s"
+        for skew in _skew_part(system, term, speed):
+            part = term.factor.value(system.values({name: speed})) * term.matrix
+            if abs(part - skew).max() <= SKEW * abs(skew).max():  # friction is more than skew
+                return "rad/s"
     return ""
 
 
-def _has_symmetric_part(term: Term) -> bool:
-    """Whether a term is more than skew, as friction is."""
-    return bool(abs(term.matrix + term.matrix.T).max() > SKEW * abs(term.matrix).max())
-
-
 def speed_words(value: float, unit: str) -> str:
-    """The end of a value in four digits: its unit, and rpm of a speed; empty without a unit.
+    """What follows a value of a parameter: its unit and, of a speed, the value in rpm.
 
     Examples
     --------
     >>> speed_words(600.0, "rad/s"), speed_words(0.4, "")
     (' rad/s (5730 rpm)', '')
     """
-    return f" {unit} ({value * RPM:.4g} rpm)" if unit else ""
+    if not unit or not value:
+        return f" {unit}".rstrip()
+    return f" {unit} ({value * RPM:.4g} rpm)"
