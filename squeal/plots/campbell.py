@@ -113,7 +113,7 @@ def _draw_named_modes(axes: Axes, sweep: Sweep, top: float) -> None:
         middle = len(hertz) // 2
         if hertz[middle] <= top:
             point = (paths.at[mode][middle], hertz[middle])
-            write_beside(axes, f"mode {mode}", point, (-4, 4), fontsize=7, color=colour)
+            write_beside(axes, f"mode {mode}", point, (4, -4), fontsize=7, color=colour)
 
 
 def _mark_directions(axes: Axes, answer: CriticalSpeeds, top: float) -> set[str | None]:
@@ -178,5 +178,5 @@ def _entries(answer: CriticalSpeeds, ends: set[str | None]) -> list[Line2D]:
             look: Any = {"ls": "", "marker": mark, "mfc": "white", "mec": "black"}
             entries.append(Line2D([], [], label=name, **look))
     if answer.growing.any():
-        entries.append(Line2D([], [], color=RED, lw=2.0, label="unstable"))
+        entries.append(Line2D([], [], color="0.3", lw=2.4, label="thick: unstable"))
     return entries

@@ -30,11 +30,12 @@ from squeal.schema import Place, Word
 COLOURS = ("#C8380E", "#0072B2", "#6A1B7B", "#009E73", "#E69F00", "#56B4E9")
 """Of modes that grow, the fastest first, and of the partners that they meet."""
 LARGEST = 160.0  # points squared: the bubble of the fastest growth
-BUBBLES = 20  # of a mode, at most
+SPACING = 0.05  # of the axes: bubbles of a mode do not merge
 BELOW = 1.35  # shown damping ratios below zero, over the depth of the lowest one
 GROWS = 1e-9  # of |lambda|: a growth rate below is rounding
 NEAREST = 0.1  # of the frequency: no partner is farther from a mode where it grows fastest
 NEARER = 0.5  # of their first distance: two frequencies nearer than that come together
+TWINS = 0.05  # of the frequency: so near are the two whirls of a shaft on unlike bearings
 FED = 0.25  # of the rise of a growth rate: that of a partner falls by as much at least
 ABOVE = 1.4  # shown damping ratios above zero, over the depth of the lowest one
 MET = 0.05  # of their first distance: two frequencies have met where they are nearer
@@ -100,8 +101,8 @@ class Paths:
 
         Two modes that meet feed each other: their frequencies come together, and the growth rate of
         the partner falls as that of `mode` rises. Over friction they may be together from the
-        first value on, as the two modes of a disc; over a speed (`is_speed`) such two are a forward
-        and a backward whirl, of which one grows alone.
+        first value on, as the two modes of a disc; over a speed (`is_speed`) two that begin so near
+        as `TWINS` are a forward and a backward whirl, of which one grows alone.
         """
         leading = self.whole[mode]
         fastest = int(np.nanargmax(leading.real))
@@ -115,6 +116,8 @@ class Paths:
             fall = following.real[first] - following.real[fastest]
             distance = abs(gaps.imag[fastest])
             limit = NEARER * abs(gaps.imag[first])
+            if is_speed and abs(gaps.imag[first]) < TWINS * leading.imag[first]:
+                continue
             if not is_speed:
                 limit = max(limit, gaps.real[fastest])
             limit = min(limit, NEAREST * leading.imag[fastest])
@@ -222,8 +225,7 @@ def _mark_own_value(
             lower.plot(own_value, paths.height(root), zorder=5, gid="own value", **ring)
     lower.axvline(own_value, color="0.4", lw=0.6, ls="-.", zorder=0)
     name = f"present {symbol_of(sweep.parameter)} = {own_value:.4g}"
-    name += speed_words(own_value, unit_of(sweep.source))
-    return [Line2D([], [], label=name, **ring)]
+    return [Line2D([], [], label=f"{name} {unit_of(sweep.source)}".rstrip(), **ring)]
 
 
 def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
@@ -246,12 +248,16 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
         if mode not in colours:
             continue
         grows = np.flatnonzero(roots.real > 0.0)[::-1]
-        grows = grows[:: math.ceil(len(grows) / BUBBLES) or 1]  # so that they do not merge
+        path = np.array([hertz[grows] / np.ptp(limits), ratio[grows] / ((BELOW + ABOVE) * depth)])
+        travelled = np.hypot(*np.diff(path, prepend=path[:, :1])).cumsum()
+        grows = grows[np.unique(travelled // SPACING, return_index=True)[1]]
         size = LARGEST * roots.real[grows] / fastest
         axes.scatter(hertz[grows], ratio[grows], s=size, fc=colour, alpha=0.35, lw=0, zorder=3)
         lowest = int(np.argmin(ratio))
+        name = f"mode {mode}"  # of a partner that does not grow
         if ratio[lowest] < 0.0:
             name = sweep.names.get(mode, f"mode {mode}, {hertz[lowest]:.4g} Hz")
+        if ratio[lowest] < depth:
             _name_mode(axes, name, hertz[lowest], ratio[lowest], limits, colour)
     axes.axhspan(-BELOW * depth, 0.0, color=RED, alpha=0.06, lw=0, zorder=0)
     axes.axhline(0.0, color="0.3", lw=0.6)
@@ -262,7 +268,7 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
     swept = (
         f"{symbol_of(sweep.parameter)} from {first:g} to {last:g} {unit_of(sweep.source)}".strip()
     )
-    axes.set_title(f"{swept}: unstable below zero, bubbles by growth", loc="left")
+    axes.set_title(f"{swept}: unstable below zero", loc="left")
     entries: list[Artist] = []
     if all_roots.real.max(initial=0.0) > 0.0:
         large = _round_down(fastest)

@@ -8,7 +8,8 @@ backward part, whatever its coordinates. How the frequency moves as a whole says
 direction: bearings stiffen with speed.
 
 The term sees what discs do. Where the rows of nodes are known, their orbits tell more: the two
-bearings may whirl against each other.
+bearings may whirl against each other. Which way the shaft turns is told by the term too, if it
+couples the two directions across the shaft; if it couples tilts alone, it decides.
 """
 
 from __future__ import annotations

@@ -22,4 +22,4 @@ def test_the_growing_branch_is_in_the_frame_and_its_onset_is_said():
     (told,) = [text.get_text() for text in axes.texts if "unstable from" in text.get_text()]
     assert told == "unstable from 2 rad/s (19.1 rpm) on, 0.4775 Hz"  # omega = 3
     words = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert words == ["no direction", "unstable"]
+    assert words == ["no direction", "thick: unstable"]
