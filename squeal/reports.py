@@ -334,16 +334,14 @@ class Report(Answer):
         if self.critical is None:
             return ""
         speeds = []
-        for one in self.critical.critical:
-            whirl = f", {one.direction}" if one.direction else ""
-            speeds.append(f"{number(one.speed, 4)} rad/s ({number(one.rpm, 4)} rpm{whirl})")
-        high = self.critical.high
-        end = f"{number(high, 4)}{speed_words(high, 'rad/s')}"
-        if not speeds:
-            return f"No critical speed up to {end}."
-        more = f" and {len(speeds) - MOST_SPEEDS} more" if len(speeds) > MOST_SPEEDS else ""
-        heading = "Critical speed" if len(speeds) == 1 else "Critical speeds"
-        return f"{heading} up to {end}: {', '.join(speeds[:MOST_SPEEDS])}{more}."
+        for one in self.critical.critical[:MOST_SPEEDS]:
+            words = f"{number(one.speed, 4)}{speed_words(one.speed, 'rad/s')}"
+            speeds.append(f"{words} {one.direction or ''}".rstrip())
+        more = len(self.critical.critical) - MOST_SPEEDS
+        if more > 0:
+            speeds.append(f"{more} more")
+        end = self._at(self.critical.high)
+        return f"Critical speeds up to {end}: {', '.join(speeds) or 'none'}."
 
     @property
     def loss(self) -> str:
@@ -540,7 +538,6 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
         state=state,
         numbering=_numbering(spectrum),
         chart=_figure(paths, report.name, damping=True, thresholds=report.thresholds),
-        critical=_speeds(report),
         campbell=report.critical and _figure(report.critical, report.name, paths=paths),
         feeds=_feeds(report),
         moves=_effects_on_growing(report),
@@ -617,14 +614,6 @@ def _chart(report: Report) -> Sweep:
             parts = [f"mode {number_of_mode}", f"{hertz} Hz", whirl]
             names[number_of_mode] = ", ".join(filter(None, parts))
     return eigenvalue_paths(searched, searched.low, high).named(names)
-
-
-def _speeds(report: Report) -> Table | None:
-    """The critical speeds of a rotor without the numbers of modes, which are others than here."""
-    if report.critical is None:
-        return None
-    table = report.critical.table()
-    return replace(table, columns=[one for one in table.columns if one.name != "mode"], title="")
 
 
 def _strongest_of(moved: Sensitivity) -> float:

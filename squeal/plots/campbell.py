@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from squeal.linear.shaft import RPM
+from squeal.linear.shaft import RPM, speed_words
 from squeal.plots.damping import Paths, draw_mode
 from squeal.plots.maps import symbol_of
 from squeal.plots.modes import RED, RING
@@ -57,10 +57,14 @@ def campbell_drawing(
     growing_hz = growing_hz[growing_hz <= REACH * highest]
     top = max(top, ABOVE * float(growing_hz.max(initial=0.0)))  # over the whole range of speed
     with style():
-        figure = Figure(figsize=(SINGLE, 3.0) if width == "column" else (DOUBLE, 3.4))
+        figure = Figure(figsize=(DOUBLE, 3.4))
+        if width == "column":
+            figure.set_size_inches(SINGLE, 3.0)
         axes = figure.add_subplot()
         axes.tick_params(top=False)
-        rpm = axes.secondary_xaxis("top", functions=(lambda x: x * RPM, lambda x: x / RPM))
+        rpm = axes.secondary_xaxis(
+            "top", functions=(lambda x: np.multiply(x, RPM), lambda x: np.divide(x, RPM))
+        )
         rpm.set_xlabel(f"{symbol_of(answer.parameter)} [rpm]")
         _draw_frequencies(axes, answer, top)
         for order in answer.orders:
@@ -69,7 +73,7 @@ def campbell_drawing(
         for critical in answer.critical:
             point = (critical.speed, critical.frequency_hz)
             axes.plot(*point, MARKS[critical.direction], mfc="w", mec="k", ms=5.5, zorder=4)
-            text = f"{critical.speed:.4g} rad/s ({critical.rpm:.4g} rpm)"
+            text = f"{critical.speed:.4g}{speed_words(critical.speed, 'rad/s')}"
             if text not in named and len(named) < NAMED:
                 # on alternating sides, so that names of neighbours do not meet
                 is_left = len(named) % 2 == 0 and critical.speed > ROOM * answer.high
@@ -83,8 +87,7 @@ def campbell_drawing(
         directions = _mark_directions(axes, answer, top)
         entries = _entries(answer, directions)
         if entries:
-            columns = 3 if width == "column" else 5
-            figure.legend(handles=entries, loc="outside lower center", ncols=columns)
+            figure.legend(handles=entries, loc="outside lower center", ncols=3)
     speeds = []
     for critical in answer.critical:
         direction = critical.direction or "no direction"
@@ -119,7 +122,7 @@ def _draw_named_modes(axes: Axes, sweep: Sweep, top: float) -> None:
 def _mark_directions(axes: Axes, answer: CriticalSpeeds, top: float) -> set[str | None]:
     """Mark the direction of each whirl up to `top` (Hz) where its line ends; returns those."""
     speed = float(answer.speeds[-1])
-    directions = set()
+    directions: set[str | None] = set()
     for root in answer.diagram.ranked_roots(speed).tolist():
         hertz = root.imag / math.tau
         direction = None
@@ -163,7 +166,7 @@ def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
             else:
                 below = middle
         speed = below  # rounded down, as a limit is
-    text = f"unstable from {speed:.4g} rad/s ({speed * RPM:.4g} rpm) on, {hertz:.4g} Hz"
+    text = f"unstable from {speed:.4g}{speed_words(speed, 'rad/s')} on, {hertz:.4g} Hz"
     up = 28 if hertz < 0.8 * top else -28  # so that a slope does not cross it
     write_beside(axes, text, (speed, hertz), (4, up), fontsize=7, color=RED)
 

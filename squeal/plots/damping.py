@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from squeal.linear.events import Crossing
 from squeal.linear.shaft import speed_words
 from squeal.plots.maps import friction_symbol, symbol_of
 from squeal.plots.modes import RED
@@ -57,8 +56,8 @@ class Paths:
         whole: dict[int, np.ndarray] = {}  # NaN where a mode is not known
         number_behind = _behind_meetings(sweep)
         for k, step in enumerate(sweep.steps):
-            for root, number in zip(step.eigenvalues, step.numbers, strict=True):
-                if number and root.value.imag > 0.0:
+            for number, root in step.root_of_mode().items():
+                if root.value.imag > 0.0:
                     mode = number_behind.get(number, number)
                     path = whole.setdefault(mode, np.full(len(values), np.nan, dtype=complex))
                     path[k] = root.value
@@ -87,10 +86,12 @@ class Paths:
         met = self.values[distances < MET * distances[np.isfinite(distances)][0]]
         return float(met[0]) if met.size else None
 
-    def height(self, roots: Any) -> Any:
+    def height(self, roots: np.ndarray) -> np.ndarray:
         """What the panel of the pair shows of roots: frequencies (Hz), of a mode alone damping
         ratios (%)."""
-        return roots.imag / math.tau if len(self.pair) == 2 else _ratio(np.array(roots))
+        if len(self.pair) == 2:
+            return roots.imag / math.tau
+        return _ratio(roots)
 
     def growth(self, mode: int) -> float:
         """The fastest growth rate of a mode, 1/s."""
@@ -129,11 +130,11 @@ class Paths:
 def _behind_meetings(sweep: Sweep) -> dict[int, int]:
     """The numbers behind a meeting, by those before it, of two modes that end where two begin."""
     numbers: dict[int, int] = {}
-    for ended in sweep.losses:
-        for begun in sweep.losses:
-            is_meeting = ended[:2] == begun[:2] and len(ended.modes) == len(begun.modes) == 2
-            if is_meeting and (ended.kind, begun.kind) == ("end", "begin"):
-                numbers |= zip(ended.modes, begun.modes, strict=True)
+    ended = {loss[:2]: loss.modes for loss in sweep.losses if loss.kind == "end"}
+    for loss in sweep.losses:
+        modes = ended.get(loss[:2], ())
+        if loss.kind == "begin" and len(loss.modes) == len(modes) == 2:
+            numbers |= zip(modes, loss.modes, strict=True)
     return numbers
 
 
@@ -222,7 +223,7 @@ def _mark_own_value(
         frequency = root.imag / math.tau
         upper.plot(frequency, _ratio(np.array(root)), zorder=5, gid="own value", **ring)
         if mode in paths.pair:
-            lower.plot(own_value, paths.height(root), zorder=5, gid="own value", **ring)
+            lower.plot(own_value, paths.height(np.array(root)), zorder=5, gid="own value", **ring)
     lower.axvline(own_value, color="0.4", lw=0.6, ls="-.", zorder=0)
     name = f"present {symbol_of(sweep.parameter)} = {own_value:.4g}"
     return [Line2D([], [], label=f"{name} {unit_of(sweep.source)}".rstrip(), **ring)]
@@ -253,28 +254,29 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
         grows = grows[np.unique(travelled // SPACING, return_index=True)[1]]
         size = LARGEST * roots.real[grows] / fastest
         axes.scatter(hertz[grows], ratio[grows], s=size, fc=colour, alpha=0.35, lw=0, zorder=3)
-        lowest = int(np.argmin(ratio))
-        name = f"mode {mode}"  # of a partner that does not grow
-        if ratio[lowest] < 0.0:
-            name = sweep.names.get(mode, f"mode {mode}, {hertz[lowest]:.4g} Hz")
-        if ratio[lowest] < depth:
-            _name_mode(axes, name, hertz[lowest], ratio[lowest], limits, colour)
+        named = int(np.argmin(ratio))
+        name = sweep.names.get(mode, f"mode {mode}, {hertz[named]:.4g} Hz")
+        if mode not in paths.growing:  # a partner is named where it is damped most
+            named = int(np.argmax(np.where(ratio < depth, ratio, -np.inf)))
+            name = f"mode {mode}"
+        if ratio[named] < depth:
+            right = 2 if hertz[named] < np.mean(limits) else -2
+            look: Any = {"fontsize": 7, "color": colour}
+            write_beside(axes, name, (hertz[named], ratio[named]), (right, -7), **look)
     axes.axhspan(-BELOW * depth, 0.0, color=RED, alpha=0.06, lw=0, zorder=0)
     axes.axhline(0.0, color="0.3", lw=0.6)
     axes.set(xlim=limits, ylim=(-BELOW * depth, ABOVE * depth))
     axes.set(xlabel="frequency [Hz]", ylabel="damping ratio [%]")
     first = sweep.steps[0].value
     last = sweep.steps[-1].value
-    swept = (
-        f"{symbol_of(sweep.parameter)} from {first:g} to {last:g} {unit_of(sweep.source)}".strip()
-    )
-    axes.set_title(f"{swept}: unstable below zero", loc="left")
+    swept = f"from {first:g} to {last:g} {unit_of(sweep.source)}".rstrip()
+    axes.set_title(f"{symbol_of(sweep.parameter)} {swept}: unstable below zero", loc="left")
     entries: list[Artist] = []
     if all_roots.real.max(initial=0.0) > 0.0:
         large = _round_down(fastest)
         for growth in (0.25 * large, large):
             diameter = math.sqrt(LARGEST * growth / fastest)
-            look: Any = {"marker": "o", "ls": "", "mfc": "0.4", "mew": 0.0, "alpha": 0.45}
+            look = {"marker": "o", "ls": "", "mfc": "0.4", "mew": 0.0, "alpha": 0.45}
             label = f"growth rate {growth:.4g} 1/s"
             entries.append(Line2D([], [], ms=diameter, label=label, **look))
     return entries
@@ -286,24 +288,6 @@ def _round_down(value: float) -> float:
     return math.floor(value / unit) * unit
 
 
-def _name_mode(
-    axes: Axes, name: str, hertz: float, ratio: float, limits: tuple[float, float], colour: str
-) -> None:
-    """Write the name of a mode below its lowest point, aligned so that it stays in the axis."""
-    share_of_axis = (hertz - limits[0]) / (limits[1] - limits[0])
-    alignment = ("left", "center", "right")[int(3 * share_of_axis)]
-    axes.annotate(
-        name,
-        (hertz, ratio),
-        (0, -7),
-        textcoords="offset points",
-        ha=alignment,
-        va="top",
-        fontsize=7,
-        color=colour,
-    )
-
-
 def _ratio(roots: np.ndarray) -> np.ndarray:
     """Damping ratios, %."""
     return -100 * roots.real / np.abs(roots)
@@ -312,32 +296,23 @@ def _ratio(roots: np.ndarray) -> np.ndarray:
 def _onset(
     paths: Paths, mode: int, thresholds: Thresholds | None
 ) -> float | tuple[float, float] | None:
-    """Where a mode begins to grow: a threshold where one is known, else two values of the sweep."""
-    first = int(np.argmax(_grows(paths.roots[mode])))
+    """Where a mode begins to grow: the threshold that is nearest in frequency where one is known,
+    else two values of the sweep; None where it grows from the first value on."""
+    roots = paths.roots[mode]
+    first = int(np.argmax(_grows(roots)))
     if not first:
         return None
     low, high = paths.at[mode][first - 1 : first + 1].tolist()
-    crossing = None
+    hertz = roots[first].imag / math.tau
+    onsets: dict[float, float] = {}  # by distance, Hz
     if thresholds is not None:
-        crossing = _crossing(thresholds, (low, high), paths.root_at(mode, high))
-    return (low, high) if crossing is None else crossing.mu
-
-
-def _crossing(
-    thresholds: Thresholds, interval: tuple[float, float], root: complex | None
-) -> Crossing | None:
-    """The threshold in an interval that is nearest in frequency to a root; None without one."""
-    low, high = interval
-    nearest = None
-    least = math.inf if root is None else ALONE * root.imag / math.tau
-    for crossing in thresholds.crossings:
-        if crossing.direction != "up" or not low <= crossing.mu <= high:
-            continue
-        distance = 0.0 if root is None else abs(crossing.frequency_hz - root.imag / math.tau)
-        if distance < least:
-            nearest = crossing
-            least = distance
-    return nearest
+        for crossing in thresholds.crossings:
+            if crossing.direction == "up" and low <= crossing.mu <= high:
+                onsets[abs(crossing.frequency_hz - hertz)] = crossing.mu
+    nearest = min(onsets, default=math.inf)
+    if nearest < ALONE * hertz:
+        return onsets[nearest]
+    return low, high
 
 
 def _draw_pair(
@@ -375,7 +350,7 @@ def _draw_pair(
 
 def draw_mode(axes: Axes, paths: Paths, mode: int, height: np.ndarray) -> None:
     """Draw a quantity of a mode over the parameter in its colour, thick where the mode grows."""
-    growing = np.where(paths.roots[mode].real > 0.0, height, np.nan)
+    growing = np.where(_grows(paths.roots[mode]), height, np.nan)
     look: Any = {"color": paths.colours[mode], "zorder": 2}
     axes.plot(paths.at[mode], height, lw=1.0, gid=f"pair {mode}", **look)
     axes.plot(paths.at[mode], growing, lw=2.4, **look)

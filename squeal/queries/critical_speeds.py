@@ -65,11 +65,6 @@ class CriticalSpeed:
     growth_rate: float
     damping_ratio: float
 
-    @property
-    def rpm(self) -> float:
-        """The speed in revolutions per minute."""
-        return RPM * self.speed
-
 
 class CampbellDiagram:
     """The roots of a rotor of n degrees of freedom over its speed (rad/s), ranked by frequency."""
@@ -178,7 +173,9 @@ class CriticalSpeeds(Answer):
     def table(self) -> Table:
         table = (
             Column("speed", "rad/s"),
-            *columns("rpm order frequency_hz mode direction"),
+            Column("rpm", value=lambda one: RPM * one.speed),
+            *columns("order frequency_hz direction"),
+            Column("mode", hidden=True),  # counted at this speed, else at one value of a sweep
             Column("growth_rate", "1/s"),
             *columns("damping_ratio%"),
         )
@@ -263,7 +260,10 @@ def critical_speeds(
         reduction, _ = analysis.reduced(np.linspace(low, high, SAMPLES).tolist())
         system = reduction.system
         basis = reduction.scaled.scale[:, None] * reduction.vectors
-    speeds = np.linspace(low, high, (STEPS if system.n <= FEW_ROWS else FEW_STEPS) + 1)
+    steps = STEPS
+    if system.n > FEW_ROWS:
+        steps = FEW_STEPS
+    speeds = np.linspace(low, high, steps + 1)
     diagram = CampbellDiagram(analysis.file, system, basis)
     critical = []
     for order in orders:

@@ -46,7 +46,7 @@ def with_unit(words: str, unit: str) -> str:
     >>> with_unit("speed", "rad/s"), with_unit("mu", "")
     ('speed, rad/s', 'mu')
     """
-    return f"{words}, {unit}" if unit else words
+    return ", ".join(filter(None, [words, unit]))
 
 
 def parameter_heading(name: str, others: Collection[str]) -> str:

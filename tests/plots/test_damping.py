@@ -165,7 +165,7 @@ def test_colours_of_modes_differ_for_every_kind_of_colour_vision():
     signals = np.array([to_rgb(colour) for colour in COLOURS])
     linear = np.where(signals <= 0.04045, signals / 12.92, ((signals + 0.055) / 1.055) ** 2.4)
     for name, matrix in sight.items():
-        seen = np.clip(linear @ np.transpose(matrix), 0.0, 1.0)
+        seen = np.clip(linear @ np.asarray(matrix, dtype=float).T, 0.0, 1.0)
         x, y, z = np.cbrt(seen @ np.transpose(to_xyz) / [0.9505, 1.0, 1.0888]).T
         lab = np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)]).T
         distances = np.linalg.norm(lab[:, None] - lab, axis=2)

@@ -290,9 +290,11 @@ def jeffcott(speed):
     """A Jeffcott rotor of 100 rad/s: 4 of outer and 2 of inner damping, limit 100 (1 + 4 / 2)."""
     skew = np.array([[0.0, 1.0], [-1.0, 0.0]])
     K = {"1": 2e4 * np.eye(2), "speed": 2.0 * skew}
-    given = {"parameters": {"speed": speed}, "parameter": "speed"}
+    at = {"speed": speed}
     labels = ((1, 1), (1, 2))
-    return squeal.System(2 * np.eye(2), 6 * np.eye(2), K, labels=labels, name="jeffcott", **given)
+    return squeal.System(
+        2 * np.eye(2), 6 * np.eye(2), K, at, "speed", labels=labels, name="jeffcott"
+    )
 
 
 def test_the_page_of_a_rotor_has_its_critical_speeds_and_its_limit():
@@ -313,9 +315,12 @@ def test_the_page_of_a_rotor_has_its_critical_speeds_and_its_limit():
         root = roots[np.argmax(sign * roots.imag)]
         assert sign * root.imag == pytest.approx(one.speed, rel=1e-9)
         assert root.real == pytest.approx(one.growth_rate, rel=1e-6)
-        assert one.rpm == pytest.approx(one.speed * 60 / (2 * np.pi), rel=1e-15)
+    for row in report.critical.to_records():
+        assert row["rpm"] == pytest.approx(row["speed"] * 60 / (2 * np.pi), rel=1e-15)
     line = report.critical_line
-    assert line.startswith("Critical speeds up to 400 rad/s (3820 rpm): 99.99 rad/s (954.8 rpm, ")
+    assert line.startswith(
+        "Critical speeds up to speed = 400 rad/s (3820 rpm): 99.99 rad/s (954.8 rpm) "
+    )
     text = reports.page(report)
     assert line in text
     assert "Mode 2 grows alone, no other mode meets it: speed, a skew-symmetric" in text
