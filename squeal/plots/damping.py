@@ -358,7 +358,7 @@ def draw_mode(axes: Axes, paths: Paths, mode: int, height: np.ndarray) -> None:
 
 def _name_beginning(axes: Axes, paths: Paths, mode: int, up: float) -> None:
     """Write the number of a mode above (up > 0) or below the beginning of its frequency."""
-    point = (paths.at[mode][0], paths.height(paths.roots[mode][0]))
+    point = (paths.at[mode][0], paths.roots[mode][0].imag / math.tau)
     look: Any = {"color": paths.colours[mode], "fontsize": 7}
     write_beside(axes, f"mode {mode}", point, (4, up), **look)
 
