@@ -32,6 +32,7 @@ from squeal.queries.sensitivity import sensitivity
 from squeal.queries.sweep import eigenvalue_paths
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.thresholds import thresholds
+from squeal.queries.whirl import BACKWARD, FORWARD
 from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
@@ -190,7 +191,7 @@ class Report(Answer):
         of_pairs = False
         for mode in spectrum.unstable[:NAMED]:
             percent = rounded(-100.0 * mode.damping_ratio, 2, math.ceil)
-            partner = partner_of(spectrum, mode)
+            partner = self._partner(mode)
             name = self._name(mode)
             if partner is not None:
                 of_pairs = True
@@ -226,9 +227,21 @@ class Report(Answer):
             return f"the mode at {hertz}"
         return f"mode {number_of_mode} ({hertz})"
 
+    def _partner(self, mode: UnstableMode) -> int | None:
+        """The mode with which a growing one has met; None of a whirl beside one that turns against
+        it, which may have one frequency without feeding each other."""
+        spectrum = self.eigenvalues
+        partner = partner_of(spectrum, mode)
+        for other, root in spectrum.of_modes:
+            if other == partner:
+                whirls = {self._whirl(spectrum.value, one) for one in (mode.root, root.value)}
+                if whirls == {FORWARD, BACKWARD}:
+                    return None
+        return partner
+
     def _meeting(self, mode: UnstableMode) -> str:
         """The mode with which a growing one couples, and from where on; empty if there is none."""
-        partner = partner_of(self.eigenvalues, mode)
+        partner = self._partner(mode)
         if partner is None:
             return ""
         lower, upper = sorted([partner, self.eigenvalues.mode_of(mode) or 0])

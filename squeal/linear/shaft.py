@@ -51,8 +51,8 @@ def _skew_part(system: TermSystem, term: Term, speed: float) -> Iterable[Matrix]
 def unit_of_parameter(system: TermSystem) -> str:
     """rad/s where the free parameter is the speed of a shaft, else "".
 
-    It is where a skew term of C is proportional to it, as a gyroscopic one, and where it is called
-    as in `SPEEDS` and such a term stands in K.
+    It is where a skew term of C is proportional to it, as a gyroscopic one, but for a friction mu,
+    and where it is called as in `SPEEDS` and such a term stands in K.
 
     Examples
     --------
@@ -63,7 +63,9 @@ def unit_of_parameter(system: TermSystem) -> str:
     """
     name = system.parameter
     speed = system.parameters[name] or 1.0
-    terms = list(system.C)
+    terms: list[Term] = []
+    if name != "mu":
+        terms += system.C
     if name in SPEEDS:
         terms += system.K
     for term in terms:
