@@ -16,12 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from squeal import __version__
-from squeal.errors import ComputationError
+from squeal.errors import ComputationError, InputError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked, write_text
-from squeal.linear import GROWING, UnstableMode
+from squeal.linear import GROWING, CriticalPoint, UnstableMode
+from squeal.linear.shaft import speed_words
 from squeal.queries.check import Check, check
+from squeal.queries.critical_speeds import CriticalSpeeds, critical_speeds
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import Energy, energy
 from squeal.queries.options import Subject, upper_end
@@ -30,15 +32,18 @@ from squeal.queries.sensitivity import sensitivity
 from squeal.queries.sweep import eigenvalue_paths
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.thresholds import thresholds
+from squeal.queries.whirl import BACKWARD, FORWARD
 from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
+from squeal.results.sources import unit_of
 from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Positive, public
 
 COLUMNS = 3  # modes in the table of terms
 NAMED = 3  # modes or parameters in a sentence
+MOST_SPEEDS = 6  # critical speeds in a sentence
 TIMES = 3.0  # from which on a value is so many times another one, not so many % above it
 NOISE = 1e-3  # of the strongest effect: weaker ones are noise to a reader, and left out
 OF_CONTACT = {"contact", "tangential"}  # parameters of an exported or joined brake
@@ -64,7 +69,7 @@ class Report(Answer):
     the eigenvalues; onset: sensitivity of the first loss of stability, None where several modes are
     lost at once; check: what the matrices are, None of a scene; energy: what feeds each mode;
     search: the change that stops all modes that grow, and what other parameters do to these;
-    subject: the scene or system.
+    subject: the scene or system; critical: critical speeds where the parameter is that of a shaft.
 
     Examples
     --------
@@ -87,6 +92,7 @@ class Report(Answer):
     energy: Energy
     search: RemedySearch
     subject: Any = field(repr=False)
+    critical: CriticalSpeeds | None = None
 
     @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -146,7 +152,7 @@ class Report(Answer):
         if spectrum.extent:
             words += f" from {spectrum.extent}"
         if spectrum.depends:
-            words += f" at {spectrum.parameter} = {number(spectrum.value, 4)}"
+            words += f" at {self._at(spectrum.value)}"
         words += self._distance_to_loss()
         if self._is_of_band_alone() and not spectrum.beside:
             words += " Nothing outside of the band was looked at."
@@ -162,18 +168,17 @@ class Report(Answer):
         """The end of a sentence on a brake of which nothing grows: where stability is lost."""
         first = self.thresholds.first
         value = self.eigenvalues.value
-        parameter = self.thresholds.parameter
         if self.thresholds.verdict in GROWING:
-            return f"; unstable at {parameter} = {number(self.thresholds.low, 4)}."
+            return f"; unstable at {self._at(self.thresholds.low)}."
         if first is None:
-            return f"; no loss of stability up to {parameter} = {number(self.thresholds.high, 4)}."
+            return f"; no loss of stability up to {self._at(self.thresholds.high)}."
         hertz = f", {number(first.frequency_hz, 4)} Hz" if first.frequency_hz else ""
         loss = f"({number(first.mu, 4)}{hertz})"
         if value >= first.mu:
             return f", beyond a range without stability that begins at {loss[1:-1]}."
         if value <= 0.0:
             hertz = f" at {number(first.frequency_hz, 4)} Hz" if first.frequency_hz else ""
-            return f"; unstable above {parameter} = {number(first.mu, 4)}: {first.kind}{hertz}."
+            return f"; unstable above {self._at(first.mu)}: {self._lost(first)}{hertz}."
         percent = number(100.0 * (1.0 - value / first.mu), 3)
         return f", {percent} % below the first loss {loss}."
 
@@ -186,7 +191,7 @@ class Report(Answer):
         of_pairs = False
         for mode in spectrum.unstable[:NAMED]:
             percent = rounded(-100.0 * mode.damping_ratio, 2, math.ceil)
-            partner = partner_of(spectrum, mode)
+            partner = self._partner(mode)
             name = self._name(mode)
             if partner is not None:
                 of_pairs = True
@@ -209,9 +214,10 @@ class Report(Answer):
         first = self.thresholds.first
         if first is None or first.mu >= spectrum.value or self.thresholds.verdict in GROWING:
             return ""
-        limit = f"{spectrum.parameter} below {rounded(first.mu, 4, math.floor)}"
-        bound = f"{limit}; it is {number(spectrum.value, 4)}."
-        return f"Keep {bound}"
+        limit = rounded(first.mu, 4, math.floor)
+        words = speed_words(float(limit), unit_of(spectrum.source))
+        bound = f"{spectrum.parameter} below {limit}{words}"
+        return f"Keep {bound}; it is {number(spectrum.value, 4)}."
 
     def _name(self, mode: UnstableMode) -> str:
         """A mode by its number and frequency."""
@@ -221,15 +227,27 @@ class Report(Answer):
             return f"the mode at {hertz}"
         return f"mode {number_of_mode} ({hertz})"
 
+    def _partner(self, mode: UnstableMode) -> int | None:
+        """The mode with which a growing one has met; None of a whirl beside one that turns against
+        it, which may have one frequency without feeding each other."""
+        spectrum = self.eigenvalues
+        partner = partner_of(spectrum, mode)
+        for other, root in spectrum.of_modes:
+            if other == partner:
+                whirls = {self._whirl(spectrum.value, one) for one in (mode.root, root.value)}
+                if whirls == {FORWARD, BACKWARD}:
+                    return None
+        return partner
+
     def _meeting(self, mode: UnstableMode) -> str:
         """The mode with which a growing one couples, and from where on; empty if there is none."""
-        partner = partner_of(self.eigenvalues, mode)
+        partner = self._partner(mode)
         if partner is None:
             return ""
         lower, upper = sorted([partner, self.eigenvalues.mode_of(mode) or 0])
         words = f"modes {lower} and {upper} come together and feed each other"
         if mode.onset is not None:
-            words += f" from {self.eigenvalues.parameter} = {number(mode.onset, 4)} on"
+            words += f" from {self._at(mode.onset)} on"
         return f"{words}; "
 
     @property
@@ -307,19 +325,47 @@ class Report(Answer):
                 sentences.append(f"Raising {name} slows {mode}, but moves the onset down.")
         return " ".join(sentences[:NAMED])
 
+    def _at(self, value: float) -> str:
+        """A value of the parameter, with the unit where it is a speed."""
+        end = speed_words(value, unit_of(self.thresholds.source))
+        return f"{self.thresholds.parameter} = {number(value, 4)}{end}"
+
+    def _whirl(self, speed: float, root: complex) -> str:
+        """The direction of a mode of a rotor at a speed, such as forward; empty where unknown."""
+        if self.critical is None:
+            return ""
+        return self.critical.diagram.direction(speed, root) or ""
+
+    def _lost(self, first: CriticalPoint) -> str:
+        """What happens at the first loss: of a rotor the whirl that begins to grow."""
+        whirl = self._whirl(first.mu, complex(0.0, math.tau * (first.frequency_hz or 0.0)))
+        return f"{whirl} whirl begins to grow" if whirl else first.kind
+
+    @property
+    def critical_line(self) -> str:
+        """The critical speeds of a rotor in a sentence; empty of what is none."""
+        if self.critical is None:
+            return ""
+        speeds = []
+        for one in self.critical.critical[:MOST_SPEEDS]:
+            words = f"{number(one.speed, 4)}{speed_words(one.speed, 'rad/s')}"
+            speeds.append(f"{words} {one.direction or ''}".rstrip())
+        more = len(self.critical.critical) - MOST_SPEEDS
+        if more > 0:
+            speeds.append(f"{more} more")
+        end = self._at(self.critical.high)
+        return f"Critical speeds up to {end}: {', '.join(speeds) or 'none'}."
+
     @property
     def loss(self) -> str:
         """The first loss of stability in a line."""
         first = self.thresholds.first
-        parameter = self.thresholds.parameter
         where = " within the band" if self.eigenvalues.extent else ""
         if self.thresholds.verdict in GROWING:
-            return f"Unstable from {parameter} = {number(self.thresholds.low, 4)} on"
+            return f"Unstable from {self._at(self.thresholds.low)} on"
         if first is None:
-            high = number(self.thresholds.high, 4)
-            return f"No loss of stability{where} up to {parameter} = {high}"
-        line = f"Stability is first lost{where} at {parameter} = {number(first.mu, 4)}: "
-        line += first.kind
+            return f"No loss of stability{where} up to {self._at(self.thresholds.high)}"
+        line = f"Stability is first lost{where} at {self._at(first.mu)}: {self._lost(first)}"
         if first.frequency_hz:
             line += f" at {number(first.frequency_hz, 4)} Hz"
         return line
@@ -331,7 +377,7 @@ class Report(Answer):
         value = self.eigenvalues.value
         if first is None or first.mu <= 0.0 or value == 0.0:
             return ""
-        own_value = f"{self.eigenvalues.parameter} = {number(value, 4)}"
+        own_value = self._at(value)
         if value >= TIMES * first.mu:
             return f"{own_value} is {number(value / first.mu, 2)} times that."
         percent = 100.0 * (value / first.mu - 1.0)
@@ -352,7 +398,7 @@ class Report(Answer):
         return self.eigenvalues.growing
 
     def parts(self) -> Sequence[str | Table]:
-        lines = [self.verdict, self.eigenvalues.beside, self.loss, self.margin]
+        lines = [self.verdict, self.eigenvalues.beside, self.loss, self.margin, self.critical_line]
         advice = "\n".join([self.advice, *self.reasons, *self.thresholds.seat])
         return [self.name, "\n".join(filter(None, lines)), self.table(), advice]
 
@@ -380,6 +426,7 @@ class Report(Answer):
             **self.sensitivity.to_dict(),
             "onset_sensitivity": self.onset and self.onset.to_dict()["sensitivity"],
             "check": self.check and self.check.to_dict(),
+            "critical_speeds": self.critical and self.critical.table().records(),
         }
 
     def save(self, path: Path | str, inputs: Sequence[Any] = (), **drawn: Any) -> None:
@@ -466,12 +513,26 @@ def report(
         energy=energy(spectrum, parts),
         search=find_remedy(spectrum, of_modes, end, options),
         subject=subject,
+        critical=_critical_speeds(subject, losses, band, memory),
     )
+
+
+def _critical_speeds(
+    subject: Subject, losses: Thresholds, band: tuple[float, float] | None, memory: Positive | None
+) -> CriticalSpeeds | None:
+    """The critical speeds in the range of the thresholds; None where the parameter is no speed of a
+    shaft, and of complex matrices."""
+    if unit_of(losses.source):
+        with suppress(InputError):
+            return critical_speeds(subject, losses.high, losses.low, band=band, memory=memory)
+    return None
 
 
 def page(report: Report, inputs: Sequence[Any] = ()) -> str:
     """The page as HTML text; `inputs` are the files behind it."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined  # a page alone needs it
+    from jinja2 import Environment, PackageLoader, StrictUndefined  # a page alone needs these
+
+    from squeal.plots.damping import Paths
 
     spectrum = report.eigenvalues
     state = "open"  # the CSS class of the headline, which colours it
@@ -479,13 +540,18 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
         state = "grows"
     elif spectrum.certified and not spectrum.extent:  # a brake may squeal outside of a band
         state = "stable"
+    paths = _chart(report)
     loader = PackageLoader("squeal")
     template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    modes = Paths(paths)
     text = template.get_template("report.html").render(
         report=report,
+        modes=modes,
+        grows_alone=len(modes.pair) == 1 and modes.pair[0] in _growing(report),
         state=state,
         numbering=_numbering(spectrum),
-        chart=_figure(_chart(report), report.name, damping=True, thresholds=report.thresholds),
+        chart=_figure(paths, report.name, damping=True, thresholds=report.thresholds),
+        campbell=report.critical and _figure(report.critical, report.name, paths=paths),
         feeds=_feeds(report),
         moves=_effects_on_growing(report),
         moves_onset=_effects_on_onset(report),
@@ -549,7 +615,7 @@ def _chart(report: Report) -> Sweep:
     """The eigenvalue paths up to a little more than the parameter's own value."""
     searched = report.thresholds
     high = min(CHART * report.eigenvalues.value, searched.high)
-    if high <= searched.low:
+    if high <= searched.low or report.critical is not None:  # a rotor runs up through its speeds
         high = searched.high
     spectrum = report.eigenvalues
     names: dict[int, str] = {}  # at the own value, as the text has them
@@ -557,7 +623,9 @@ def _chart(report: Report) -> Sweep:
         number_of_mode = spectrum.mode_of(mode)
         if number_of_mode is not None:
             hertz = number(mode.frequency_hz, 4)
-            names[number_of_mode] = f"mode {number_of_mode}, {hertz} Hz"
+            whirl = report._whirl(spectrum.value, mode.root)
+            parts = [f"mode {number_of_mode}", f"{hertz} Hz", whirl]
+            names[number_of_mode] = ", ".join(filter(None, parts))
     return eigenvalue_paths(searched, searched.low, high).named(names)
 
 
@@ -705,8 +773,14 @@ def _not_answered(report: Report) -> Iterator[str]:
         yield f"{report.sensitivity.note}."
     low = number(report.thresholds.low)
     high = number(report.thresholds.high)
-    yield f"Values of {report.thresholds.parameter} outside of {low} to {high}."
+    unit = unit_of(report.thresholds.source)
+    yield (
+        f"Values of {report.thresholds.parameter} outside of {low} to {high} {unit}".rstrip() + "."
+    )
     yield "Other values of the other parameters: `squeal scatter` draws them from ranges."
+    if unit:
+        yield "Whirl of finite size, and the response to an unbalance."
+        return
     yield (
         "Motion of finite size: this is linear stability of steady sliding. Lost contact, limit "
         "cycles and loudness need a simulation."

@@ -128,7 +128,7 @@ OPTIONS = {
         "--sweep --mu", "A:B:N", "values of mu or of the free parameter", sweep_values),
     "high": Option(
         "--max --mu-max", "VALUE",
-        "upper end of the range (2 of mu, or the parameter's own value above 2)", NUMBER),
+        "upper end of the range (2 of mu or its value above that, else twice the value)", NUMBER),
     "n": Option("--n", "N", "points a side (200; of a system 41)", whole(2, 4000)),
     "first": Option(
         "--first", "NAME:LOW:HIGH[:log]", "first parameter and range (alpha1:0:pi)", axis),

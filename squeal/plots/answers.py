@@ -184,6 +184,7 @@ OF_WHOLE_FIGURES = {
     "high",
     "scene",
     "inputs",
+    "paths",
 }
 DRAWN: dict[type[Answer], Callable[..., Drawing]] = {
     Eigenvalues: _eigenvalues,

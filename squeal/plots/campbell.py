@@ -1,5 +1,6 @@
 """Campbell diagram: whirl frequencies over the speed, lines of its multiples, critical speeds."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -7,63 +8,86 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from squeal.linear.shaft import RPM, speed_words
+from squeal.plots.damping import Paths, draw_mode
 from squeal.plots.maps import symbol_of
 from squeal.plots.modes import RED, RING
-from squeal.plots.style import DOUBLE, Drawing, origin, style, write_beside
+from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, style, write_beside
 from squeal.queries.critical_speeds import CriticalSpeeds
+from squeal.results.sweep import Sweep
 
 MARKS = {"forward": "^", "backward": "v", "mixed": "D", None: "o"}
 NAMED = 8  # critical speeds that stand in words beside their marks
-RPM = 60 / (2 * np.pi)  # revolutions per minute of 1 rad/s
-REACH = 3.0  # a growing frequency above so many times the highest critical one stays outside
+REACH = 6.0  # a growing frequency above so many times the highest critical one stays outside
 ABOVE = 1.05  # shown frequencies over the highest one that grows
 MARGIN = 1.6  # shown frequencies over the highest critical one
 NAMED_AT = 1.4  # share of that frequency at which the line of a multiple is named, at most
+ROOM = 0.25  # of the axis: left of a mark so far to the right is room for its name
+BISECTIONS = 16  # of a step of the speed, in which growth begins
 
 
-def campbell_drawing(answer: CriticalSpeeds, name: str) -> Drawing:
-    """Draw a Campbell diagram: frequencies as dots over the speed, those of growing modes in red.
+def campbell_drawing(
+    answer: CriticalSpeeds,
+    name: str,
+    paths: Sweep | None = None,
+    width: str = "page",
+) -> Drawing:
+    """Draw a Campbell diagram: frequencies over the speed, thick and red where a mode grows.
 
     Critical speeds are marks that point up for forward whirl and down for backward whirl, diamonds
-    where parts of the rotor differ.
+    where parts of the rotor differ; so are the ends of the lines.
+
+    Parameters
+    ----------
+    answer : CriticalSpeeds
+        What is drawn.
+    name : str
+        The rotor, for the alternative text.
+    paths : Sweep, optional
+        Of the same rotor: modes that grow have the colours and numbers of its chart of damping.
+    width : {"page", "column"}
+        Of the figure.
     """
     if answer.critical:
         highest = max(critical.frequency_hz for critical in answer.critical)
     else:
-        highest = max(answer.orders) * answer.high / (2 * np.pi)
+        highest = max(answer.orders) * answer.high / math.tau
     top = MARGIN * highest
     growing_hz = answer.frequencies_hz[answer.growing]
     growing_hz = growing_hz[growing_hz <= REACH * highest]
     top = max(top, ABOVE * float(growing_hz.max(initial=0.0)))  # over the whole range of speed
     with style():
-        figure = Figure(figsize=(DOUBLE, 3.2))
+        figure = Figure(figsize=(DOUBLE, 3.4))
+        if width == "column":
+            figure.set_size_inches(SINGLE, 3.0)
         axes = figure.add_subplot()
+        axes.tick_params(top=False)
+        rpm = axes.secondary_xaxis(
+            "top", functions=(lambda x: np.multiply(x, RPM), lambda x: np.divide(x, RPM))
+        )
+        rpm.set_xlabel(f"{symbol_of(answer.parameter)} [rpm]")
         _draw_frequencies(axes, answer, top)
         for order in answer.orders:
             _draw_multiple(axes, answer, order, highest)
-        for k, critical in enumerate(answer.critical):
-            axes.plot(
-                critical.speed,
-                critical.frequency_hz,
-                MARKS[critical.direction],
-                mfc="white",
-                mec="black",
-                ms=5.5,
-                zorder=4,
-            )
-            if k < NAMED:
+        named: list[str] = []
+        for critical in answer.critical:
+            point = (critical.speed, critical.frequency_hz)
+            axes.plot(*point, MARKS[critical.direction], mfc="w", mec="k", ms=5.5, zorder=4)
+            text = f"{critical.speed:.4g}{speed_words(critical.speed, 'rad/s')}"
+            if text not in named and len(named) < NAMED:
                 # on alternating sides, so that names of neighbours do not meet
-                point = (critical.speed, critical.frequency_hz)
-                offset = (-4, 4) if k % 2 == 0 else (4, -4)
-                rpm = critical.speed * RPM
-                text = f"{critical.speed:.4g} rad/s ({rpm:.4g} rpm)"
-                write_beside(axes, text, point, offset, fontsize=7)
+                is_left = len(named) % 2 == 0 and critical.speed > ROOM * answer.high
+                write_beside(axes, text, point, (-4, 4) if is_left else (4, -4), fontsize=7)
+                named.append(text)
         axes.set(xlim=(answer.low, answer.high), ylim=(0.0, top))
         axes.set(xlabel=f"{symbol_of(answer.parameter)} [rad/s]", ylabel="frequency [Hz]")
         _name_onset(axes, answer, top)
-        entries = _entries(answer)
+        if paths is not None:
+            _draw_named_modes(axes, paths, top)
+        directions = _mark_directions(axes, answer, top)
+        entries = _entries(answer, directions)
         if entries:
-            figure.legend(handles=entries, loc="outside upper center", ncols=5)
+            figure.legend(handles=entries, loc="outside lower center", ncols=3)
     speeds = []
     for critical in answer.critical:
         direction = critical.direction or "no direction"
@@ -76,13 +100,39 @@ def campbell_drawing(answer: CriticalSpeeds, name: str) -> Drawing:
 
 
 def _draw_frequencies(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
-    """Draw frequencies up to `top` (Hz) as dots over the speed, red where the mode grows."""
-    is_shown = answer.frequencies_hz <= top
-    speeds = np.broadcast_to(answer.speeds[:, None], is_shown.shape)
-    decays = is_shown & ~answer.growing
-    grows = is_shown & answer.growing
-    axes.scatter(speeds[decays], answer.frequencies_hz[decays], s=1.2, color="0.25", lw=0)
-    axes.scatter(speeds[grows], answer.frequencies_hz[grows], s=4.0, color=RED, lw=0)
+    """Draw frequencies up to `top` (Hz) over the speed, red and thick where the mode grows."""
+    for hertz, grows in zip(answer.frequencies_hz.T, answer.growing.T, strict=True):
+        if hertz.min() <= top:
+            axes.plot(answer.speeds, hertz, color="0.45", lw=0.7, zorder=1)
+            axes.plot(answer.speeds, np.where(grows, hertz, np.nan), color=RED, lw=2.0, zorder=2)
+
+
+def _draw_named_modes(axes: Axes, sweep: Sweep, top: float) -> None:
+    """Draw and name the modes that have a colour, up to a frequency (Hz)."""
+    paths = Paths(sweep)
+    for mode, colour in paths.colours.items():
+        hertz = paths.roots[mode].imag / math.tau
+        draw_mode(axes, paths, mode, hertz)
+        middle = len(hertz) // 2
+        if hertz[middle] <= top:
+            point = (paths.at[mode][middle], hertz[middle])
+            write_beside(axes, f"mode {mode}", point, (4, -4), fontsize=7, color=colour)
+
+
+def _mark_directions(axes: Axes, answer: CriticalSpeeds, top: float) -> set[str | None]:
+    """Mark the direction of each whirl up to `top` (Hz) where its line ends; returns those."""
+    speed = float(answer.speeds[-1])
+    directions: set[str | None] = set()
+    for root in answer.diagram.ranked_roots(speed).tolist():
+        hertz = root.imag / math.tau
+        direction = None
+        if 0.0 < hertz <= top:
+            direction = answer.diagram.direction(speed, root)
+        if direction is not None:
+            directions.add(direction)
+            look: Any = {"mfc": "0.45", "mec": "none", "ms": 4.5, "clip_on": False}
+            axes.plot(speed, hertz, MARKS[direction], zorder=3, gid=f"end {direction}", **look)
+    return directions
 
 
 def _draw_multiple(axes: Axes, answer: CriticalSpeeds, order: float, highest: float) -> None:
@@ -91,9 +141,9 @@ def _draw_multiple(axes: Axes, answer: CriticalSpeeds, order: float, highest: fl
     order: which multiple; highest: the frequency (Hz) that the figure has to show.
     """
     ends = np.array([answer.low, answer.high])
-    axes.plot(ends, order * ends / (2 * np.pi), color=RING, lw=0.9, ls="--", zorder=0)
-    speed = min(answer.high, 2 * np.pi * NAMED_AT * highest / order)
-    point = (speed, order * speed / (2 * np.pi))
+    axes.plot(ends, order * ends / math.tau, color=RING, lw=0.9, ls="--", zorder=0)
+    speed = min(answer.high, math.tau * NAMED_AT * highest / order)
+    point = (speed, order * speed / math.tau)
     write_beside(axes, f"{order:g}x", point, (-6, 3), color=RING)
 
 
@@ -106,18 +156,24 @@ def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
     first = speeds[0]
     speed = float(answer.speeds[first])
     hertz = float(answer.frequencies_hz[first][grows[first]].min())
-    text = f"unstable from {speed:.4g} rad/s on, {hertz:.4g} Hz"
     if first > 0:
         below = float(answer.speeds[first - 1])
-        rpm = f"{below * RPM:.4g} to {speed * RPM:.4g} rpm"
-        text = f"growth begins: {below:.4g} to {speed:.4g} rad/s ({rpm}), {hertz:.4g} Hz"
+        for _ in range(BISECTIONS):
+            middle = (below + speed) / 2
+            roots = answer.diagram.ranked_roots(middle)
+            if roots.real[roots.imag <= math.tau * top].max() > 0.0:
+                speed = middle
+            else:
+                below = middle
+        speed = below  # rounded down, as a limit is
+    text = f"unstable from {speed:.4g}{speed_words(speed, 'rad/s')} on, {hertz:.4g} Hz"
     up = 28 if hertz < 0.8 * top else -28  # so that a slope does not cross it
     write_beside(axes, text, (speed, hertz), (4, up), fontsize=7, color=RED)
 
 
-def _entries(answer: CriticalSpeeds) -> list[Line2D]:
-    """What a legend shows of the marks that are drawn."""
-    drawn = {critical.direction for critical in answer.critical}
+def _entries(answer: CriticalSpeeds, ends: set[str | None]) -> list[Line2D]:
+    """What a legend shows of the marks that are drawn; ends: directions of whirls at the end."""
+    drawn = {critical.direction for critical in answer.critical} | ends
     entries = []
     for direction, mark in MARKS.items():
         if direction in drawn:
@@ -125,5 +181,5 @@ def _entries(answer: CriticalSpeeds) -> list[Line2D]:
             look: Any = {"ls": "", "marker": mark, "mfc": "white", "mec": "black"}
             entries.append(Line2D([], [], label=name, **look))
     if answer.growing.any():
-        entries.append(Line2D([], [], ls="", marker=".", color=RED, label="unstable"))
+        entries.append(Line2D([], [], color="0.3", lw=2.4, label="thick: unstable"))
     return entries

@@ -29,6 +29,7 @@ from squeal.plots.style import (
     write_beside,
 )
 from squeal.results.columns import onset_column
+from squeal.results.sources import unit_of
 from squeal.results.sweep import Step, Sweep
 from squeal.results.thresholds import Thresholds
 
@@ -128,7 +129,7 @@ class _Roots(NamedTuple):
         return _Roots(self.at[which], self.values[which], self.grow[which], self.numbers[which])
 
 
-def _panels(parameter: str, roots: _Roots, ends: tuple[float, float]) -> _Panels:
+def _panels(parameter_label: str, roots: _Roots, ends: tuple[float, float]) -> _Panels:
     """Make empty panels over the parameter, from `ends`[0] to `ends`[1], and the root locus.
 
     The axes of growth show all roots that grow; roots that decay faster lie outside.
@@ -143,7 +144,6 @@ def _panels(parameter: str, roots: _Roots, ends: tuple[float, float]) -> _Panels
     upper = figure.add_subplot(grid[0, 0])
     locus = figure.add_subplot(grid[:, 1])
     lower = figure.add_subplot(grid[1, 0], sharex=upper)
-    parameter_label = friction_symbol(parameter)
     limits = frequency_limits(values)
     upper.set(xlim=ends, ylim=limits, ylabel=FREQUENCY)
     upper.tick_params(labelbottom=False)
@@ -290,7 +290,8 @@ def sweep_drawing(
     spans = _spans(sweep, thresholds, (low, high))
     roots = _Roots.of(sweep)
     with style():
-        panels = _panels(parameter, roots, (low, high))
+        label = friction_symbol(parameter, unit_of(sweep.source))
+        panels = _panels(label, roots, (low, high))
         upper_roots = roots.select(_is_upper(roots.values))
         _draw_modes(panels, upper_roots)
         entries: dict[str, Artist] = {}

@@ -1,7 +1,6 @@
 """Damping ratio over frequency through a sweep, and beside it the two modes that meet."""
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from squeal.linear.events import Crossing
+from squeal.linear.shaft import speed_words
 from squeal.plots.maps import friction_symbol, symbol_of
 from squeal.plots.modes import RED
 from squeal.plots.style import (
@@ -20,8 +19,9 @@ from squeal.plots.style import (
     frequency_limits,
     origin,
     style,
+    write_beside,
 )
-from squeal.results.sources import PadSource, Source
+from squeal.results.sources import PadSource, unit_of
 from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Place, Word
@@ -29,10 +29,13 @@ from squeal.schema import Place, Word
 COLOURS = ("#C8380E", "#0072B2", "#6A1B7B", "#009E73", "#E69F00", "#56B4E9")
 """Of modes that grow, the fastest first, and of the partners that they meet."""
 LARGEST = 160.0  # points squared: the bubble of the fastest growth
-BUBBLES = 20  # of a mode, at most
+SPACING = 0.05  # of the axes: bubbles of a mode do not merge
 BELOW = 1.35  # shown damping ratios below zero, over the depth of the lowest one
 GROWS = 1e-9  # of |lambda|: a growth rate below is rounding
 NEAREST = 0.1  # of the frequency: no partner is farther from a mode where it grows fastest
+NEARER = 0.5  # of their first distance: two frequencies nearer than that come together
+TWINS = 0.05  # of the frequency: so near are the two whirls of a shaft on unlike bearings
+FED = 0.25  # of the rise of a growth rate: that of a partner falls by as much at least
 ABOVE = 1.4  # shown damping ratios above zero, over the depth of the lowest one
 MET = 0.05  # of their first distance: two frequencies have met where they are nearer
 ALONE = 0.2  # of the frequency: a threshold farther from a mode is none of it
@@ -40,19 +43,34 @@ WIDTHS = ("page", "column")
 """A chart over the width of a page has its panels side by side; in a column one is below."""
 
 
-class _Paths:
-    """Values of the parameter and roots with Im >= 0 of each mode of a sweep, by rising value."""
+class Paths:
+    """The modes of a sweep with Im >= 0, by rising value of the parameter, and their colours.
+
+    at, roots: values and roots of each mode by its number; growing: modes that grow somewhere, the
+    fastest first; pair: the fastest and, if it has met another one, its partner; colours: of both
+    and of what grows.
+    """
 
     def __init__(self, sweep: Sweep) -> None:
-        values: dict[int, list[float]] = {}
-        roots: dict[int, list[complex]] = {}
-        for step in sweep.steps:
-            for root, mode in zip(step.eigenvalues, step.numbers, strict=True):
-                if mode and root.value.imag > 0.0:
-                    values.setdefault(mode, []).append(step.value)
-                    roots.setdefault(mode, []).append(root.value)
-        self.at = {mode: np.array(path) for mode, path in values.items()}
-        self.roots = {mode: np.array(path) for mode, path in roots.items()}
+        self.values = values = np.array([step.value for step in sweep.steps])
+        whole: dict[int, np.ndarray] = {}  # NaN where a mode is not known
+        number_behind = _behind_meetings(sweep)
+        for k, step in enumerate(sweep.steps):
+            for number, root in step.root_of_mode().items():
+                if root.value.imag > 0.0:
+                    mode = number_behind.get(number, number)
+                    path = whole.setdefault(mode, np.full(len(values), np.nan, dtype=complex))
+                    path[k] = root.value
+        self.whole = whole
+        self.at = {mode: values[np.isfinite(path)] for mode, path in whole.items()}
+        self.roots = {mode: path[np.isfinite(path)] for mode, path in whole.items()}
+        growing = [mode for mode, roots in self.roots.items() if _grows(roots).any()]
+        self.growing = sorted(growing, key=self.growth, reverse=True)
+        self.pair = self.growing[:1]
+        for lead in self.growing[:1]:
+            self.pair += self._partners(lead, is_speed=bool(unit_of(sweep.source)))[:1]
+        coloured = dict.fromkeys([*self.pair, *self.growing])  # each once
+        self.colours = dict(zip(coloured, COLOURS, strict=False))  # beyond these grey
 
     def root_at(self, mode: int, value: float) -> complex | None:
         """The root of a mode at a value, interpolated; None where its path does not reach."""
@@ -61,53 +79,68 @@ class _Paths:
             return None
         return complex(np.interp(value, at, self.roots[mode]))
 
-    def meeting(self, pair: Sequence[int]) -> float | None:
-        """The first value at which the frequencies of two modes have met; None if they never do."""
-        first, second = pair
-        values, of_first, of_second = np.intersect1d(
-            self.at[first], self.at[second], return_indices=True
-        )
-        if not values.size:
-            return None
-        upper = self.roots[first].imag[of_first]
-        distances = np.abs(upper - self.roots[second].imag[of_second])
-        have_met = distances < MET * distances[0]
-        return float(values[np.argmax(have_met)]) if have_met.any() else None
+    def meeting(self) -> float | None:
+        """The first value at which the frequencies of the pair have met; None if they never do."""
+        first, second = self.pair
+        distances = np.abs((self.whole[first] - self.whole[second]).imag)
+        met = self.values[distances < MET * distances[np.isfinite(distances)][0]]
+        return float(met[0]) if met.size else None
+
+    def height(self, roots: np.ndarray) -> np.ndarray:
+        """What the panel of the pair shows of roots: frequencies (Hz), of a mode alone damping
+        ratios (%)."""
+        if len(self.pair) == 2:
+            return roots.imag / math.tau
+        return _ratio(roots)
 
     def growth(self, mode: int) -> float:
         """The fastest growth rate of a mode, 1/s."""
         return float(self.roots[mode].real.max())
 
-    def growing(self, sweep: Sweep) -> list[int]:
-        """The modes that grow somewhere, the fastest first."""
-        modes = []
-        for swept in sweep.modes:
-            mode = swept.mode
-            if swept.growth_rate <= 0.0 or mode not in self.at:
-                continue
-            if self.growth(mode) > GROWS * abs(self.roots[mode][0]):
-                modes.append(mode)
-        return sorted(modes, key=self.growth, reverse=True)
+    def _partners(self, mode: int, is_speed: bool) -> list[int]:
+        """The modes with which `mode` has met where it grows fastest, the nearest first.
 
-    def partner(self, mode: int) -> int | None:
-        """The mode whose frequency is nearest to that of `mode` where `mode` grows fastest.
-
-        None if none is as near as `NEAREST`, of the frequency.
+        Two modes that meet feed each other: their frequencies come together, and the growth rate of
+        the partner falls as that of `mode` rises. Over friction they may be together from the
+        first value on, as the two modes of a disc; over a speed (`is_speed`) two that begin so near
+        as `TWINS` are a forward and a backward whirl, of which one grows alone.
         """
-        fastest = int(np.argmax(self.roots[mode].real))
-        value = self.at[mode][fastest]
-        frequency = self.roots[mode][fastest].imag
-        nearest = None
-        least = NEAREST
-        for other, values in self.at.items():
-            steps = np.flatnonzero(values == value)
-            if other == mode or not steps.size:
+        leading = self.whole[mode]
+        fastest = int(np.nanargmax(leading.real))
+        distances: dict[int, float] = {}
+        for other, following in self.whole.items():
+            gaps = leading - following
+            if other == mode or np.isnan(gaps[fastest]):
                 continue
-            distance = abs(self.roots[other][steps[0]].imag - frequency) / frequency
-            if distance < least:
-                nearest = other
-                least = distance
-        return nearest
+            first = int(np.argmax(np.isfinite(gaps)))
+            rise = leading.real[fastest] - leading.real[first]
+            fall = following.real[first] - following.real[fastest]
+            distance = abs(gaps.imag[fastest])
+            limit = NEARER * abs(gaps.imag[first])
+            if is_speed and abs(gaps.imag[first]) < TWINS * leading.imag[first]:
+                continue
+            if not is_speed:
+                limit = max(limit, gaps.real[fastest])
+            limit = min(limit, NEAREST * leading.imag[fastest])
+            if distance <= limit and fall >= FED * rise:
+                distances[other] = distance
+        return sorted(distances, key=distances.__getitem__)
+
+
+def _behind_meetings(sweep: Sweep) -> dict[int, int]:
+    """The numbers behind a meeting, by those before it, of two modes that end where two begin."""
+    numbers: dict[int, int] = {}
+    ended = {loss[:2]: loss.modes for loss in sweep.losses if loss.kind == "end"}
+    for loss in sweep.losses:
+        modes = ended.get(loss[:2], ())
+        if loss.kind == "begin" and len(loss.modes) == len(modes) == 2:
+            numbers |= zip(modes, loss.modes, strict=True)
+    return numbers
+
+
+def _grows(roots: np.ndarray) -> np.ndarray:
+    """Which roots grow by more than rounding."""
+    return roots.real > GROWS * np.abs(roots)
 
 
 def damping_drawing(
@@ -115,8 +148,9 @@ def damping_drawing(
 ) -> Drawing:
     """Draw damping ratios in % over frequency, a line for each mode, with bubbles by growth.
 
-    Beside it stand the frequencies of the mode that grows fastest and of its partner over the
-    parameter, with the value from which on it grows. Rings mark the subject's own value.
+    Beside it stand the frequencies of the mode that grows fastest and of the one that it meets over
+    the parameter, or its damping ratio if it grows alone, with the value from which on it grows.
+    Rings mark the subject's own value.
 
     Parameters
     ----------
@@ -130,25 +164,17 @@ def damping_drawing(
         Whether the second panel stands beside the first one or below.
     """
     Word(WIDTHS).read(width, Place("width"))
-    paths = _Paths(sweep)
-    growing = paths.growing(sweep)
-    pair = []  # the fastest mode, and its partner if it has one
+    paths = Paths(sweep)
+    growing = paths.growing
+    pair = paths.pair
     count = "1 mode grows" if len(growing) == 1 else f"{len(growing)} modes grow"
     text = f"Damping ratio over frequency of {name}, {count}"
     if growing:
         lead = growing[0]
-        pair.append(lead)
         text += f"; the fastest is mode {lead} by {paths.growth(lead):.4g} 1/s"
-        partner = paths.partner(lead)
-        if partner is not None:
-            pair.append(partner)
+        for partner in pair[1:]:
             text += f", which meets mode {partner}"
-    coloured = dict.fromkeys([*pair, *growing])  # each once; those beyond COLOURS remain grey
-    colours = dict(zip(coloured, COLOURS, strict=False))
-    source = sweep.source
-    if source is None and thresholds is not None:
-        source = thresholds.source
-    own_value = _own_value(sweep, source)
+    own_value = _own_value(sweep)
     with style():
         if width == "column":
             figure = Figure(figsize=(SINGLE, 5.2))
@@ -156,21 +182,22 @@ def damping_drawing(
         else:
             figure = Figure(figsize=(DOUBLE, 3.4))
             upper, lower = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
-        entries = _draw_ratios(upper, sweep, paths, colours)
+        entries = _draw_ratios(upper, sweep, paths)
         onset = None
         if pair:
-            onset = _onset(sweep, paths, pair[0], thresholds)
-        _draw_pair(lower, sweep, paths, pair, colours, onset)
+            onset = _onset(paths, pair[0], thresholds)
+        _draw_pair(lower, sweep, paths, onset)
         if own_value is not None:
-            entries += _mark_own_value(upper, lower, sweep, paths, pair, colours, own_value)
+            entries += _mark_own_value(upper, lower, sweep, paths, own_value)
         if entries:
             columns = 2 if width == "column" else len(entries)
             figure.legend(handles=entries, loc="outside lower center", ncols=columns)
     return Drawing(figure, f"{text}.", f"Damping ratios of {name}", origin(__name__))
 
 
-def _own_value(sweep: Sweep, source: Source | None) -> float | None:
+def _own_value(sweep: Sweep) -> float | None:
     """The subject's own value of the parameter, None where it is not known or not in the sweep."""
+    source = sweep.source
     if source is None:
         return None
     if isinstance(source, PadSource):
@@ -182,38 +209,32 @@ def _own_value(sweep: Sweep, source: Source | None) -> float | None:
 
 
 def _mark_own_value(
-    upper: Axes,
-    lower: Axes,
-    sweep: Sweep,
-    paths: _Paths,
-    pair: Sequence[int],
-    colours: dict[int, str],
-    own_value: float,
+    upper: Axes, lower: Axes, sweep: Sweep, paths: Paths, own_value: float
 ) -> list[Artist]:
     """Mark the subject's own value by rings in both panels and a line in the lower one.
 
     Returns the entry of a legend.
     """
     ring: Any = {"marker": "o", "ls": "", "mfc": "none", "mec": "k", "mew": 0.9, "ms": 6.0}
-    for mode in colours:
+    for mode in paths.colours:
         root = paths.root_at(mode, own_value)
         if root is None:
             continue
         frequency = root.imag / math.tau
         upper.plot(frequency, _ratio(np.array(root)), zorder=5, gid="own value", **ring)
-        if mode in pair:
-            lower.plot(own_value, frequency, zorder=5, gid="own value", **ring)
+        if mode in paths.pair:
+            lower.plot(own_value, paths.height(np.array(root)), zorder=5, gid="own value", **ring)
     lower.axvline(own_value, color="0.4", lw=0.6, ls="-.", zorder=0)
     name = f"present {symbol_of(sweep.parameter)} = {own_value:.4g}"
-    return [Line2D([], [], label=name, **ring)]
+    return [Line2D([], [], label=f"{name} {unit_of(sweep.source)}".rstrip(), **ring)]
 
 
-def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str]) -> list[Artist]:
+def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
     """Draw all modes in the plane of frequency and damping ratio, grey without a colour.
 
-    colours: by the number of the mode, of modes that grow and of the partner of the fastest.
     Returns entries of a legend, which give the scale of the bubbles.
     """
+    colours = paths.colours
     all_roots = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
     depth = -float(_ratio(all_roots).min(initial=0.0)) or 1.0  # of the lowest ratio below 0, %
     fastest = max(float(all_roots.real.max(initial=0.0)), 1e-300)  # 1/s, a divisor
@@ -228,27 +249,34 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: _Paths, colours: dict[int, str
         if mode not in colours:
             continue
         grows = np.flatnonzero(roots.real > 0.0)[::-1]
-        grows = grows[:: math.ceil(len(grows) / BUBBLES) or 1]  # so that they do not merge
+        path = np.array([hertz[grows] / np.ptp(limits), ratio[grows] / ((BELOW + ABOVE) * depth)])
+        travelled = np.hypot(*np.diff(path, prepend=path[:, :1])).cumsum()
+        grows = grows[np.unique(travelled // SPACING, return_index=True)[1]]
         size = LARGEST * roots.real[grows] / fastest
         axes.scatter(hertz[grows], ratio[grows], s=size, fc=colour, alpha=0.35, lw=0, zorder=3)
-        lowest = int(np.argmin(ratio))
-        if ratio[lowest] < 0.0:
-            name = sweep.names.get(mode, f"mode {mode}, {hertz[lowest]:.4g} Hz")
-            _name_mode(axes, name, hertz[lowest], ratio[lowest], limits, colour)
+        named = int(np.argmin(ratio))
+        name = sweep.names.get(mode, f"mode {mode}, {hertz[named]:.4g} Hz")
+        if mode not in paths.growing:  # a partner is named where it is damped most
+            named = int(np.argmax(np.where(ratio < depth, ratio, -np.inf)))
+            name = f"mode {mode}"
+        if ratio[named] < depth:
+            right = 2 if hertz[named] < np.mean(limits) else -2
+            look: Any = {"fontsize": 7, "color": colour}
+            write_beside(axes, name, (hertz[named], ratio[named]), (right, -7), **look)
     axes.axhspan(-BELOW * depth, 0.0, color=RED, alpha=0.06, lw=0, zorder=0)
     axes.axhline(0.0, color="0.3", lw=0.6)
     axes.set(xlim=limits, ylim=(-BELOW * depth, ABOVE * depth))
     axes.set(xlabel="frequency [Hz]", ylabel="damping ratio [%]")
     first = sweep.steps[0].value
     last = sweep.steps[-1].value
-    swept = f"{symbol_of(sweep.parameter)} from {first:g} to {last:g}"
-    axes.set_title(f"{swept}: unstable below zero, bubbles by growth", loc="left")
+    swept = f"from {first:g} to {last:g} {unit_of(sweep.source)}".rstrip()
+    axes.set_title(f"{symbol_of(sweep.parameter)} {swept}: unstable below zero", loc="left")
     entries: list[Artist] = []
     if all_roots.real.max(initial=0.0) > 0.0:
         large = _round_down(fastest)
         for growth in (0.25 * large, large):
             diameter = math.sqrt(LARGEST * growth / fastest)
-            look: Any = {"marker": "o", "ls": "", "mfc": "0.4", "mew": 0.0, "alpha": 0.45}
+            look = {"marker": "o", "ls": "", "mfc": "0.4", "mew": 0.0, "alpha": 0.45}
             label = f"growth rate {growth:.4g} 1/s"
             entries.append(Line2D([], [], ms=diameter, label=label, **look))
     return entries
@@ -260,114 +288,100 @@ def _round_down(value: float) -> float:
     return math.floor(value / unit) * unit
 
 
-def _name_mode(
-    axes: Axes, name: str, hertz: float, ratio: float, limits: tuple[float, float], colour: str
-) -> None:
-    """Write the name of a mode below its lowest point, aligned so that it stays in the axis."""
-    share_of_axis = (hertz - limits[0]) / (limits[1] - limits[0])
-    alignment = ("left", "center", "right")[int(3 * share_of_axis)]
-    axes.annotate(
-        name,
-        (hertz, ratio),
-        (0, -7),
-        textcoords="offset points",
-        ha=alignment,
-        va="top",
-        fontsize=7,
-        color=colour,
-    )
-
-
 def _ratio(roots: np.ndarray) -> np.ndarray:
     """Damping ratios, %."""
     return -100 * roots.real / np.abs(roots)
 
 
 def _onset(
-    sweep: Sweep, paths: _Paths, mode: int, thresholds: Thresholds | None
+    paths: Paths, mode: int, thresholds: Thresholds | None
 ) -> float | tuple[float, float] | None:
-    """Where a mode begins to grow: a threshold where one is known, else two values of the sweep."""
-    swept = next(known for known in sweep.modes if known.mode == mode)
-    if swept.interval is None:
+    """Where a mode begins to grow: the threshold that is nearest in frequency where one is known,
+    else two values of the sweep; None where it grows from the first value on."""
+    roots = paths.roots[mode]
+    first = int(np.argmax(_grows(roots)))
+    if not first:
         return None
-    low, high = swept.interval
-    crossing = None
+    low, high = paths.at[mode][first - 1 : first + 1].tolist()
+    hertz = roots[first].imag / math.tau
+    onsets: dict[float, float] = {}  # by distance, Hz
     if thresholds is not None:
-        crossing = _crossing(thresholds, (low, high), paths.root_at(mode, high))
-    return swept.interval if crossing is None else crossing.mu
-
-
-def _crossing(
-    thresholds: Thresholds, interval: tuple[float, float], root: complex | None
-) -> Crossing | None:
-    """The threshold in an interval that is nearest in frequency to a root; None without one."""
-    low, high = interval
-    nearest = None
-    least = math.inf if root is None else ALONE * root.imag / math.tau
-    for crossing in thresholds.crossings:
-        if crossing.direction != "up" or not low <= crossing.mu <= high:
-            continue
-        distance = 0.0 if root is None else abs(crossing.frequency_hz - root.imag / math.tau)
-        if distance < least:
-            nearest = crossing
-            least = distance
-    return nearest
+        for crossing in thresholds.crossings:
+            if crossing.direction == "up" and low <= crossing.mu <= high:
+                onsets[abs(crossing.frequency_hz - hertz)] = crossing.mu
+    nearest = min(onsets, default=math.inf)
+    if nearest < ALONE * hertz:
+        return onsets[nearest]
+    return low, high
 
 
 def _draw_pair(
-    axes: Axes,
-    sweep: Sweep,
-    paths: _Paths,
-    pair: Sequence[int],
-    colours: dict[int, str],
-    onset: float | tuple[float, float] | None,
+    axes: Axes, sweep: Sweep, paths: Paths, onset: float | tuple[float, float] | None
 ) -> None:
-    """Draw the frequencies of the fastest mode and of its partner over the parameter.
+    """Draw the frequencies of the fastest mode and of its partner over the parameter, or the
+    damping ratio of one that grows alone.
 
-    pair: numbers of the fastest mode and, if it has one, of its partner; empty if none grows.
     onset: where the fastest begins to grow, a value or two values around it, None if unknown.
     """
-    axes.set(xlabel=friction_symbol(sweep.parameter), ylabel="frequency [Hz]")
+    unit = unit_of(sweep.source)
+    axes.set(xlabel=friction_symbol(sweep.parameter, unit))
     axes.set(xlim=(sweep.steps[0].value, sweep.steps[-1].value))
-    if not pair:
+    if not paths.pair:
         axes.set_title("no mode grows", loc="left")
         axes.set(yticks=[])
         return
-    for mode in reversed(pair):  # the fastest one on top
-        hertz = paths.roots[mode].imag / math.tau
-        growing = np.where(paths.roots[mode].real > 0.0, hertz, np.nan)
-        axes.plot(paths.at[mode], hertz, color=colours[mode], lw=1.0, gid=f"pair {mode}")
-        axes.plot(paths.at[mode], growing, color=colours[mode], lw=2.4)
-    axes.set_title(_title_of_pair(sweep, paths, pair, onset), loc="left")
+    for mode in reversed(paths.pair):  # the fastest one on top
+        draw_mode(axes, paths, mode, paths.height(paths.roots[mode]))
+    if len(paths.pair) == 2:
+        axes.set(ylabel="frequency [Hz]")
+        axes.margins(y=0.16)
+        lower, upper = sorted(paths.pair, key=lambda mode: paths.roots[mode][0].imag)
+        _name_beginning(axes, paths, lower, -3)
+        _name_beginning(axes, paths, upper, 3)
+    else:
+        axes.set(ylabel="damping ratio [%]", ylim=axes.figure.axes[0].get_ylim())
+        axes.axhline(0.0, color="0.3", lw=0.6)
+    axes.set_title(_title_of_pair(sweep, paths, onset), loc="left")
     if isinstance(onset, tuple):
         axes.axvspan(*onset, color="0.8", lw=0, zorder=0, gid="onset")
     elif onset is not None:
         axes.axvline(onset, color="0.5", lw=0.8, ls=":", zorder=0, gid="onset")
 
 
-def _title_of_pair(
-    sweep: Sweep,
-    paths: _Paths,
-    pair: Sequence[int],
-    onset: float | tuple[float, float] | None,
-) -> str:
+def draw_mode(axes: Axes, paths: Paths, mode: int, height: np.ndarray) -> None:
+    """Draw a quantity of a mode over the parameter in its colour, thick where the mode grows."""
+    growing = np.where(_grows(paths.roots[mode]), height, np.nan)
+    look: Any = {"color": paths.colours[mode], "zorder": 2}
+    axes.plot(paths.at[mode], height, lw=1.0, gid=f"pair {mode}", **look)
+    axes.plot(paths.at[mode], growing, lw=2.4, **look)
+
+
+def _name_beginning(axes: Axes, paths: Paths, mode: int, up: float) -> None:
+    """Write the number of a mode above (up > 0) or below the beginning of its frequency."""
+    point = (paths.at[mode][0], paths.roots[mode][0].imag / math.tau)
+    look: Any = {"color": paths.colours[mode], "fontsize": 7}
+    write_beside(axes, f"mode {mode}", point, (4, up), **look)
+
+
+def _title_of_pair(sweep: Sweep, paths: Paths, onset: float | tuple[float, float] | None) -> str:
     """Two lines: the modes with their first frequencies, and where they meet and growth begins."""
-    numbers = sorted(pair)
+    numbers = sorted(paths.pair)
     frequencies = sorted(paths.roots[mode][0].imag / math.tau for mode in numbers)
-    first = [f"{frequency:.4g}" for frequency in frequencies]
-    meeting = None
-    if len(pair) == 2:
-        meeting = paths.meeting(numbers)
-        who = f"modes {numbers[0]} + {numbers[1]} ({', '.join(first)} Hz)"
-    else:
-        who = f"mode {numbers[0]} ({first[0]} Hz)"
+    first = ", ".join(f"{frequency:.4g}" for frequency in frequencies)
+    unit = unit_of(sweep.source)
     if isinstance(onset, tuple):
         low, high = onset
-        begins = f"growth begins: {low:.4g} to {high:.4g}"
+        begins = f"growth begins: {low:.4g} to {high:.4g} {unit}".rstrip()
     elif onset is not None:
-        begins = f"growth begins at {onset:.4g}"
+        begins = f"growth begins at {onset:.4g}{speed_words(onset, unit)}"
     else:
         begins = f"growth from {sweep.steps[0].value:.4g} on"
-    if meeting is not None:
-        return f"{who} meet\nat {symbol_of(sweep.parameter)} = {meeting:.4g}; {begins}"
-    return f"{who}\n{symbol_of(sweep.parameter)}: {begins}"
+    symbol = symbol_of(sweep.parameter)
+    if len(numbers) == 1:
+        name = sweep.names.get(numbers[0], f"mode {numbers[0]} ({first} Hz)")
+        return f"{name}: grows alone\n{symbol}: {begins}"
+    who = f"modes {numbers[0]} + {numbers[1]} ({first} Hz)"
+    meeting = paths.meeting()
+    if meeting is None:
+        return f"{who}\n{symbol}: {begins}"
+    return f"{who} meet\nat {symbol} = {meeting:.4g}; {begins}"

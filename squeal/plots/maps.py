@@ -44,9 +44,13 @@ def symbol_of(parameter: str) -> str:
     return symbol(parameter) if parameter == "mu" else literal(parameter)
 
 
-def friction_symbol(parameter: str) -> str:
-    """A parameter's symbol as it stands in a text, with the word friction before mu."""
-    return f"friction {symbol(parameter)}" if parameter == "mu" else literal(parameter)
+def friction_symbol(parameter: str, unit: str = "") -> str:
+    """A parameter's symbol as it stands at an axis: the word friction before mu, a unit behind."""
+    if parameter == "mu":
+        return f"friction {symbol(parameter)}"
+    if unit:
+        return f"{literal(parameter)} [{unit}]"
+    return literal(parameter)
 
 
 def _finish_axes(axes: Axes, answer: Map, own: Own) -> list[Line2D]:

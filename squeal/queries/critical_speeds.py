@@ -22,6 +22,7 @@ from squeal.io.writing import Answer, Column, Panel, Table, columns
 from squeal.linear.continuation import Bools
 from squeal.linear.matrices import Array
 from squeal.linear.roots import ComplexArray
+from squeal.linear.shaft import RPM
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.system_analysis import SystemAnalysis
@@ -30,7 +31,10 @@ from squeal.schema import Positive, public
 from squeal.sparse.dense import CLUSTER, dense_values, roots_at
 from squeal.sparse.reduction import SPURIOUS, Reduction
 
-STEPS = 400  # of the range of speeds; two crossings of one rank within a step are missed
+STEPS = 400  # of the range of speeds
+FEW_ROWS = 100
+FEW_STEPS = 100  # where each costs much, as of more than `FEW_ROWS`
+SAMPLES = 9  # speeds at which a reduced system is exact
 GROWS = 1e-9  # of |lambda|: a growth rate above it is no rounding
 SAME = 1e-9  # of the range: crossings no further apart are of modes of one frequency
 
@@ -63,64 +67,7 @@ class CriticalSpeed:
     damping_ratio: float
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class CriticalSpeeds(Answer):
-    """Critical speeds from `low` to `high`, by rising speed.
-
-    speeds (m,) and frequencies_hz (m, n) are the Campbell diagram behind them, by rising frequency
-    at each speed; growing (m, n) says which modes grow. Of a reduced system frequencies outside of
-    its band are NaN.
-
-    Examples
-    --------
-    >>> import squeal
-    >>> gyroscopic = {"speed": [[0, 2], [-2, 0]]}
-    >>> K = [[12, 0], [0, 12]]
-    >>> tilt = squeal.System([[1, 0], [0, 1]], gyroscopic, K, parameter="speed")
-    >>> found = squeal.critical_speeds(tilt, 20.0)  # s^2 - 2 speed s = 12 at s = -speed
-    >>> [round(row["speed"], 9) for row in found.to_records()]
-    [2.0]
-    """
-
-    panel = Panel("speed", "frequency_hz")
-
-    name: str
-    parameter: str
-    low: float
-    high: float
-    orders: tuple[float, ...]
-    critical: tuple[CriticalSpeed, ...]
-    speeds: Array = field(repr=False)
-    frequencies_hz: Array = field(repr=False)
-    growing: Bools = field(repr=False)
-
-    def table(self) -> Table:
-        table = (
-            Column("speed", "rad/s"),
-            *columns("order frequency_hz mode direction"),
-            Column("growth_rate", "1/s"),
-            *columns("damping_ratio%"),
-        )
-        nothing = f"no critical speed from {self.low:g} to {self.high:g} rad/s"
-        return Table(table, self.critical, "critical speeds", nothing)
-
-    def parts(self) -> Sequence[str | Table]:
-        orders = ", ".join(f"{order:g}x" for order in self.orders)
-        head = f"{self.name}: {len(self.critical)} critical speeds ({orders})"
-        step = (self.high - self.low) / STEPS
-        doubt = f"two crossings of one mode within {step:.3g} rad/s of each other may be missed"
-        return [head, self.table(), doubt]
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "name": self.name,
-            "parameter": self.parameter,
-            "orders": list(self.orders),
-            "critical_speeds": self.table().records(),
-        }
-
-
-class _CampbellDiagram:
+class CampbellDiagram:
     """The roots of a rotor of n degrees of freedom over its speed (rad/s), ranked by frequency."""
 
     def __init__(self, file: SystemFile, system: TermSystem, reduction: Reduction | None) -> None:
@@ -200,15 +147,77 @@ class _CampbellDiagram:
             damping_ratio=-root.real / abs(root),
         )
 
-    def direction(self, speed: float, root: complex) -> str | None:
-        """The whirl direction of a root at a speed; of a repeated one that of all its shapes."""
+    def direction(self, speed: float, near: complex) -> str | None:
+        """The whirl direction, at a speed, of the root nearest to a value (rad/s); of a repeated
+        one that of all its shapes."""
         roots = self.ranked_roots(speed)
+        root = complex(roots[np.argmin(np.abs(roots - near))])
         repeated = roots[np.abs(roots - root) <= CLUSTER * abs(root)]
         matrices = self.system.arrays({self.system.parameter: speed})
         directions = set()
         for shape in roots_at(*matrices, repeated).right.T:
             directions.add(whirl_direction(self.file, self.system, speed, root, shape, self.basis))
         return directions.pop() if len(directions) == 1 else None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CriticalSpeeds(Answer):
+    """Critical speeds from `low` to `high`, by rising speed.
+
+    speeds (m,) and frequencies_hz (m, n) are the Campbell diagram behind them, by rising frequency
+    at each speed, of a reduced system NaN outside of its band; growing (m, n) says which modes
+    grow; diagram: what computes them.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> gyroscopic = {"speed": [[0, 2], [-2, 0]]}
+    >>> K = [[12, 0], [0, 12]]
+    >>> tilt = squeal.System([[1, 0], [0, 1]], gyroscopic, K, parameter="speed")
+    >>> found = squeal.critical_speeds(tilt, 20.0)  # s^2 - 2 speed s = 12 at s = -speed
+    >>> [round(row["speed"], 9) for row in found.to_records()]
+    [2.0]
+    """
+
+    panel = Panel("speed", "frequency_hz")
+
+    name: str
+    parameter: str
+    low: float
+    high: float
+    orders: tuple[float, ...]
+    critical: tuple[CriticalSpeed, ...]
+    speeds: Array = field(repr=False)
+    frequencies_hz: Array = field(repr=False)
+    growing: Bools = field(repr=False)
+    diagram: CampbellDiagram = field(repr=False)
+
+    def table(self) -> Table:
+        table = (
+            Column("speed", "rad/s"),
+            Column("rpm", value=lambda one: RPM * one.speed),
+            *columns("order frequency_hz direction"),
+            Column("mode", hidden=True),  # counted at this speed, else at one value of a sweep
+            Column("growth_rate", "1/s"),
+            *columns("damping_ratio%"),
+        )
+        nothing = f"no critical speed from {self.low:g} to {self.high:g} rad/s"
+        return Table(table, self.critical, "critical speeds", nothing)
+
+    def parts(self) -> Sequence[str | Table]:
+        orders = ", ".join(f"{order:g}x" for order in self.orders)
+        head = f"{self.name}: {len(self.critical)} critical speeds ({orders})"
+        step = self.speeds[1] - self.speeds[0]
+        doubt = f"two crossings of one mode within {step:.3g} rad/s of each other may be missed"
+        return [head, self.table(), doubt]
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "name": self.name,
+            "parameter": self.parameter,
+            "orders": list(self.orders),
+            "critical_speeds": self.table().records(),
+        }
 
 
 @public
@@ -268,11 +277,16 @@ def critical_speeds(
         raise InputError(f"high: {high:g} is not allowed; it must be above low, at least 0")
     if not orders or any(order <= 0.0 for order in orders):
         raise InputError("orders: must be numbers above 0")
-    speeds = np.linspace(low, high, STEPS + 1)
     reduction = None
+    rows = system.n
     if not is_small(system):
-        reduction, _ = analysis.reduced(speeds[:: STEPS // 8].tolist())
-    diagram = _CampbellDiagram(analysis.file, system, reduction)
+        reduction, _ = analysis.reduced(np.linspace(low, high, SAMPLES).tolist())
+        rows = reduction.system.n
+    steps = STEPS
+    if rows > FEW_ROWS:
+        steps = FEW_STEPS
+    speeds = np.linspace(low, high, steps + 1)
+    diagram = CampbellDiagram(analysis.file, system, reduction)
     critical = []
     for order in orders:
         for speed, rank in diagram.crossings(speeds, order):
@@ -297,6 +311,7 @@ def critical_speeds(
         speeds=speeds,
         frequencies_hz=frequencies_hz,
         growing=are_modes & (roots.real > GROWS * np.abs(roots)),
+        diagram=diagram,
     )
 
 

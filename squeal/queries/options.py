@@ -28,6 +28,7 @@ SEED = Whole(0, 2**32 - 1)
 FRICTION = "mu"
 FRICTION_END = 2.0
 """Upper end of a range of the friction coefficient where none is given."""
+BEYOND_PRESENT = 2.0  # upper end of a range of another parameter, over its present value
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -64,9 +65,9 @@ def seed_of(rng: RandomNumbers, verb: str) -> int:
 def upper_end(subject: object, high: float | None) -> float:
     """The upper end of a range of the free parameter, as it is given.
 
-    Left out it is 2, or the present value of the system or pad where that is larger. Warns where it
-    is left out, the present value is at most 2 and the parameter is not mu: 2 may be far below the
-    values that the parameter reaches.
+    Left out it is 2 for a friction coefficient, or its present value where that is larger, and
+    twice the present value for another parameter. Raises InputError where that value is not above
+    0: then nothing tells which values occur.
     """
     if high is not None:
         return high
@@ -77,9 +78,11 @@ def upper_end(subject: object, high: float | None) -> float:
         return FRICTION_END
     name = system.parameter
     own = system.parameters[name]
-    if name != FRICTION and not own > FRICTION_END:
-        Place("high").warn(
-            f"left out, so that {name} is searched up to {FRICTION_END:g}, an end made for "
-            f"{FRICTION}; give the largest {name} that occurs (--max of a command)"
-        )
-    return max(FRICTION_END, own)
+    if name == FRICTION:
+        return max(FRICTION_END, own)
+    if own > 0.0:
+        return BEYOND_PRESENT * own
+    raise InputError(
+        f"high: missing; {name} is {own:g} now, so give the largest {name} that occurs (--max of a "
+        "command)"
+    )

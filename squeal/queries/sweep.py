@@ -206,7 +206,7 @@ def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
         values = np.union1d(values, own_value)
     drawn = values.tolist()
     steps, losses, reference = track_modes(source.file, source.selection, drawn, source.reduction)
-    return Sweep(found.name, found.parameter, steps, losses, reference)
+    return Sweep(found.name, found.parameter, steps, losses, reference, source=source)
 
 
 def _pad_paths(scene: Scene, found: Thresholds, low: float, high: float) -> Sweep:

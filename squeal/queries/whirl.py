@@ -8,22 +8,22 @@ backward part, whatever its coordinates. How the frequency moves as a whole says
 direction: bearings stiffen with speed.
 
 The term sees what discs do. Where the rows of nodes are known, their orbits tell more: the two
-bearings may whirl against each other.
+bearings may whirl against each other. Which way the shaft turns is told by the term too, if it
+couples the two directions across the shaft; if it couples tilts alone, it decides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.errors import InputError
 from squeal.io.coordinates import NO_DIRECTION, Coordinates
 from squeal.io.system import SystemFile
-from squeal.linear.matrices import SKEW, dense
-from squeal.linear.system import Matrix, Term, TermSystem
+from squeal.linear.matrices import dense
+from squeal.linear.shaft import Turning, turning_part
+from squeal.linear.system import TermSystem
 
 FORWARD = "forward"
 BACKWARD = "backward"
@@ -71,49 +71,22 @@ def whirl_direction(
     coordinates = coordinates_of(file)
     if coordinates is not None:
         rows = shape if basis is None else basis @ shape
-        direction = _by_orbits(coordinates, file.system, speed, rows)
-        if direction is not None:
-            return direction
+        orbits = _by_orbits(coordinates, file.system, speed, rows)
+        if orbits.direction == MIXED or (orbits.direction and orbits.sense):
+            return orbits.direction
+        # the term tells better than a convention which way the shaft turns
+        return _by_term(system, speed, root, shape, orbits.direction)
     return _by_term(system, speed, root, shape)
 
 
-class _Turning(NamedTuple):
-    """The skew part (n, n) of what turns with the shaft, and the power of lambda before it."""
-
-    matrix: Matrix
-    power: int
-
-
-def _turning(system: TermSystem, speed: float) -> _Turning | None:
-    """What turns with the shaft: the skew part of those terms of C that are proportional to the
-    speed, which are gyroscopic; else of those of K, as of damping on the shaft. None without."""
-    for terms, power in ((system.C, 1), (system.K, 0)):
-        parts = [part for term in terms for part in _turning_part(system, term, speed)]
-        if parts:
-            return _Turning(sum(parts[1:], parts[0]), power)
-    return None
-
-
-def _turning_part(system: TermSystem, term: Term, speed: float) -> Iterable[Matrix]:
-    """The skew part (n, n) of a term if it is proportional to the speed, else nothing."""
-    name = system.parameter
-    if name not in term.factor.names:
-        return
-    try:
-        whole, half = (term.factor.value(system.values({name: x})) for x in (speed, speed / 2))
-    except InputError:  # beyond the ends of a table, say
-        return
-    skew = (term.matrix - term.matrix.T) / 2
-    is_skew = abs(skew).max() > SKEW * abs(term.matrix).max()
-    if whole and is_skew and abs(whole - 2 * half) <= SKEW * abs(whole):
-        yield whole * skew
-
-
-def _by_term(system: TermSystem, speed: float, root: complex, shape: NDArray) -> str | None:
-    """The direction of a shape by what turns with the shaft, summed over all discs."""
-    turning = _turning(system, speed)
+def _by_term(
+    system: TermSystem, speed: float, root: complex, shape: NDArray, orbits: str | None = None
+) -> str | None:
+    """The direction of a shape by what turns with the shaft, summed over all discs; that of the
+    orbits where the term tells nothing."""
+    turning = turning_part(system, speed)
     if turning is None:
-        return None
+        return orbits
     M, _, K = system.arrays({system.parameter: speed})
     inertia = abs(root) ** 2 * abs(np.vdot(shape, M @ shape))
     energy = max(inertia, abs(np.vdot(shape, K @ shape)))
@@ -128,9 +101,9 @@ def _by_term(system: TermSystem, speed: float, root: complex, shape: NDArray) ->
         net_sizes += abs(parts.sum())
         both += np.abs(parts).sum()
     if abs(root) ** turning.power * both <= UNSEEN * energy:
-        return None
+        return orbits
     if abs(net) < OPPOSED * net_sizes or abs(net) < BALANCED * both:
-        return MIXED
+        return orbits or MIXED
     return FORWARD if net > 0.0 else BACKWARD
 
 
@@ -144,9 +117,16 @@ def _coupled(matrix: NDArray) -> list[NDArray[np.intp]]:
     return [rows for rows in parts if len(rows) > 1]
 
 
+class _Orbits(NamedTuple):
+    """The direction of orbits, and the sense of the shaft that it was told from, see `_sense`."""
+
+    direction: str | None
+    sense: float = 0.0
+
+
 def _by_orbits(
     coordinates: Coordinates, system: TermSystem, speed: float, shape: NDArray
-) -> str | None:
+) -> _Orbits:
     """The direction of the orbits of the nodes; None where it is not known which directions are
     across the shaft, of straight orbits, and where no node moves, as of discs that only tilt.
 
@@ -155,32 +135,34 @@ def _by_orbits(
     """
     across = _across(coordinates)
     if across is None:
-        return None
+        return _Orbits(None)
     u, v = coordinates.displacements(shape)[:, across].T
     sizes = np.abs(u) ** 2 + np.abs(v) ** 2
     areas = 2 * (u * v.conj()).imag
+    sense = 1.0
     if not coordinates.bases:
         masses = np.abs(system.at({system.parameter: speed})[0].diagonal())
         energies = masses * np.abs(shape) ** 2
         translates = np.isin(coordinates.directions, across)
         if energies[translates].sum() <= UNSEEN * energies.sum():
-            return None
-        areas = areas * _sense(coordinates, across, _turning(system, speed))
+            return _Orbits(None)
+        sense = _sense(coordinates, across, turning_part(system, speed))
+        areas = areas * (sense or 1.0)
     counts = (sizes > STILL * sizes.max()) & (np.abs(areas) > STRAIGHT * sizes)
     forward = bool(np.any(areas[counts] > 0.0))
     backward = bool(np.any(areas[counts] < 0.0))
     if forward and backward:
-        return MIXED
+        return _Orbits(MIXED, sense)
     if forward:
-        return FORWARD
-    return BACKWARD if backward else None
+        return _Orbits(FORWARD, sense)
+    return _Orbits(BACKWARD if backward else None, sense)
 
 
-def _sense(coordinates: Coordinates, across: list[int], turning: _Turning | None) -> float:
-    """1 if the shaft turns from the first of two directions to the second, as far as is known; -1
-    if the term that turns with it says the reverse."""
+def _sense(coordinates: Coordinates, across: list[int], turning: Turning | None) -> float:
+    """1 if the shaft turns from the first of two directions to the second by the term that turns
+    with it, -1 if it says the reverse, 0 where it does not couple the two."""
     if turning is None:
-        return 1.0
+        return 0.0
     row_at = {}
     for direction in across:
         rows = np.flatnonzero(coordinates.directions == direction)
@@ -188,7 +170,7 @@ def _sense(coordinates: Coordinates, across: list[int], turning: _Turning | None
     first, second = (row_at[direction] for direction in across)
     nodes = sorted(first.keys() & second.keys())
     pairs = [first[node] for node in nodes], [second[node] for node in nodes]
-    return -1.0 if turning.matrix[pairs].sum() < 0.0 else 1.0
+    return float(np.sign(turning.matrix[pairs].sum()))
 
 
 def _across(coordinates: Coordinates) -> list[int] | None:

@@ -40,12 +40,21 @@ def parameter_entry(parameter: str, value: float | None) -> dict[str, Any]:
     return {"parameter": parameter, "value": value, "mu": value}
 
 
+def with_unit(words: str, unit: str) -> str:
+    """The head of a column with its unit, if it has one.
+
+    >>> with_unit("speed", "rad/s"), with_unit("mu", "")
+    ('speed, rad/s', 'mu')
+    """
+    return ", ".join(filter(None, [words, unit]))
+
+
 def parameter_heading(name: str, others: Collection[str]) -> str:
     """The head of a parameter's column: its name, parameter.NAME if another column has that."""
     return f"parameter.{name}" if name in others else name
 
 
-def onset_column(parameter: str) -> Column:
+def onset_column(parameter: str, unit: str = "") -> Column:
     """The column of where modes begin to grow: at a value, or between two of them."""
 
     def shown(mode: Any) -> str:
@@ -56,7 +65,7 @@ def onset_column(parameter: str) -> Column:
         low, high = map(number, mode.interval)
         return low if low == high else f"{low} to {high}"
 
-    return Column("onset", shown=shown, words=f"grows from {parameter}")
+    return Column("onset", shown=shown, words=with_unit(f"grows from {parameter}", unit))
 
 
 def basis_text(basis: Mapping[str, Any], errors: bool = False, counted: bool = False) -> str:

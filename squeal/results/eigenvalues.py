@@ -15,6 +15,7 @@ from squeal.io.writing import Answer, Column, Panel, Table, columns, number, pic
 from squeal.linear import Spectrum, UnstableMode
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.paths import mode_numbers
+from squeal.linear.shaft import speed_words
 from squeal.results.columns import (
     ERROR,
     OPEN,
@@ -24,7 +25,7 @@ from squeal.results.columns import (
     parameter_entry,
     rounded_growth,
 )
-from squeal.results.sources import Source, SystemSource
+from squeal.results.sources import Source, SystemSource, unit_of
 
 SAME = 1e-9  # of |lambda|: a mode that grows is this listed one
 COORDINATES = {"x": "m", "y": "m", "theta": "rad"}
@@ -270,6 +271,7 @@ class Eigenvalues(Answer):
             words += f", {self.extent}"
         if self.depends:
             words += f", {self.parameter} = {number(self.value, 4)}"
+            words += speed_words(self.value, unit_of(self.source))
         return words
 
     def _fastest(self) -> str:
@@ -329,7 +331,7 @@ class Eigenvalues(Answer):
             heads.append(replace(ERROR, shown=error_of))
         heads += columns("damping_ratio%")
         if self.depends:
-            heads.append(onset_column(self.parameter))
+            heads.append(onset_column(self.parameter, unit_of(self.source)))
         nothing = "no unstable mode is listed"
         return Table(tuple(heads), self.unstable, "unstable modes", nothing, rounded_growth)
 

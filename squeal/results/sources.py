@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear import Judgement, Spectrum
+from squeal.linear.shaft import unit_of_parameter
 from squeal.model.contact import State, contact_law
 from squeal.model.equations import Linearisation
 from squeal.schema import Place, row
@@ -126,3 +127,10 @@ class SystemSource:
 
 
 Source: TypeAlias = PadSource | SystemSource
+
+
+def unit_of(source: Source | None) -> str:
+    """The unit of the free parameter: rad/s of the speed of a shaft, "" of others."""
+    if isinstance(source, SystemSource):
+        return unit_of_parameter(source.file.system)
+    return ""

@@ -24,9 +24,10 @@ from squeal.results.columns import (
     parameter_entry,
     parameter_heading,
     rounded_growth,
+    with_unit,
 )
 from squeal.results.eigenvalues import Eigenvalues
-from squeal.results.sources import Source
+from squeal.results.sources import Source, unit_of
 
 LISTED = 8  # frequencies in a line of a table
 LOST = {
@@ -421,7 +422,8 @@ class Sweep(Answer):
 
         Of a long table the rows on both sides of a change of the unstable count are shown first.
         """
-        table = [Column(self.parameter, value=attrgetter("value"))]
+        head = with_unit(self.parameter, unit_of(self.source))
+        table = [Column(self.parameter, value=attrgetter("value"), words=head)]
         if any(step.contact is not None for step in self.steps):
             table.append(Column("contact"))
         table += [
@@ -456,7 +458,7 @@ class Sweep(Answer):
             Column("last_hz"),
             Column("growth_rate", "1/s", words="largest real, 1/s"),
             Column("at", words=f"at {self.parameter}"),
-            onset_column(self.parameter),
+            onset_column(self.parameter, unit_of(self.source)),
         ]
         title = "modes"
         if self.reference is not None:

@@ -12,9 +12,10 @@ import numpy as np
 from squeal.io.writing import Answer, Column, Panel, Table, located, number, picked
 from squeal.linear import CriticalPoint, Crossing, UnstableMode
 from squeal.linear.roots import assigned
-from squeal.results.columns import parameter_entry
+from squeal.linear.shaft import RPM
+from squeal.results.columns import parameter_entry, with_unit
 from squeal.results.eigenvalues import Eigenvalues
-from squeal.results.sources import Source
+from squeal.results.sources import Source, unit_of
 
 MISSED = "between the computed values may be missed"
 """The end of a note, which a proof takes back."""
@@ -114,8 +115,13 @@ class Thresholds(Answer):
             low, high = row.interval
             return max(high - row.mu, row.mu - low)
 
-        table = (
-            Column("mu", shown=lambda row: located(row.mu, *row.interval), words=self.parameter),
+        unit = unit_of(self.source)
+        table = [
+            Column(
+                "mu",
+                shown=lambda row: located(row.mu, *row.interval),
+                words=with_unit(self.parameter, unit),
+            ),
             Column("kind"),
             Column("direction", value=lambda row: getattr(row, "direction", None)),
             Column("frequency_hz"),
@@ -123,7 +129,9 @@ class Thresholds(Answer):
             Column("low", value=lambda row: row.interval[0], hidden=True),
             Column("high", value=lambda row: row.interval[1], hidden=True),
             Column("error", value=error, shown=lambda row: number(error(row), 2)),
-        )
+        ]
+        if unit:
+            table.insert(1, Column("rpm", value=lambda row: RPM * row.mu))
         nothing = "no change of stability"
         if self.details.get("left_out"):  # growth begins or ends at no listed threshold
             nothing += " was located"

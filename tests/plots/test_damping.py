@@ -3,12 +3,14 @@
 import matplotlib.figure
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
 import squeal
 from squeal.cli.main import main
 from squeal.errors import InputError
-from squeal.plots.damping import damping_drawing
+from squeal.plots.damping import COLOURS, damping_drawing
 from squeal.plots.style import SINGLE
+from squeal.queries.sweep import eigenvalue_paths
 
 VALUES = np.linspace(0.0, 1.0, 51).tolist()
 
@@ -97,3 +99,74 @@ def test_a_chart_in_a_column_has_its_panels_one_below_the_other():
     assert figure.axes[0].get_subplotspec().get_gridspec().ncols == 1
     with pytest.raises(InputError, match="width: 'wide' is not allowed"):
         damping_drawing("pair", sweep, width="wide")
+
+
+SKEW = np.array([[0.0, 1.0], [-1.0, 0.0]])
+
+
+def alone(system, values):
+    """Title and labels of the second panel, and the alternative text."""
+    drawing = damping_drawing("alone", squeal.sweep(system, values))
+    axes = drawing.figure.axes[1]
+    return axes.get_title("left"), axes.get_ylabel(), drawing.alternative
+
+
+def test_a_mode_that_loses_its_damping_beside_another_one_grows_alone():
+    """2 - 10 mu damps the first of two uncoupled modes, whose frequencies are 2 % apart."""
+    C = {"1": 2.0 * np.eye(2), "mu": np.diag([-10.0, 0.0])}
+    system = squeal.System(np.eye(2), C, np.diag([1e4, 1.04e4]))
+    title, label, text = alone(system, VALUES)
+    assert title.startswith("mode 1 (15.91 Hz): grows alone")
+    assert label == "damping ratio [%]"
+    assert "meets" not in text
+
+
+def test_of_two_whirls_of_one_frequency_the_forward_one_grows_alone():
+    """z'' + 3 z' + (1e4 - i W) z = 0 of z = x + i y grows from W = 300 on."""
+    system = squeal.System(
+        np.eye(2), 3 * np.eye(2), {"1": 1e4 * np.eye(2), "Omega": SKEW}, parameter="Omega"
+    )
+    title, _, text = alone(system, np.arange(5.0, 400.0, 10.0))
+    assert title.endswith("grows alone\nOmega: growth begins: 295 to 305 rad/s")
+    assert "meets" not in text
+
+
+def test_a_wheel_of_two_equal_modes_that_friction_couples_is_a_pair():
+    """The same two motions, fed by friction: neither grows without the other."""
+    K = {"1": 1e4 * np.eye(2), "mu": 1e3 * SKEW}
+    _, label, text = alone(squeal.System(np.eye(2), 3 * np.eye(2), K), VALUES)
+    assert label == "frequency [Hz]"
+    assert "meets" in text
+
+
+def test_modes_numbered_beyond_their_meeting_are_followed_back_to_before_it():
+    """Equal damping of both: they coalesce to the last digit, at mu = 3/4."""
+    K = {"1": [[2e6, -1e6], [-1e6, 2e6]], "mu": [[0, 4e6 / 3], [0, 0]]}
+    system = squeal.System(np.eye(2), 10 * np.eye(2), K, parameters={"mu": 0.9})
+    found = squeal.thresholds(system, 1.2)
+    drawing = damping_drawing("pair", eigenvalue_paths(found, 0.0, 1.2), found)
+    title = drawing.figure.axes[1].get_title("left")
+    first = np.sqrt(np.array([1e6, 3e6]) - 25.0) / (2 * np.pi)
+    assert title.startswith(
+        f"modes 1 + 2 ({first[0]:.4g}, {first[1]:.4g} Hz) meet\nat $\\mu$ = 0.75"
+    )
+    assert title.endswith(f"growth begins at {found.first.mu:.4g}")
+
+
+def test_colours_of_modes_differ_for_every_kind_of_colour_vision():
+    """By the matrices of Machado, Oliveira and Fernandes (2009), in CIELAB: no two within 15."""
+    sight = {
+        "normal": np.eye(3),
+        "protan": [[0.1523, 1.0526, -0.2049], [0.1145, 0.7863, 0.0992], [-0.0039, -0.0481, 1.0520]],
+        "deutan": [[0.3673, 0.8606, -0.2280], [0.2801, 0.6725, 0.0474], [-0.0118, 0.0429, 0.9689]],
+        "tritan": [[1.2555, -0.0767, -0.1788], [-0.0784, 0.9308, 0.1476], [0.0047, 0.6914, 0.3039]],
+    }
+    to_xyz = [[0.4125, 0.3576, 0.1804], [0.2127, 0.7152, 0.0722], [0.0193, 0.1192, 0.9503]]
+    signals = np.array([to_rgb(colour) for colour in COLOURS])
+    linear = np.where(signals <= 0.04045, signals / 12.92, ((signals + 0.055) / 1.055) ** 2.4)
+    for name, matrix in sight.items():
+        seen = np.clip(linear @ np.asarray(matrix, dtype=float).T, 0.0, 1.0)
+        x, y, z = np.cbrt(seen @ np.transpose(to_xyz) / [0.9505, 1.0, 1.0888]).T
+        lab = np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)]).T
+        distances = np.linalg.norm(lab[:, None] - lab, axis=2)
+        assert distances[np.triu_indices(len(lab), 1)].min() > 15.0, name

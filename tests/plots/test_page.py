@@ -8,9 +8,11 @@ from scipy.sparse import block_diag
 
 import squeal
 from squeal import reports
-from squeal.errors import InputError, InputWarning
+from squeal.errors import InputError
 from squeal.linear.system import Term
 from squeal.numerics.differentiation import Formula
+from squeal.plots.campbell import campbell_drawing
+from squeal.plots.damping import COLOURS, damping_drawing
 from tests.cli.calls import run
 from tests.conftest import SCENES
 
@@ -228,11 +230,14 @@ def rotating(speed):
 
 
 def test_a_brake_at_rest_is_said_to_be_unstable_above():
-    with pytest.warns(InputWarning, match="high: left out"):
-        report = squeal.report(rotating(0.0))
-    assert report.advice == "Stable at speed = 0; unstable above speed = 0.2: flutter at 0.1592 Hz."
+    report = squeal.report(rotating(0.0), 2.0)
+    assert report.advice == (
+        "Stable at speed = 0 rad/s; unstable above speed = 0.2 rad/s (1.91 rpm): forward whirl "
+        "begins to grow at 0.1592 Hz."
+    )
     assert report.margin == ""
-    assert squeal.report(rotating(2.0), high=2.0).margin == "speed = 2 is 10 times that."
+    margin = squeal.report(rotating(2.0), high=2.0).margin
+    assert margin == "speed = 2 rad/s (19.1 rpm) is 10 times that."
     assert "<h2>The modes over speed</h2>" in reports.page(report)
 
 
@@ -289,3 +294,61 @@ def test_a_map_of_a_pad_is_drawn_with_its_exact_curve(capsys, tmp_path):
     code, _, _ = run(capsys, *typed)
     assert code == 0
     assert 'id="threshold"' in (tmp_path / "map.svg").read_text(encoding="utf-8")
+
+
+def jeffcott(speed):
+    """A Jeffcott rotor of 100 rad/s: 4 of outer and 2 of inner damping, limit 100 (1 + 4 / 2)."""
+    skew = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    K = {"1": 2e4 * np.eye(2), "speed": 2.0 * skew}
+    at = {"speed": speed}
+    labels = ((1, 1), (1, 2))
+    return squeal.System(
+        2 * np.eye(2), 6 * np.eye(2), K, at, "speed", labels=labels, name="jeffcott"
+    )
+
+
+def test_the_page_of_a_rotor_has_its_critical_speeds_and_its_limit():
+    """Critical where Im lambda is the speed; backward whirl is damped more and forward one less.
+
+    z of exp(lambda t): 2 lambda^2 + 6 lambda + 2e4 - 2 i W = 0.
+    """
+    report = squeal.report(jeffcott(350.0), 400.0)
+    assert report.thresholds.first.mu == pytest.approx(100 * (1 + 4 / 2), rel=1e-9)
+    assert report.loss == (
+        "Stability is first lost at speed = 300 rad/s (2865 rpm): "
+        "forward whirl begins to grow at 15.92 Hz"
+    )
+    assert "Give mode 2 (15.92 Hz) at least 0.25 % of critical damping more" in report.advice
+    assert not any("feed each other" in line for line in report.reasons)
+    assert "keep speed below 299.9 rad/s (2864 rpm); it is 350." in report.advice
+    for one in report.critical.critical:
+        roots = np.roots([2.0, 6.0, 2e4 - 2j * one.speed])
+        sign = {"forward": 1.0, "backward": -1.0}[one.direction]
+        root = roots[np.argmax(sign * roots.imag)]
+        assert sign * root.imag == pytest.approx(one.speed, rel=1e-9)
+        assert root.real == pytest.approx(one.growth_rate, rel=1e-6)
+    for row in report.critical.to_records():
+        assert row["rpm"] == pytest.approx(row["speed"] * 60 / (2 * np.pi), rel=1e-15)
+    line = report.critical_line
+    assert line.startswith(
+        "Critical speeds up to speed = 400 rad/s (3820 rpm): 99.99 rad/s (954.8 rpm) "
+    )
+    text = reports.page(report)
+    assert line in text
+    assert "Mode 2 grows alone, no other mode meets it: speed, a skew-symmetric" in text
+    assert "steady sliding" not in text
+    assert squeal.report(pair(0.5)).critical is None
+
+
+def test_a_mode_has_one_colour_in_the_chart_the_campbell_diagram_and_the_tables():
+    report = squeal.report(jeffcott(350.0), 400.0)
+    chart = reports._chart(report)
+    figures = [damping_drawing("rotor", chart).figure]
+    figures.append(campbell_drawing(report.critical, "rotor", paths=chart).figure)
+    for figure in figures:
+        lines = [line for axes in figure.axes for line in axes.get_lines()]
+        assert {line.get_color() for line in lines if line.get_gid() == "pair 2"} == {COLOURS[0]}
+    dot = f'<b style="color:{COLOURS[0]}">&#9679;</b> '
+    text = reports.page(report)
+    assert f"<tr><td>{dot}2</td>" in text
+    assert f"<th>{dot}mode 2, 15.92 Hz</th>" in text

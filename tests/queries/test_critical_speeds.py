@@ -230,3 +230,16 @@ def test_the_documented_rotor_of_ross_has_its_printed_speeds():
     for speed, frequencies in data["frequencies"].items():
         roots = squeal.eigenvalues(system, at=float(speed), modes=4).eigenvalues
         assert [root.value.imag for root in roots] == pytest.approx(frequencies, rel=1e-8)
+
+
+def test_the_example_has_the_critical_speeds_and_the_limit_of_ross(tmp_path):
+    """ROSS 2.3.0: `run_critical_speed`, and Brent's method on the largest real part of its roots
+    from 10 to 1000 Hz, of the rotor of `tests/data/rotor.py` with 0.4 of its cross-coupling."""
+    write_example("rotor", tmp_path, Size())
+    report = squeal.report(
+        squeal.read_system(tmp_path / "rotor" / "rotor.yaml"), 900.0, band=(10.0, 1000.0)
+    )
+    assert speeds(report.critical, "forward") == pytest.approx([524.11919834], rel=1e-9)
+    assert speeds(report.critical, "backward") == pytest.approx([533.96260738], rel=1e-9)
+    assert report.thresholds.first.mu == pytest.approx(14.99495882, rel=1e-9)
+    assert "(143.2 rpm): forward whirl begins to grow at 262.5 Hz" in report.loss

@@ -1,12 +1,10 @@
-"""Without an upper end only a friction coefficient has one: 2, or the subject's own value."""
-
-from contextlib import suppress
+"""Without an upper end a friction is searched up to 2, another parameter to twice its value."""
 
 import numpy as np
 import pytest
 
 import squeal
-from squeal.errors import InputWarning
+from squeal.errors import InputError
 from squeal.queries.options import upper_end
 
 EYE = np.eye(2)
@@ -19,7 +17,7 @@ def shaft(speed, name="Omega"):
 
 
 @pytest.mark.parametrize("ask", ["thresholds", "report", "advise", "scatter", "sensitivity"])
-def test_a_speed_has_no_end_of_its_own_and_a_warning_says_so(ask):
+def test_the_largest_speed_of_a_shaft_at_rest_is_asked_for(ask):
     more: dict[str, list[object]] = {
         "scatter": [{"a": {"within": 0.1}}],
         "sensitivity": ["threshold"],
@@ -27,19 +25,16 @@ def test_a_speed_has_no_end_of_its_own_and_a_warning_says_so(ask):
     system = squeal.System(
         EYE, 3 * EYE, {"a": EYE, "Omega": TURN}, {"a": 1e4, "Omega": 0.0}, "Omega"
     )
-    with (
-        pytest.warns(InputWarning, match="high: left out, so that Omega is searched up to 2"),
-        suppress(squeal.ComputationError),  # of a threshold that is not there
-    ):
+    with pytest.raises(InputError, match="high: missing; Omega is 0 now, so give the largest"):
         getattr(squeal, ask)(system, *more.get(ask, []))
 
 
-def test_a_range_reaches_the_value_at_which_a_system_runs():
-    found = squeal.thresholds(shaft(310.0))
-    assert found.high == 310.0
+def test_a_range_reaches_twice_the_value_at_which_a_system_runs():
+    found = squeal.thresholds(shaft(160.0))
+    assert found.high == 320.0
     assert [point.mu for point in found.points] == pytest.approx([300.0])
     page = squeal.report(shaft(310.0))
-    assert page.thresholds.high == 310.0
+    assert page.thresholds.high == 620.0
     assert "No loss" not in page.loss
 
 

@@ -198,3 +198,26 @@ def test_a_speed_that_is_not_the_free_parameter_is_refused(tmp_path):
     with pytest.warns(InputWarning, match="matrices depend on no parameter"):  # as of a shaft
         found = squeal.critical_speeds(squeal.System(EYE, K=4 * EYE), 10.0)
     assert [one.speed for one in found.critical] == pytest.approx([2.0, 2.0])
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_an_overhung_disc_is_named_alike_with_and_without_labels_whichever_way_it_turns(sense):
+    """Gyroscopic moments in the rows of tilts alone, where no orbit tells the sense of the shaft.
+
+    In q = u + i slope the whirl at the speed sees the inertia Jd -+ Jp: Stodola and Green.
+    """
+    EI, length, mass, Jd, Jp = 5e4, 0.6, 20.0, 0.3, 0.2
+    plane = EI / length**3 * np.array([[12, -6 * length], [-6 * length, 4 * length**2]])
+    K = scipy.linalg.block_diag(plane, plane)
+    G = np.zeros((4, 4))
+    G[1, 3] = sense * Jp  # slopes of x and y, as a shaft from x to y has them with +Jp
+    G[3, 1] = -sense * Jp
+    exact = []
+    for way, inertia in (("forward", Jd - Jp), ("backward", Jd + Jp)):
+        squares = scipy.linalg.eigvals(plane, np.diag([mass, inertia])).real
+        exact += [(w, way) for w in np.sqrt(squares) if w < 1500.0]
+    for labels in ((), ((1, 1), (1, 5), (1, 2), (1, 4))):
+        system = squeal.System(
+            np.diag([mass, Jd] * 2), {"Omega": G}, K, parameter="Omega", labels=labels
+        )
+        assert directions(system, 1500.0) == sorted(exact)
