@@ -229,13 +229,13 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
         rounding = ROUNDED * n * EPS * norm_of(damping)
         term = Term(damping, rounding=rounding)
         return dataclasses.replace(system, C=(*system.C, term)), description
-    return _bordered(system, U), description
+    return bordered(system, U), description
 
 
-def _bordered(system: System, U: Array) -> System:
-    """A sparse system with U U' added to C, by k more unknowns instead of a full matrix.
+def bordered(system: System, U: Array, of_stiffness: bool = False) -> System:
+    """A sparse system with U U' added to C, or to K, by k more unknowns instead of a full matrix.
 
-    The unknowns w = U' q' are defined by k more rows w - U' q' = 0, and U w is the damping force.
+    The unknowns w = U' q', or U' q, are defined by k more rows w - U' q' = 0, and U w is the force.
     U has the shape (n, k).
     """
     from scipy.sparse import block_array, csc_array, eye_array
@@ -251,6 +251,9 @@ def _bordered(system: System, U: Array) -> System:
     M, C, K = (tuple(map(enlarged, terms)) for terms in system.parts)
     zeros = csc_array((n, n))
     columns = csc_array(U)
+    if of_stiffness:
+        forces = block_array([[zeros, columns], [-columns.T, eye_array(k)]], format="csc")
+        return dataclasses.replace(system, M=M, C=C, K=(*K, Term(forces)))
     forces = block_array([[zeros, columns], [None, csc_array((k, k))]], format="csc")
     definition = block_array([[zeros, None], [-columns.T, eye_array(k)]], format="csc")
     return dataclasses.replace(system, M=M, C=(*C, Term(forces)), K=(*K, Term(definition)))

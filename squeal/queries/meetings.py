@@ -1,0 +1,279 @@
+"""The two real modes behind a growing one, and what would stop it: separation, or damping.
+
+Separation adds (w^2 - w_2^2) M x x' M to K, which raises the upper mode alone to w; damping adds
+2 zeta w M x x' M to C. Both are U U' with few columns. More than `DENSE_ROWS` rows are searched on
+a basis of their modes, and what is named is computed on the full system, with a row more for each
+column of U.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from squeal.errors import ComputationError, InputError
+from squeal.io.processes import one_thread
+from squeal.linear import UnstableMode
+from squeal.linear.damping import bordered, structure_stiffness
+from squeal.linear.matrices import Array, Matrix, dense, is_sparse
+from squeal.linear.real_modes import real_modes
+from squeal.linear.system import SystemMatrices
+from squeal.queries.eigenvalues import eigenvalues
+from squeal.queries.energy import pad_terms
+from squeal.queries.remedies import rounded
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sources import PadSource, SystemSource
+from squeal.sparse.dense import dense_values
+from squeal.sparse.factor import factorise
+
+DENSE_ROWS = 40  # up to which all roots are computed for each change
+NEAR = 12  # real modes around a growing one
+ROOTS = 40  # whose vectors make a basis
+PARTNER = 0.02  # of the energy of the leading real mode: what a second one has at least
+NOTHING = 1e-7  # of |lambda|: growth that two undamped modes may have by rounding
+LEAST = 2.0**-17  # of the frequency, or of critical damping: the first change that is tried
+MOST = 0.25  # and the last one
+BISECTIONS = 10
+RETRIES = 4  # of what the full system does not confirm, each time 5 % more
+
+
+class Cure(Enum):
+    """What is done to two modes."""
+
+    APART = "further apart"
+    BOTH = "both damped"
+    LOWER = "the lower one damped"
+    UPPER = "the upper one damped"
+
+
+@dataclass(frozen=True, eq=False)
+class Meeting:
+    """Two real modes that feed a growing one, and the least changes that stop it.
+
+    Attributes
+    ----------
+    omega : array (2,)
+        Their angular frequencies without friction and damping, rising, rad/s.
+    forces : array (n, 2)
+        M x of both, with x' M x = 1.
+    cures : mapping
+        What stops the mode: of `APART` how much further apart the two must be, Hz; of the others
+        how much more damping is needed, as a share of critical damping. What needs more than
+        `MOST` is missing.
+    """
+
+    omega: Array
+    forces: Array
+    cures: Mapping[Cure, float]
+
+    @property
+    def hertz(self) -> tuple[float, float]:
+        """Their frequencies without friction and damping."""
+        lower, upper = (self.omega / math.tau).tolist()
+        return lower, upper
+
+    @property
+    def alone(self) -> Cure | None:
+        """The one mode whose damping alone stops the growth, with less if either does."""
+        cures = [cure for cure in (Cure.LOWER, Cure.UPPER) if cure in self.cures]
+        return min(cures, key=self.cures.__getitem__, default=None)
+
+    def columns(self, cure: Cure, amount: float) -> Array:
+        """U (n, 2), so that U U' added to K or C is a cure of some amount."""
+        lower, upper = self.omega.tolist()
+        if cure is Cure.APART:
+            added = (0.0, (upper + math.tau * amount) ** 2 - upper**2)
+        else:
+            damped_lower = 0.0 if cure is Cure.UPPER else 2.0 * amount * lower
+            damped_upper = 0.0 if cure is Cure.LOWER else 2.0 * amount * upper
+            added = (damped_lower, damped_upper)
+        return self.forces * np.sqrt(added)
+
+
+def find_meetings(spectrum: Eigenvalues, options: Mapping[str, object]) -> dict[int, Meeting]:
+    """The two real modes behind each growing mode, by its number, with what stops it.
+
+    Empty where matrices are complex or follow the frequency. A mode that grows with one real mode
+    alone is left out.
+
+    Parameters
+    ----------
+    spectrum : Eigenvalues
+        Roots with vectors.
+    options : mapping
+        Of `eigenvalues`, with which the full system is solved.
+    """
+    meetings: dict[int, Meeting] = {}
+    with suppress(InputError, ComputationError), one_thread():
+        problem = _Problem(spectrum)
+        for mode in spectrum.unstable:
+            pair = problem.pair_of(mode)
+            number_of_mode = spectrum.mode_of(mode)
+            if pair is not None and number_of_mode is not None:
+                meetings[number_of_mode] = problem.cured(pair)
+        if problem.is_reduced:
+            meetings = _confirmed(spectrum, meetings, options)
+    return meetings
+
+
+class _Problem:
+    """Matrices at the own parameter, and the structure without friction."""
+
+    def __init__(self, spectrum: Eigenvalues) -> None:
+        self.spectrum = spectrum
+        source = spectrum.source
+        assert source is not None
+        if isinstance(source, PadSource):
+            assert source.analysis is not None
+            M, C, K = source.analysis.matrices
+            self.matrices: SystemMatrices = (M, C, K)
+            terms = pad_terms(source.scene, source.analysis)
+            self.structure: Matrix = sum(term.matrix for term in terms if term.role == "stiffness")
+        else:
+            system = source.file.system
+            if system.follows or not system.real:
+                raise InputError("the matrices are complex, or follow the frequency")
+            self.matrices = system.at()
+            self.structure, _ = structure_stiffness(system)
+        self.is_reduced = self.structure.shape[0] > DENSE_ROWS
+
+    def pair_of(self, mode: UnstableMode) -> Meeting | None:
+        """The two real modes with the largest shares of a growing one, None if there is one."""
+        M = self.matrices[0]
+        if not mode.frequency_hz or M.shape[0] < 2:
+            return None
+        omega, shapes = _modes_near(self.structure, M, mode.root.imag)
+        forces = M @ shapes
+        nearest = int(abs(self.spectrum.values - mode.root).argmin())
+        shares = abs(forces.T @ self.spectrum.eigenvalues[nearest].right) ** 2
+        pair = np.sort(np.argsort(-shares)[:2])
+        if shares[pair].min() < PARTNER * shares[pair].max():
+            return None
+        return Meeting(omega[pair], forces[:, pair], {})
+
+    def cured(self, pair: Meeting) -> Meeting:
+        """Two modes with the least change of each kind after which one mode less grows."""
+        basis = self._basis(pair)
+        M = basis.T @ (self.matrices[0] @ basis)
+        K = basis.T @ (self.matrices[2] @ basis)
+        C = 0.0 * M
+        if self.matrices[1] is not None:
+            C = basis.T @ (self.matrices[1] @ basis)
+
+        def growing(cure: Cure, amount: float) -> int:
+            U = basis.T @ pair.columns(cure, amount)
+            of_stiffness = float(cure is Cure.APART)
+            roots = dense_values(M, C + (1.0 - of_stiffness) * U @ U.T, K + of_stiffness * U @ U.T)
+            return int(np.sum((roots.imag > 0.0) & (roots.real > NOTHING * abs(roots))))
+
+        before = growing(Cure.BOTH, 0.0)
+        cures = {}
+        for cure in Cure:
+            unit = pair.hertz[1] if cure is Cure.APART else 1.0
+            share = LEAST
+            while share <= MOST and growing(cure, share * unit) >= before:
+                share *= 2.0
+            if share > MOST:
+                continue
+            low, high = share / 2.0, share
+            for _ in range(BISECTIONS):
+                middle = (low + high) / 2.0
+                if growing(cure, middle * unit) < before:
+                    high = middle
+                else:
+                    low = middle
+            cures[cure] = float(rounded(high * unit, 2, math.ceil))
+        return replace(pair, cures=cures)
+
+    def _basis(self, pair: Meeting) -> Array:
+        """Orthonormal columns (n, k) that hold the two modes and those around; all of few rows."""
+        n = len(pair.forces)
+        if not self.is_reduced:
+            return np.eye(n)
+        distances = abs(self.spectrum.values - 1j * pair.omega.mean())
+        vectors = []
+        for k in np.argsort(distances)[:ROOTS].tolist():
+            root = self.spectrum.eigenvalues[k]
+            vectors += [root.right, root.left]
+        shapes = np.array([vector for vector in vectors if len(vector)]).T
+        M = self.matrices[0]
+        _, modes = _modes_near(self.structure, M, float(pair.omega.mean()))
+        columns = np.hstack([shapes.real, shapes.imag, modes])
+        left, sizes, _ = np.linalg.svd(
+            columns / np.linalg.norm(columns, axis=0), full_matrices=False
+        )
+        return left[:, sizes > NOTHING * sizes[0]]
+
+
+def _modes_near(K: Matrix, M: Matrix, omega: float) -> tuple[Array, Array]:
+    """The real modes nearest to an angular frequency: omega (k,) rising, and shapes (n, k)."""
+    n = K.shape[0]
+    if not is_sparse(K):
+        return real_modes(K, dense(M), n, None)
+    from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
+
+    shift = omega**2
+    try:
+        inverse = LinearOperator(
+            (n, n), matvec=factorise((K - shift * M).tocsc()).solve, dtype=float
+        )
+        start = np.random.default_rng(0).standard_normal(n)
+        squares, shapes = eigsh(K, NEAR, M, shift, OPinv=inverse, v0=start)
+    except (ArpackError, ArithmeticError, RuntimeError) as error:
+        raise ComputationError(f"real modes near {omega / math.tau:g} Hz: {error}") from None
+    order = np.argsort(squares)
+    return np.sqrt(np.maximum(squares[order], 0.0)), shapes[:, order]
+
+
+def _confirmed(
+    spectrum: Eigenvalues, meetings: Mapping[int, Meeting], options: Mapping[str, object]
+) -> dict[int, Meeting]:
+    """Cures that the full system confirms, each kind for all modes at once; the damping of one mode
+    alone with that of the others.
+
+    A cure that stops fewer modes than it should is enlarged, and left out in the end.
+    """
+    confirmed = dict(meetings)
+    for cures in ([Cure.APART], [Cure.BOTH], [Cure.LOWER, Cure.UPPER]):
+        tried: dict[int, Cure] = {}
+        for mode, meeting in meetings.items():
+            known = [cure for cure in cures if cure in meeting.cures]
+            if known:
+                tried[mode] = min(known, key=meeting.cures.__getitem__)
+        factor = _confirmed_factor(spectrum, confirmed, tried, options) if tried else None
+        for mode, meeting in confirmed.items():
+            amounts = {cure: x for cure, x in meeting.cures.items() if cure not in cures}
+            if factor is not None and mode in tried:
+                cure = tried[mode]
+                amounts[cure] = float(rounded(factor * meeting.cures[cure], 2, math.ceil))
+            confirmed[mode] = replace(meeting, cures=amounts)
+    return confirmed
+
+
+def _confirmed_factor(
+    spectrum: Eigenvalues,
+    meetings: Mapping[int, Meeting],
+    tried: Mapping[int, Cure],
+    options: Mapping[str, object],
+) -> float | None:
+    """How many times the cures stop all modes that they are for, None if not even 20 % more do."""
+    source = spectrum.source
+    assert isinstance(source, SystemSource)
+    of_stiffness = Cure.APART in tried.values()
+    left = len(spectrum.unstable) - len(tried)
+    for retry in range(RETRIES):
+        factor = 1.0 + 0.05 * retry
+        columns = []
+        for mode, cure in tried.items():
+            amount = float(rounded(factor * meetings[mode].cures[cure], 2, math.ceil))
+            columns.append(meetings[mode].columns(cure, amount))
+        changed = bordered(source.file.system, np.hstack(columns), of_stiffness)
+        computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
+        if len(computed.unstable) <= left:
+            return factor
+    return None

@@ -1,0 +1,67 @@
+"""Separation and damping that stop a growing mode, against closed forms of two coupled modes."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import squeal
+from squeal.queries.meetings import Cure, find_meetings
+
+LOWER, UPPER = 400.0, 420.0  # rad/s
+FORCE = 12_000.0  # of friction: the pair has met where it is above half of what squares differ by
+FRICTION = np.array([[0.0, FORCE], [-FORCE, 0.0]])
+
+
+def pair(*damping):
+    """Two modes with damping in 1/s that friction couples."""
+    K = {"1": np.diag([LOWER**2, UPPER**2]), "mu": FRICTION}
+    return squeal.System(np.eye(2), np.diag(damping), K, parameters={"mu": 1.0})
+
+
+def cures_of(system):
+    (meeting,) = find_meetings(squeal.eigenvalues(system), {}).values()
+    assert meeting.hertz == pytest.approx((LOWER / math.tau, UPPER / math.tau))
+    return meeting.cures
+
+
+def hurwitz(lower, upper):
+    """Positive where (s^2 + lower s + a) (s^2 + upper s + b) + FORCE^2 has no growing root."""
+    a, b = LOWER**2, UPPER**2
+    a3, a2 = lower + upper, a + b + lower * upper
+    a1, a0 = lower * b + upper * a, a * b + FORCE**2
+    return a1 * (a3 * a2 - a1) - a3**2 * a0
+
+
+def test_the_separation_of_an_undamped_pair_is_that_of_equal_squares():
+    """It grows while the squares differ by less than twice the force."""
+    cures = cures_of(pair(0.0, 0.0))
+    needed = (math.sqrt(LOWER**2 + 2.0 * FORCE) - UPPER) / math.tau
+    assert needed <= cures[Cure.APART] <= 1.08 * needed
+
+
+def test_damping_of_one_undamped_mode_alone_never_helps():
+    """Its Hurwitz determinant is -(c FORCE)^2."""
+    assert hurwitz(3.0, 0.0) == pytest.approx(-((3.0 * FORCE) ** 2), rel=1e-6)
+    cures = cures_of(pair(0.0, 0.0))
+    assert Cure.LOWER not in cures
+    assert Cure.UPPER not in cures
+    needed = brentq(lambda zeta: hurwitz(2 * zeta * LOWER, 2 * zeta * UPPER), 1e-3, 0.2)
+    assert needed <= cures[Cure.BOTH] <= 1.08 * needed
+
+
+def test_damping_of_one_mode_is_that_of_hurwitz():
+    damping = 12.0
+    cures = cures_of(pair(damping, damping))
+    assert hurwitz(damping, damping) < 0.0
+    lower = brentq(lambda zeta: hurwitz(damping + 2 * zeta * LOWER, damping), 0.0, 0.25)
+    upper = brentq(lambda zeta: hurwitz(damping, damping + 2 * zeta * UPPER), 0.0, 0.25)
+    assert lower <= cures[Cure.LOWER] <= 1.08 * lower
+    assert upper <= cures[Cure.UPPER] <= 1.08 * upper
+    assert cures[Cure.BOTH] < min(lower, upper)
+
+
+def test_modes_without_a_pair_have_none():
+    lonely = squeal.System(np.eye(2), np.diag([-0.02, 0.02]), np.diag([1.0, 1.44]))
+    assert find_meetings(squeal.eigenvalues(lonely), {}) == {}
