@@ -268,7 +268,7 @@ class SpectrumAtParameter:
             per_root += np.sign(z.imag) * ~self.real
         elif self.problem is GYROSCOPIC:  # z = -i lambda
             certain = z.imag < -rounding
-            possible = has_close_root
+            possible = has_close_root  # by itself a root stays on the real axis
         else:  # each complex s and each negative one gives a growing root
             certain = (np.abs(z.imag) > rounding) | (z.real < -rounding)
             possible = has_close_root | (z.real < rounding)

@@ -156,7 +156,14 @@ def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
 
 
 def _locate_event(continuation: Continuation, guess: Guess, crosses: bool) -> Event | None:
-    """As `locate_event`; raises LinAlgError or ValueError where a matrix is singular."""
+    """As `locate_event`; raises LinAlgError or ValueError where a matrix is singular.
+
+    Newton's method finds the zero of the event function. Its interval follows from the errors of
+    the function there or, if that is not by far narrower than the guess, from the nearest values at
+    which its sign is certain. There is no event where the method finds no zero, where the interval
+    is wider than the guess, where rounding hides whether d vanishes at all, where no root crosses
+    the line, and where the sign is the same on both sides.
+    """
     zero = _newton(continuation, guess)
     if zero is None:
         return None
@@ -365,6 +372,7 @@ def bracket_by_sign(
         None if the sign is the same on both sides.
     """
     smallest = 2 * float(np.spacing(max(abs(low), abs(high))))
+    # downwards from the one end, upwards from the other
     below, sign_below = _certain_sign(sign, at[0], -1, at[0] - low, half, smallest)
     above, sign_above = _certain_sign(sign, at[1], 1, high - at[1], half, smallest)
     if sign_below * sign_above > 0:

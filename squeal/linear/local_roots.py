@@ -123,14 +123,15 @@ class LocalRoots(NamedTuple):
         d = self.d
         dd = self.d_slope
         if self.is_single:
-            return EventFunction(m, dm, 0.0, self.mean_noise)
+            return EventFunction(m, dm, bend=0.0, noise=self.mean_noise)
         if coalesces:
             return EventFunction(d.real, dd.real, self.d_bend.real, self.noise)
         value = m**2 * d.real + d.imag**2 / 4 - m**4
         slope = 2 * m * dm * d.real + m**2 * dd.real + d.imag * dd.imag / 2 - 4 * m**3 * dm
         # the derivatives of the function by m and by d, times the noise of each
         noise = abs(2 * m * d.real - 4 * m**3) * self.mean_noise
-        return EventFunction(value, slope, 0.0, noise + (m**2 + abs(d.imag) / 2) * self.noise)
+        noise = noise + (m**2 + abs(d.imag) / 2) * self.noise
+        return EventFunction(value, slope, bend=0.0, noise=noise)
 
 
 def roots_near(

@@ -86,5 +86,5 @@ def _by_invariants(entries: Sequence[Array]) -> Codes:
         fastest = np.argmax(np.abs(np.sqrt(-s).real), axis=1)
         is_flutter = s.imag[np.arange(len(s)), fastest] != 0.0
         codes[has_both] = np.where(is_flutter, FLUTTER, DIVERGENCE)
-        codes[vague] = [_code(A[k], None) for k in vague]
+        codes[vague] = [_code(A[k], B=None) for k in vague]
     return codes

@@ -315,7 +315,7 @@ def _frequency_scale(A: NDArray, B: NDArray) -> Array:
 def state_matrices(M: Array, C: Array, K: Array) -> tuple[Array, Array]:
     """A (2n, 2n) of the states (q, q') of M q'' + C q' + K q = f, and B (2n, n) of the forces f."""
     inverse = np.linalg.inv(M)
-    A, _ = first_order(inverse @ K, inverse @ C, 1.0)
+    A, _ = first_order(inverse @ K, inverse @ C, frequency_scale=1.0)
     return A, np.vstack([0.0 * inverse, inverse])
 
 

@@ -404,7 +404,10 @@ _PathState = tuple[Continuation, SpectrumAtParameter]
 
 
 def _states_away_from_crossings(result: Thresholds, mu: float) -> list[_PathState]:
-    """By rising value the states at which rounding does not hide what grows, and that at mu."""
+    """The states by rising value, without those at which rounding may hide what grows.
+
+    These lie in the interval of a crossing or next to it. The state at mu is kept in any case.
+    """
     low = result.searched[0].continuation.low
     margin = 1e-6 * (mu - low)
 

@@ -376,8 +376,8 @@ class _AdaptiveRefinement:
         """
         continuation = self.continuation
         low, high = hull(inside)
-        persists_below = _count_persists(continuation, (low, high), a, -1)
-        if persists_below and _count_persists(continuation, (low, high), b, 1):
+        persists_below = _count_persists(continuation, (low, high), a, direction=-1)
+        if persists_below and _count_persists(continuation, (low, high), b, direction=1):
             return None
         margin = 16 * max(high - low, _resolution(low, high))  # as in `_count_persists`
         before = max(low - margin, (a + low) / 2)
@@ -483,7 +483,7 @@ def _has_frequency(event: Event, omega: float, direction: int, tolerance: float)
 def _is_same_event(event: Event, other: Event) -> bool:
     """True if two events have one frequency and direction, and intervals that touch."""
     return (
-        _has_frequency(event, other.omega, other.direction, 1e-6)
+        _has_frequency(event, other.omega, other.direction, tolerance=1e-6)
         and event.interval[0] <= other.interval[1]
         and other.interval[0] <= event.interval[1]
     )
@@ -564,6 +564,7 @@ def _midpoints(continuation: Continuation, clusters: Sequence[Sequence[Event]]) 
 
 def _meetings_at_end(state: SpectrumAtParameter, width: float) -> Iterator[Guess]:
     """Pairs of roots on the line that are one at the end of the range, as far as rounding tells."""
+    # real s below zero too: `locate_event` leaves out those that join without a crossing
     on_line = state.real if state.problem is UNDAMPED else state.on_line
     for pair in np.argwhere(np.triu(on_line & on_line[:, None] & state.close, 1)):
         yield Guess(

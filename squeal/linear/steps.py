@@ -69,8 +69,8 @@ class Guess:
 def near_coalescences(before: SpectrumAtParameter, after: SpectrumAtParameter) -> Iterator[Guess]:
     """Pairs that may meet, or exchange and cross the line, within a step; seen from both ends."""
     span = after.value - before.value
-    yield from _meetings_seen_from(before, span, 1)
-    yield from _meetings_seen_from(after, span, -1)
+    yield from _meetings_seen_from(before, span, direction=1)
+    yield from _meetings_seen_from(after, span, direction=-1)
 
 
 class _Approaches(NamedTuple):
@@ -292,7 +292,9 @@ def may_exchange_partner(before: SpectrumAtParameter, after: SpectrumAtParameter
     """
     # without it a window of three modes that cross at nearly one value would be missed
     span = after.value - before.value
-    return _may_exchange_partner(before, span, 1) or _may_exchange_partner(after, span, -1)
+    if _may_exchange_partner(before, span, direction=1):
+        return True
+    return _may_exchange_partner(after, span, direction=-1)
 
 
 def _may_exchange_partner(state: SpectrumAtParameter, span: float, direction: int) -> bool:

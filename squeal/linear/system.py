@@ -198,7 +198,7 @@ class System:
         without_value = sorted((FREQUENCY.keys() & self.names) - values.keys())
         if without_value:
             vars(self)["follows"] = tuple(without_value)
-            values |= self.frequency(None)
+            values |= self.frequency(omega=None)
         vars(self)["parameters"] = MappingProxyType(values)
 
     def _check_terms(self) -> None:

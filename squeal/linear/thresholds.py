@@ -383,7 +383,7 @@ def _exchanges(
     """
     if a.verdict != b.verdict:
         value, half_width = _exchange(continuation, a, b)
-        yield VerdictChange(value, half_width, a.verdict, b.verdict, None)
+        yield VerdictChange(value, half_width, a.verdict, b.verdict, cluster=None)
     elif depth and _may_exchange_twice(
         continuation.at(a.value), continuation.at(b.value), a.verdict
     ):

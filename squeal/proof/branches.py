@@ -227,7 +227,7 @@ class PadBranch:
             if change is None:
                 yield cell
                 last = cell
-                position = self._position_at(cell, 1.0)
+                position = self._position_at(cell, t=1.0)
                 is_at_end = position.unknowns[FRICTION] > self.high
                 if is_at_end or position.direction[FRICTION] <= 0.0:
                     return
@@ -352,7 +352,7 @@ class PadBranch:
         J_change = np.zeros((3, 4))
         for row, jet in enumerate(self._jets(_along(point, direction), state)):
             for column, slope in enumerate(jet.slopes):
-                value, change = _coefficients(slope, 2)
+                value, change = _coefficients(slope, count=2)
                 J[row, column] = float(value.mid())
                 J_change[row, column] = float(change.mid())
         to_end = np.inf  # half a cell that reaches just beyond the highest friction
@@ -426,7 +426,7 @@ class PadBranch:
         first: ContactChange | None = None
         for i, gap in enumerate(self._enclosing_polynomials(cell.centre, cell.radii, gaps)):
             sign_of_state = -1 if cell.state[i] else 1  # -1: touching, the gap is negative
-            pieces = signs(gap, cell.start, 1.0)
+            pieces = signs(gap, cell.start, high=1.0)
             if not same_state and pieces[0].sign != sign_of_state:
                 certain_from = first_with_sign(pieces, sign_of_state)
                 friction = cell.at(_between(cell.start, certain_from))[FRICTION]

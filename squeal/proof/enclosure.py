@@ -85,7 +85,7 @@ def enclose(block: Quadratic, guess: Guess | None = None) -> list[Piece] | Failu
             if block.is_undamped:
                 discs = _roots_of_squares(_squares(scaled_block))
             elif guess is None:
-                discs = _first_order(scaled_block, None)
+                discs = _first_order(scaled_block, guess=None)
             else:
                 scaled_guess = Guess(guess.values / rate, guess.shapes / units[:, None])
                 discs = _first_order(scaled_block, scaled_guess)

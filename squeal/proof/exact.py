@@ -208,7 +208,7 @@ def _of_squares(polynomial: Polynomial, scale: Ball) -> list[Piece]:
         return []
     pieces = []
     for root, multiplicity in polynomial.complex_roots():
-        square = flint.acb(root) * scale
+        square = flint.acb(root) * scale  # lambda^2; its `_piece`: Re, Im, side, is it real
         is_real_square = square.imag == 0  # exactly: FLINT gives a real root no imaginary part
         if is_real_square and square.real < 0:
             size = (-square.real).sqrt()

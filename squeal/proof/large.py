@@ -163,7 +163,8 @@ def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -
     MY = metric @ Y
     sigma = SIGMA * radius**2
     damping = _damping(metric, C, K)
-    # N = metric + extra, so that |u' C' w| <= DAMPING sigma / radius where u and w have norm 1
+    # N = metric + extra, so that |u' C' w| <= DAMPING sigma / radius where u and w have norm 1;
+    # here and below `upper` takes more terms than the few roundings of a bound
     extra = upper(damping.local * (radius / (DAMPING * sigma)), 8)
     N = csc_array(metric + diags_array(extra))
     reason = _singular_values_above(N, K, MX, MY, sigma)
@@ -218,7 +219,7 @@ def _pieces_in_band(pieces: list[Piece], radius: float) -> tuple[Piece, ...]:
         # each lambda has its own core here, so that neither counts nor mirror images hold
         low = float(np.min(np.nextafter(piece.centres.real - piece.radii, -np.inf)))
         high = float(np.max(np.nextafter(piece.centres.real + piece.radii, np.inf)))
-        in_band.append(Piece(piece.centres, piece.radii, low, high, "unknown", None))
+        in_band.append(Piece(piece.centres, piece.radii, low, high, side="unknown", real=None))
     return tuple(in_band)
 
 

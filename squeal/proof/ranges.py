@@ -237,7 +237,7 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
     count keeps the best of their bounds. rate: see `CountBounds`, 1/s.
     """
     roots = 4 * terms.n  # complex ones may all lie above the real axis
-    best = CountBounds(0, roots, roots, 0)
+    best = CountBounds(least=0, most=roots, doubtful=roots, not_decaying=0)
     try:
         M, C, K = terms.expanded(low, high)
     except ValueError:
@@ -254,13 +254,14 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
                 best = best._replace(reason=S.reason)
                 continue
             if not terms.is_real:
-                tallies = tallies_above(S, half, terms.is_undamped)
+                tallies = tallies_above(S, half, are_squares=terms.is_undamped)
             elif terms.is_undamped:
                 tallies = tallies_of_squares(S, half)
             else:
-                tallies = tallies_of_values(S, half, terms.is_symmetric and terms.is_skew)
+                is_hamiltonian = terms.is_symmetric and terms.is_skew
+                tallies = tallies_of_values(S, half, is_hamiltonian)
             least, most = growing_of(tallies)
-            not_decaying, _ = growing_of(tallies, -rate)
+            not_decaying, _ = growing_of(tallies, rate=-rate)  # at least
             doubtful = 0
             for tally in tallies:
                 if tally.side != "grows" and tally.high > rate:

@@ -339,10 +339,16 @@ def possible_verdicts(pieces: Sequence[Piece]) -> frozenset[str]:
 
 
 def judge_finding(finding: Finding, answer: RootList) -> Proof:
-    """Compare a list of roots and its verdict with what is known of the roots of a system."""
+    """Compare a list of roots and its verdict with what is known of the roots of a system.
+
+    - Without an enclosure of each component all is open.
+    - Of the roots the answer is that of `_compare`.
+    - A verdict that is not possible is refuted; one of several possible ones is open.
+    """
     failure = finding.failure
     if failure is not None:
-        return _open(finding, failure.reason, None, np.full(len(answer.values), math.inf))
+        unproved = np.full(len(answer.values), math.inf)
+        return _open(finding, failure.reason, where=None, errors=unproved)
     with np.errstate(all="ignore"):
         comparison = _compare(finding.pieces, answer)
     verdicts = possible_verdicts(finding.deciding)

@@ -293,7 +293,7 @@ def moving_discs(S: NearDiagonal, half: float) -> MovingDiscs:
     """
     centres = S.centres
     speeds = S.speeds
-    off_diagonal = upper(magnitude(S.S0) + half * magnitude(S.L) + S.N, 4)
+    off_diagonal = upper(magnitude(S.S0) + half * magnitude(S.L) + S.N, 4)  # a sum of 4 terms
     np.fill_diagonal(off_diagonal, 0.0)
     diagonal_errors = S.N.diagonal()
     off_diagonal_sums = row_sums(off_diagonal)
@@ -435,7 +435,7 @@ def imaginary_bounds(S: NearDiagonal, discs: MovingDiscs, half: float) -> list[I
     for number, part in enumerate(discs.parts):
         is_real_pair = len(part) == 2 and bool(S.is_real[part].all())
         if is_own_image[number] and len(part) == 1:
-            bounds.append(ImaginaryBound(False, 0.0))
+            bounds.append(ImaginaryBound(never_real=False, largest=0.0))
         elif is_own_image[number] and is_real_pair and flint is not None:
             bounds.append(_imaginary_bound_of_pair(S, discs, half, part))
         else:
@@ -476,7 +476,7 @@ def _imaginary_bound_of_pair(
     x, b, c, y = entries
     discriminant = ((x - y) * (x - y) + 4 * b * c)(interval)
     if discriminant > 0:
-        return ImaginaryBound(False, 0.0)
+        return ImaginaryBound(never_real=False, largest=0.0)
     # S is real, so that |Im (x - s)| and |Im (y - s)| are |Im s| but for what the others do
     coupled = float((b(interval) * c(interval)).abs_upper())
     by_coupling = np.sqrt(coupled) + through_others.max()
