@@ -12,6 +12,7 @@ few iterations more, each of which gains a factor of D2 L / K22.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -64,10 +65,10 @@ def completed_to_second_order(system: SystemFunction, p: float) -> Completed | N
 
     def with_rate(term: Term) -> Term:
         matrix = dense(term.matrix)
-        return Term(matrix + (rate - 1.0) * (first_order @ matrix), term.factor, term.digits)
+        return replace(term, matrix=matrix + (rate - 1.0) * (first_order @ matrix))
 
     def raised(term: Term) -> Term:
-        return Term(first_order @ dense(term.matrix), term.factor, term.digits)
+        return replace(term, matrix=first_order @ dense(term.matrix))
 
     completed = System(
         (*system.M, *map(raised, system.C)),

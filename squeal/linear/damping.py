@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import InputError
-from squeal.linear.matrices import SKEW, Array
+from squeal.linear.matrices import EPS, SKEW, Array, norm_of
 from squeal.linear.moduli import Modulus
 from squeal.linear.real_modes import real_modes
 from squeal.linear.system import Matrix, System, Term
@@ -24,6 +24,8 @@ from squeal.numerics.differentiation import Formula
 
 MOST_DENSE = 2000
 """Rows up to which modal damping is a full matrix of all modes."""
+ROUNDED = 16.0
+"""Roundings of an entry of that matrix for each row, of the norm of the matrix."""
 
 Ratios = float | Sequence[float] | Callable[[Array], Array]
 """Damping ratios: of all modes, of the first ones, or a function of frequencies (Hz)."""
@@ -221,7 +223,11 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
         value=zeta[is_damped].tolist(),
     )
     if n <= MOST_DENSE:
-        return dataclasses.replace(system, C=(*system.C, Term(U @ U.T))), description
+        damping = U @ U.T
+        # of the products and of the modes, which exact arithmetic must not take for given
+        rounding = ROUNDED * n * EPS * norm_of(damping)
+        term = Term(damping, rounding=rounding)
+        return dataclasses.replace(system, C=(*system.C, term)), description
     return _bordered(system, U), description
 
 
@@ -239,7 +245,7 @@ def _bordered(system: System, U: Array) -> System:
         """The term with rows and columns of zeros for the new unknowns."""
         X = csc_array(term.matrix, copy=True)
         X.resize((n + k, n + k))
-        return Term(X, term.factor, term.digits)
+        return dataclasses.replace(term, matrix=X)
 
     M, C, K = (tuple(map(enlarged, terms)) for terms in system.parts)
     zeros = csc_array((n, n))

@@ -88,6 +88,7 @@ def rounding_of_sums(system: TermSystem) -> tuple[Array, Array, Array]:
         error = np.zeros((system.n, system.n))
         for term in active:
             factor = term.factor.value(parameters)
+            error = error + abs(factor) * term.rounding
             matrix = dense(term.matrix)
             if np.iscomplexobj(matrix) or isinstance(factor, complex):
                 size = abs(factor) * np.abs(matrix)

@@ -52,6 +52,7 @@ class Term:
     """A copy of a finite matrix (n, n), and the formula or complex modulus that multiplies it.
 
     `digits` are the significant digits to which its entries are known, None if they are exact.
+    `rounding` is how far rounding may have moved its entries where it was computed from others.
 
     Examples
     --------
@@ -64,6 +65,7 @@ class Term:
     matrix: Matrix = field(repr=False)
     factor: Formula | Modulus | Tabulated = ONE
     digits: int | None = None
+    rounding: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "matrix", given_matrix(self.matrix).copy())
@@ -647,7 +649,7 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
 
     def free_rows(term: Term) -> Term:
         matrix = term.matrix.tocsc() if is_sparse(term.matrix) else term.matrix
-        return Term(matrix[free][:, free], term.factor, term.digits)
+        return dataclasses.replace(term, matrix=matrix[free][:, free])
 
     assumption = f"{supports.size} rows are taken for supports and left out"
     return (

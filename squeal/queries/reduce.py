@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 from squeal.linear.system import System
@@ -46,4 +47,5 @@ def reduce(
 
     analysis = SystemAnalysis.of(subject, band, region, memory=memory, progress=progress)
     reduction, _ = analysis.reduced(None if values is None else list(values), method)
-    return reduction.system
+    words = "a reduced system approximates the roots of its band or region"
+    return replace(reduction.system, assumptions=(*reduction.system.assumptions, words))

@@ -162,7 +162,7 @@ def _system_sweep(
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.known import sweep_as_known
     from squeal.queries.systems.reduced import basis_of
-    from squeal.queries.systems.seat import seat_note
+    from squeal.queries.systems.seat import seat_note, sweep_as_seated
     from squeal.queries.systems.sweeps import track_modes
 
     analysis.warn_of_unused_parameter()
@@ -185,6 +185,7 @@ def _system_sweep(
         source=SystemSource(analysis.file, analysis.selection, reduction),
         note=seat_note(analysis.file),
     )
+    answer = sweep_as_seated(analysis.file, answer)
     return sweep_as_known(analysis.file, analysis.selection, answer)
 
 

@@ -124,7 +124,10 @@ class Thresholds(Answer):
             Column("high", value=lambda row: row.interval[1], hidden=True),
             Column("error", value=error, shown=lambda row: number(error(row), 2)),
         )
-        return Table(table, rows, nothing="no change of stability")
+        nothing = "no change of stability"
+        if self.details.get("left_out"):  # growth begins or ends at no listed threshold
+            nothing += " was located"
+        return Table(table, rows, nothing=nothing)
 
     def parts(self) -> Sequence[str | Table]:
         if self.proof_line:

@@ -237,3 +237,121 @@ def test_a_tiny_mass_is_not_taken_for_a_shared_null_vector():
     found = squeal.eigenvalues(squeal.System(M, C=C, K=K))
     assert found.verdict == "marginal" or not found.certified
     assert found.verdict in (None, "marginal")
+
+
+@pytest.mark.parametrize("exponent", [10, 20, 25, 30, 35])
+def test_roots_far_from_those_that_the_solver_computes_are_listed(exponent):
+    """Of a singular M, where a damper is 2^30 times the mass: det P is w^6 times a quartic."""
+    w = 2.0**exponent
+    M = [[0, -1, 0], [0, 0, 1], [0, 0, -2]]
+    K = np.array([[2.0, 0, -2], [0, -1, 2], [1, 0, 1]]) * w**2
+    found = squeal.eigenvalues(squeal.System(M, np.diag([2.0, 2, 1]) * w, K))
+    # det P(w r) = w^6 (4 r^4 + ...): the polynomial by its values at five points, in fractions
+    points = range(5)
+    values = []
+    for r in points:
+        P = [[Fraction(int(M[i][j] * r * r)) for j in range(3)] for i in range(3)]
+        for i, damper in enumerate((2, 2, 1)):
+            P[i][i] += damper * r
+        for i, j in np.ndindex(3, 3):
+            P[i][j] += Fraction(int(K[i, j] / w**2))
+        (a, b, c), (d, e, f), (g, h, k) = P
+        values.append(float(a * (e * k - f * h) - b * (d * k - f * g) + c * (d * h - e * g)))
+    coefficients = np.linalg.solve(np.vander(points, 5).astype(float), values)
+    exact = np.roots(coefficients) * w
+    growing = np.sort(exact.real[exact.real > 0])
+    listed = np.sort([mode.growth_rate for mode in found.unstable])
+    assert listed == pytest.approx(growing, rel=1e-6)
+    assert found.verdict == "divergence"
+
+
+@pytest.mark.parametrize("k", range(2, 12))
+def test_a_root_at_a_real_end_of_a_region_is_not_proved_away(k):
+    """Of s^2 = k the root rounds to the end: on which side it lies the doubles do not say."""
+    system = squeal.System([[1.0]], K=[[-float(k)]])
+    end = float(np.sqrt(k))
+    for region in ((end, 2 * end, -1.0, 1.0), (end / 2, end, -1.0, 1.0)):
+        found = squeal.eigenvalues(system, region=region)
+        assert len(found.eigenvalues) == 1
+        assert not found.certified
+    inside = squeal.eigenvalues(system, region=(end / 2, 2 * end, -1.0, 1.0))
+    assert inside.certified
+
+
+@pytest.mark.parametrize("region", [(-1, 1, -4, -2), (0, 1, -4, -2), (-1, 1, -4, 2)])
+def test_a_region_of_conjugates_is_refused(region):
+    """A mode that grows was listed there by its conjugate, and no unstable mode told of."""
+    system = squeal.System(np.eye(3), np.diag([0.1, 0.1, -0.1]), np.diag([1.0, 4.0, 9.0]))
+    with pytest.raises(squeal.InputError, match="below the real axis lie conjugates"):
+        squeal.eigenvalues(system, region=region)
+
+
+@pytest.mark.parametrize("stiffness", [3.0, 2.75, 5.5, 6.5])
+def test_modes_without_a_damping_ratio_are_not_proved_to_grow(tmp_path, stiffness):
+    """Only the first of three modes has a ratio: the others are undamped, none of them grows."""
+    K = f"[[{stiffness}, -1, 0], [-1, 2.5, -1], [0, -1, 4]]"
+    eye = "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"
+    shift = f"{{matrix: {eye}, factor: mu}}"
+    text = f"M: {eye}\nK: [{{matrix: {K}}}, {shift}]\ndamping: {{ratios: [0.01]}}\n"
+    (tmp_path / "modal.yaml").write_text(text)
+    system = squeal.read_system(tmp_path / "modal.yaml")
+    found = squeal.eigenvalues(system)
+    assert found.verdict in (None, "marginal")
+    assert not found.unstable
+    assert not found.certified
+    damped = [root for root in found.eigenvalues if root.growth_rate < -1e-6]
+    assert len(damped) == 2
+    for step in squeal.sweep(system, [0.0, 1.0]).steps:
+        assert step.verdict in (None, "marginal")
+
+
+@pytest.mark.parametrize("method", ["reduced", "modal"])
+def test_a_reduced_system_is_not_certified(method):
+    """It approximates the system whose roots are asked for."""
+    chain = squeal.System(np.eye(60), K=np.diag((2 * np.pi * np.arange(1, 61)) ** 2))
+    found = squeal.eigenvalues(squeal.reduce(chain, band=(0.5, 3.7), method=method))
+    assert not found.certified
+
+
+def bead_on_bead(mu):
+    """Two beads whose contact stiffens with its force, seated at a friction."""
+    one = squeal.Component(
+        squeal.System(np.eye(2), K=np.diag([40.0, 60.0]), name="one"), [1, 1], [0, 2]
+    )
+    two = squeal.Component(
+        squeal.System(np.eye(2), K=[[2.0, -1.2], [-1.2, 3.0]], name="two"),
+        [1, 1],
+        [0, 2],
+        load=[0.0, -5.0],
+    )
+    contact = squeal.Contact(
+        ("one", "two"),
+        [(1, 1)],
+        (0, 0, 1),
+        stiffness=2.0,
+        sliding=(1, 0, 0),
+        exponent=0.5,
+        reference=1.0,
+    )
+    return squeal.assemble([one, two], [contact], {"mu": mu})
+
+
+def test_contact_that_another_friction_seats_differently_is_not_certified():
+    assembly = bead_on_bead(0.0)
+    held = squeal.eigenvalues(assembly, at=1.5015)
+    anew = squeal.eigenvalues(bead_on_bead(1.5015))
+    assert held.verdict != anew.verdict
+    assert anew.certified
+    assert not held.certified
+    steps = squeal.sweep(assembly, [0.0, 1.5015]).steps
+    assert [step.certified for step in steps] == [True, False]
+    assert squeal.eigenvalues(assembly, at=0.0).certified
+
+
+def test_growth_that_begins_at_no_listed_threshold_is_not_called_counted():
+    """M = mu: what grows comes from infinity."""
+    C = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    system = squeal.System({"mu": np.eye(2)}, C, [[1.0, 0.2], [-0.2, 1.5]])
+    found = squeal.thresholds(system, 2.0, band=(0.0, 100.0))
+    assert found.proof["status"] == "open"
+    assert "no change of stability was located" in str(found)

@@ -28,7 +28,7 @@ from squeal.queries.systems.known import (
 from squeal.queries.systems.matrices import matrix_list, system_checks
 from squeal.queries.systems.proofs import Statement
 from squeal.queries.systems.roots import SystemRoots, roots_of_first_look, system_roots
-from squeal.queries.systems.seat import seat_note
+from squeal.queries.systems.seat import doubt_of_seat, seat_note
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues, mode_shapes, shape_rows
@@ -67,25 +67,37 @@ def system_eigenvalues(
         small system; with True also the modes of a band of a larger one.
     """
     if at is None:
-        return _eigenvalues(analysis, look, prove, contact_note="")
+        return _eigenvalues(analysis, look, prove)
     analysis.warn_of_unused_parameter()
     system = analysis.system.replace({analysis.system.parameter: at})
     file = replace(analysis.file, system=system)
-    return _eigenvalues(replace(analysis, file=file), look, prove, contact_note=seat_note(file))
+    return _eigenvalues(
+        replace(analysis, file=file),
+        look,
+        prove,
+        contact_note=seat_note(file),
+        contact_doubt=doubt_of_seat(analysis.file, at),
+    )
 
 
 def _eigenvalues(
-    analysis: SystemAnalysis, look: Sweep | None, prove: bool | None, contact_note: str
+    analysis: SystemAnalysis,
+    look: Sweep | None,
+    prove: bool | None,
+    contact_note: str = "",
+    contact_doubt: str = "",
 ) -> Eigenvalues:
     """Compute the roots at the system's own parameters, and put the answer together.
 
     look, prove: as of `system_eigenvalues`. contact_note: at which value of the parameter contact
-    was closed, empty if at the present one.
+    was closed, empty if at the present one; contact_doubt: how it differs at the present one.
     """
     file = analysis.file
     system = analysis.system
     roots = _roots(analysis, look, prove)
     doubts = [*roots.doubts, *file.assumptions]
+    if contact_doubt:
+        doubts.append(contact_doubt)
     criterion = roots.criterion
     if roots.verdict is None:
         # files that print too few digits for a verdict are named in place of the criterion

@@ -22,6 +22,7 @@ from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array, SingularTogetherError, dense
 from squeal.linear.roots import ComplexArray, ordered
 from squeal.linear.system import Matrix
+from squeal.linear.verdicts import ACCEPTED
 from squeal.proof import AS_GIVEN, HALF_ULP
 from squeal.results.columns import OPEN
 
@@ -232,6 +233,13 @@ def refereed(
             stacklevel=2,
         )
         return _with_roots_of_referee(arrays, system, roots, sharpest_proof, data)
+    if proof.status == "proved" and not all(root.residual <= ACCEPTED for root in roots):
+        # the solver failed: its roots lie far from those that they are proved to stand for
+        only_verdict = _only_verdict(proof)
+        enclosed = _roots_of_pieces(arrays, proof.pieces)
+        enclosed_proof = _proof_of(system, enclosed, only_verdict)
+        if enclosed_proof.status == "proved" and only_verdict is not None:
+            return _as_proved(enclosed, (only_verdict, BY_REFEREE), enclosed_proof, data)
     if sharpest_proof.reason == NOT_TOLD_APART:
         only_verdict = _only_verdict(sharpest_proof)
         centred = _at_centres(roots, sharpest_proof.pieces)

@@ -29,28 +29,32 @@ def widened_in_frequency(region: Rectangle, share: float = ROUGH) -> Rectangle:
 
 
 def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
-    """True if rounding leaves on which side of an end of the frequencies of a region a root lies.
+    """True if rounding leaves on which side of an end of a region a root lies.
 
     So all copies of a multiple root are treated alike. False for a root below the real axis, which
-    lies at no end of frequencies, and where rounding is not known.
+    is the mirror image of another, and where rounding is not known. The imaginary axis counts as no
+    end: whether a root grows is what the verdict says.
     """
     rounding = root.rounding
     imag = root.value.imag
     if not rounding < math.inf or imag < 0.0:
         return False
+    real = root.value.real
     distances = [abs(imag - region.high_imag)]
     if region.low_imag > 0.0:  # an edge at the real axis or below is no end of frequencies
         distances.append(abs(imag - region.low_imag))
-    real = root.value.real
+    for end in (region.low_real, region.high_real):
+        if end != 0.0:
+            distances.append(abs(real - end))
     is_beside = region.low_real - rounding <= real <= region.high_real + rounding
-    return is_beside and min(distances) <= rounding
+    is_at_height = region.low_imag - rounding <= imag <= region.high_imag + rounding
+    return is_beside and is_at_height and min(distances) <= rounding
 
 
 def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
     """True if a root lies in a region, or no further from it than its error.
 
-    It lies in the region if rounding leaves open on which side of an end of the frequencies it
-    lies. An error above a tenth of the region's highest frequency is ignored, and so is that of a
+    It lies in the region if rounding leaves open on which side of an end it lies. An error above a tenth of the region's highest frequency is ignored, and so is that of a
     root below the real axis where the region does not reach below it.
     """
     error = root.error or 0.0
@@ -79,8 +83,10 @@ def doubts_at_ends(roots: Sequence[Eigenvalue], region: Rectangle) -> list[str]:
         if region.low_imag > 0.0:  # an edge at the real axis or below is no end of frequencies
             distances.append(imag - region.low_imag)
         if _lies_at_end(root, region):
-            hertz = f"{root.frequency_hz:.6g} Hz, known to {root.rounding / math.tau:.2g} Hz"
-            doubts.append(f"a root lies at an end, at {hertz}, and may lie within or not")
+            place = f"{root.frequency_hz:.6g} Hz, known to {root.rounding / math.tau:.2g} Hz"
+            if min(map(abs, distances[:2])) <= root.rounding:
+                place = f"Re = {real:.6g} 1/s, known to {root.rounding:.2g} 1/s"
+            doubts.append(f"a root lies at an end, at {place}, and may lie within or not")
         elif may_lie_in(root, region) and min(map(abs, distances)) <= error:
             hertz = f"{root.frequency_hz:.6g} Hz, known to {error / math.tau:.2g} Hz"
             doubts.append(f"the root at {hertz}, may lie within or not")

@@ -13,6 +13,7 @@ from squeal.io.system import SystemFile
 from squeal.io.writing import number
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.known import with_doubts
+from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly
 from squeal.sparse.contact_seat import Contact
@@ -98,18 +99,30 @@ def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
         return answer
     doubts = []
     for crossing in answer.crossings:
-        doubt = _doubt_of_seat(file.assembly, answer.parameter, crossing.mu)
+        doubt = doubt_of_seat(file, crossing.mu)
         if doubt:
             doubts.append(doubt)
     if not doubts:
         along_range = np.linspace(answer.low, answer.high, SEATED).tolist()
-        each = (_doubt_of_seat(file.assembly, answer.parameter, value) for value in along_range)
+        each = (doubt_of_seat(file, value) for value in along_range)
         doubts = list(itertools.islice(filter(None, each), 1))  # the first of them
     noted = replace(answer, seat=(note, *doubts))
     if not doubts:
         return noted
     # the answer prints `seat`, note and doubts, in lines of its own: a proof line would repeat them
     return replace(with_doubts(noted, doubts), proof_line="")
+
+
+def sweep_as_seated(file: SystemFile, answer: Sweep) -> Sweep:
+    """Withdraw the certificates of a sweep at values at which contact seated anew differs."""
+    if not seat_note(file):
+        return answer
+    steps = []
+    for step in answer.steps:
+        if step.certified and doubt_of_seat(file, step.value):
+            step = replace(step, certified=False)
+        steps.append(step)
+    return replace(answer, steps=tuple(steps))
 
 
 def _has_seat(assembly: Assembly) -> bool:
@@ -125,11 +138,15 @@ def _is_damped(contact: Contact) -> bool:
     return bool(contact.speed) or contact.slope != "0"
 
 
-def _doubt_of_seat(assembly: Assembly, parameter: str, value: float) -> str:
+def doubt_of_seat(file: SystemFile, value: float) -> str:
     """Report how contact seated at a value of the free parameter differs from the held seat.
 
-    Empty if it does not.
+    Empty if it does not, and without contact whose seat depends on that parameter.
     """
+    if not seat_note(file):
+        return ""
+    assembly = file.assembly
+    parameter = file.system.parameter
     at = f"{parameter} = {number(value)}"
     try:
         seats = assembly.joined_at({parameter: value}).seats
