@@ -54,8 +54,9 @@ def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
 def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
     """True if a root lies in a region, or no further from it than its error.
 
-    It lies in the region if rounding leaves open on which side of an end it lies. An error above a tenth of the region's highest frequency is ignored, and so is that of a
-    root below the real axis where the region does not reach below it.
+    It lies in the region if rounding leaves open on which side of an end it lies. An error above a
+    tenth of the region's highest frequency is ignored, and so is that of a root below the real axis
+    where the region does not reach below it.
     """
     error = root.error or 0.0
     if _lies_at_end(root, region) and root.rounding <= LOOSE * region.high_imag:
