@@ -1,13 +1,13 @@
 """The verb `energy`: what each named term of M, C and K does to the growth and frequency of a mode.
 
 With a root lambda = sigma + i omega and its right vector x the power balance of a cycle,
-Re(conj(lambda) x^H P(lambda) x) = 0, reads sigma D = work of all terms, where
+Re(conj(lambda) x^H P(lambda) x) = 0, over |lambda|^2 reads sigma D = work of all terms, where
 
     D = x^H M x + x^H K x / |lambda|^2  of the symmetric parts: twice the stored energy,
-    work of C: -Re x^H C x,  of K: -omega Im x^H K x / |lambda|^2,  of M: omega Im x^H M x,
+    work of C: -Re x^H C x,  of K: -omega Im x^H K x / |lambda|^2,  of M: omega Im x^H M x.
 
-all over |lambda|^2. Symmetric stiffness and gyroscopic terms do no work. The works over D sum to
-sigma. They need no left vectors, and stay finite where two modes meet.
+Symmetric stiffness and gyroscopic terms do no work. The works over D sum to sigma. They need no
+left vectors, and stay finite where two modes meet.
 
 What a small change of a term does is another question: its derivative takes the left vectors.
 Frequency shares do too: since lambda scales with time, 2 K dlambda/dK + C dlambda/dC summed over

@@ -79,6 +79,7 @@ def points_of_unit_cube(
         return np.random.default_rng(seed).random((samples, dimensions))
     if design == "latin":
         return qmc.LatinHypercube(dimensions, rng=seed).random(samples)
+    # sobol
     is_power_of_2 = samples & (samples - 1) == 0
     if not is_power_of_2:
         near = 2 ** round(math.log2(samples))

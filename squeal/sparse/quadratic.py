@@ -295,8 +295,9 @@ def _rounding(
     Rounding of K moves the square of a root. A root far below the problem's frequency scale
     therefore moves by more than a share of its own size. Exact zeros have no rounding.
 
-    `root_rounding` takes for each root a scale (rad/s) such that errors of M, C and K by a relative
-    `error` move it by condition times error times scale, the condition being that for this scale.
+    An isolated root moves by its condition times the relative error of the matrices times |lambda|.
+    For one with others near it `root_rounding` needs a scale too (rad/s): error times scale is the
+    least distance at which two roots are told apart.
     """
     sizes = np.abs(values)
     errors = np.maximum(residuals, ROUNDING)

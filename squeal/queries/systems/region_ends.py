@@ -32,7 +32,7 @@ def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
     """True if rounding leaves on which side of an end of a region a root lies.
 
     So all copies of a multiple root are treated alike. False for a root below the real axis, which
-    is listed as a conjugate alone, and where rounding is not known. The imaginary axis counts as no
+    is the mirror image of another, and where rounding is not known. The imaginary axis counts as no
     end: whether a root grows is what the verdict says.
     """
     rounding = root.rounding
@@ -54,9 +54,9 @@ def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
 def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
     """True if a root lies in a region, or no further from it than its error.
 
-    It lies in the region if rounding leaves open on which side of an end of the frequencies it
-    lies. An error above a tenth of the region's highest frequency is ignored, and so is that of a
-    root below the real axis where the region does not reach below it.
+    It lies in the region if rounding leaves open on which side of an end it lies. An error above a
+    tenth of the region's highest frequency is ignored, and so is that of a root below the real axis
+    where the region does not reach below it.
     """
     error = root.error or 0.0
     if _lies_at_end(root, region) and root.rounding <= LOOSE * region.high_imag:

@@ -519,7 +519,8 @@ class _Comparison:
     midpoints : list of float
         The middle of each interval between two clusters, or between one and an end of the range.
     unexplained : list of str
-        A sentence for each value at which more roots grow than follows from the events.
+        A sentence for each value at which more roots grow than follows from the events, or, before
+        the first event, than at a lower value.
     left_out : list of str
         A sentence for each interval between clusters in which fewer roots grow than follows from
         them, if that changes the verdict: a growing root has left the band.
@@ -531,15 +532,48 @@ class _Comparison:
     left_out: list[str]
 
 
+def _typical_values(
+    continuation: BandContinuation,
+    clusters: Sequence[Sequence[Event]],
+    intervals: Sequence[tuple[float, float]],
+    computed: Sequence[float],
+    margin: float,
+) -> list[float]:
+    """Of each interval between clusters of events a value that shows what grows in it.
+
+    As many roots grow there as in the middle of the first interval plus what the events since then
+    bring. The middle is tried first, then the computed values, then values next to both ends of the
+    interval. Where none has as many growing roots the middle stands for the interval.
+    """
+    typical = []
+    expected = 0
+    for k, (start, stop) in enumerate(intervals):
+        middle = (start + stop) / 2
+        if k == 0:
+            expected = continuation.at(middle).unstable_count.roots
+        else:  # the events at the start of the interval
+            for event in clusters[k - 1]:
+                roots_crossing = 2 if event.omega else 1
+                expected += event.direction * roots_crossing  # +1: they begin to grow, -1: cease
+        shows = middle
+        for value in (middle, *computed, start + margin, stop - margin):
+            if start < value < stop and continuation.at(value).unstable_count.roots == expected:
+                shows = value
+                break
+        typical.append(shows)
+    return typical
+
+
 def _compare(
     continuation: BandContinuation, events: Sequence[Event], values: Sequence[float], band: str
 ) -> _Comparison:
     """Compare what grows at computed values with what follows from the located events.
 
     The clusters of events cut the range into intervals, on each of which as many roots must grow as
-    at its start plus what the events bring. More growing roots are unexplained. Fewer that change
-    the verdict are taken for a growing root that leaves the band. As many with another verdict are
-    a pair that has become two real roots, which crosses nothing.
+    in the middle of the first one plus what the events bring. More growing roots are unexplained,
+    also if fewer grow before in the first interval. Other values with fewer that change the verdict
+    are taken for a growing root that leaves the band. As many with another verdict are a pair that
+    has become two real roots, which crosses nothing.
 
     Parameters
     ----------
@@ -562,22 +596,11 @@ def _compare(
     edges = [low, *(cluster[0].value for cluster in clusters), end]
     intervals = list(itertools.pairwise(edges))
     midpoints = [(start + stop) / 2 for start, stop in intervals]
-    computed = []
+    computed = []  # but for values next to an event, where the verdicts of both its sides are right
     for value in values:
         if all(abs(value - event.value) > margin for event in events):
             computed.append(value)
-    # of each interval the value at which as many roots grow as follows from the events, if any
-    typical = list(midpoints)
-    expected = continuation.at(midpoints[0]).unstable_count.roots
-    for k, (start, stop) in enumerate(intervals):
-        if k > 0:  # the events at the start of the interval
-            for event in clusters[k - 1]:
-                roots_crossing = 2 if event.omega else 1
-                expected += event.direction * roots_crossing  # +1: they begin to grow, -1: cease
-        for value in (midpoints[k], *computed, start + margin, stop - margin):
-            if start < value < stop and continuation.at(value).unstable_count.roots == expected:
-                typical[k] = value
-                break  # without such a value the middle stands for the interval
+    typical = _typical_values(continuation, clusters, intervals, computed, margin)
     counts = [continuation.at(value).unstable_count for value in typical]
     unexplained = []
     left_out: dict[int, str] = {}  # by the number of the interval
@@ -591,9 +614,14 @@ def _compare(
             unexplained.append(f"{what} at {here} follows from no threshold that was located")
         elif count.roots < counts[k].roots and is_other_verdict and k not in left_out:
             grows_at = f"{continuation.name} = {typical[k]:.6g}"
+            if k == 0 and value < typical[k]:  # rounding may hide growth next to an event, not here
+                what = f"{counts[k].verdict} at {grows_at}"
+                unexplained.append(f"{what} follows from no threshold that was located")
+                continue
             left_out[k] = (
                 f"what grows at {grows_at} leaves {band} or ceases to grow by {here}; where is not "
                 "listed"
             )
     result = SearchResult(tuple(map(tuple, clusters)), tuple(counts), continuation)
-    return _Comparison(result, midpoints, unexplained, list(left_out.values()))
+    distinct = list(dict.fromkeys(unexplained))
+    return _Comparison(result, midpoints, distinct, list(left_out.values()))
