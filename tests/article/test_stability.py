@@ -148,6 +148,8 @@ def test_the_map_of_equilibria_is_that_of_single_ones(monkeypatch):
     assert record.share.exists == pytest.approx(shares[1:].sum(), abs=0.08)
     assert record.share.quiet == pytest.approx(shares[2:].sum(), abs=0.08)
     assert record.share.quiet_full == pytest.approx(shares[3], abs=0.08)
+    # of the places where it exists some 5 % are unstable
+    assert record.share.exists > record.share.quiet > record.share.quiet_full
     printed = quasi_static(scene_of("b3").pad, 40)
     assert len(quasi_static_figure.draw(printed, record).figure.axes) == 4
 
