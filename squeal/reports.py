@@ -778,8 +778,8 @@ def _not_answered(report: Report) -> Iterator[str]:
         f"Values of {report.thresholds.parameter} outside of {low} to {high} {unit}".rstrip() + "."
     )
     yield "Other values of the other parameters: `squeal scatter` draws them from ranges."
-    if unit:
-        yield "Whirl of finite size, and the response to an unbalance."
+    if report.thresholds.parameter != "mu":
+        yield "Motion of finite size, and the response to forces such as those of an unbalance."
         return
     yield (
         "Motion of finite size: this is linear stability of steady sliding. Lost contact, limit "

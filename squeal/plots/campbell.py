@@ -13,7 +13,7 @@ from squeal.plots.damping import Paths, draw_mode
 from squeal.plots.maps import symbol_of
 from squeal.plots.modes import RED, RING
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, style, write_beside
-from squeal.queries.critical_speeds import CriticalSpeeds
+from squeal.queries.critical_speeds import GROWS, CriticalSpeeds
 from squeal.results.sweep import Sweep
 
 MARKS = {"forward": "^", "backward": "v", "mixed": "D", None: "o"}
@@ -161,7 +161,7 @@ def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
         for _ in range(BISECTIONS):
             middle = (below + speed) / 2
             roots = answer.diagram.ranked_roots(middle)
-            if roots.real[roots.imag <= math.tau * top].max() > 0.0:
+            if (roots.real > GROWS * np.abs(roots))[roots.imag <= math.tau * top].any():
                 speed = middle
             else:
                 below = middle
