@@ -1,6 +1,6 @@
 """A first look at the roots of a region over parameters: real modes, and how far each root is off.
 
-The basis V holds the real modes of the structure without friction, up to a multiple of the region's
+The basis V holds real modes of a structure without friction, up to a multiple of the region's
 highest frequency, and what friction, contact and damping add to them: F^-1 R and F^-1 S, with the
 structure's own F = K - w^2 M, factorised once, and the residuals R = P x, S = P^H y of right and
 left modes in the full problem. Directions outside of V are stiff, so that there P is F up to a part
@@ -67,6 +67,7 @@ REACH = 2.0  # of the real modes, over the highest frequency
 BLOCK = 6  # vectors of a step towards them
 MODE_RESIDUAL = 1e-4  # of a real mode
 ONE_ROUND = 1e-3  # of |lambda|: errors that call for one round of corrections alone
+GOOD = 1e-7  # of |lambda|: roots with smaller errors add no corrections
 ROUNDS = 5  # of corrections at most
 DROPPED = 1e-2  # of unit vectors: what they add less is left out
 TRAINED = 13  # values at most that few modes are made for
@@ -94,23 +95,23 @@ class Structure:
             return factorise(self.F)
         except ZeroDivisionError:  # the shift is the square of a frequency
             more = max(1e-6 * self.shift, 1e-12 * abs(self.F).max() / abs(self.M).max())
+            self.shift += more
             self.F = (self.F - more * self.M).tocsc()
             return factorise(self.F)
 
-    def probes(self, V: Array) -> Probes:
+    def probes(self, V: Array, projected: Array) -> Probes:
         """Random vectors (n, SKETCH) whose products average to F^-1.
 
-        An orthonormal V (n, d) splits F^-1 into a part inside V, by its eigenvalues of either sign
-        there, and a part outside. Each has random vectors of its own.
+        An orthonormal V (n, d) splits F^-1 into a part inside V, by the eigenvalues of either sign
+        of V' F V (`projected`), and a part outside. Each has random vectors of its own.
         """
-        FV = self.F @ V
-        energies, Q = np.linalg.eigh(V.T @ FV)
+        energies, Q = np.linalg.eigh(projected)
         inverse = (Q / energies) @ Q.T
         inside = random_vectors(V.shape[1], seed=50) / np.sqrt(np.abs(energies))[:, None]
         with_sign = np.sign(energies)[:, None] * inside
         # outside of V: forces orthogonal to V, and displacements that F makes orthogonal to it
         outside = random_vectors(len(V), seed=49)
-        forces = outside - V @ (inverse @ (FV.T @ outside))
+        forces = outside - V @ (inverse @ (V.T @ (self.F @ outside)))
         displacements = self.factor.solve(outside) - V @ (inverse @ (V.T @ outside))
         balance = math.sqrt(np.linalg.norm(displacements) / divisor(np.linalg.norm(forces)))
         return Probes(
@@ -190,9 +191,10 @@ class FirstLook(Reduction):
         for k in dict.fromkeys((0, len(values) // 2, len(values) - 1)):
             representatives[self._structure_factors(values[k]).tobytes()] = values[k]
         self.structures = []
+        self._frictionless = []
         for changes in representatives.values():
-            problem = scaled.at(frictionless(scaled.system, changes))
-            self.structures.append(Structure(problem, highest))
+            self._frictionless.append(frictionless(scaled.system, changes))
+            self.structures.append(Structure(scaled.at(self._frictionless[-1]), highest))
         self._factors = np.array([self._structure_factors(p) for p in representatives.values()])
         index = np.linspace(0, len(values) - 1, min(len(values), TRAINED))
         self.trained = [values[round(k)] for k in index.tolist()]
@@ -216,9 +218,9 @@ class FirstLook(Reduction):
     def build(self) -> FirstLook:
         """Fill the basis with real modes and their corrections at the samples, and train the
         `reduced_basis` of few modes; returns itself."""
-        for structure in self.structures:
-            report(f"real modes of {self.scaled.n} rows")
-            self.extend(structure.modes(self.reach), DROPPED)
+        report(f"real modes of {self.scaled.n} rows")
+        middle = len(self.structures) // 2
+        self.extend(self.structures[middle].modes(self.reach), DROPPED)
         for _ in range(ROUNDS):
             at_samples = []
             for changes in self.samples:
@@ -227,17 +229,23 @@ class FirstLook(Reduction):
                 at_samples.append(self._roots_with_errors(changes, near[near != 0.0]))
             shares = []
             residuals = []
+            corrections = []
             for estimated in at_samples:
                 sizes = np.abs(estimated.roots.values)
+                is_off = estimated.errors > GOOD * sizes
+                corrections.append(estimated.corrections[:, np.tile(is_off, 2)])
                 shares.append(np.max(estimated.errors / sizes, initial=0.0))
                 residuals.append(np.max(estimated.residuals, initial=0.0))
             self.error = float(max(shares))
             self.worst = float(max(residuals))
             report(f"{self.size} vectors, errors up to {self.error:.2g} of |lambda|")
-            self.extend(np.hstack([estimated.corrections for estimated in at_samples]), DROPPED)
+            self.extend(np.hstack(corrections), DROPPED)
             if self.error <= ONE_ROUND:
                 break
-        self.contraction = self._contraction(self.samples[int(np.argmax(shares))])
+        # of the only structure at one sample, else at a sample of each
+        worst = self.samples[int(np.argmax(shares))]
+        tested = (worst,) if len(self.structures) == 1 else self.samples
+        self.contraction = max(self._contraction(changes) for changes in tested)
         if self.holds and len(self.trained) > len(self.samples) and self.system.C:
             basis = ReducedBasis(self.system, self._residual_sketch(), self.region)
             basis.train(self.trained, self._modes_at)
@@ -248,8 +256,8 @@ class FirstLook(Reduction):
         """Random vectors times terms times basis, to estimate residuals in the full problem."""
         V = self.vectors
         probes = []
-        for structure in self.structures:
-            left, right = structure.probes(V)
+        for k, structure in enumerate(self.structures):
+            left, right = structure.probes(V, self._projected_structure(k))
             of_left = np.array([(A @ left).T @ V for A in self._matrices])
             of_right = np.array([(A.T @ right).T @ V for A in self._matrices])
             probes.append(Probes(of_left, of_right))
@@ -260,6 +268,12 @@ class FirstLook(Reduction):
             structure_at=self._nearest_structure,
             series=self._series,
         )
+
+    def _projected_structure(self, k: int) -> Array:
+        """V' F V (d, d) of a structure."""
+        M, _, K = self.system.at(self._frictionless[k])
+        F = (K - self.structures[k].shift * M).real
+        return (F + F.T) / 2
 
     def _modes_at(self, changes: Changes, values: ComplexArray | None) -> Roots:
         """Modes of the projected problem next to some values, for None all in and around the
@@ -389,11 +403,12 @@ class FirstLook(Reduction):
 
     def _contraction(self, changes: Changes) -> float:
         """How T contracts the directions outside of the basis, at two corners of the region."""
-        structure = self.structures[self._nearest_structure(changes)]
+        k = self._nearest_structure(changes)
+        structure = self.structures[k]
         factor = structure.factor  # before F is read: it may move the shift
         complement = Complement(
             basis=self.vectors,
-            projected=self.vectors.T @ (structure.F @ self.vectors),
+            projected=self._projected_structure(k),
             matrix=structure.F,
             factor=factor,
         )

@@ -1,11 +1,16 @@
-"""A reduced basis of few right and left modes for one band: parametric model order reduction.
+"""A reduced basis of the states of right and left modes for one band: parametric model reduction.
 
 A projection onto hundreds of real vectors holds the modes at all values of the parameters; those of
-one band need few complex ones. X holds right and Y left modes at some of the values, both in the
-coordinates of that projection, so that Y^H A X of its matrices are the terms of a small problem.
-Values at which its roots may be off too far add their own modes (greedy training). The error of a
-root follows from the residuals R and S of its right and left vectors in the full problem, which
-meet through the inverse of a symmetric structure's F: S^H F^-1 R, estimated by random vectors.
+one band need few complex ones. Modes at some of the values, in the coordinates of that projection,
+have right states (x, l x) and left states (y, l^* y). Between mode i and mode j they make
+l^2 M + l C + K a pencil l B + A of the first order, which has one root for each state:
+
+    B = y_i^H ((l_i + l_j) M + C) x_j,    A = y_i^H (K - l_i l_j M) x_j.
+
+At one value of the parameters these are the divided differences of a Loewner pencil. Values at
+which its roots may be off too far add their own modes (greedy training). The error of a root
+follows from the residuals R and S of its right and left vectors in the full problem, which meet
+through the inverse of a symmetric structure's F: S^H F^-1 R, estimated by random vectors.
 """
 
 from __future__ import annotations
@@ -18,9 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.linear.matrices import EPS, divisor
-from squeal.linear.system import TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.dense import roots_at
 from squeal.sparse.quadratic import (
     Array,
     Bools,
@@ -32,7 +36,8 @@ from squeal.sparse.quadratic import (
 )
 
 SKETCH = 48  # random vectors that estimate a residual within a factor of two
-DROPPED = 2e-4  # of unit vectors: what modes of another value add less is left out
+DROPPED = 1e-8  # of the largest singular value of a pencil: smaller ones are left out
+INCONSISTENT = 0.3  # of the region's radius times x: where velocities differ so, it is spurious
 COARSE = 1e-3  # of |lambda|: greater errors are corrected; roots that decay faster are stable
 FINE = 1e-5  # of |lambda|: errors with which training ends
 FINE_GROWTH = 0.1  # ... or of the growth rate
@@ -164,49 +169,12 @@ class ModesWithErrors(NamedTuple):
         return self.errors / divisor(allowed)
 
 
-class _SmallProblem(NamedTuple):
-    """lambda^2 M + lambda C + K of few modes, complex matrices (k, k)."""
-
-    M: ComplexArray
-    C: ComplexArray
-    K: ComplexArray
-
-    def values(self, region: Rectangle) -> ComplexArray:
-        """All finite roots (rad/s), by the inverse of P at a shift in the middle of a region: those
-        in and around the region to rounding."""
-        M, C, K = self
-        shift = region.off_centre
-        radius = region.radius
-        # theta = radius / (lambda - shift) are the eigenvalues of the companion form
-        images = np.hstack([radius * (2 * shift * M + C), radius**2 * M])
-        solved = np.linalg.solve(shift * (shift * M + C) + K, images)
-        companion = np.vstack([-solved, np.eye(len(M), 2 * len(M))])
-        theta = np.linalg.eigvals(companion)
-        sizes = np.abs(theta)
-        # theta that are zero to rounding are infinite roots
-        theta = theta[sizes > np.finfo(float).eps * sizes.max(initial=0.0)]
-        return shift + radius / theta
-
-    def roots_at(self, values: ComplexArray) -> Roots:
-        """Roots with right and left unit vectors (k, m), by one step of inverse iteration each."""
-        # P is singular at a root that is exact, and regular beside it
-        z = values[:, None, None] * (1.0 + 8 * EPS)
-        P = z * (z * self.M + self.C) + self.K
-        start = np.random.default_rng(51).standard_normal((len(self.M), 1))
-        right = np.linalg.solve(P, start)[:, :, 0].T
-        left = np.linalg.solve(P.conj().transpose(0, 2, 1), start)[:, :, 0].T
-        return Roots(
-            values=values,
-            right=right / np.linalg.norm(right, axis=0),
-            left=left / np.linalg.norm(left, axis=0),
-        )
-
-
 class ReducedBasis:
-    """The right and left modes that have been added, and their small system.
+    """The right and left modes that have been added, and the pencil of their states.
 
-    `right` and `left` (d, k) are orthonormal columns in the coordinates of a projection. Modes of
-    `trained_region` are added, so that roots of the `region` inside it are good.
+    `modes` are in the coordinates of a projection. `left` and `right` (d, k) are combinations of
+    them, one for each state that is kept: those of the largest singular values of the pencil at a
+    shift in the middle of the region. `system` is that pencil, a system of the first order.
     """
 
     system: TermSystem
@@ -218,13 +186,14 @@ class ReducedBasis:
         self.residuals = residuals
         self.region = region
         self.estimated_region = region.widened(MARGIN)
-        self.trained_region = region.widened(TRAINED_MARGIN)
-        self.right: ComplexArray = np.zeros((projection.n, 0), dtype=complex)
-        self.left = self.right
+        self.shift = region.off_centre
+        self.modes = Roots.none(projection.n)
+        self.right = self.modes.right
+        self.left = self.modes.left
 
     @property
     def size(self) -> int:
-        """Number of right modes k, and of left ones."""
+        """Number of right states k, and of left ones."""
         return self.right.shape[1]
 
     def train(
@@ -244,80 +213,116 @@ class ReducedBasis:
             trained region for None.
         """
         last = len(points) - 1
-        for k in (last // 2, 0, last):
-            self.grow(modes_at(points[k], None))
-        while self.size:
+        middle = points[last // 2]
+        modes = modes_at(middle, None)
+        for end in (0, last):
+            modes = modes.joined(modes_at(points[end], None))
+        while len(modes.values) and self.grow(modes, middle):
             estimates = [self.estimate(changes) for changes in points]
             ratios = [estimate.shares_of_allowed() for estimate in estimates]
             largest = [float(np.max(of_point, initial=0.0)) for of_point in ratios]
             k = int(np.argmax(largest))
-            report(f"{self.size} modes, errors up to {largest[k]:.2g} of allowed")
+            report(f"{self.size} states, errors up to {largest[k]:.2g} of allowed")
             if largest[k] <= 1.0:
                 return
             is_wrong = ratios[k] > ADDED * largest[k]
-            if not self.grow(modes_at(points[k], estimates[k].roots.values[is_wrong])):
-                return
+            modes = modes_at(points[k], estimates[k].roots.values[is_wrong])
 
-    def grow(self, modes: Roots) -> bool:
-        """Add right and left modes of the projection; False if the basis has their directions."""
-        right, right_sizes = _directions_beyond(self.right, modes.right)
-        left, left_sizes = _directions_beyond(self.left, modes.left)
-        new = int(np.sum(np.maximum(right_sizes, left_sizes) > DROPPED))
-        if new == 0:
+    def grow(self, modes: Roots, middle: Changes) -> bool:
+        """Add right and left modes of the projection; False if the basis has their states.
+
+        middle: the parameters at which `left` and `right` make the pencil the unit matrix.
+        """
+        self.modes = self.modes.joined(modes)
+        z = self.modes.values
+        products = projected(self.projection, self.modes.left, self.modes.right)
+        by_root = list(products.C)
+        constant = list(products.K)
+        for term in products.M:
+            by_root.append(Term(np.add.outer(z, z) * term.matrix, term.factor))
+            constant.append(Term(-np.outer(z, z) * term.matrix, term.factor))
+        massless = Term(np.zeros((len(z), len(z))))
+        pencil = replace(products, M=(massless,), C=tuple(by_root), K=tuple(constant))
+        _, B, A = pencil.at(middle)
+        left, sizes, right = np.linalg.svd(self.shift * B + A)
+        size = int(np.sum(sizes > DROPPED * sizes[:1]))
+        if size <= self.size:
             return False
-        self.right = np.hstack([self.right, right[:, :new]])
-        self.left = np.hstack([self.left, left[:, :new]])
-        self.system = projected(self.projection, self.left, self.right)
+        balance = np.sqrt(sizes[:size])
+        left = left[:, :size] / balance
+        right = right[:size].conj().T / balance
+        self.left = self.modes.left @ left
+        self.right = self.modes.right @ right
+        self.velocities = self.modes.right * z @ right
+        self.system = projected(pencil, left, right)
+        self._products = np.array([left.conj().T @ term.matrix @ right for term in products.terms])
         self._mode_residuals = self.residuals.of_modes(self.left, self.right)
         return True
 
-    def roots(self, changes: Changes, left: bool = False) -> Roots:
-        """The roots in the region with vectors of the few modes, multiple ones with several."""
-        problem = self._at(changes)
-        values = problem.values(self.trained_region)
-        return roots_at(*problem, values[self.region.contains(values)], left)
+    def roots(self, changes: Changes, left: bool = True) -> Roots:
+        """The roots in the region with right and left vectors (k, m) of the small system."""
+        return self._roots_in(self.region, changes)
 
-    def _at(self, changes: Changes) -> _SmallProblem:
-        """The small problem at some parameters."""
-        M, C, K = self.system.at(changes)
-        return _SmallProblem(M, C, K)
+    def _roots_in(self, region: Rectangle, changes: Changes) -> Roots:
+        """The roots in a region, those left out whose velocity is not lambda times displacement:
+        no mode has such a state."""
+        from scipy.linalg import eig
+
+        _, B, A = self.system.at(changes)
+        at_shift = self.shift * B + A
+        # theta = 1 / (shift - lambda)
+        theta, left, right = eig(np.linalg.solve(at_shift, B), left=True)
+        sizes = np.abs(theta)
+        # theta that are zero to rounding are infinite roots
+        is_finite = sizes > EPS * sizes.max(initial=0.0)
+        values = self.shift - 1.0 / np.where(is_finite, theta, 1.0)
+        is_chosen = is_finite & region.contains(values)
+        roots = Roots(
+            values=values[is_chosen],
+            right=right[:, is_chosen],
+            left=np.asarray(np.linalg.solve(at_shift.conj().T, left[:, is_chosen]), dtype=complex),
+        )
+        displacements = self.right @ roots.right
+        differences = self.velocities @ roots.right - displacements * roots.values
+        sizes = self.region.radius * np.linalg.norm(displacements, axis=0)
+        return roots.select(np.linalg.norm(differences, axis=0) <= INCONSISTENT * sizes)
 
     def in_projection(
         self, right: ComplexArray, left: ComplexArray
     ) -> tuple[ComplexArray, ComplexArray]:
-        """Right and left vectors (k,) of the few modes in the coordinates of the projection."""
+        """Right and left vectors (k,) of the small system in the coordinates of the projection."""
         return self.right @ right, self.left @ left
 
     def estimate(self, changes: Changes, deciding: bool = False) -> ModesWithErrors:
         """Roots in and around the region, with estimated errors and residuals in the full problem;
         if `deciding`, those alone on which stability may depend."""
-        problem = self._at(changes)
-        values = problem.values(self.trained_region)
-        values = values[self.estimated_region.contains(values)]
-        if deciding and len(values):
-            values = values[near_axis(values, COARSE, COARSE)]
-        roots = problem.roots_at(values)
-        left = roots.left.conj().T
-        mass = left @ problem.M @ roots.right
-        damping = left @ problem.C @ roots.right
+        roots = self._roots_in(self.estimated_region, changes)
+        if deciding and len(roots.values):
+            roots = roots.select(near_axis(roots.values, COARSE, COARSE))
+        values = roots.values
+        x, y = self.in_projection(roots.right, roots.left)
+        lengths = np.linalg.norm(x, axis=0)
+        right = roots.right / lengths
+        left = (roots.left / np.linalg.norm(y, axis=0)).conj()
         weights = term_weights(self.projection, self.projection.values(changes), values)
         sketch = self._mode_residuals
         probes = sketch.probes[sketch.structure_at(changes)]
         # products (SKETCH, m) with the residuals: S.T @ R estimates their product through F^-1
-        S = _sketched_residuals(probes.left, roots.left.conj(), weights)
-        R = _sketched_residuals(probes.right, roots.right, weights)
+        S = _sketched_residuals(probes.left, left, weights)
+        R = _sketched_residuals(probes.right, right, weights)
+        # y_i^H P x_j, which vanishes as far as velocities are lambda x
+        inside = left.T @ _sketched_residuals(self._products, right, weights)
         share = UNCERTAINTY + sketch.series
         bounds = root_error_bounds(
             values,
-            slope=np.add.outer(values, values) * mass + damping,
-            truncation=S.T @ R,
+            slope=left.T @ self.system.at(changes)[1] @ right,
+            truncation=S.T @ R - inside,
             uncertainty=share * np.outer(np.linalg.norm(S, axis=0), np.linalg.norm(R, axis=0)),
         )
-        sketched = _sketched_residuals(sketch.residual, roots.right, weights)
+        sketched = _sketched_residuals(sketch.residual, right, weights)
         residuals = np.linalg.norm(sketched, axis=0)
-        in_projection = self.in_projection(roots.right, roots.left)
         return ModesWithErrors(
-            roots=Roots(values, *in_projection),
+            roots=Roots(values, x / lengths, y),
             residuals=residuals / divisor(weighted_norms(weights, sketch.norms)),
             errors=bounds.errors,
         )
@@ -336,15 +341,3 @@ def _sketched_residuals(sketch: NDArray, vectors: ComplexArray, weights: NDArray
     and the power of lambda of each term in P(lambda_j) x_j.
     """
     return np.einsum("trm,tm->rm", sketch @ vectors, weights)
-
-
-def _directions_beyond(basis: ComplexArray, columns: ComplexArray) -> tuple[ComplexArray, Array]:
-    """Orthonormal directions that unit columns add to a basis, and how much of each, falling.
-
-    By the singular values of the columns less their projections.
-    """
-    remainder = columns
-    for _ in range(2):  # the second pass restores orthogonality to rounding
-        remainder = remainder - basis @ (basis.conj().T @ remainder)
-    axes, sizes, _ = np.linalg.svd(remainder, full_matrices=False)
-    return axes, sizes

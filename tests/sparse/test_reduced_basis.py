@@ -79,7 +79,7 @@ def test_probes_average_to_the_inverse_of_an_indefinite_structure(monkeypatch, r
     K = (Q * rng.uniform(1.0, 9.0, 12)) @ Q.T
     structure = Structure(quadratic(np.eye(12), None, K), highest=2.2)
     V = np.linalg.qr(rng.standard_normal((12, reached)))[0]
-    left, right = structure.probes(V)
+    left, right = structure.probes(V, V.T @ (structure.F @ V))
     inverse = np.linalg.inv(structure.F.toarray())
     assert np.linalg.eigvalsh(inverse).min() < 0.0
     lengths = np.linalg.norm(left, axis=1)[:, None] * np.linalg.norm(right, axis=1)
