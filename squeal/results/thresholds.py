@@ -133,7 +133,8 @@ class Thresholds(Answer):
         if unit:
             table.insert(1, Column("rpm", value=lambda row: RPM * row.mu))
         nothing = "no change of stability"
-        if self.details.get("left_out"):  # growth begins or ends at no listed threshold
+        # growth begins or ends at no listed threshold
+        if self.details.get("left_out") or self.details.get("unconfirmed"):
             nothing += " was located"
         return Table(table, rows, nothing=nothing)
 
