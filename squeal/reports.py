@@ -774,9 +774,8 @@ def _not_answered(report: Report) -> Iterator[str]:
     low = number(report.thresholds.low)
     high = number(report.thresholds.high)
     unit = unit_of(report.thresholds.source)
-    yield (
-        f"Values of {report.thresholds.parameter} outside of {low} to {high} {unit}".rstrip() + "."
-    )
+    outside = f"outside of {low} to {high} {unit}".rstrip()
+    yield f"Values of {report.thresholds.parameter} {outside}."
     yield "Other values of the other parameters: `squeal scatter` draws them from ranges."
     if report.thresholds.parameter != "mu":
         yield "Motion of finite size, and the response to forces such as those of an unbalance."

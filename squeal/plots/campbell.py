@@ -76,8 +76,10 @@ def campbell_drawing(
             text = f"{critical.speed:.4g}{speed_words(critical.speed, 'rad/s')}"
             if text not in named and len(named) < NAMED:
                 # on alternating sides, so that names of neighbours do not meet
-                is_left = len(named) % 2 == 0 and critical.speed > ROOM * answer.high
-                write_beside(axes, text, point, (-4, 4) if is_left else (4, -4), fontsize=7)
+                offset = (4, -4)
+                if len(named) % 2 == 0 and critical.speed > ROOM * answer.high:
+                    offset = (-4, 4)
+                write_beside(axes, text, point, offset, fontsize=7)
                 named.append(text)
         axes.set(xlim=(answer.low, answer.high), ylim=(0.0, top))
         axes.set(xlabel=f"{symbol_of(answer.parameter)} [rad/s]", ylabel="frequency [Hz]")

@@ -172,7 +172,8 @@ def damping_drawing(
     if growing:
         lead = growing[0]
         text += f"; the fastest is mode {lead} by {paths.growth(lead):.4g} 1/s"
-        for partner in pair[1:]:
+        if len(pair) == 2:
+            partner = pair[1]
             text += f", which meets mode {partner}"
     own_value = _own_value(sweep)
     with style():
@@ -249,7 +250,9 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
         if mode not in colours:
             continue
         grows = np.flatnonzero(roots.real > 0.0)[::-1]
-        path = np.array([hertz[grows] / np.ptp(limits), ratio[grows] / ((BELOW + ABOVE) * depth)])
+        across = hertz[grows] / np.ptp(limits)
+        upwards = ratio[grows] / ((BELOW + ABOVE) * depth)
+        path = np.array([across, upwards])
         travelled = np.hypot(*np.diff(path, prepend=path[:, :1])).cumsum()
         grows = grows[np.unique(travelled // SPACING, return_index=True)[1]]
         size = LARGEST * roots.real[grows] / fastest
