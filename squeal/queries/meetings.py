@@ -51,6 +51,9 @@ class Cure(Enum):
     UPPER = "the upper one damped"
 
 
+DAMPED = {Cure.BOTH: (1.0, 1.0), Cure.LOWER: (1.0, 0.0), Cure.UPPER: (0.0, 1.0)}
+
+
 @dataclass(frozen=True, eq=False)
 class Meeting:
     """Two real modes that feed a growing one, and the least changes that stop it.
@@ -77,21 +80,22 @@ class Meeting:
         lower, upper = (self.omega / math.tau).tolist()
         return lower, upper
 
+    def needs(self, cure: Cure) -> float:
+        """How much of a cure is needed, infinite where it does not stop the mode."""
+        return self.cures.get(cure, math.inf)
+
     @property
-    def alone(self) -> Cure | None:
-        """The one mode whose damping alone stops the growth, with less if either does."""
-        cures = [cure for cure in (Cure.LOWER, Cure.UPPER) if cure in self.cures]
-        return min(cures, key=self.cures.__getitem__, default=None)
+    def alone(self) -> Cure:
+        """Which of the two modes needs less damping alone."""
+        return min((Cure.LOWER, Cure.UPPER), key=self.needs)
 
     def columns(self, cure: Cure, amount: float) -> Array:
         """U (n, 2), so that U U' added to K or C is a cure of some amount."""
-        lower, upper = self.omega.tolist()
         if cure is Cure.APART:
-            added = (0.0, (upper + math.tau * amount) ** 2 - upper**2)
+            raised = self.omega[1] + math.tau * amount
+            added = np.array([0.0, raised**2 - self.omega[1] ** 2])
         else:
-            damped_lower = 0.0 if cure is Cure.UPPER else 2.0 * amount * lower
-            damped_upper = 0.0 if cure is Cure.LOWER else 2.0 * amount * upper
-            added = (damped_lower, damped_upper)
+            added = 2.0 * amount * self.omega * DAMPED[cure]
         return self.forces * np.sqrt(added)
 
 
@@ -242,10 +246,10 @@ def _confirmed(
     for cures in ([Cure.APART], [Cure.BOTH], [Cure.LOWER, Cure.UPPER]):
         tried: dict[int, Cure] = {}
         for mode, meeting in meetings.items():
-            known = [cure for cure in cures if cure in meeting.cures]
-            if known:
-                tried[mode] = min(known, key=meeting.cures.__getitem__)
-        factor = _confirmed_factor(spectrum, confirmed, tried, options) if tried else None
+            least = min(cures, key=meeting.needs)
+            if least in meeting.cures:
+                tried[mode] = least
+        factor = _confirmed_factor(spectrum, confirmed, tried, options)
         for mode, meeting in confirmed.items():
             amounts = {cure: x for cure, x in meeting.cures.items() if cure not in cures}
             if factor is not None and mode in tried:
@@ -266,7 +270,7 @@ def _confirmed_factor(
     assert isinstance(source, SystemSource)
     of_stiffness = Cure.APART in tried.values()
     left = len(spectrum.unstable) - len(tried)
-    for retry in range(RETRIES):
+    for retry in range(RETRIES if tried else 0):
         factor = 1.0 + 0.05 * retry
         columns = []
         for mode, cure in tried.items():
