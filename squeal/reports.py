@@ -432,7 +432,7 @@ class Report(Answer):
             Column("both", shown=lambda mode: amount(mode, Cure.BOTH), words="both, %"),
             Column("alone", shown=alone, words="one, %"),
         ]
-        title = "unstable modes, and the least that stops each: Hz further apart, or % of critical "
+        title = "unstable modes, and what stops each: Hz further apart, or % of critical "
         title += "damping more on both modes or on one"
         return replace(table, columns=columns, title=title)
 
