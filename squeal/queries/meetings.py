@@ -57,7 +57,7 @@ DAMPED = {Cure.BOTH: (1.0, 1.0), Cure.LOWER: (1.0, 0.0), Cure.UPPER: (0.0, 1.0)}
 @dataclass(frozen=True, eq=False)
 class Meeting:
     """Two real modes that feed a growing one, and the least changes that stop it; of more than
-    `DENSE_ROWS` rows they may be up to 15 % larger than the least.
+    `DENSE_ROWS` rows they may be 5 % larger than the least.
 
     Attributes
     ----------
@@ -251,37 +251,43 @@ def _confirmed(
             least = min(cures, key=meeting.needs)
             if least in meeting.cures:
                 tried[mode] = least
-        factor = _confirmed_factor(spectrum, confirmed, tried, options)
+        amounts = _confirmed_amounts(spectrum, meetings, tried, options)
         for mode, meeting in confirmed.items():
-            amounts = {cure: x for cure, x in meeting.cures.items() if cure not in cures}
-            if factor is not None and mode in tried:
-                cure = tried[mode]
-                amounts[cure] = float(rounded(factor * meeting.cures[cure], 2, math.ceil))
-            confirmed[mode] = replace(meeting, cures=amounts)
+            others = {cure: amount for cure, amount in meeting.cures.items() if cure not in cures}
+            if mode in amounts:
+                others[tried[mode]] = amounts[mode]
+            confirmed[mode] = replace(meeting, cures=others)
     return confirmed
 
 
-def _confirmed_factor(
+def _confirmed_amounts(
     spectrum: Eigenvalues,
     meetings: Mapping[int, Meeting],
     tried: Mapping[int, Cure],
     options: Mapping[str, object],
-) -> float | None:
-    """How many times the cures stop all modes that they are for, None if not even 20 % more do."""
+) -> dict[int, float]:
+    """How much of the cures stops all modes that they are for, by the number of the mode; empty if
+    they do not."""
     source = spectrum.source
     assert isinstance(source, SystemSource)
+    if not tried:
+        return {}
     of_stiffness = Cure.APART in tried.values()
     left = len(spectrum.unstable) - len(tried)
-    if not tried:
-        return None
-    for retry in range(RETRIES):
-        factor = 1.0 + 0.05 * retry
+    factors = dict.fromkeys(tried, 1.0)
+    for _ in range(RETRIES):
+        amounts = {}
         columns = []
         for mode, cure in tried.items():
-            amount = float(rounded(factor * meetings[mode].cures[cure], 2, math.ceil))
-            columns.append(meetings[mode].columns(cure, amount))
+            amount = factors[mode] * meetings[mode].cures[cure]
+            amounts[mode] = float(rounded(amount, 2, math.ceil))
+            columns.append(meetings[mode].columns(cure, amounts[mode]))
         changed = bordered(source.file.system, np.hstack(columns), of_stiffness)
         computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
         if len(computed.unstable) <= left:
-            return factor
-    return None
+            return amounts
+        for growing in computed.unstable:  # more for the pair that is nearest
+            omega = growing.root.imag
+            nearest = min(tried, key=lambda mode: abs(meetings[mode].omega.mean() - omega))
+            factors[nearest] += 0.05
+    return {}
