@@ -7,6 +7,7 @@ from the template `squeal/templates/report.html`, which escapes every text.
 from __future__ import annotations
 
 import math
+import re
 from base64 import b64encode
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -22,12 +23,22 @@ from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked, write_text
 from squeal.linear import GROWING, CriticalPoint, UnstableMode
 from squeal.linear.shaft import speed_words
+from squeal.model.pad import PARAMETERS
 from squeal.queries.check import Check, check
 from squeal.queries.critical_speeds import CriticalSpeeds, critical_speeds
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import Energy, energy
+from squeal.queries.meetings import Cure, Meeting, find_meetings
 from squeal.queries.options import Subject, upper_end
-from squeal.queries.remedies import Remedy, RemedySearch, find_remedy, partner_of, rounded
+from squeal.queries.remedies import (
+    BETTER,
+    Change,
+    Remedy,
+    RemedySearch,
+    find_remedies,
+    partner_of,
+    rounded,
+)
 from squeal.queries.sensitivity import sensitivity
 from squeal.queries.sweep import eigenvalue_paths
 from squeal.queries.systems.all_roots import is_small
@@ -36,7 +47,7 @@ from squeal.queries.whirl import BACKWARD, FORWARD
 from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
-from squeal.results.sources import unit_of
+from squeal.results.sources import SystemSource, unit_of
 from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Positive, public
@@ -44,6 +55,8 @@ from squeal.schema import Positive, public
 COLUMNS = 3  # modes in the table of terms
 NAMED = 3  # modes or parameters in a sentence
 MOST_SPEEDS = 6  # critical speeds in a sentence
+CAUSES = 6  # growing modes whose cause is told
+BESIDE = 0.03  # of its frequency: how far a mode outside of a band is followed to its onset
 TIMES = 3.0  # from which on a value is so many times another one, not so many % above it
 NOISE = 1e-3  # of the strongest effect: weaker ones are noise to a reader, and left out
 OF_CONTACT = {"contact", "tangential"}  # parameters of an exported or joined brake
@@ -54,10 +67,10 @@ HINT = (
 CHART = 1.5  # the chart's range over the parameter's own value
 VISIBLE = 1e-12  # of a mode's angular frequency: smaller growth rates of terms are rounding
 CONFIDENCE = {
-    "proved": "No mode is missing from the list: a second program, which shares nothing with the "
-    "first, has proved it.",
-    "counted": "No mode is missing from the list: their number was counted in a second way.",
-    "open": "A mode may be missing from the list: nothing has counted them.",
+    "proved": "Proved by a second program, which shares nothing with the first: no mode is missing "
+    "from the list",
+    "counted": "Counted in a second way, not proved: no mode is missing from the list",
+    "open": "A mode may be missing from the list: nothing has counted them",
 }
 
 
@@ -68,7 +81,8 @@ class Report(Answer):
     eigenvalues: at the brake's own parameter; thresholds: up to `thresholds.high`; sensitivity: of
     the eigenvalues; onset: sensitivity of the first loss of stability, None where several modes are
     lost at once; check: what the matrices are, None of a scene; energy: what feeds each mode;
-    search: the change that stops all modes that grow, and what other parameters do to these;
+    search: the changes that stop all modes that grow; meetings: the two real modes behind each of
+    these, by its number; outside: thresholds of what grows outside of a band, where that is known;
     subject: the scene or system; critical: critical speeds where the parameter is that of a shaft.
 
     Examples
@@ -91,6 +105,8 @@ class Report(Answer):
     check: Check | None
     energy: Energy
     search: RemedySearch
+    meetings: Mapping[int, Meeting]
+    outside: Thresholds | None
     subject: Any = field(repr=False)
     critical: CriticalSpeeds | None = None
 
@@ -102,12 +118,21 @@ class Report(Answer):
     @property
     def verdict(self) -> str:
         """The verdict in a line."""
-        return self.eigenvalues.conclusion
+        return "; ".join(filter(None, [self.eigenvalues.conclusion, self._growth_outside]))
+
+    @property
+    def _growth_outside(self) -> str:
+        """What grows outside of the band, in words; empty if nothing is known to."""
+        fastest = self.eigenvalues.details.get("fastest_outside")
+        if not fastest:
+            return ""
+        text = f"outside of it {number(fastest['frequency_hz'], 4)} Hz grows by "
+        return f"{text}{number(fastest['growth_rate'], 4)} 1/s"
 
     @property
     def remedy(self) -> Remedy | None:
-        """The least change of one parameter with which nothing grows, None if none is known."""
-        return self.search.remedy
+        """The best change of one parameter with which nothing grows, None if none is known."""
+        return next(iter(self.search.remedies), None)
 
     @property
     def advice(self) -> str:
@@ -120,10 +145,11 @@ class Report(Answer):
         spectrum = self.eigenvalues
         if not spectrum.unstable:
             return [self._without_growth()]
-        measures = []
+        measures = [words for _, words in sorted([self._separation(), self._more_damping()])]
         if self.remedy is not None:
-            measures.append(self.remedy.sentence)
-        measures.append(self._more_damping())
+            sentence = self.remedy.sentence(self._meaning(self.remedy.change.parameter))
+            sentence += self._latest_loss(self.remedy)
+            measures.insert(0 if self.remedy.is_small else len(measures), sentence)
         measures.append(self._bound())
         measures = list(filter(None, measures))
         if not measures:
@@ -132,8 +158,10 @@ class Report(Answer):
         count = len(spectrum.unstable)
         if count > 1:
             aim = "to stop both" if count == 2 else f"to stop all {count}"
-        if spectrum.beside or self._is_of_band_alone():
+        if self._growth_outside or self._is_of_band_alone():
             aim = f"for {spectrum.extent} alone, {aim}".rstrip(", ")
+            if self._growth_outside:
+                aim += f" ({self._growth_outside} too)"
         first = measures[0]
         if aim:
             first = f"{aim[0].upper()}{aim[1:]}: {first[0].lower()}{first[1:]}"
@@ -141,6 +169,31 @@ class Report(Answer):
         for measure in measures[1:]:
             ways.append(f"Or {measure[0].lower()}{measure[1:]}")
         return ways
+
+    def _latest_loss(self, first: Remedy) -> str:
+        """The remedy with which stability is lost latest, as a sentence; empty if that is hardly
+        later than with the first one."""
+        latest = max(self.search.remedies, key=lambda remedy: remedy.limit)
+        if latest.loss is None or latest.limit <= BETTER * first.limit:
+            return ""
+        change = latest.advised
+        text = (
+            f" Stability is lost latest if you {change.verb} {change.parameter} by {change.size}, "
+        )
+        words = latest.loss.words(self.eigenvalues.parameter)
+        return f"{text}{change.values}: nothing grows {words}."
+
+    def _meaning(self, parameter: str) -> str:
+        """What a parameter is, in brackets; empty where that is not known."""
+        if isinstance(self.subject, Scene):
+            words = PARAMETERS[parameter].meaning.split(" (")[0]
+            return f" ({words})"
+        terms = []
+        for row in self.energy.contributions:
+            file, _, factor = row.term.rpartition(", ")
+            if re.search(rf"\b{re.escape(parameter)}\b", factor):
+                terms.append(f"{file}, {row.role}" if file else row.role)
+        return f" (factor of {' and '.join(dict.fromkeys(terms))})" if terms else ""
 
     def _without_growth(self) -> str:
         """Where nothing grows, how sure that is, and where stability is lost."""
@@ -154,7 +207,9 @@ class Report(Answer):
         if spectrum.depends:
             words += f" at {self._at(spectrum.value)}"
         words += self._distance_to_loss()
-        if self._is_of_band_alone() and not spectrum.beside:
+        if self._growth_outside:
+            words += f" But {self._growth_outside}."
+        elif self._is_of_band_alone():
             words += " Nothing outside of the band was looked at."
         return words
 
@@ -182,42 +237,88 @@ class Report(Answer):
         percent = number(100.0 * (1.0 - value / first.mu), 3)
         return f", {percent} % below the first loss {loss}."
 
-    def _more_damping(self) -> str:
-        """The damping that stops all modes that grow; empty if one of them does not oscillate."""
+    def _separation(self) -> tuple[float, str]:
+        """How much further apart the two modes behind each growing one must be, as the largest
+        share of a frequency and in words; empty words where that does not stop all."""
+        words: list[str] = []
+        shares = [0.0]
+        for mode in self.eigenvalues.unstable:
+            meeting = self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
+            if meeting is None or Cure.APART not in meeting.cures:
+                return 0.0, ""
+            lower, upper = meeting.hertz
+            apart = meeting.cures[Cure.APART]
+            shares.append(apart / upper)
+            now = number(upper - lower, 3)
+            words.append(f"{self._pair(mode)} by {number(apart, 2)} Hz ({now} Hz now)")
+        return max(shares), f"Move further apart {', '.join(words[:NAMED])}{self._more_modes()}."
+
+    def _more_damping(self) -> tuple[float, str]:
+        """The damping that stops all modes that grow, as the largest share of critical damping and
+        in words; empty words if one of them does not oscillate."""
         spectrum = self.eigenvalues
         if not all(mode.frequency_hz for mode in spectrum.unstable):
-            return ""
+            return 0.0, ""
+        words = []
         shares = []
-        of_pairs = False
-        for mode in spectrum.unstable[:NAMED]:
-            percent = rounded(-100.0 * mode.damping_ratio, 2, math.ceil)
-            partner = self._partner(mode)
+        alone_needs_more = bool(self.meetings)
+        for mode in spectrum.unstable:
+            share = float(rounded(-100.0 * mode.damping_ratio, 2, math.ceil)) / 100.0
             name = self._name(mode)
-            if partner is not None:
-                of_pairs = True
-                pair = sorted([partner, spectrum.mode_of(mode) or 0])
-                hertz = number(mode.frequency_hz, 4)
-                name = f"both modes {pair[0]} and {pair[1]} ({hertz} Hz)"
-            shares.append(f"{name} at least {percent} %")
-        shares[0] += " of critical damping more"
-        text = "Give " + ", ".join(shares)
-        more = len(spectrum.unstable) - NAMED
-        if more > 0:
-            text += f", and {more} more modes what the table lists"
-        if of_pairs:
+            meeting = self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
+            if meeting is not None:
+                share = meeting.cures.get(Cure.BOTH, share)
+                name = f"both {self._pair(mode)}"
+                alone_needs_more &= meeting.needs(meeting.alone) > share
+            shares.append(share)
+            words.append(f"{name} at least {number(100.0 * share, 2)} %")
+        words[0] += " of critical damping more"
+        text = f"Give {', '.join(words[:NAMED])}{self._more_modes()}"
+        if alone_needs_more:
             text += "; as much on one mode of a pair alone is not enough"
-        return f"{text}."
+        return max(shares), f"{text}."
+
+    def _more_modes(self) -> str:
+        """The end of a list of `NAMED` growing modes."""
+        more = len(self.eigenvalues.unstable) - NAMED
+        return f", and {more} more modes what the table lists" if more > 0 else ""
 
     def _bound(self) -> str:
-        """Which values of the parameter nothing grows at; empty if stability is lost later."""
+        """Which values of the parameter nothing grows at, of all that was looked at; empty if
+        stability is lost later."""
         spectrum = self.eigenvalues
         first = self.thresholds.first
         if first is None or first.mu >= spectrum.value or self.thresholds.verdict in GROWING:
             return ""
-        limit = rounded(first.mu, 4, math.floor)
-        words = speed_words(float(limit), unit_of(spectrum.source))
-        bound = f"{spectrum.parameter} below {limit}{words}"
-        return f"Keep {bound}; it is {number(spectrum.value, 4)}."
+        limit = first.mu
+        scope = []
+        if self.outside is not None:
+            other = self.outside.first
+            of_band = f"{number(first.mu, 4)} for {spectrum.extent}"
+            if self.outside.verdict in GROWING:
+                scope.append(f"for {spectrum.extent} alone: something outside grows at any")
+            elif other is not None and self._is_of_band_alone():
+                limit = min(limit, other.mu)
+                scope.append(f"{of_band}, {number(other.mu, 4)} for what was seen outside")
+            elif other is not None and other.mu < first.mu:
+                limit = other.mu
+                scope.append(f"{of_band} alone")
+        if self._is_of_band_alone():
+            scope.append(f"nothing else than {spectrum.extent} was searched")
+        below = rounded(limit, 4, math.floor)
+        words = speed_words(float(below), unit_of(spectrum.source))
+        bound = f"{spectrum.parameter} below {below}{words}"
+        reservation = f" ({', '.join(scope)})" if scope else ""
+        return f"Keep {bound}; it is {number(spectrum.value, 4)}{reservation}."
+
+    def _pair(self, mode: UnstableMode) -> str:
+        """The two modes behind a growing one by their numbers, else by their frequencies."""
+        partner = self._partner(mode)
+        if partner is not None:
+            numbers = sorted([partner, self.eigenvalues.mode_of(mode) or 0])
+            return f"modes {numbers[0]} and {numbers[1]} ({number(mode.frequency_hz, 4)} Hz)"
+        lower, upper = self.meetings[self.eigenvalues.mode_of(mode) or 0].hertz
+        return f"real modes at {number(lower, 4)} and {number(upper, 4)} Hz"
 
     def _name(self, mode: UnstableMode) -> str:
         """A mode by its number and frequency."""
@@ -239,91 +340,119 @@ class Report(Answer):
                     return None
         return partner
 
-    def _meeting(self, mode: UnstableMode) -> str:
-        """The mode with which a growing one couples, and from where on; empty if there is none."""
-        partner = self._partner(mode)
-        if partner is None:
-            return ""
-        lower, upper = sorted([partner, self.eigenvalues.mode_of(mode) or 0])
-        words = f"modes {lower} and {upper} come together and feed each other"
-        if mode.onset is not None:
-            words += f" from {self._at(mode.onset)} on"
-        return f"{words}; "
+    def _cause(self, mode: UnstableMode) -> str:
+        """Why a mode grows: which modes couple, from where on, and which terms feed it."""
+        number_of_mode = self.eigenvalues.mode_of(mode)
+        head, _, balance = self.energy.sentence(number_of_mode or 0).partition(": ")
+        words = []
+        meeting = self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
+        if meeting is not None and self._partner(mode) is not None:
+            lower, upper = meeting.hertz
+            pair = self._pair(mode).partition(" (")[0]
+            text = f"{pair} ({number(lower, 4)} and {number(upper, 4)} Hz without friction) come "
+            text += "together and feed each other"
+            if mode.onset is not None:
+                text += f" from {self._at(mode.onset)} on"
+            words.append(text)
+        words.append(balance)
+        text = f"{head}: {'; '.join(words)}."
+        if self.energy.part_shares:
+            text += f" Where its energy is: {self.energy.place(number_of_mode or 0)}."
+        return text[0].upper() + text[1:]
 
     @property
     def reasons(self) -> list[str]:
-        """What feeds the mode that grows fastest, and which parameters do not help."""
-        spectrum = self.eigenvalues
-        if not spectrum.unstable:
+        """What feeds each mode that grows, a line each, and which parameters do not help."""
+        unstable = self.eigenvalues.unstable
+        if not unstable:
             return []
         lines = []
-        fastest = spectrum.unstable[0]
-        mode = spectrum.mode_of(fastest)
-        if mode in self.energy.modes:
-            lines.append(f"Why: {self._meeting(fastest)}{self.energy.sentence(mode)}.")
-            if self.energy.part_shares:
-                lines.append(f"Where its energy is: {self.energy.place(mode)}.")
+        for mode in unstable[:CAUSES]:
+            if self.eigenvalues.mode_of(mode) in self.energy.modes:
+                lines.append(self._cause(mode))
+        if len(unstable) > CAUSES:
+            lines.append(f"{len(unstable) - CAUSES} more modes grow.")
         if self.remedy is None:
-            lines += self._effects()
-            named = {effect.parameter for effect in self.search.effects}
+            idle = self.search.without_effect
+            if idle:
+                words = f"Changing {' or '.join(idle)} by up to {self.search.limit}"
+                lines.append(f"{words} does not help.")
+            named = {*idle, *(part.change.parameter for part in self.search.partial)}
             if named <= OF_CONTACT:
                 lines.append(HINT)
         return lines
 
-    def _effects(self) -> Iterator[str]:
-        """What the parameters do that cannot stop all that grows, a sentence each."""
-        modes = self.eigenvalues.unstable
-        without_effect: dict[str, list[str]] = {}  # parameters, by how far they were changed
-        for effect in self.search.effects:
-            stopped = []
-            for mode, change in zip(modes[1:], effect.stops[1:], strict=True):
-                if change is not None:
-                    words = f"{change.doing} it by about {change.about}"
-                    stopped.append(f"{words} stops {self._name(mode)}")
-            first = effect.stops[0]
-            if first is not None:
-                text = f"{first.doing.capitalize()} {effect.parameter} by about {first.about}"
-                text += f" stops {self._name(modes[0])}"
-                hertz = ", ".join(number(frequency, 4) for frequency in effect.left[:NAMED])
-                yield f"{text}, but not what grows at {hertz} Hz." if hertz else f"{text} alone."
-            elif stopped:
-                text = f"Changing {effect.parameter} by up to {effect.limit} does not stop "
-                yield f"{text}{self._name(modes[0])}; {', '.join(stopped[:NAMED])}."
-            else:
-                without_effect.setdefault(effect.limit, []).append(effect.parameter)
-        for limit, names in without_effect.items():
-            text = f"Changing {' or '.join(sorted(names))} by up to {limit}"
-            if len(modes) == 1:
-                yield f"{text} does not stop {self._name(modes[0])}."
-            else:
-                yield f"{text} stops none of these modes."
+    @property
+    def remedies(self) -> Table:
+        """Changes of one parameter, the best first: what they leave and where stability is lost."""
+        parameter = self.eigenvalues.parameter
+
+        def growth_left(remedy: Remedy) -> str:
+            modes = remedy.computed.unstable
+            if not modes:
+                return "none"
+            return f"{number(modes[0].growth_rate, 3)} 1/s at {number(modes[0].frequency_hz, 4)} Hz"
+
+        def next_loss(remedy: Remedy) -> str:
+            if remedy.loss is None:
+                return "-"
+            if remedy.loss.value is None:
+                return f"none up to {number(remedy.loss.high, 4)}"
+            return remedy.loss.words(parameter).removeprefix("up to ").replace(", then", ":")
+
+        def size(change: Change) -> str:
+            return f"{change.verb} by {change.size}"
+
+        def least(remedy: Remedy) -> str:
+            return "-" if remedy.computed.unstable else remedy.change.size
+
+        def name(remedy: Remedy) -> str:
+            return f"{remedy.change.parameter}{self._meaning(remedy.change.parameter)}"
+
+        table = (
+            Column("parameter", shown=name),
+            Column("change", shown=lambda row: size(row.advised)),
+            Column("value", shown=lambda row: row.advised.values),
+            Column("least", shown=least, words="just stops"),
+            Column("growth_left", shown=growth_left, words="growth left"),
+            Column("next_loss", shown=next_loss, words="next loss"),
+        )
+        title = "changes of one parameter, the best first; degrees count as %"
+        return Table(table, [*self.search.remedies, *self.search.partial], title)
 
     @property
-    def conflicts(self) -> str:
-        """Which parameters help the fastest mode and harm the first loss, or the other way round;
-        empty if none does."""
-        spectrum = self.eigenvalues
-        if self.onset is None or not spectrum.unstable:
-            return ""
-        fastest = spectrum.unstable[0]
-        index = int(abs(spectrum.values - fastest.root).argmin())
-        sentences = []
-        strongest = _strongest_of(self.onset)
-        for name, slopes in self.onset.slopes.items():
-            of_loss = float(slopes[0]) * self.onset.step(name)[0]
-            of_growth = 0.0
-            if name in self.sensitivity.slopes:
-                of_growth = float(self.sensitivity.slopes[name][index].real)
-            of_growth *= self.sensitivity.step(name)[0] if of_growth else 1.0
-            is_noise = abs(of_loss) <= NOISE * strongest
-            if name == spectrum.parameter or is_noise or not of_loss * of_growth > 0.0:
-                continue
-            mode = f"mode {spectrum.mode_of(fastest)}"
-            if of_loss > 0.0:
-                sentences.append(f"Raising {name} moves the onset up, but drives {mode}.")
-            else:
-                sentences.append(f"Raising {name} slows {mode}, but moves the onset down.")
-        return " ".join(sentences[:NAMED])
+    def growing(self) -> Table:
+        """The modes that grow, with the least separation or damping that stops each."""
+        table = self.eigenvalues.growing
+        if not self.meetings:
+            return table
+
+        def meeting_of(mode: UnstableMode) -> Meeting | None:
+            return self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
+
+        def amount(mode: UnstableMode, cure: Cure) -> str:
+            meeting = meeting_of(mode)
+            if meeting is None or cure not in meeting.cures:
+                return "-"
+            unit = 1.0 if cure is Cure.APART else 100.0
+            return number(unit * meeting.cures[cure], 2)
+
+        def alone(mode: UnstableMode) -> str:
+            meeting = meeting_of(mode)
+            if meeting is None or meeting.alone not in meeting.cures:
+                return "-"
+            hertz = meeting.hertz[meeting.alone is Cure.UPPER]
+            return f"{amount(mode, meeting.alone)} at {number(hertz, 4)}"
+
+        columns = [column for column in table.columns if column.name != "kind"]
+        columns += [
+            Column("apart", shown=lambda mode: amount(mode, Cure.APART), words="apart, Hz"),
+            Column("both", shown=lambda mode: amount(mode, Cure.BOTH), words="both, %"),
+            Column("alone", shown=alone, words="one, %"),
+        ]
+        title = "unstable modes, and what stops each: Hz further apart, or % of critical "
+        title += "damping more on both modes or on one"
+        return replace(table, columns=columns, title=title)
 
     def _at(self, value: float) -> str:
         """A value of the parameter, with the unit where it is a speed."""
@@ -398,28 +527,30 @@ class Report(Answer):
         return self.eigenvalues.growing
 
     def parts(self) -> Sequence[str | Table]:
-        lines = [self.verdict, self.eigenvalues.beside, self.loss, self.margin, self.critical_line]
+        lines = [self.verdict, self.loss, self.margin, self.critical_line]
         advice = "\n".join([self.advice, *self.reasons, *self.thresholds.seat])
-        return [self.name, "\n".join(filter(None, lines)), self.table(), advice]
+        parts: list[str | Table] = [self.name, "\n".join(filter(None, lines)), self.growing, advice]
+        if self.remedies.rows:
+            parts.append(self.remedies)
+        return parts
 
     def to_dict(self) -> dict[str, Any]:
-        remedy = None
-        if self.remedy is not None:
-            change = self.remedy.change
-            remedy = picked(change, "parameter before after")
-            remedy["verdict_line"] = self.remedy.computed.conclusion
-            remedy["first_loss"] = self.remedy.loss._asdict()
-            remedy["best"] = None
-            if self.remedy.best is not None and self.remedy.best_loss is not None:
-                best_loss = self.remedy.best_loss._asdict()
-                remedy["best"] = {"after": self.remedy.best.after, "first_loss": best_loss}
+        remedies = [_remedy_entry(remedy) for remedy in self.search.remedies]
+        meetings = []
+        for mode, meeting in self.meetings.items():
+            entry: dict[str, Any] = {"mode": mode, "frequencies_hz": list(meeting.hertz)}
+            for cure in Cure:
+                entry[cure.name.lower()] = meeting.cures.get(cure)
+            meetings.append(entry)
         return {
             "name": self.name,
             "verdict_line": self.verdict,
             "loss_line": self.loss,
             "margin_line": self.margin,
             "advice": self.advice,
-            "remedy": remedy,
+            "remedy": next(iter(remedies), None),
+            "remedies": remedies,
+            "meetings": meetings,
             **self.energy.to_dict(),
             "eigenvalues": self.eigenvalues.to_dict(),
             "thresholds": self.thresholds.to_dict(),
@@ -511,7 +642,9 @@ def report(
         onset=of_onset,
         check=None if isinstance(subject, Scene) else check(subject),
         energy=energy(spectrum, parts),
-        search=find_remedy(spectrum, of_modes, end, options),
+        search=find_remedies(spectrum, of_modes, end, options),
+        meetings=find_meetings(spectrum, options),
+        outside=_thresholds_outside(subject, spectrum, end, options),
         subject=subject,
         critical=_critical_speeds(subject, losses, band, memory),
     )
@@ -526,6 +659,33 @@ def _critical_speeds(
         with suppress(InputError):
             return critical_speeds(subject, losses.high, losses.low, band=band, memory=memory)
     return None
+
+
+def _thresholds_outside(
+    subject: Subject, spectrum: Eigenvalues, high: float, options: Mapping[str, Any]
+) -> Thresholds | None:
+    """Thresholds without a band where all roots are computed, else of the fastest mode that was
+    seen outside of the band; None without a band, or where nothing was seen."""
+    source = spectrum.source
+    if not isinstance(source, SystemSource) or not spectrum.extent or not spectrum.unstable:
+        return None
+    if is_small(source.file.system):
+        return thresholds(subject, high, prove=False)
+    fastest = spectrum.details.get("fastest_outside")
+    if not fastest:
+        return None
+    hertz = fastest["frequency_hz"]
+    beside = {"band": ((1.0 - BESIDE) * hertz, (1.0 + BESIDE) * hertz)}
+    return thresholds(subject, high, prove=False, **{**options, **beside})
+
+
+def _remedy_entry(remedy: Remedy) -> dict[str, Any]:
+    """A remedy as JSON holds it."""
+    entry: dict[str, Any] = picked(remedy.change, "parameter before after")
+    entry["with_margin"] = remedy.take and remedy.take.after
+    entry["verdict_line"] = remedy.computed.conclusion
+    entry["first_loss"] = remedy.loss and remedy.loss._asdict()
+    return entry
 
 
 def page(report: Report, inputs: Sequence[Any] = ()) -> str:
@@ -553,14 +713,13 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
         chart=_figure(paths, report.name, damping=True, thresholds=report.thresholds),
         campbell=report.critical and _figure(report.critical, report.name, paths=paths),
         feeds=_feeds(report),
-        moves=_effects_on_growing(report),
-        moves_onset=_effects_on_onset(report),
+        moves=_moves(report),
         abaqus=_abaqus_ratio(spectrum),
         shapes=list(_shapes(report)),
         confidence=list(_confidence(report)),
         open=list(_not_answered(report)),
         read=list(_what_was_read(report)),
-        sure=list(_evidence(report)),
+        sure="; ".join(line.removesuffix(".") for line in _evidence(report)),
         footer=_footer(inputs),
     )
     # a name may hold control characters, which HTML does not allow
@@ -629,12 +788,6 @@ def _chart(report: Report) -> Sweep:
     return eigenvalue_paths(searched, searched.low, high).named(names)
 
 
-def _strongest_of(moved: Sensitivity) -> float:
-    """The largest change of the first loss by a step of a parameter."""
-    changes = [abs(slopes[0] * moved.step(name)[0]) for name, slopes in moved.slopes.items()]
-    return float(max(filter(math.isfinite, changes), default=0.0))
-
-
 def _growing(report: Report) -> list[int]:
     """Numbers of the modes that grow, the fastest first, as many as the tables show."""
     spectrum = report.eigenvalues
@@ -676,32 +829,44 @@ def _growth_of(mode: int) -> Callable[[Any], str]:
     return lambda row: f"{row[1][mode]:+.4g}" if mode in row[1] else ""
 
 
-def _effects_on_growing(report: Report) -> Table:
-    """What a small change of each parameter does to the modes that grow, without noise."""
-    table = report.sensitivity.table()
+def _moves(report: Report) -> Table:
+    """What a small change of each parameter does to the modes that grow and to the first loss: a
+    row a parameter, the strongest on the fastest mode first, without noise."""
     modes = _growing(report)
-    strongest: dict[int, float] = {}
-    for row in table.rows:
-        strongest[row.mode] = max(strongest.get(row.mode, 0.0), abs(row.growth_change))
-    rows = []
-    for row in table.rows:
-        is_noise = abs(row.growth_change) <= NOISE * strongest[row.mode]  # false of NaN
-        if row.mode in modes and not is_noise:
-            rows.append(row)
-    return replace(table, rows=rows)
-
-
-def _effects_on_onset(report: Report) -> Table | None:
-    """What a small change of each parameter does to the first loss, the strongest first, without
-    noise; None where that is not known."""
     onset = report.onset
-    if onset is None or not onset.slopes:
-        return None
-    table = onset.table()
-    strongest = _strongest_of(onset)
-    rows = [row for row in table.rows if not abs(row[2]) <= NOISE * strongest]
-    positions = {id(row): -k for k, row in enumerate(rows)}
-    return replace(table, rows=rows, rank=lambda row: positions[id(row)])
+    steps: dict[str, str] = {}  # by parameter, in words
+    effects: dict[int, dict[str, float]] = {mode: {} for mode in modes}  # by mode; 0: the loss
+    heads = {mode: f"mode {mode}, 1/s" for mode in modes}
+    for row in report.sensitivity.table().rows:
+        if row.mode in modes:
+            steps[row.parameter] = row.change
+            effects[row.mode][row.parameter] = row.growth_change
+    if onset is not None and onset.slopes:
+        hertz = f"{onset.kind} at {onset.parameter} = {number(onset.at, 4)}"
+        heads[0] = f"first loss ({hertz})"
+        effects[0] = {}
+        for name, slopes in onset.slopes.items():
+            step, words = onset.step(name)
+            if step:
+                steps.setdefault(name, words)
+                effects[0][name] = float(slopes[0]) * step
+    strengths: dict[str, list[float]] = {name: [] for name in steps}
+    for changes in effects.values():
+        largest = max(filter(math.isfinite, map(abs, changes.values())), default=0.0)
+        for name in steps:
+            change = changes.get(name, 0.0)
+            if abs(change) <= NOISE * largest:  # false of NaN
+                changes.pop(name, None)
+            strengths[name].append(abs(changes.get(name, 0.0)))
+
+    columns = [Column("parameter", value=str), Column("change", value=steps.get)]
+    for kind, head in heads.items():
+        columns.append(Column(head, words=head, value=effects[kind].get))
+    names = [name for name in steps if any(strengths[name])]
+    names.sort(key=lambda name: strengths[name], reverse=True)
+    positions = {name: -k for k, name in enumerate(names)}
+    title = "what a small change of a parameter adds to growth rates, and to the first loss"
+    return Table(columns, names, title, rank=positions.__getitem__)
 
 
 def _confidence(report: Report) -> Iterator[str]:
@@ -710,14 +875,23 @@ def _confidence(report: Report) -> Iterator[str]:
     status = "counted" if spectrum.certified else "open"
     if spectrum.proof:
         status = spectrum.proof.get("status") or status
-    yield CONFIDENCE[status]
-    proof_of_thresholds = report.thresholds.proof or {}
-    if report.thresholds.certified or proof_of_thresholds.get("status") == "proved":
-        yield "No onset is missing from the list, as far as the count goes."
+    limit = f" among {spectrum.extent}" if spectrum.extent else ""
+    yield f"{CONFIDENCE[status]}{limit}."
+    searched = report.thresholds
+    status_of_onsets = (searched.proof or {}).get("status")
+    where = f"{searched.parameter} = {number(searched.low, 4)} to {number(searched.high, 4)}"
+    if status_of_onsets == "proved":
+        yield f"Proved too: no onset of growth from {where} is missing{limit}."
+    elif searched.certified:
+        yield (
+            f"Counted, not proved: no onset from {where} is missing{limit}, but for narrow ranges."
+        )
     else:
         yield "Another onset than the listed ones may exist."
     if report.remedy is not None:
-        yield "The change above was computed anew, not extrapolated."
+        yield "The changes above were computed anew, not extrapolated."
+    if report.meetings:
+        yield "Separation and damping were tried on the full model, for all growing modes at once."
     if spectrum.open:
         yield f"The {spectrum.open}."
 
@@ -730,7 +904,7 @@ def _what_was_read(report: Report) -> Iterator[str | Table]:
     head, files, lines, _, hints = report.check.parts()
     hertz = ", ".join(number(f) for f in report.check.frequencies_hz)
     modes = f"lowest real modes, without friction and damping: {hertz} Hz"
-    yield from (head, files, f"{lines}\n{modes}\n{hints}")
+    yield from (head, files, "; ".join([*str(lines).splitlines(), modes, str(hints)]).rstrip("; "))
 
 
 def _shapes(report: Report) -> Iterator[_Figure]:
@@ -750,8 +924,6 @@ def _evidence(report: Report) -> Iterator[str]:
     if spectrum.details.get("basis"):
         yield f"{basis_text(spectrum.details['basis'], errors=True)}."
     yield f"{len(spectrum.eigenvalues)} roots{where}: {spectrum.completeness}."
-    if spectrum.open:
-        yield f"The {spectrum.open}."
     worst = max((root.residual for root in spectrum.eigenvalues), default=math.nan)
     if math.isfinite(worst):
         yield f"The largest backward error of a listed root is {worst:.2g}."
@@ -763,7 +935,7 @@ def _not_answered(report: Report) -> Iterator[str]:
     """Sentences on what the answers do not speak of."""
     spectrum = report.eigenvalues
     if spectrum.extent:
-        exception = ", but for the growth that was seen there" if spectrum.beside else ""
+        exception = ", but for the growth that was seen there" if report._growth_outside else ""
         yield f"Roots outside of {spectrum.extent}{exception}."
     limit = spectrum.details.get("growth_limit")
     if limit is not None:
@@ -771,6 +943,10 @@ def _not_answered(report: Report) -> Iterator[str]:
     yield from spectrum.notes[1:]
     if report.sensitivity.note:
         yield f"{report.sensitivity.note}."
+    if not report.energy.part_shares and not isinstance(report.subject, Scene):
+        yield (
+            "Where a mode's energy is: joined components tell, or `parts={name: rows}` in Python."
+        )
     low = number(report.thresholds.low)
     high = number(report.thresholds.high)
     unit = unit_of(report.thresholds.source)

@@ -51,9 +51,13 @@ class Cure(Enum):
     UPPER = "the upper one damped"
 
 
+DAMPED = {Cure.BOTH: (1.0, 1.0), Cure.LOWER: (1.0, 0.0), Cure.UPPER: (0.0, 1.0)}
+
+
 @dataclass(frozen=True, eq=False)
 class Meeting:
-    """Two real modes that feed a growing one, and the least changes that stop it.
+    """Two real modes that feed a growing one, and the least changes that stop it; of more than
+    `DENSE_ROWS` rows they may be 5 % larger than the least.
 
     Attributes
     ----------
@@ -77,21 +81,22 @@ class Meeting:
         lower, upper = (self.omega / math.tau).tolist()
         return lower, upper
 
+    def needs(self, cure: Cure) -> float:
+        """How much of a cure is needed, infinite where it does not stop the mode."""
+        return self.cures.get(cure, math.inf)
+
     @property
-    def alone(self) -> Cure | None:
-        """The one mode whose damping alone stops the growth, with less if either does."""
-        cures = [cure for cure in (Cure.LOWER, Cure.UPPER) if cure in self.cures]
-        return min(cures, key=self.cures.__getitem__, default=None)
+    def alone(self) -> Cure:
+        """Which of the two modes needs less damping alone."""
+        return min((Cure.LOWER, Cure.UPPER), key=self.needs)
 
     def columns(self, cure: Cure, amount: float) -> Array:
         """U (n, 2), so that U U' added to K or C is a cure of some amount."""
-        lower, upper = self.omega.tolist()
         if cure is Cure.APART:
-            added = (0.0, (upper + math.tau * amount) ** 2 - upper**2)
+            raised = self.omega[1] + math.tau * amount
+            added = np.array([0.0, raised**2 - self.omega[1] ** 2])
         else:
-            damped_lower = 0.0 if cure is Cure.UPPER else 2.0 * amount * lower
-            damped_upper = 0.0 if cure is Cure.LOWER else 2.0 * amount * upper
-            added = (damped_lower, damped_upper)
+            added = 2.0 * amount * self.omega * DAMPED[cure]
         return self.forces * np.sqrt(added)
 
 
@@ -180,7 +185,8 @@ class _Problem:
                 share *= 2.0
             if share > MOST:
                 continue
-            low, high = share / 2.0, share
+            low = share / 2.0
+            high = share
             for _ in range(BISECTIONS):
                 middle = (low + high) / 2.0
                 if growing(cure, middle * unit) < before:
@@ -242,38 +248,46 @@ def _confirmed(
     for cures in ([Cure.APART], [Cure.BOTH], [Cure.LOWER, Cure.UPPER]):
         tried: dict[int, Cure] = {}
         for mode, meeting in meetings.items():
-            known = [cure for cure in cures if cure in meeting.cures]
-            if known:
-                tried[mode] = min(known, key=meeting.cures.__getitem__)
-        factor = _confirmed_factor(spectrum, confirmed, tried, options) if tried else None
+            least = min(cures, key=meeting.needs)
+            if least in meeting.cures:
+                tried[mode] = least
+        amounts = _confirmed_amounts(spectrum, meetings, tried, options)
         for mode, meeting in confirmed.items():
-            amounts = {cure: x for cure, x in meeting.cures.items() if cure not in cures}
-            if factor is not None and mode in tried:
-                cure = tried[mode]
-                amounts[cure] = float(rounded(factor * meeting.cures[cure], 2, math.ceil))
-            confirmed[mode] = replace(meeting, cures=amounts)
+            others = {cure: amount for cure, amount in meeting.cures.items() if cure not in cures}
+            if mode in amounts:
+                others[tried[mode]] = amounts[mode]
+            confirmed[mode] = replace(meeting, cures=others)
     return confirmed
 
 
-def _confirmed_factor(
+def _confirmed_amounts(
     spectrum: Eigenvalues,
     meetings: Mapping[int, Meeting],
     tried: Mapping[int, Cure],
     options: Mapping[str, object],
-) -> float | None:
-    """How many times the cures stop all modes that they are for, None if not even 20 % more do."""
+) -> dict[int, float]:
+    """How much of the cures stops all modes that they are for, by the number of the mode; empty if
+    they do not."""
     source = spectrum.source
     assert isinstance(source, SystemSource)
+    if not tried:
+        return {}
     of_stiffness = Cure.APART in tried.values()
     left = len(spectrum.unstable) - len(tried)
-    for retry in range(RETRIES):
-        factor = 1.0 + 0.05 * retry
+    factors = dict.fromkeys(tried, 1.0)
+    for _ in range(RETRIES):
+        amounts = {}
         columns = []
         for mode, cure in tried.items():
-            amount = float(rounded(factor * meetings[mode].cures[cure], 2, math.ceil))
-            columns.append(meetings[mode].columns(cure, amount))
+            amount = factors[mode] * meetings[mode].cures[cure]
+            amounts[mode] = float(rounded(amount, 2, math.ceil))
+            columns.append(meetings[mode].columns(cure, amounts[mode]))
         changed = bordered(source.file.system, np.hstack(columns), of_stiffness)
         computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
         if len(computed.unstable) <= left:
-            return factor
-    return None
+            return amounts
+        for growing in computed.unstable:  # more for the pair that is nearest
+            omega = growing.root.imag
+            nearest = min(tried, key=lambda mode: abs(meetings[mode].omega.mean() - omega))
+            factors[nearest] += 0.05
+    return {}

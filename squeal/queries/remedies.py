@@ -1,8 +1,9 @@
-"""Remedies: the least change of one parameter with which nothing grows.
+"""Remedies: the least change of one parameter with which nothing grows, both ways.
 
 Each parameter is lowered and raised in steps, the first step at which nothing grows is bisected,
-and the change is rounded up and computed anew. Of a large system a reduced one is searched; what is
-named was computed on the full one.
+and the change is rounded up and computed anew; so is the one that leaves a margin of the free
+parameter. Where no small change helps, large ones are looked at. Of a large system a reduced one is
+searched; what is named was computed on the full one.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -25,21 +26,28 @@ from squeal.linear import UnstableMode
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.options import Band
 from squeal.queries.pads.equilibrium import analyse
-from squeal.queries.parameter_space import Outcome, ParameterSpace, first_loss
+from squeal.queries.parameter_space import first_loss
 from squeal.queries.thresholds import thresholds
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import DEGREE, Sensitivity
 from squeal.results.sources import EigenvalueSelection, PadSource, SystemSource
 
-MOST_STEPS = 25  # of 1 % or a degree: the largest change that is looked at
+MOST_STEPS = 25  # of 1 % or a degree: the largest change that is looked at first
+STEPS = (1, 2, 3, 4, 6, 8, 10, 13, 16, 20, MOST_STEPS)
 FEW_STEPS = (1, 2, 4, 8, 16, MOST_STEPS)  # where each costs much
-DENSE_ROWS = 100  # up to which every step is looked at
-BEST_ROWS = 40  # up to which the first loss is computed at every step
-BISECTIONS = 10  # to a thousandth of a step
+MORE = 1.3  # ratio of steps from the least change to one with a margin
+WIDE_STEPS = (35, 50, 70, 90, 99, 150, 200, 300)  # where none of these stops all
+NEARLY_ZERO = 99  # percent: at zero itself there may be nothing left that vibrates
+QUARTER_TURN = 90  # degrees: no angle is turned by more
+IN_HAND = 1.1  # times the free parameter's value: up to there nothing is to grow
+DENSE_ROWS = 100  # up to which many steps are looked at
+BISECTIONS = 10  # to a thousandth of what lies between two steps
 RETRIES = 4  # of a change that the full system does not confirm, each time a larger one
 WIDER = 0.15  # of the ends of a band: a mode that a change moves out of it has not stopped
-SAME_MODE = 0.1  # of the frequency: so near a growing root is one of a mode that grew before
-BETTER = 1.02  # how much later stability is lost with a change that is worth naming
+NOTHING = 1e-9  # of |lambda|: a step that moves no root by more has no effect
+BETTER = 1.02  # times: how much less grows, or later is lost, with a change worth naming
+MOST_REMEDIES = 4  # that are computed on the full system, and of parts of a cure
+FEW_REMEDIES = 2  # where each costs much
 
 
 class Loss(NamedTuple):
@@ -63,13 +71,17 @@ class Loss(NamedTuple):
 
 @dataclass(frozen=True)
 class Change:
-    """A parameter before and after a change of `count` steps, which are percent or degrees."""
+    """A parameter before and after a change of `count` steps, which are percent or degrees.
+
+    measured: the unit of its value, empty for an angle.
+    """
 
     parameter: str
     before: float
     step: float
     unit: str
     count: float
+    measured: str = ""
 
     @property
     def after(self) -> float:
@@ -80,16 +92,6 @@ class Change:
     def verb(self) -> str:
         """Whether the parameter is raised or lowered."""
         return "raise" if self.after > self.before else "lower"
-
-    @property
-    def doing(self) -> str:
-        """The verb as a noun."""
-        return "raising" if self.verb == "raise" else "lowering"
-
-    @property
-    def about(self) -> str:
-        """How large an estimated change is, rounded up."""
-        return self.of(float(rounded(abs(self.count), 2, math.ceil))).size
 
     @property
     def size(self) -> str:
@@ -105,71 +107,85 @@ class Change:
         if self.unit == "degrees":
             before = number(self.before / DEGREE, 5)
             return f"from {before} to {number(self.after / DEGREE, 5)} degrees"
-        return f"from {number(self.before, 5)} to {number(self.after, 5)}"
+        unit = f" {self.measured}".rstrip()
+        return f"from {number(self.before, 5)} to {number(self.after, 5)}{unit}"
+
+    @property
+    def most(self) -> int:
+        """The largest change to this side that is looked at, in steps."""
+        if self.unit == "degrees":
+            return QUARTER_TURN
+        is_lowered_share = self.count < 0.0 and self.unit == "%"
+        return NEARLY_ZERO if is_lowered_share else WIDE_STEPS[-1]
 
     def of(self, count: float) -> Change:
         """Another change of the same parameter."""
-        return Change(self.parameter, self.before, self.step, self.unit, count)
+        return replace(self, count=count)
 
 
 @dataclass(frozen=True, eq=False)
 class Remedy:
-    """The least change of one parameter with which nothing grows.
+    """The least change of one parameter to one side with which nothing grows, or least grows.
 
-    change: rounded up to two digits; computed: the eigenvalues with it; loss: where stability is
-    lost first then; best, best_loss: the change up to `MOST_STEPS` to the same side with which it
-    is lost latest, None where that is no later, or was not looked for.
+    change: rounded up to two digits; computed: the eigenvalues with it; take: the change after
+    which nothing grows up to `IN_HAND` times the free parameter, None where none leaves so much;
+    loss: where stability is lost first with `take`, else with `change`, None where modes grow.
     """
 
     change: Change
     computed: Eigenvalues
-    loss: Loss
-    best: Change | None = None
-    best_loss: Loss | None = None
+    take: Change | None = None
+    loss: Loss | None = None
 
     @property
-    def sentence(self) -> str:
-        """What to change, by how much, and what that does."""
-        change = self.change
+    def limit(self) -> float:
+        """The value of the free parameter up to which nothing grows, infinite where none is."""
+        if self.loss is None:
+            return 0.0
+        return math.inf if self.loss.value is None else self.loss.value
+
+    @property
+    def is_small(self) -> bool:
+        """Whether the change is one that is looked at first."""
+        return abs(self.change.count) <= MOST_STEPS
+
+    @property
+    def advised(self) -> Change:
+        """The change with a margin, else the least one."""
+        return self.take or self.change
+
+    def sentence(self, meaning: str) -> str:
+        """What to change, by how much, and what that does; meaning: what the parameter is."""
+        change = self.advised
         parameter = self.computed.parameter
-        text = f"{change.verb.capitalize()} {change.parameter} by {change.size}, {change.values}."
-        value = self.loss.value
-        text += " With it nothing grows"
-        if value is not None and value <= self.computed.value:
+        text = f"{change.verb.capitalize()} {change.parameter}{meaning} by {change.size}, "
+        text += f"{change.values}. With it nothing grows"
+        assert self.loss is not None
+        if self.limit <= self.computed.value:
             text += f" at {parameter} = {number(self.computed.value, 4)}; below, stability is lost"
-            text += f" from {parameter} = {number(value, 4)} on"
+            text += f" from {parameter} = {number(self.limit, 4)} on"
         else:
             text += f" {self.loss.words(parameter)}"
         if self.computed.verdict == "marginal":
             text += " (nothing damps this model)"
+        if self.take is not None and self.take.count != self.change.count:
+            in_hand = number(100.0 * (IN_HAND - 1.0), 2)
+            text += f"; {self.change.size} is just enough, the rest leaves {in_hand} % of "
+            text += f"{parameter} in hand"
         text += "."
-        if self.best is not None and self.best_loss is not None:
-            limit = self.best.of(MOST_STEPS).size
-            best = "the largest" if self.best.size == limit else self.best.size
-            text += f" Of changes this way up to {limit}, {best} is best: "
-            text += f"nothing grows {self.best_loss.words(parameter)}."
+        if abs(change.count) > MOST_STEPS:
+            text += f" No parameter does it with up to {change.of(MOST_STEPS).size}."
         return text
 
 
-@dataclass(frozen=True)
-class PartialEffect:
-    """What a parameter does that cannot stop all modes.
-
-    limit: how far it was changed, in words; stops: the least change that stops each growing mode,
-    None where none does; left: frequencies in Hz that grow with the first of these changes.
-    """
-
-    parameter: str
-    limit: str
-    stops: tuple[Change | None, ...]
-    left: tuple[float, ...]
-
-
 class RemedySearch(NamedTuple):
-    """The best remedy, and of each parameter that is none what it does to the modes that grow."""
+    """Remedies, the best first; without one the changes with which least grows, `without_effect`
+    the parameters that change nothing, and how far they were changed, in words."""
 
-    remedy: Remedy | None
-    effects: tuple[PartialEffect, ...]
+    remedies: tuple[Remedy, ...]
+    partial: tuple[Remedy, ...] = ()
+    without_effect: tuple[str, ...] = ()
+    limit: str = ""
 
 
 Values: TypeAlias = Mapping[str, float]
@@ -177,16 +193,16 @@ GrowingRoots: TypeAlias = Callable[[Values], NDArray[np.complex128]]
 """The growing roots with Im >= 0 at changed parameters."""
 
 
-def find_remedy(
+def find_remedies(
     spectrum: Eigenvalues,
     derivatives: Sensitivity,
     high: float,
     options: Mapping[str, object],
 ) -> RemedySearch:
-    """The parameter that stops every growing mode of the selection with the fewest steps.
+    """The changes of one parameter that stop every growing mode of the selection.
 
-    A step is 1 % of a parameter, or a degree of an angle. Where none does, the answer has no remedy
-    but the effect of each parameter.
+    First comes the one that leaves a margin with the fewest steps. A step is 1 % of a parameter, or
+    a degree of an angle.
 
     Parameters
     ----------
@@ -206,39 +222,67 @@ def find_remedy(
         If the changed brake cannot be computed.
     """
     changes = []
-    for name in derivatives.slopes:
+    for name, slopes in derivatives.slopes.items():
         step, words = derivatives.step(name)
-        if name == spectrum.parameter or not step:
+        moves = np.nan_to_num(abs(step * slopes), nan=np.inf) > NOTHING * abs(spectrum.values)
+        if name == spectrum.parameter or not step or not moves.any():
             continue
         unit = words.removeprefix("1").strip().replace("degree", "degrees")
-        changes.append(Change(name, derivatives.values[name], step, unit, 0.0))
+        measured = derivatives.units[name].replace("rad", "")
+        for count in (1.0, -1.0):  # which say the side
+            value = derivatives.values[name]
+            changes.append(Change(name, value, step, unit, count, measured))
     if not spectrum.unstable or not changes:
-        return RemedySearch(None, ())
+        return RemedySearch(())
     search = _Search(spectrum, changes)
-    for change in search.remedies():
-        remedy = _computed(spectrum, change, high, options)
-        if remedy is not None:
-            return RemedySearch(remedy, ())
-    return RemedySearch(None, tuple(search.effect(change) for change in changes))
+    remedies: list[Remedy] = []
+    for change, take in search.located():
+        if len(remedies) < search.most_remedies:
+            remedies += _computed(spectrum, change, take, high, options)
+    if remedies:
+        return RemedySearch(tuple(remedies))
+    partial: list[Remedy] = []
+    without_effect: list[str] = []
+    for change in search.least_growth():
+        if change.count == 0.0:
+            without_effect.append(change.parameter)
+        elif len(partial) < search.most_remedies:
+            changed = replaced(spectrum.source, change)
+            computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
+            partial.append(Remedy(change, computed))
+    limit = "a factor of 4, or to a hundredth,"
+    return RemedySearch((), tuple(partial), tuple(sorted(without_effect)), limit)
 
 
 class _Search:
-    """Growing roots over changes of parameters, and what they make of the modes that grow."""
+    """Growing roots over changes of parameters."""
 
     def __init__(self, spectrum: Eigenvalues, changes: Sequence[Change]) -> None:
-        self.unstable = spectrum.unstable
-        self.changes = changes
-        self.steps: Sequence[int] = range(1, MOST_STEPS + 1)
+        self.spectrum = spectrum
+        self.sides = changes
+        self.steps: Sequence[int] = STEPS
+        self.most_remedies = MOST_REMEDIES
         source = spectrum.source
         self.band: Band | None = None
         if isinstance(source, SystemSource):
             self.band = source.selection.band
             if source.file.system.n > DENSE_ROWS:
                 self.steps = FEW_STEPS
-        self.growing = _growing_roots(source, changes)
+                self.most_remedies = FEW_REMEDIES
+        self.known: dict[tuple[str, float, float], NDArray[np.complex128] | None] = {}
+        self._prepare(MOST_STEPS)
+
+    def _prepare(self, most: int) -> None:
+        """Compute what serves changes of at most so many steps."""
+        served: list[Values] = [{}, {self.spectrum.parameter: IN_HAND * self.spectrum.value}]
+        for side in self.sides:
+            for share in (0.5, 1.0):
+                count = math.copysign(min(share * most, side.most), side.count)
+                served.append({side.parameter: side.of(count).after})
+        self.growing = _growing_roots(self.spectrum.source, served)
         # outside of a band others may grow, and go on growing
-        self.others = len(self.growing({})) - len(self._in_band(self.growing({})))
-        self.known: dict[tuple[str, float], NDArray[np.complex128] | None] = {}
+        at_present = self.growing({})
+        self.others = len(at_present) - len(self._in_band(at_present))
 
     def _in_band(self, roots: NDArray[np.complex128]) -> NDArray[np.complex128]:
         if self.band is None:
@@ -246,105 +290,108 @@ class _Search:
         low, high = self.band
         return roots[(roots.imag >= math.tau * low) & (roots.imag <= math.tau * high)]
 
-    def roots(self, change: Change) -> NDArray[np.complex128] | None:
-        """The growing roots with a change; None where there is no such brake."""
-        key = (change.parameter, change.count)
+    def roots(self, change: Change, factor: float = 1.0) -> NDArray[np.complex128] | None:
+        """The growing roots with a change, and with so many times the free parameter; None where
+        there is no such brake."""
+        key = (change.parameter, change.count, factor)
         if key not in self.known:
             self.known[key] = None
-            with suppress(InputError, ComputationError):
-                self.known[key] = self.growing({change.parameter: change.after})
+            values = {change.parameter: change.after}
+            if factor != 1.0:
+                values[self.spectrum.parameter] = factor * self.spectrum.value
+            with suppress(InputError, ComputationError, ArithmeticError):
+                self.known[key] = self.growing(values)
         return self.known[key]
 
-    def stops_all(self, change: Change) -> bool:
+    def stops_all(self, change: Change, factor: float = 1.0) -> bool:
         """Whether nothing of the band grows, and nothing was but moved out of it."""
-        roots = self.roots(change)
+        roots = self.roots(change, factor)
         if roots is None:
             return False
         return not len(self._in_band(roots)) and len(roots) <= self.others
 
-    def remedies(self) -> Iterator[Change]:
-        """The least change of each parameter that stops all that grows, the smallest first."""
-        stopped_by: set[str] = set()
-        before = 0
-        for count in self.steps:
-            located = []
-            for change in self.changes:
-                if change.parameter not in stopped_by:
-                    located += self._between(change, before, count, self.stops_all)
-            located.sort(key=lambda found: abs(found.count))
-            for found in located:
-                if found.parameter not in stopped_by:
-                    yield found
-                stopped_by.add(found.parameter)
-            before = count
+    def leaves_margin(self, change: Change) -> bool:
+        """Whether nothing grows, and neither with more of the free parameter."""
+        return self.stops_all(change) and self.stops_all(change, IN_HAND)
 
-    def _between(
-        self, change: Change, low: int, high: int, stops: Callable[[Change], bool]
-    ) -> list[Change]:
-        """The least change of either sign between two counts of steps for which a condition holds,
-        if it holds at the larger one."""
+    def located(self) -> Sequence[tuple[Change, Change | None]]:
+        """The least change to each side that stops all that grows, and the least one that leaves a
+        margin; the smallest with a margin first. Large ones if no small one does."""
+        found = self._located(self.steps)
+        if not found:
+            with suppress(InputError, ArithmeticError, np.linalg.LinAlgError):
+                self._prepare(WIDE_STEPS[-1])
+                self.steps = (*self.steps, *WIDE_STEPS)
+                found = self._located(self.steps)
+
+        def rank(pair: tuple[Change, Change | None]) -> tuple[float, float]:
+            change, take = pair
+            return abs((take or change.of(math.inf)).count), abs(change.count)
+
+        return sorted(found, key=rank)
+
+    def _located(self, steps: Sequence[float]) -> list[tuple[Change, Change | None]]:
         found = []
-        for sign in (1, -1):
-            if stops(change.of(sign * high)):
-                found.append(self._bisected(change, sign * low, sign * high, stops))
+        for side in self.sides:
+            least = self._least(side, steps, self.stops_all)
+            if least is None:
+                continue
+            # at least a tenth more: else a little less of the change would not be enough
+            more = IN_HAND * abs(least.count)
+            larger = [more * MORE**k for k in range(16)]
+            take = self._least(side, larger, self.leaves_margin, more)
+            found.append((least, take))
         return found
 
-    def _least(self, change: Change, stops: Callable[[Change], bool]) -> Change | None:
-        """The least change of a parameter for which a condition holds, None if none is."""
-        before = 0
-        for count in self.steps:
-            found = self._between(change, before, count, stops)
-            if found:
-                return min(found, key=lambda located: abs(located.count))
-            before = count
+    def _least(
+        self,
+        side: Change,
+        steps: Sequence[float],
+        holds: Callable[[Change], bool],
+        start: float = 0.0,
+    ) -> Change | None:
+        """The least change to a side for which a condition holds, from a start on, None if none
+        is."""
+        low = math.copysign(start, side.count)
+        for step in steps:
+            if step > side.most:
+                break
+            high = math.copysign(step, side.count)
+            if holds(side.of(high)):
+                for _ in range(BISECTIONS):
+                    middle = (low + high) / 2
+                    if holds(side.of(middle)):
+                        high = middle
+                    else:
+                        low = middle
+                return side.of(high)
+            low = high
         return None
 
-    def _bisected(
-        self, change: Change, low: float, high: float, stops: Callable[[Change], bool]
-    ) -> Change:
-        """The least change between one that does not suffice and one that does."""
-        for _ in range(BISECTIONS):
-            middle = (low + high) / 2
-            if stops(change.of(middle)):
-                high = middle
-            else:
-                low = middle
-        return change.of(high)
-
-    def effect(self, change: Change) -> PartialEffect:
-        """What a parameter does that cannot stop all that grows."""
-        stops = []
-        for k in range(len(self.unstable)):
-
-            def stops_mode(changed: Change, k: int = k) -> bool:
-                roots = self.roots(changed)
-                return roots is not None and not self._is_among(k, roots)
-
-            stops.append(self._least(change, stops_mode))
-        left: tuple[float, ...] = ()
-        if stops[0] is not None:
-            roots = self.roots(stops[0])
-            assert roots is not None
-            left = tuple((roots.imag / math.tau).tolist())
-        return PartialEffect(change.parameter, change.of(MOST_STEPS).size, tuple(stops), left)
-
-    def _is_among(self, k: int, roots: NDArray[np.complex128]) -> bool:
-        """Whether one of the growing roots is that of mode k: each root is taken for the nearest
-        mode in frequency."""
-        frequencies = np.array([mode.root.imag for mode in self.unstable])
-        for root in roots:
-            distances = np.abs(frequencies - root.imag)
-            nearest = int(distances.argmin())
-            if nearest == k and distances[k] <= SAME_MODE * max(frequencies[k], root.imag):
-                return True
-        return False
+    def least_growth(self) -> Sequence[Change]:
+        """Of each parameter the step with which least grows, the best first; no step at all where
+        none is of use."""
+        found: dict[str, tuple[float, Change]] = {}
+        for side in self.sides:
+            for step in (0, *self.steps):
+                if step > side.most:
+                    break
+                change = side.of(math.copysign(step, side.count))
+                roots = self.roots(change)
+                if roots is None or len(roots) - len(self._in_band(roots)) > self.others:
+                    continue
+                growth = float(self._in_band(roots).real.max(initial=0.0))
+                known = found.get(change.parameter, (math.inf, change))[0]
+                if growth < known / BETTER:
+                    found[change.parameter] = (growth, change)
+        return [change for _, change in sorted(found.values(), key=lambda pair: pair[0])]
 
 
 def _growing_roots(
-    source: PadSource | SystemSource | None, changes: Sequence[Change]
+    source: PadSource | SystemSource | None, served: Sequence[Values]
 ) -> GrowingRoots:
     """What computes growing roots: of the scene, of a small system, or of a reduced one that serves
-    all changes."""
+    some values of its parameters."""
     assert source is not None
     if isinstance(source, PadSource):
         scene = source.scene
@@ -372,13 +419,15 @@ def _growing_roots(
     if selection.band is not None:
         low, high = selection.band
         selection = EigenvalueSelection(((1.0 - WIDER) * low, (1.0 + WIDER) * high))
-    served: list[Values] = [{}]
-    for change in changes:
-        for share in (-1.0, -0.5, 0.5, 1.0):
-            served.append({change.parameter: change.of(share * MOST_STEPS).after})
+    existing = []
+    for values in served:
+        with suppress(InputError, ArithmeticError):  # a factor may divide by the parameter
+            present = system.values(values)
+            if np.all(np.isfinite([term.factor.value(present) for term in system.terms])):
+                existing.append(values)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # what it finds is computed on the full system
-        reduction = reduced_for(system, selection, served, "modal")
+        reduction = reduced_for(system, selection, existing, "modal")
 
     def roots_of_reduced(values: Values) -> NDArray[np.complex128]:
         found = estimated_roots(reduction, values)
@@ -396,84 +445,47 @@ def _upper_growing(
 
 
 def _computed(
-    spectrum: Eigenvalues, change: Change, high: float, options: Mapping[str, object]
-) -> Remedy | None:
-    """A change, rounded up to two digits, with what the full system says of it; None if modes go on
+    spectrum: Eigenvalues,
+    least: Change,
+    with_margin: Change | None,
+    high: float,
+    options: Mapping[str, object],
+) -> Iterator[Remedy]:
+    """A change, rounded up to two digits, with what the full system says of it; none if modes go on
     growing with it."""
     source = spectrum.source
-    for count in _rounded_up(abs(change.count)):
-        rounded_change = change.of(math.copysign(count, change.count))
+    for change in _rounded_up(least):
         with suppress(InputError, ComputationError):  # there may be no such brake
-            changed = replaced(source, rounded_change)
-            computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
-            if not computed.unstable:
-                loss = _loss_of(changed, high, options)
-                best, best_loss = _best(spectrum, rounded_change, loss, high, options)
-                return Remedy(rounded_change, computed, loss, best, best_loss)
-    return None
+            computed = eigenvalues(replaced(source, change), **options)  # type: ignore[arg-type]
+            if computed.unstable:
+                continue
+            for take in _rounded_up(with_margin):
+                loss = _loss_of(replaced(source, take), high, options)
+                if loss.value is None or loss.value >= IN_HAND * spectrum.value:
+                    yield Remedy(change, computed, take, loss)
+                    return
+            yield Remedy(change, computed, None, _loss_of(replaced(source, change), high, options))
+            return
 
 
-def _rounded_up(count: float) -> Iterator[float]:
-    """A count of steps in two digits, rounded up, and somewhat larger ones."""
+def _rounded_up(change: Change | None) -> Iterator[Change]:
+    """A change in two digits, rounded up, and somewhat larger ones; nothing of None."""
+    if change is None:
+        return
+    count = abs(change.count)
     unit = 10.0 ** (math.floor(math.log10(count)) - 1)
     digits = math.ceil(count / unit * (1.0 - 1e-12))
     for retry in range(RETRIES):
         rounded_count = float(number((digits + retry * (retry + 1) // 2) * unit, 3))
-        if rounded_count <= MOST_STEPS:
-            yield rounded_count
+        if rounded_count <= change.most:
+            yield change.of(math.copysign(rounded_count, change.count))
 
 
 def _loss_of(changed: Scene | SystemFile, high: float, options: Mapping[str, object]) -> Loss:
     """Where a changed brake loses stability first."""
     answer = thresholds(changed, high, prove=False, **options)  # type: ignore[arg-type]
-    return _loss(first_loss(answer, high), high)
-
-
-def _loss(outcome: Outcome, high: float) -> Loss:
+    outcome = first_loss(answer, high)
     return Loss(outcome.critical, outcome.kind or "", outcome.frequency_hz, high)
-
-
-def _best(
-    spectrum: Eigenvalues,
-    change: Change,
-    loss: Loss,
-    high: float,
-    options: Mapping[str, object],
-) -> tuple[Change | None, Loss | None]:
-    """The larger change with which stability is lost latest; of pads and of systems of few rows."""
-    source = spectrum.source
-    assert source is not None
-    if loss.value is None:
-        return None, None
-    band = None
-    subject: Scene | SystemFile
-    if isinstance(source, PadSource):
-        subject = source.scene
-    else:
-        subject = source.file
-        band = source.selection.band
-        if subject.system.n > BEST_ROWS:
-            return None, None
-    space = ParameterSpace.of(subject, "report", high)
-    larger = []
-    for count in range(math.ceil(abs(change.count)), MOST_STEPS + 1):
-        larger.append(change.of(math.copysign(count, change.count)))
-    outcomes = space.outcomes([{one.parameter: one.after} for one in larger], high, band)
-    best = None
-    latest = BETTER * loss.value
-    for one, outcome in zip(larger, outcomes, strict=True):
-        if outcome.reason is not None:
-            continue
-        critical = math.inf if outcome.critical is None else outcome.critical
-        if critical > latest:
-            best = one
-            latest = critical
-    if best is None:
-        return None, None
-    computed = _loss_of(replaced(source, best), high, options)
-    if computed.value is not None and computed.value <= BETTER * loss.value:
-        return None, None  # a query, which is exact, does not confirm it
-    return best, computed
 
 
 def replaced(source: PadSource | SystemSource | None, change: Change) -> Scene | SystemFile:

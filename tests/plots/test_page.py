@@ -1,6 +1,7 @@
 """The page of a report: what it names, that it needs nothing else, what it refuses."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -53,9 +54,12 @@ def test_a_limit_of_a_band_is_said_of_its_modes_alone_where_others_grow():
     both = {"1": np.kron(np.diag([1.0, 9.0]), K), "mu": block_diag([F, early]).toarray()}
     system = squeal.System(np.eye(4), K=both, parameters={"mu": 1.0})
     alone = squeal.report(system, band=(0.1, 0.3))
-    assert alone.advice.startswith("For 0.1 to 0.3 Hz alone: give both modes 1 and 2 (0.2")
-    assert "Or keep mu below 0.75;" in alone.advice
-    assert alone.eigenvalues.beside.startswith("Outside of the band 1 mode grows, the fastest at")
+    seen = r"\(outside of it 0.7\d+ Hz grows by [\d.]+ 1/s too\)"
+    assert re.match(
+        f"For 0.1 to 0.3 Hz alone {seen}: move further apart modes 1 and 2", alone.advice
+    )
+    assert "Or keep mu below 0.375; it is 1 (0.75 for 0.1 to 0.3 Hz alone)." in alone.advice
+    assert "outside of it 0.7" in alone.verdict
 
 
 def test_the_page_needs_no_other_file_and_holds_no_markup_of_a_name(tmp_path):
@@ -107,7 +111,8 @@ def test_the_remedy_stops_the_growth_and_the_others_are_exact():
     assert report.remedy.change.parameter == "c"
     assert report.remedy.change.count == -9.1  # 9.0909... % in two digits
     assert not report.remedy.computed.unstable
-    assert report.advice.startswith("Lower c by ")
+    assert report.remedy.take.count == -18.0  # 17.36 %: at mu = 1.1 the pair rests up to 1 / 1.1
+    assert report.advice.startswith("Lower c (factor of friction) by 18 %, from 1.1 to 0.902.")
     assert "Or keep mu below 0.909; it is 1." in report.advice
     assert report.to_dict()["remedy"]["after"] == pytest.approx(0.9999)
     damped = squeal.System(
@@ -140,6 +145,17 @@ def test_terms_sum_to_the_growth_rate_on_the_page():
     assert "&lt;b&gt;pair" in text
     assert "<b>pair" not in text
     assert text.index("keep mu below") < text.index('class="verdict')
+
+
+def test_only_what_is_proved_is_said_to_be():
+    report = squeal.report(pair(1.0))
+    for status, word in (("proved", "Proved"), ("counted", "Counted"), ("open", "A mode may be")):
+        spectrum = replace(report.eigenvalues, proof={"status": status})
+        losses = replace(report.thresholds, proof={"status": status}, certified=status != "open")
+        lines = list(reports._confidence(replace(report, eigenvalues=spectrum, thresholds=losses)))
+        assert lines[0].startswith(word)
+        assert ("Proved too: no onset" in lines[1]) == (status == "proved")
+        assert ("not proved" in lines[1]) == (status == "counted")
 
 
 def test_nothing_has_to_change_where_nothing_grows():
@@ -182,15 +198,19 @@ def growth_of(c, second, mu=1.0):
 
 
 def test_what_stops_one_mode_and_drives_another_is_no_advice():
-    """From c = 1.15 on the second pair is at rest, the first from 1 down."""
+    """From c = 1.15 on the second pair is at rest, the first from 1 down: what is left is told."""
     report = squeal.report(two_pairs(1.1, "2.15 - c"))
     assert report.remedy is None
-    assert report.advice.startswith("To stop both: give both modes 3 and 4 (0.4509 Hz) at least")
-    reasons = "\n".join(report.reasons)
-    assert (
-        "Raising c by about 4.6 % stops mode 3 (0.4509 Hz), but not what grows at 0.22" in reasons
+    assert report.advice.startswith(
+        "To stop both: move further apart modes 3 and 4 (0.4509 Hz) by 0.00"
     )
-    for count in range(-25, 26):
+    (part,) = report.search.partial
+    c = part.change.after
+    (left, *_) = part.computed.unstable
+    assert left.growth_rate == pytest.approx(growth_of(c, 2.15 - c), rel=1e-6)
+    assert left.growth_rate < growth_of(1.1, 1.05)
+    assert f"{left.growth_rate:.3g} 1/s at" in str(report)
+    for count in [*range(-100, 101), 150, 200, 300]:
         c = 1.1 * (1 + count / 100)
         assert growth_of(c, 2.15 - c) > 0.0
 
@@ -202,16 +222,17 @@ def test_a_change_with_which_another_mode_grows_is_no_remedy():
     assert growth_of(1.06, 1.15 - 2 * 0.08) > 0.0
 
 
-def test_a_parameter_that_helps_growth_and_harms_the_onset_is_named():
+def test_a_parameter_that_helps_growth_and_harms_the_onset_has_both_signs_in_its_row():
     """The first pair is lost first, the second grows faster: the one with c, the other against."""
     report = squeal.report(two_pairs(1.1, "2.18 - c"))
-    assert report.conflicts == "Raising c slows mode 4, but moves the onset down."
+    (row,) = (row for row in reports._moves(report).records() if row["parameter"] == "c")
+    assert row["mode 4, 1/s"] < 0.0
+    assert row[f"first loss (flutter at mu = {report.thresholds.first.mu:.4g})"] < 0.0
     step = 1e-4
     assert growth_of(1.1 + step, 1.08 - step) < growth_of(1.1, 1.08)  # the second pair
     onset = report.thresholds.first.mu
     assert abs(growth_of(1.1, 1.08, onset)) < 1e-9
     assert growth_of(1.1 + step, 1.08 - step, onset) > 1e-9
-    assert squeal.report(two_pairs(1.1, "1.2")).conflicts == ""
 
 
 def test_effects_that_are_noise_are_left_out():
@@ -219,8 +240,7 @@ def test_effects_that_are_noise_are_left_out():
     K = {"1": np.kron(np.eye(2), [[2.0, -1.0], [-1.0, 2.0]]), "d": np.diag([0, 0, 9.0, 9.0])}
     K["c*mu"] = np.kron(np.diag([1.0, 0.0]), [[0.0, 1.0], [0.0, 0.0]])
     report = squeal.report(squeal.System(np.eye(4), K=K, parameters={"mu": 1.2, "c": 1.0, "d": 1}))
-    for table in (reports._effects_on_onset(report), reports._effects_on_growing(report)):
-        assert {row["parameter"] for row in table.records()} <= {"mu", "c"}
+    assert {row["parameter"] for row in reports._moves(report).records()} <= {"mu", "c"}
 
 
 def rotating(speed):

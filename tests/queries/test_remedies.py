@@ -8,9 +8,12 @@ import pytest
 from scipy.optimize import bisect
 
 import squeal
+from squeal.queries.meetings import Cure
 from squeal.queries.remedies import MOST_STEPS, partner_of
 from squeal.reports import page
-from tests.conftest import SCENES
+from tests.conftest import ROOT
+
+EXAMPLES = ROOT / "squeal" / "examples"
 
 SKEW = np.array([[0.0, 1.0], [-1.0, 0.0]])
 TWO_PI = 2.0 * np.pi
@@ -66,56 +69,76 @@ def trap():
     return squeal.report(two_pairs(0.4))
 
 
-def test_the_remedy_is_the_least_change_in_two_digits(trap):
+@pytest.fixture(scope="module")
+def both():
+    """Both pairs flutter."""
+    return squeal.report(two_pairs(0.7))
+
+
+def a_digit_less(change):
+    """The change without one in its second digit."""
+    digit = 10.0 ** (math.floor(math.log10(abs(change.count))) - 1)
+    return change.of(change.count - math.copysign(digit, change.count))
+
+
+def test_the_remedy_is_the_least_change_in_two_digits_and_that_with_a_margin(trap):
     change = trap.remedy.change
+    take = trap.remedy.take
     assert growth(1.0, 0.4) > 0.0
     assert growth(change.after, 0.4) < 0.0
-    digit = 10.0 ** (math.floor(math.log10(change.count)) - 1)
-    assert growth(1.0 + (change.count - digit) / 100, 0.4) > 0.0
-    text = f"Raise shim by {change.count:g} %, from 1 to {change.after:g}. With it nothing grows"
-    assert trap.advice.startswith(text)
+    assert growth(a_digit_less(change).after, 0.4) > 0.0
+    assert growth(take.after, 0.44) < 0.0
+    assert growth(a_digit_less(take).after, 0.44) > 0.0
+    text = f"Raise shim (factor of stiffness) by {take.count:g} %, from 1 to {take.after:g}. "
+    assert trap.advice.startswith(f"{text}With it nothing grows up to mu = 0.44")
+    assert (
+        f"; {change.count:g} % is just enough, the rest leaves 10 % of mu in hand." in trap.advice
+    )
 
 
-def test_the_next_loss_and_the_best_change_are_those_of_numpy(trap):
-    """Far enough raised, the shim brings the second pair together: more is worse then."""
+def test_the_next_loss_is_that_of_numpy(trap):
     remedy = trap.remedy
-    value, hertz = first_loss(remedy.change.after)
+    value, hertz = first_loss(remedy.take.after)
     assert remedy.loss.value == pytest.approx(value, abs=1e-9)
     assert remedy.loss.frequency_hz == pytest.approx(hertz, rel=1e-6)
-    losses = {count: first_loss(1 + count / 100) for count in range(7, MOST_STEPS + 1)}
-    best = max(losses, key=losses.get)
-    assert best < MOST_STEPS
-    assert remedy.best.count == best
-    assert remedy.best_loss.value == pytest.approx(losses[best][0], abs=1e-9)
-    assert (
-        f"Of changes this way up to 25 %, {best} % is best: nothing grows up to mu" in trap.advice
-    )
-    up_to = re.findall(r"nothing grows up to mu = ([\d.]+), then", trap.advice)
-    assert growth(remedy.change.after, float(up_to[0])) < 0.0
-    assert growth(remedy.best.after, float(up_to[1])) < 0.0
-    assert trap.to_dict()["remedy"]["best"]["after"] == remedy.best.after
+    up_to = float(re.search(r"nothing grows up to mu = ([\d.]+), then", trap.advice)[1])
+    assert growth(remedy.take.after, up_to) < 0.0
+    assert trap.to_dict()["remedy"]["with_margin"] == remedy.take.after
 
 
-def test_the_remedy_of_a_pad_is_the_least_angle():
+def rate_of_pad(scene, **values):
+    """The largest growth rate over the largest |lambda| of a changed pad."""
+    matrices = squeal.eigenvalues(scene.replace(**values), prove=False).details
+    roots = roots_of(*(np.array(matrices[name]) for name in "MCK"))
+    return roots.real.max() / abs(roots).max()
+
+
+def test_the_remedy_of_a_pad_is_the_least_angle_and_the_other_way_is_named():
     """Nothing damps the pad: what grows parts from the axis like a root."""
-    scene = squeal.read_scene(SCENES / "b1-a.yaml").replace(mu=0.4)
+    scene = squeal.read_scene(EXAMPLES / "pad.yaml")
     report = squeal.report(scene)
     change = report.remedy.change
+    take = report.remedy.take
     assert change.unit == "degrees"
-
-    def rate(count):
-        changed = scene.replace(**{change.parameter: change.before + count * change.step})
-        matrices = squeal.eigenvalues(changed, prove=False).details
-        roots = roots_of(*(np.array(matrices[name]) for name in "MCK"))
-        return roots.real.max() / abs(roots).max()
-
-    digit = math.copysign(0.1, change.count)
-    assert rate(change.count) < 1e-7
-    assert rate(change.count - digit) > 1e-4
+    name = change.parameter
+    assert rate_of_pad(scene, **{name: change.after}) < 1e-7
+    assert rate_of_pad(scene, **{name: a_digit_less(change).after}) > 1e-4
+    assert rate_of_pad(scene, **{name: take.after}, mu=0.44) < 1e-7
+    assert rate_of_pad(scene, **{name: a_digit_less(take).after}, mu=0.44) > 1e-4
     before = number_in_degrees(change.before)
-    after = number_in_degrees(change.after)
+    after = number_in_degrees(take.after)
     assert f"degrees, from {before} to {after} degrees. With it nothing grows" in report.advice
     assert "(nothing damps this model)" in report.advice
+    other = report.search.remedies[1]
+    assert (change.verb, other.change.verb) == ("raise", "lower")
+    assert rate_of_pad(scene, **{name: a_digit_less(other.change).after}) > 1e-4
+    for mu in np.linspace(0.05, 2.0, 40):
+        assert rate_of_pad(scene, **{name: other.advised.after}, mu=float(mu)) < 1e-7
+    words = f"Stability is lost latest if you lower {name} by {other.advised.size}, "
+    assert words in report.advice
+    left = [remedy.computed.unstable for remedy in report.search.remedies]
+    assert left == [()] * len(left)
+    assert "alpha2 (inclination of spring 2)" in str(report)
 
 
 def number_in_degrees(angle):
@@ -132,12 +155,10 @@ def more_damping(pairs, shares):
     return C
 
 
-def test_the_advice_stops_all_modes_and_both_of_each_pair():
-    """At mu = 0.7 both pairs flutter; no change of the shim stops both."""
+def test_the_advice_stops_all_modes_and_both_of_each_pair(both):
     mu = 0.7
-    report = squeal.report(two_pairs(mu))
-    assert len(report.eigenvalues.unstable) == 2
-    advice = report.advice
+    assert len(both.eigenvalues.unstable) == 2
+    advice = both.advice
     assert advice.startswith("To stop both: give both modes ")
     named = re.findall(r"both modes (\d) and (\d) \(\d+ Hz\) at least ([\d.]+) %", advice)
     pairs = {(int(one), int(other)): float(share) / 100 for one, other, share in named}
@@ -176,32 +197,59 @@ def pair_grows(count, mu, of_second):
     return roots[(roots.imag > TWO_PI * 3000.0) == of_second].real.max() > 0.0
 
 
-def test_what_a_parameter_cannot_stop_is_named_with_what_it_can():
-    """At mu = 0.7 the shim stops the second pair and leaves the first, which grows faster."""
-    mu = 0.7
-    report = squeal.report(two_pairs(mu))
-    assert report.remedy is None
-    text = "\n".join(report.reasons)
-    words = r"shim by up to 25 % does not stop mode 2 \(2021 Hz\); lowering it by about ([\d.]+) %"
-    count = float(re.search(words + r" stops mode 3 \(4050 Hz\)", text)[1])
-    assert not pair_grows(-count, mu, of_second=True)
-    assert pair_grows(-count + 0.1, mu, of_second=True)
-    for every in range(-MOST_STEPS, MOST_STEPS + 1):
-        assert pair_grows(every, mu, of_second=False)
+def test_a_large_change_is_offered_where_no_small_one_is_enough(both):
+    for count in range(-MOST_STEPS, MOST_STEPS + 1):
+        assert growth(1 + count / 100, 0.7) > 0.0
+    remedy = both.remedy
+    assert remedy.change.verb == "lower"
+    assert growth(remedy.change.after, 0.7) < 0.0
+    assert growth(a_digit_less(remedy.change).after, 0.7) > 0.0
+    assert growth(remedy.take.after, 0.77) < 0.0
+    assert "No parameter does it with up to 25 %." in both.advice
+    # smaller measures stand before it
+    assert both.advice.index("of critical damping") < both.advice.index("lower shim")
 
 
-def test_what_stops_the_fastest_alone_is_named_with_what_it_leaves():
-    mu = 0.65
-    text = "\n".join(squeal.report(two_pairs(mu)).reasons)
-    words = (
-        r"Raising shim by about (\d+) % stops mode 2 \(2021 Hz\), but not what grows at (\d+) Hz"
-    )
-    count, hertz = map(float, re.search(words, text).groups())
-    assert not pair_grows(count, mu, of_second=False)
-    assert pair_grows(count - 1.0, mu, of_second=False)
-    assert pair_grows(count, mu, of_second=True)
-    roots = roots_of(np.eye(4), DAMPING, stiffness(1 + count / 100, mu))
-    assert abs(roots[roots.real.argmax()].imag) / TWO_PI == pytest.approx(hertz, rel=2e-3)
+def modal_growth(meeting_of, mu, share):
+    """The largest growth rate of the two pairs with so much of each cure of both of them."""
+    C = DAMPING.copy()
+    K = stiffness(1.0, mu)
+    omega = np.sqrt(np.diag(stiffness(1.0, 0.0)))
+    for (lower, upper), (cure, amount) in meeting_of.items():
+        if cure is Cure.APART:
+            K[upper, upper] += (omega[upper] + TWO_PI * share * amount) ** 2 - omega[upper] ** 2
+            continue
+        if cure is not Cure.UPPER:
+            C[lower, lower] += 2.0 * share * amount * omega[lower]
+        if cure is not Cure.LOWER:
+            C[upper, upper] += 2.0 * share * amount * omega[upper]
+    return roots_of(np.eye(4), C, K).real.max()
+
+
+@pytest.mark.parametrize("cure", Cure)
+def test_each_separation_and_damping_is_the_least_that_numpy_confirms(both, cure):
+    """Each pair alone is left with less, while the other one has more than it needs."""
+    first, second = (both.meetings[both.eigenvalues.mode_of(m)] for m in both.eigenvalues.unstable)
+    pairs = [(0, 1), (1, 0)]
+    named = [meeting.cures.get(cure) for meeting in (first, second)]
+    if None in named:
+        assert cure in (Cure.LOWER, Cure.UPPER)
+        return
+    places = [(0, 1), (2, 3)]
+    enough = {place: (cure, amount) for place, amount in zip(places, named, strict=True)}
+    assert modal_growth(enough, 0.7, 1.001) < 0.0
+    for mine, other in pairs:
+        less = dict(enough)
+        less[places[mine]] = (cure, 0.89 * named[mine])
+        assert modal_growth(less, 0.7, 1.001) > 0.0, other
+
+
+def test_every_growing_mode_has_its_cause_in_a_line(both):
+    for mode, hertz in ((2, "2000 and 2040 Hz"), (3, "4000 and 4100 Hz")):
+        lines = [line for line in both.reasons if line.startswith(f"Mode {mode}, ")]
+        assert len(lines) == 1
+        assert f"({hertz} without friction) come together" in lines[0]
+        assert "friction puts in" in lines[0]
 
 
 def test_a_mode_that_leaves_the_band_has_not_stopped():
@@ -234,7 +282,14 @@ def test_a_remedy_of_a_large_system_is_that_of_its_part():
     report = squeal.report(large(0.4), high=1.0, band=(1000.0, 5000.0))
     alone = squeal.report(two_pairs(0.4))
     assert report.remedy.change.count == alone.remedy.change.count
-    assert report.remedy.loss.value == pytest.approx(first_loss(report.remedy.change.after)[0])
+    assert report.remedy.loss.value == pytest.approx(first_loss(report.remedy.take.after)[0])
+    (meeting,) = report.meetings.values()
+    (of_part,) = alone.meetings.values()
+    omega = np.sqrt(np.diag(stiffness(1.0, 0.0)))[:2]
+    assert list(meeting.hertz) == pytest.approx(list(omega / TWO_PI))
+    assert set(meeting.cures) == {Cure.APART, Cure.BOTH, of_part.alone}
+    for cure, amount in meeting.cures.items():
+        assert amount == pytest.approx(of_part.cures[cure], rel=0.06)
 
 
 def test_a_large_brake_that_is_quiet_in_its_band_is_not_green():
@@ -249,9 +304,8 @@ def test_a_large_brake_that_is_quiet_in_its_band_is_not_green():
     assert text.startswith(f"{words} ({value:.4g}, {hertz:.4g} Hz).")
     assert 'class="verdict open"' in page(report)
     if report.eigenvalues.beside:
-        assert (
-            "nothing was searched, but growth was seen, such as at 20" in report.eigenvalues.beside
-        )
+        assert " But outside of it 20" in text
+        assert "outside of it 20" in report.verdict
     else:
         assert text.endswith("Nothing outside of the band was looked at.")
 
@@ -259,7 +313,12 @@ def test_a_large_brake_that_is_quiet_in_its_band_is_not_green():
 def test_what_is_advised_for_a_band_of_a_large_brake_is_for_it_alone():
     """Where only the second pair is looked at, what stops it leaves the first, which grows too."""
     report = squeal.report(large(0.7), high=1.0, band=(3000.0, 5000.0))
-    assert report.advice.startswith("For 3000 to 5000 Hz alone: ")
+    seen = "(outside of it 2021 Hz grows by 249.3 1/s too)"
+    assert report.advice.startswith(f"For 3000 to 5000 Hz alone {seen}: lower shim")
+    limit = float(re.search(r"Or keep mu below ([\d.]+); it is 0.7 \(", report.advice)[1])
+    assert limit == pytest.approx(first_loss(1.0)[0], abs=1e-4)  # of the pair outside
+    assert growth(1.0, limit) < 0.0
+    assert "for what was seen outside, nothing else than 3000 to 5000 Hz" in report.advice
     change = report.remedy.change
     assert change.verb == "lower"
     assert not pair_grows(change.count, 0.7, of_second=True)
