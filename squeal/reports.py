@@ -317,8 +317,9 @@ class Report(Answer):
         if partner is not None:
             numbers = sorted([partner, self.eigenvalues.mode_of(mode) or 0])
             return f"modes {numbers[0]} and {numbers[1]} ({number(mode.frequency_hz, 4)} Hz)"
-        lower, upper = self.meetings[self.eigenvalues.mode_of(mode) or 0].hertz
-        return f"real modes at {number(lower, 4)} and {number(upper, 4)} Hz"
+        frequencies = self.meetings[self.eigenvalues.mode_of(mode) or 0].hertz
+        hertz = dict.fromkeys(number(frequency, 4) for frequency in frequencies)
+        return f"real modes at {' and '.join(hertz)} Hz"
 
     def _name(self, mode: UnstableMode) -> str:
         """A mode by its number and frequency."""

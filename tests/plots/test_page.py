@@ -338,7 +338,10 @@ def test_the_page_of_a_rotor_has_its_critical_speeds_and_its_limit():
         "Stability is first lost at speed = 300 rad/s (2865 rpm): "
         "forward whirl begins to grow at 15.92 Hz"
     )
-    assert "Give mode 2 (15.92 Hz) at least 0.25 % of critical damping more" in report.advice
+    # c of the support from 4 to 5 moves the onset to the speed: 1 / (2 m omega) is 0.25 %
+    assert (
+        "Give both real modes at 15.92 Hz at least 0.26 % of critical damping more" in report.advice
+    )
     assert not any("feed each other" in line for line in report.reasons)
     assert "keep speed below 299.9 rad/s (2864 rpm); it is 350." in report.advice
     for one in report.critical.critical:
