@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 
-from squeal.equilibrium.statics import Equilibria, Statics, Step, newton, null_vectors, of_some
+from squeal.equilibrium.statics import Equilibria, Statics, Step, newton, of_some
 from squeal.model.equations import natural_units
 from squeal.schema import Place, require_positive
 
@@ -53,13 +53,14 @@ class BranchOptions:
     jump to another branch. A step is halved where mu may turn back twice on it.
     """
 
-    first_step: float = 0.25  # a quarter of the displacement under the load
+    first_step: float = 2.0  # twice the displacement under the load
     longest_step: float = 4.0  # four times it; it grows with the distance from the origin
     shortest_step: float = 1e-10  # the branch is lost where even this fails
     cosine: float = 0.95  # least, between the tangents of a step: it turns by 18 degrees at most
-    correction: float = 0.2  # largest, as a share of the step: farther off lies another branch
+    correction: float = 0.15  # largest, as a share of the step: farther off lies another branch
     ratio: float = 8.0  # largest, of the slopes of mu at both ends of a step
     slower: float = 0.5  # least, of the slope of mu within a step to those at its ends
+    rise: float = 0.25  # least, of mu over a step to the end of the range: near a fold it is less
     closest: float = 1e-3  # two folds that close to one another may be passed over
     most_steps: int = 4000
     farthest: float = 100.0  # free lengths of both springs: the equilibrium has run away
@@ -210,7 +211,7 @@ def follow(
     for _ in range(options.most_steps):
         if not front.owner.size:
             break
-        front, nodes, step_end = front.advanced(options)
+        front, nodes, step_end = front.up_to_range_end(options).advanced(options)
         end[front.owner] = step_end
         nodes_by_step.append(nodes)
         going = step_end == BranchEnd.GOING
@@ -324,6 +325,10 @@ class _Advance(NamedTuple):
 
 
 NO_EVENT = -1
+AT_END = 1e-12
+"""Of the range of mu: a step that comes so close to its end goes there."""
+ALONG_MU = np.eye(4)[:, 3:]
+"""The direction (4, 1) of mu: normal to the planes of one friction."""
 MOST_NEWTON_STEPS = 12
 """To an equilibrium between two nodes, from the cubic that joins them."""
 
@@ -374,19 +379,22 @@ class _Front(NamedTuple):
         rows = self.ahead * self.scale
 
         def step_from(z: np.ndarray, i: np.ndarray) -> Step:
-            if surface is None:
-                return self.statics.pick(i).fold_step(z, of_some(on, i))
-            if i.size == self.owner.size:  # all branches: nothing has to be copied
-                return self.statics.surface_step(z, on, surface)
-            return self.statics.for_steps(i).surface_step(z, of_some(on, i), of_some(surface, i))
+            statics = self.statics
+            touching = on
+            conditions = surface
+            if i.size < self.owner.size:  # else nothing has to be copied
+                statics = statics.for_steps(i)
+                touching = of_some(on, i)
+                if surface is not None:
+                    conditions = of_some(surface, i)
+            if conditions is None:
+                return statics.fold_step(z, touching)
+            return statics.surface_step(z, touching, conditions)
 
         natural_length = 1.0 / self.scale[0]
         z, derivatives, good = newton(step_from, start, natural_length)
         with np.errstate(all="ignore"):
-            if surface is None:
-                along = null_vectors(derivatives[:3], rows)
-            else:
-                along = self.statics.null_vectors(derivatives, rows)
+            along = self.statics.null_vectors(derivatives, rows)
             return _Corrected(z, _unit(along * self.scale), derivatives[-1], good)
 
     def events_passed(self, curve: np.ndarray, fold: bool) -> Callable[[np.ndarray], np.ndarray]:
@@ -507,16 +515,21 @@ class _Front(NamedTuple):
         return (slow <= 0.0) | (self.step < options.closest) | even
 
     def _stepped(self, options: BranchOptions) -> _Corrected:
-        """Places a step ahead, corrected in the plane across `ahead` (pseudo-arclength).
+        """Places a step ahead, corrected in the plane across `ahead` (pseudo-arclength), or at the
+        end of the range of mu where the tangent reaches it.
 
         `good` is where the step may be taken: the correction is short, and the branch turns little.
         """
-        normal = self.ahead * self.scale
         guess = self.z + self.step * self.ahead / self.scale
+        is_last = np.abs(guess[3] - self.mu_max) <= AT_END * self.mu_max
+        is_last &= self.ahead[3] >= options.rise
+        normal = np.where(is_last, ALONG_MU, self.ahead * self.scale)
+        guess[3] = np.where(is_last, self.mu_max, guess[3])
         plane = self.no_surface()
         plane[self.tilted : -1] = normal
         plane[-1] = (normal * guess).sum(axis=0)
         z, tangent, slope, good = self.corrected(guess, plane)
+        z[3] = np.where(is_last, self.mu_max, z[3])
         with np.errstate(all="ignore"):
             correction = (((z - guess) * self.scale) ** 2).sum(axis=0)
             good &= correction <= (options.correction * self.step) ** 2
@@ -557,7 +570,15 @@ class _Front(NamedTuple):
             tangent[:, i] = located.tangent
             slope[:, i] = located.slope
             good[i] = located.good
+        event[good & (event == NO_EVENT) & (z[3] == self.mu_max)] = self.range_end
         return _Corrected(z, tangent, slope, good), event
+
+    def up_to_range_end(self, options: BranchOptions) -> _Front:
+        """The front with steps that are cut off where their tangents reach the end of the range."""
+        with np.errstate(all="ignore"):
+            to_end = (self.mu_max - self.z[3]) * self.scale[3] / self.ahead[3]
+        reaches_end = (self.ahead[3] >= options.rise) & (to_end < self.step)
+        return self._replace(step=np.where(reaches_end, to_end, self.step))
 
     def advanced(self, options: BranchOptions) -> _Advance:
         """One more step of each branch, up to the first event on it.

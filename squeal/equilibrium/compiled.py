@@ -52,27 +52,27 @@ def _determinant(rows: list[list[Number]]) -> Number:
     return total
 
 
-@lru_cache
-def _surface_step(law: ContactLaw) -> hy.cfunc_dbl:
-    """A function of z, the contact state and a surface, see `Statics.surface_step`.
+def _balance(law: ContactLaw, on: list[Number]) -> list[Number]:
+    """Expressions of the residual (3) of `Statics` at Z in a contact state."""
+    loads = net_loads(hy, C._replace(mu=Z[3]), law, C.place(Z), on)
+    return [loads.x, loads.y, loads.moment / C.w]
 
-    Its twelve values: the step (4), by Cramer's rule; the minors (4) of the balance's derivative
-    J (3, 4), which are a null vector of J, and the last of which is the determinant of its first
-    three columns; the derivative (4) of the surface's condition. A minor is the determinant of J
-    with a unit row below.
+
+def _slopes(values: list[Number]) -> list[list[Number]]:
+    """The derivatives of values by Z, a row for each."""
+    return [[hy.diff(value, unknown) for unknown in Z] for value in values]
+
+
+def _newton_step(balance: list[Number], condition: Number) -> list[Number]:
+    """Expressions of a step of Newton's method to where the balance and one condition vanish.
+
+    Twelve: the step (4), by Cramer's rule; the minors (4) of the balance's derivative J (3, 4),
+    which are a null vector of J, and the last of which is the determinant of its first three
+    columns; the derivative (4) of the condition. A minor is the determinant of J with a unit row
+    below.
     """
-    on = _symbols("on", law.points)
-    weights = _symbols("weight", law.points)
-    normal = _symbols("normal", 4)
-    offset = hy.expression("offset")
-    c = C._replace(mu=Z[3])
-    q = c.place(Z)
-    loads = net_loads(hy, c, law, q, on)
-    condition = -offset
-    for factor, number in zip(weights + normal, [*law.gaps(c, pose(hy, q)), *Z], strict=True):
-        condition += factor * number
-    values = [loads.x, loads.y, loads.moment / c.w, condition]
-    rows = [[hy.diff(value, unknown) for unknown in Z] for value in values]
+    values = [*balance, condition]
+    rows = _slopes(values)
     steps = []
     minors = []
     for column in range(4):
@@ -82,7 +82,31 @@ def _surface_step(law: ContactLaw) -> hy.cfunc_dbl:
         steps.append(_determinant(replaced) / _determinant(rows))
         unit = [hy.expression(float(i == column)) for i in range(4)]
         minors.append(_determinant([*rows[:3], unit]))
-    return hy.cfunc([*steps, *minors, *rows[3]], vars=[*Z, *on, *weights, *normal, offset])
+    return [*steps, *minors, *rows[3]]
+
+
+@lru_cache
+def _surface_step(law: ContactLaw) -> hy.cfunc_dbl:
+    """A `_newton_step` of z, the contact state and a surface, see `Statics.surface_step`."""
+    on = _symbols("on", law.points)
+    weights = _symbols("weight", law.points)
+    normal = _symbols("normal", 4)
+    offset = hy.expression("offset")
+    gaps = law.gaps(C, pose(hy, C.place(Z)))
+    condition = -offset
+    for factor, number in zip(weights + normal, [*gaps, *Z], strict=True):
+        condition += factor * number
+    values = _newton_step(_balance(law, on), condition)
+    return hy.cfunc(values, vars=[*Z, *on, *weights, *normal, offset])
+
+
+@lru_cache
+def _fold_step(law: ContactLaw) -> hy.cfunc_dbl:
+    """A `_newton_step` of z and the contact state, see `Statics.fold_step`."""
+    on = _symbols("on", law.points)
+    balance = _balance(law, on)
+    determinant = _determinant([row[:3] for row in _slopes(balance)])
+    return hy.cfunc(_newton_step(balance, determinant), vars=[*Z, *on])
 
 
 @lru_cache
@@ -156,9 +180,10 @@ class CompiledStatics(Statics):
         return function(np.ascontiguousarray(np.concatenate(rows)), pars=parameters)
 
     def surface_step(self, z: np.ndarray, on: np.ndarray, surface: np.ndarray) -> Step:
-        values = self._run(_surface_step(self.model.law), z, on, surface)
-        step, *derivatives = np.split(values, 3)
-        return Step(step, np.isfinite(step).all(axis=0), np.array(derivatives))
+        return _as_step(self._run(_surface_step(self.model.law), z, on, surface))
+
+    def fold_step(self, z: np.ndarray, on: np.ndarray) -> Step:
+        return _as_step(self._run(_fold_step(self.model.law), z, on))
 
     def null_vectors(self, derivatives: np.ndarray, rows: np.ndarray) -> np.ndarray:
         minors = derivatives[0]
@@ -209,3 +234,9 @@ class CompiledStatics(Statics):
             return np.stack([behind(each.repeat(mu_max.size)) for each in share], axis=1)
 
         return behind
+
+
+def _as_step(values: np.ndarray) -> Step:
+    """A `_newton_step` from its values (12, n); derivatives (2, 4, n) are minors and condition."""
+    step = values[:4]
+    return Step(step, np.isfinite(step).all(axis=0), values[4:].reshape(2, 4, -1))

@@ -120,34 +120,39 @@ def newton(
     longest : array (m, k), optional
         The longest step in each unknown; a longer one is shortened, in its direction.
     """
-    x = start.copy()
     k = start.shape[1]
+    x = np.empty_like(start)
     derivatives = np.empty(0)
-    last_change = np.full(k, np.inf)
     converged = np.zeros(k, dtype=bool)
     going = np.arange(k)
-    for _ in range(passes):
+    at = start
+    last_change = np.full(k, np.inf)
+    for passed in range(1, passes + 1):
         with np.errstate(all="ignore"):
-            at = of_some(x, going)
             step, regular, J = step_from(at, going)
             if longest is not None:
-                excess = (np.abs(step) / longest[:, going]).max(axis=0)
+                excess = (np.abs(step) / of_some(longest, going)).max(axis=0)
                 step = step / np.fmax(1.0, excess)
             at = at - step
-            x[:, going] = at
-            size = unit[going] + np.max(np.abs(at[:3]), axis=0)
-            change = np.where(regular, np.max(np.abs(step), axis=0) / size, np.inf)
+            size = unit[going] + np.abs(at[:3]).max(axis=0)
+            change = np.where(regular, np.abs(step).max(axis=0) / size, np.inf)
+        # next to a fold rounding keeps steps from shrinking further
+        stalled = (change <= STALLED) & (change >= last_change)
+        done = (change <= CONVERGED) | stalled
+        ends = done | ~np.isfinite(at).all(axis=0) | (passed == passes)
+        if ends.all() and going.size == k:  # mostly all pads take as many steps
+            return NewtonResult(at, J, done)
         if derivatives.size == 0:
             derivatives = np.empty((*J.shape[:-1], k))
-        derivatives[..., going] = J
-        # next to a fold rounding keeps steps from shrinking further
-        stalled = (change <= STALLED) & (change >= last_change[going])
-        done = (change <= CONVERGED) | stalled
-        last_change[going] = change
-        converged[going] = done
-        going = going[~done & np.isfinite(at).all(axis=0)]
+        ended = going[ends]
+        x[:, ended] = of_some(at, ends)
+        derivatives[..., ended] = of_some(J, ends)
+        converged[ended] = done[ends]
+        going = going[~ends]
         if not going.size:
             break
+        at = of_some(at, ~ends)
+        last_change = change[~ends]
     return NewtonResult(x, derivatives, converged)
 
 
@@ -177,7 +182,7 @@ class Statics:
         return dataclasses.replace(self, model=model)
 
     def for_steps(self, index: np.ndarray) -> Statics:
-        """The statics of the pads that `index` names, for calls of `surface_step` alone."""
+        """The statics of the pads that `index` names, for steps of Newton's method alone."""
         return self.pick(index)
 
     def place(self, z: np.ndarray) -> np.ndarray:
@@ -344,7 +349,7 @@ class Statics:
 
     def null_vectors(self, derivatives: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Vectors v (4, k) along which the balance does not change, with rows . v = 1, by the
-        derivatives of a `surface_step`."""
+        derivatives of a `surface_step` or `fold_step`."""
         return null_vectors(derivatives[:3], rows)
 
     def step_at_friction(self, z: np.ndarray, on: np.ndarray) -> Step:

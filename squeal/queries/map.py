@@ -64,8 +64,8 @@ def map(
     0.4444444444444444
     """
     if isinstance(subject, Scene):
-        refuse_options("a scene", band=band, memory=memory, workers=workers)
-        return stability_map(subject, axes, quantity, curves)
+        refuse_options("a scene", band=band, memory=memory)
+        return stability_map(subject, axes, quantity, curves, workers or 1)
     refuse_options("a system", quantity=quantity, curves=curves)
     from squeal.queries.systems.system_analysis import SystemAnalysis
 

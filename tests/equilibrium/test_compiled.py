@@ -61,6 +61,37 @@ def test_a_step_is_that_of_40_digits(stem, on):
 
 
 @pytest.mark.parametrize("stem", STEMS)
+@pytest.mark.parametrize("on", [(1, 1), (1, 0), (0, 1)])
+def test_a_step_to_a_fold_is_that_of_40_digits(stem, on):
+    statics = Statics.of(read_scene(SCENES / f"{stem}.yaml").pad_model)
+    compiled = compiled_statics(statics, 1)
+    z = np.array([-0.31, -0.72, 0.23, 0.4])
+    step, exists, derivatives = compiled.fold_step(z[:, None], 1.0 * np.array(on)[:, None])
+
+    def residual(*at):
+        return balance(statics, at, on)
+
+    def determinant(*at):
+        def entry(i, k):
+            return mp.diff(lambda x: residual(*at[:k], x, *at[k + 1 :])[i], at[k])
+
+        return mp.det(mp.matrix([[entry(i, k) for k in range(3)] for i in range(3)]))
+
+    with mp.workdps(40):
+        at = [mp.mpf(float(value)) for value in z]
+        conditions = [*(lambda *p, i=i: residual(*p)[i] for i in range(3)), determinant]
+        J = mp.matrix(4, 4)
+        for i, condition in enumerate(conditions):
+            for k in range(4):
+                J[i, k] = mp.diff(lambda x, k=k, f=condition: f(*at[:k], x, *at[k + 1 :]), at[k])
+        known = mp.lu_solve(J, mp.matrix([condition(*at) for condition in conditions]))
+        slope = [float(J[3, k]) for k in range(4)]
+    assert exists.all()
+    assert step[:, 0] == pytest.approx([float(x) for x in known], rel=1e-9, abs=1e-10)
+    assert derivatives[-1, :, 0] == pytest.approx(slope, rel=1e-9, abs=1e-10)
+
+
+@pytest.mark.parametrize("stem", STEMS)
 @pytest.mark.parametrize("names", [("mu", "k1"), ("alpha1", "alpha2")])
 def test_maps_decide_as_without_a_compiler(stem, names, monkeypatch):
     """In every point, of which some lie beyond folds, others in partial contact."""

@@ -9,6 +9,7 @@ from squeal.equilibrium import Path, find_all, sliding_equilibrium
 from squeal.equilibrium.branch import BranchEnd, BranchOptions, NodeKind
 from squeal.equilibrium.path import branch_of
 from squeal.io.scene import read_scene
+from squeal.model.contact import Formulation
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
 from squeal.queries.pads.maps import NAMES, stability_map
@@ -99,6 +100,22 @@ def test_a_step_passes_over_no_two_near_folds(pad, y0, alpha1, alpha2, fold):
     fine = BranchOptions(first_step=0.01, longest_step=0.1)
     assert Path.of(model, 1.5).fold == pytest.approx(fold, rel=1e-8)
     assert Path.of(model, 1.5, fine).fold == pytest.approx(fold, rel=1e-8)
+
+
+def test_a_step_does_not_jump_over_the_two_folds_of_an_s():
+    """Known from steps of a hundredth of the displacement under the load."""
+    pad = Pad(
+        m=1.0, w=1.0, h=0.7371987215978514, I=0.33837156353006165, k1=1.0, k2=2.410155686891303,
+        k_c=2.241218587667189, L1=3.7190980212328526, L2=19.767794837306493,
+        alpha1=0.33087804098691576, alpha2=1.6134547267433834, mu=0.0, F_n=9.398625233830667e-05,
+        x0=-0.09987117132637723, y0=-0.012593199624475715, theta0=0.009149144228195556,
+    )  # fmt: skip
+    model = PadModel("B2", pad, Formulation("integral", "frame", "-"))
+    fine = BranchOptions(first_step=0.01, longest_step=0.1)
+    for options in (BranchOptions(), fine):
+        path = Path.of(model, 1.1098009630113637, options)
+        assert path.fold == pytest.approx(0.751771513, rel=1e-8)
+        assert not path.breakpoints
 
 
 def test_a_branch_tells_that_its_steps_were_spent():

@@ -12,6 +12,7 @@ from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation
 from squeal.model.equations import about_origin
 from squeal.model.pad import Pad
+from squeal.queries.pads import maps
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.pads.maps import NAMES, angle_axes, codes_at, stability_map
 from squeal.queries.pads.stack import STABLE_OR_MARGINAL, PadStack
@@ -63,6 +64,20 @@ def assert_point_by_point(scene, axes, verdict=verdict_at):
 def test_damped_maps_are_the_queries_point_by_point(stem, axes, damping):
     met = assert_point_by_point(scene_of(stem, damping=damping), axes)
     assert met >= {"stable"} | ({"flutter"} if stem != "b2-b" else set())
+
+
+@pytest.mark.parametrize("quantity", ["critical-friction", "growth", "frequency"])
+def test_any_number_of_workers_gives_the_same_bits(quantity, monkeypatch):
+    """A map of several blocks, each of which is computed as a whole."""
+    monkeypatch.setattr(maps, "POINTS_AT_ONCE", 60)
+    monkeypatch.setattr(maps, "QUANTITY_POINTS", 40)
+    scene = scene_of("b2-d")
+    axes = Axis("alpha1", 0.0, math.pi, 12), Axis("alpha2", 0.0, math.pi, 13)
+    alone, shared = (squeal.map(scene, axes, quantity, workers=n) for n in (1, 2))
+    assert len(np.unique(alone.codes)) > 1
+    assert shared.codes.tobytes() == alone.codes.tobytes()
+    assert shared.quantity[2].tobytes() == alone.quantity[2].tobytes()
+    assert shared.warnings == alone.warnings
 
 
 def test_pads_that_rest_far_from_where_they_are_put():

@@ -11,13 +11,15 @@ one square.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from squeal.equilibrium.statics import LIMITS, excursion
 from squeal.errors import InputError
+from squeal.io.processes import mapped
 from squeal.io.scene import Scene
 from squeal.io.writing import unit_word
 from squeal.linear import VERDICTS
@@ -117,10 +119,46 @@ def codes_at(
     return PointVerdicts(codes, contact, beyond)
 
 
-def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) -> PointVerdicts:
+class _Block(NamedTuple):
+    """Points of a map that one task computes: pads of a scene with some parameters replaced.
+
+    Attributes
+    ----------
+    scene : Scene
+        The scene.
+    names : tuple of 2 str
+        The parameters that are replaced.
+    points : array (2, k)
+        Their values, SI units.
+    """
+
+    scene: Scene
+    names: Names
+    points: np.ndarray
+
+
+def _blocks(
+    scene: Scene, names: Names, x: np.ndarray, y: np.ndarray, size: int
+) -> Iterator[_Block]:
+    """The grid of x (n1,) and y (n2,) cut into whole rows, of about `size` points each."""
+    rows = max(1, size // len(y))
+    for start in range(0, len(x), rows):
+        grid = np.meshgrid(x[start : start + rows], y, indexing="ij")
+        yield _Block(scene, names, np.reshape(grid, (2, -1)))
+
+
+def _codes_of(compiled: bool, block: _Block) -> PointVerdicts:
+    """The verdicts at the points of a block: a task of a process."""
+    return codes_at(block.scene, block.names, block.points, compiled)
+
+
+def on_grid(
+    scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray, workers: int = 1
+) -> PointVerdicts:
     """Compute the verdicts, contact states and exceeded limits on a grid of two parameters.
 
-    Some values of x are computed at a time, to bound the memory.
+    Some values of x are computed at a time, to bound the memory; these blocks are the same for any
+    number of workers.
 
     Parameters
     ----------
@@ -130,18 +168,17 @@ def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) 
         The two parameters.
     x, y : array (n1,), array (n2,)
         Their values, SI units.
+    workers : int
+        How many processes share the blocks.
 
     Returns
     -------
     PointVerdicts
         Its arrays have two axes (n1, n2) in place of the one over points.
     """
-    rows = max(1, POINTS_AT_ONCE // len(y))
     compiled = len(x) * len(y) >= COMPILED_FROM
-    parts = []
-    for start in range(0, len(x), rows):
-        grid = np.meshgrid(x[start : start + rows], y, indexing="ij")
-        parts.append(codes_at(scene, names, np.reshape(grid, (2, -1)), compiled))
+    blocks = _blocks(scene, names, x, y, POINTS_AT_ONCE)
+    parts = list(mapped(partial(_codes_of, compiled), blocks, workers))
     codes = np.concatenate([part.codes for part in parts])
     contact = np.concatenate([part.contact for part in parts])
     beyond = np.concatenate([part.beyond for part in parts], axis=1)
@@ -175,6 +212,7 @@ def stability_map(
     axes: tuple[Axis, Axis] | None = None,
     quantity: str | None = None,
     curves: bool = False,
+    workers: int = 1,
 ) -> Map:
     """Compute the map of verdicts over two parameters of a scene's pad.
 
@@ -191,6 +229,8 @@ def stability_map(
         friction rises from 0 to `HIGH`.
     curves : bool
         Whether the curves on which stability is lost are located.
+    workers : int
+        How many processes share the points; any number gives the same bits.
 
     Raises
     ------
@@ -201,7 +241,7 @@ def stability_map(
     _check(scene, axes, quantity)
     names = (axes[0].name, axes[1].name)
     linear = scene.pad_model.linear
-    codes, _, beyond = on_grid(scene, names, axes[0].values, axes[1].values)
+    codes, _, beyond = on_grid(scene, names, axes[0].values, axes[1].values, workers)
     admissible = (codes < BEYOND_FOLD) & ~beyond.any(axis=0)
     warnings = _inadmissible(codes, beyond)
     details: dict[str, Any] = {
@@ -214,7 +254,7 @@ def stability_map(
     notes = []
     if quantity is not None:
         words, unit = QUANTITIES[quantity]
-        values, unknown = _quantity(scene, axes, quantity)
+        values, unknown = _quantity(scene, axes, quantity, workers)
         column = (quantity, unit_word(unit), values)
         notes.append(f"{words}: {_span(values, unit_word(unit))}")
         if unknown.any():
@@ -263,32 +303,35 @@ def _share(is_point: np.ndarray) -> str:
     return f"{100 * is_point.mean():.3g} % of the points"
 
 
-def _quantity(scene: Scene, axes: tuple[Axis, Axis], name: str) -> tuple[np.ndarray, np.ndarray]:
+def _quantity(
+    scene: Scene, axes: tuple[Axis, Axis], name: str, workers: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Compute one of the `QUANTITIES` over two axes.
 
     Returns its values (n1, n2), NaN where there is none, and where (n1, n2) it is unknown.
     """
-    grid = np.array(np.meshgrid(axes[0].values, axes[1].values, indexing="ij"))
-    points = grid.reshape(2, -1)
-    values = []
-    unknown = []
-    for start in range(0, points.shape[1], QUANTITY_POINTS):
-        part = points[:, start : start + QUANTITY_POINTS]
-        stack = PadStack.of(scene, (axes[0].name, axes[1].name), part)
-        if name == "critical-friction":
-            losses = stack.first_losses(HIGH)
-            values.append(losses.mu)
-            unknown.append(losses.unknown)
-        else:
-            fastest, undecided = stack.fastest()
-            if name == "growth":
-                values.append(fastest.real)
-            else:  # only an unstable mode has a frequency in the map
-                hertz = np.abs(fastest.imag) / math.tau
-                values.append(np.where(fastest.real > 0.0, hertz, np.nan))
-            unknown.append(undecided)
-    shape = grid[0].shape
-    return np.concatenate(values).reshape(shape), np.concatenate(unknown).reshape(shape)
+    names = (axes[0].name, axes[1].name)
+    blocks = _blocks(scene, names, axes[0].values, axes[1].values, QUANTITY_POINTS)
+    parts = list(mapped(partial(_quantity_of, name), blocks, workers))
+    values = np.concatenate([part[0] for part in parts])
+    unknown = np.concatenate([part[1] for part in parts])
+    shape = (axes[0].n, axes[1].n)
+    return values.reshape(shape), unknown.reshape(shape)
+
+
+def _quantity_of(name: str, block: _Block) -> tuple[np.ndarray, np.ndarray]:
+    """One of the `QUANTITIES` at the points (k,) of a block, and where it is unknown (k,): a task
+    of a process."""
+    stack = PadStack.of(*block)
+    if name == "critical-friction":
+        losses = stack.first_losses(HIGH)
+        return losses.mu, losses.unknown
+    fastest, unknown = stack.fastest()
+    if name == "growth":
+        return fastest.real, unknown
+    # only an unstable mode has a frequency in the map
+    hertz = np.abs(fastest.imag) / math.tau
+    return np.where(fastest.real > 0.0, hertz, np.nan), unknown
 
 
 def threshold_curves(
