@@ -359,9 +359,11 @@ def components(reach: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
 
 
 def norm_of(A: Matrix) -> float:
-    """sqrt(|A|_1 |A|_inf), which bounds the 2-norm, of an array or sparse array."""
+    """sqrt(|A|_1 |A|_inf), which bounds the 2-norm, of an array or sparse array; 0 without rows."""
     size = abs(A)
-    return float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
+    largest_column = size.sum(axis=0).max(initial=0.0)
+    largest_row = size.sum(axis=1).max(initial=0.0)
+    return float(np.sqrt(largest_column * largest_row))
 
 
 def noise_of(A: NDArray, rounding: float = ROUNDING) -> float:

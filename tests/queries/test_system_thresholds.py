@@ -307,3 +307,11 @@ def test_a_region_without_the_imaginary_axis_has_no_thresholds(region):
     system = squeal.System(np.eye(2), C, np.diag([4.0, 4.0]))
     with pytest.raises(InputError, match="holds no part of the imaginary axis"):
         squeal.thresholds(system, region=region)
+
+
+def test_dampers_without_a_stiffness_lose_stability_where_they_drive():
+    """q'' + (1 - mu) q' = 0 for both rows: a root is mu - 1, twice."""
+    C = {"1": np.eye(2), "mu": -np.eye(2)}
+    found = squeal.thresholds(squeal.System(np.eye(2), C, np.zeros((2, 2))), 2.0)
+    assert [crossing.kind for crossing in found.crossings] == ["divergence"] * 2
+    assert [crossing.mu for crossing in found.crossings] == pytest.approx([1.0, 1.0], abs=1e-9)
