@@ -126,12 +126,13 @@ class Tabulated:
         """A bound of |second derivative| by a parameter between two values of it.
 
         By the table's parameter the second derivative is linear between two points of the table;
-        inf where the other factor depends on the same parameter.
+        inf where the factor, too, depends on that parameter.
         """
+        if name != self.parameter:
+            size = abs(float(self._curve(self._point_in_table(parameters))))
+            return size * self.factor.curvature(parameters, name, low, high)
         if name in self.factor.names:
             return math.inf
-        if name != self.parameter:
-            return 0.0
         begins = np.asarray(self.points[:-1])
         ends = np.asarray(self.points[1:])
         cubic, square = self._curve.c[:2]  # coefficients (m - 1,) of each piece

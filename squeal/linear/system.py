@@ -557,10 +557,16 @@ def labels_of(matrix: object) -> tuple[list[Label], list[Label]] | None:
 
 def refuse_other_labels(labels: Mapping[str, list[Label]]) -> None:
     """Refuse data frames whose rows or columns have other labels, or another order, than those of
-    the first, and a label that stands there twice. Raises InputError."""
-    first = next(iter(labels), "")
-    count_of = Counter(labels.get(first, []))
-    if len(count_of) < len(labels.get(first, [])):
+    the first, and a label that stands there twice. Raises InputError.
+
+    labels: those of the rows and those of the columns of each data frame, by what messages call
+    them, such as "index of K mu"; empty without data frames.
+    """
+    if not labels:
+        return
+    first = next(iter(labels))
+    count_of = Counter(labels[first])
+    if len(count_of) < len(labels[first]):
         (repeated, count), *_ = count_of.most_common(1)
         raise InputError(
             f"{first}: the label {row_name(repeated)} stands there {count} times; each row needs "

@@ -14,6 +14,7 @@ from functools import cached_property, partial, reduce
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from squeal.errors import InputError
 from squeal.model.contact import (
@@ -240,9 +241,16 @@ class Units:
         pad = model.pad.scaled(self.mass, self.length, self.time)
         if model.damping is None:
             return dataclasses.replace(model, pad=pad)
-        levers = np.array(np.broadcast_arrays(1.0, 1.0, self.length))
-        C = np.array(model.damping) * (self.time / self.mass) / (levers[:, None] * levers)
+        C = self.scaled_damping(model.damping)
         return dataclasses.replace(model, pad=pad, damping=tuple(map(tuple, C)))
+
+    def scaled_damping(self, damping: ArrayLike) -> np.ndarray:
+        """A damping matrix (3, 3) of x, y (m) and theta (rad) in these units.
+
+        Forces of x' and y' are in mass / time, and each theta brings a length.
+        """
+        lengths = np.array(np.broadcast_arrays(1.0, 1.0, self.length))
+        return np.array(damping) * (self.time / self.mass) / (lengths[:, None] * lengths)
 
     def to_scaled(self, state: np.ndarray) -> np.ndarray:
         """(x, y, theta, rates) in SI units to the integrated state."""

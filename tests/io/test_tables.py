@@ -56,6 +56,9 @@ def test_a_factor_multiplies_the_table_and_slopes_are_those_of_differences():
     slopes = [table.slope(at | {"speed": place}, "speed") for place in grid]
     seen = np.abs(np.diff(slopes) / np.diff(grid)).max()
     assert seen <= table.curvature(at, "speed", 0.2, 2.8) <= 1.3 * seen
+    # by a: 2 times the tabulated quantity, which does not depend on it
+    of_a = 2.0 * table.value(at | {"a": 1.0})
+    assert of_a <= table.curvature(at, "a", 2.0, 4.0) <= of_a * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("suffix", ["mtx", "npz"])

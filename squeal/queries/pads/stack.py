@@ -281,8 +281,7 @@ class PadStack:
         if damping is None:
             return None
         if damping.matrix is not None:
-            levers = np.array([1.0, 1.0, 1.0 / units.length])  # theta in rad becomes a length
-            C = np.array(damping.matrix) * np.outer(levers, levers) * units.time / units.mass
+            C = units.scaled_damping(damping.matrix)
             same_for_all = np.broadcast_to(C[:, :, None], (3, 3, self.n))
             return normalised(self.statics.model.pad, same_for_all)
         if damping.rayleigh is None:
@@ -290,6 +289,7 @@ class PadStack:
         else:
             alpha, beta = damping.rayleigh
             in_natural_units = Damping(rayleigh=(alpha * units.time, beta / units.time))
+        # stable (n,): whether no mode of the pad without friction grows
         B, stable = normalised_damping(in_natural_units, self._stiffness_without_friction)
         if not self.linear:
             stable |= ~self.without_friction.exists  # without an equilibrium there is no mode
