@@ -65,9 +65,10 @@ HINT = (
     "docs/page.md shows how."
 )
 CHART = 1.5  # the chart's range over the parameter's own value
+DRAWN_NODES = 10  # fewer make no picture of a shape
 VISIBLE = 1e-12  # of a mode's angular frequency: smaller growth rates of terms are rounding
 CONFIDENCE = {
-    "proved": "Proved by a second program, which shares nothing with the first: no mode is missing "
+    "proved": "Proved by a second program, which shares no code with the first: no mode is missing "
     "from the list",
     "counted": "Counted in a second way, not proved: no mode is missing from the list",
     "open": "A mode may be missing from the list: nothing has counted them",
@@ -126,8 +127,11 @@ class Report(Answer):
         fastest = self.eigenvalues.details.get("fastest_outside")
         if not fastest:
             return ""
-        text = f"outside of it {number(fastest['frequency_hz'], 4)} Hz grows by "
-        return f"{text}{number(fastest['growth_rate'], 4)} 1/s"
+        hertz = number(fastest["frequency_hz"], 4)
+        rate = number(fastest["growth_rate"], 4)
+        if self._is_of_band_alone():  # what a search met on its way; others may grow faster
+            return f"outside of it, not searched, {hertz} Hz was seen to grow by {rate} 1/s"
+        return f"outside of it {hertz} Hz grows by {rate} 1/s"
 
     @property
     def remedy(self) -> Remedy | None:
@@ -161,7 +165,7 @@ class Report(Answer):
         if self._growth_outside or self._is_of_band_alone():
             aim = f"for {spectrum.extent} alone, {aim}".rstrip(", ")
             if self._growth_outside:
-                aim += f" ({self._growth_outside} too)"
+                aim += f" ({self._growth_outside})"
         first = measures[0]
         if aim:
             first = f"{aim[0].upper()}{aim[1:]}: {first[0].lower()}{first[1:]}"
@@ -181,7 +185,8 @@ class Report(Answer):
             f" Stability is lost latest if you {change.verb} {change.parameter} by {change.size}, "
         )
         words = latest.loss.words(self.eigenvalues.parameter)
-        return f"{text}{change.values}: nothing grows {words}."
+        text += f"{change.values}: nothing grows {words}."
+        return f"{text} With less than {latest.change.size} of it something grows."
 
     def _meaning(self, parameter: str) -> str:
         """What a parameter is, in brackets; empty where that is not known."""
@@ -249,8 +254,8 @@ class Report(Answer):
             lower, upper = meeting.hertz
             apart = meeting.cures[Cure.APART]
             shares.append(apart / upper)
-            now = number(upper - lower, 3)
-            words.append(f"{self._pair(mode)} by {number(apart, 2)} Hz ({now} Hz now)")
+            by = f"{number(apart, 2)} Hz ({number(upper - lower, 3)} Hz as real modes)"
+            words.append(f"{self._pair(mode)} by {by}")
         return max(shares), f"Move further apart {', '.join(words[:NAMED])}{self._more_modes()}."
 
     def _more_damping(self) -> tuple[float, str]:
@@ -299,7 +304,8 @@ class Report(Answer):
                 scope.append(f"for {spectrum.extent} alone: something outside grows at any")
             elif other is not None and self._is_of_band_alone():
                 limit = min(limit, other.mu)
-                scope.append(f"{of_band}, {number(other.mu, 4)} for what was seen outside")
+                hertz = number(other.frequency_hz or 0.0, 4)
+                scope.append(f"{of_band}, {number(other.mu, 4)} for {hertz} Hz, seen outside")
             elif other is not None and other.mu < first.mu:
                 limit = other.mu
                 scope.append(f"{of_band} alone")
@@ -355,6 +361,8 @@ class Report(Answer):
             if mode.onset is not None:
                 text += f" from {self._at(mode.onset)} on"
             words.append(text)
+        elif whirl := self._whirl(self.eigenvalues.value, mode.root):
+            words.append(f"{whirl} whirl, which no other mode meets")
         words.append(balance)
         text = f"{head}: {'; '.join(words)}."
         if self.energy.part_shares:
@@ -401,6 +409,10 @@ class Report(Answer):
                 return f"none up to {number(remedy.loss.high, 4)}"
             return remedy.loss.words(parameter).removeprefix("up to ").replace(", then", ":")
 
+        def damping_left(remedy: Remedy) -> str:
+            ratios = [root.damping_ratio for _, root in remedy.computed.of_modes if root.value.imag]
+            return number(100.0 * min(ratios), 2) if ratios else "-"
+
         def size(change: Change) -> str:
             return f"{change.verb} by {change.size}"
 
@@ -416,6 +428,7 @@ class Report(Answer):
             Column("value", shown=lambda row: row.advised.values),
             Column("least", shown=least, words="just stops"),
             Column("growth_left", shown=growth_left, words="growth left"),
+            Column("damping_left", shown=damping_left, words="least damping, %"),
             Column("next_loss", shown=next_loss, words="next loss"),
         )
         title = "changes of one parameter, the best first; degrees count as %"
@@ -882,7 +895,9 @@ def _confidence(report: Report) -> Iterator[str]:
     status_of_onsets = (searched.proof or {}).get("status")
     where = f"{searched.parameter} = {number(searched.low, 4)} to {number(searched.high, 4)}"
     if status_of_onsets == "proved":
-        yield f"Proved too: no onset of growth from {where} is missing{limit}."
+        rate = number((searched.proof or {})["growth_below"] or 0.0, 2)
+        onset = f"no onset of growth by more than {rate} 1/s from {where} is missing"
+        yield f"Proved too: {onset}{limit}."
     elif searched.certified:
         yield (
             f"Counted, not proved: no onset from {where} is missing{limit}, but for narrow ranges."
@@ -909,11 +924,14 @@ def _what_was_read(report: Report) -> Iterator[str | Table]:
 
 
 def _shapes(report: Report) -> Iterator[_Figure]:
-    """One figure: all shapes of a pad, or that of a system's fastest mode; none without nodes."""
+    """One figure: all shapes of a pad, or that of a system's fastest mode; none of few nodes, as of
+    a shaft, which make no picture."""
     spectrum = report.eigenvalues
     if isinstance(report.subject, Scene):
         yield _figure(spectrum, report.name)
-    elif getattr(report.subject, "coordinates", None) is not None:
+        return
+    coordinates = getattr(report.subject, "coordinates", None)
+    if coordinates is not None and len(coordinates.places) >= DRAWN_NODES:
         for mode in _growing(report)[:1]:
             yield _figure(spectrum, report.name, shape=mode)
 

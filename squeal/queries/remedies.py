@@ -36,8 +36,8 @@ MOST_STEPS = 25  # of 1 % or a degree: the largest change that is looked at firs
 STEPS = (1, 2, 3, 4, 6, 8, 10, 13, 16, 20, MOST_STEPS)
 FEW_STEPS = (1, 2, 4, 8, 16, MOST_STEPS)  # where each costs much
 MORE = 1.3  # ratio of steps from the least change to one with a margin
-WIDE_STEPS = (35, 50, 70, 90, 99, 150, 200, 300)  # where none of these stops all
-NEARLY_ZERO = 99  # percent: at zero itself there may be nothing left that vibrates
+WIDE_STEPS = (35, 50, 75, 150, 200, 300)  # where none of these stops all
+TO_A_QUARTER = 75  # percent: less is left of a part that might as well be taken out
 QUARTER_TURN = 90  # degrees: no angle is turned by more
 IN_HAND = 1.1  # times the free parameter's value: up to there nothing is to grow
 DENSE_ROWS = 100  # up to which many steps are looked at
@@ -116,7 +116,7 @@ class Change:
         if self.unit == "degrees":
             return QUARTER_TURN
         is_lowered_share = self.count < 0.0 and self.unit == "%"
-        return NEARLY_ZERO if is_lowered_share else WIDE_STEPS[-1]
+        return TO_A_QUARTER if is_lowered_share else WIDE_STEPS[-1]
 
     def of(self, count: float) -> Change:
         """Another change of the same parameter."""
@@ -250,7 +250,7 @@ def find_remedies(
             changed = replaced(spectrum.source, change)
             computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
             partial.append(Remedy(change, computed))
-    limit = "a factor of 4, or to a hundredth,"
+    limit = "a factor of 4"
     return RemedySearch((), tuple(partial), tuple(sorted(without_effect)), limit)
 
 
