@@ -538,17 +538,17 @@ class _Front(NamedTuple):
         return _Corrected(z, tangent, slope, good)
 
     def _up_to_event(
-        self, step: _Corrected, options: BranchOptions
+        self, corrected: _Corrected, options: BranchOptions
     ) -> tuple[_Corrected, np.ndarray]:
         """The steps, each cut off at the first event on it, and the events' numbers (k,).
 
         The number is `NO_EVENT` without one. A step with an event that cannot be located may not be
         taken.
         """
-        z = np.where(step.good, step.z, self.z)
-        tangent = step.tangent.copy()
-        slope = step.slope.copy()
-        good = step.good.copy()
+        z = np.where(corrected.good, corrected.z, self.z)
+        tangent = corrected.tangent.copy()
+        slope = corrected.slope.copy()
+        good = corrected.good.copy()
         event = np.full(good.size, NO_EVENT)
         shares = np.linspace(0.0, 1.0, options.checks + 1)
         # first cut off at a fold, then at the other events on the way to it
@@ -585,9 +585,9 @@ class _Front(NamedTuple):
 
         A step that may not be taken leaves its branch where it is, with half the step ahead.
         """
-        step, event = self._up_to_event(self._stepped(options), options)
-        good = step.good
-        z = np.where(good, step.z, self.z)
+        corrected, event = self._up_to_event(self._stepped(options), options)
+        good = corrected.good
+        z = np.where(good, corrected.z, self.z)
         is_change = (event != NO_EVENT) & (event < self.tilted)
         kind = np.full(event.size, NodeKind.POINT)
         kind[event == self.fold] = NodeKind.FOLD
@@ -596,19 +596,19 @@ class _Front(NamedTuple):
             changed=np.flatnonzero(good & is_change),
             event=event,
             z=z,
-            tangent=np.where(good, step.tangent, self.ahead),
-            slope=step.slope,
+            tangent=np.where(good, corrected.tangent, self.ahead),
+            slope=corrected.slope,
         )
-        end = self._ends(z, ahead, event, separated, options)
-        end = np.where(good, end, BranchEnd.GOING)
         farthest = np.max(np.abs(z * self.scale), axis=0)
         longer = np.minimum(2.0 * self.step, options.longest_step * (1.0 + 0.1 * farthest))
         next_step = np.where(good, longer, self.step / 2)
-        end[next_step < options.shortest_step] = BranchEnd.LOST
+        # a step that was taken may be that short: the end of the range has cut it off
+        end_refused = np.where(next_step < options.shortest_step, BranchEnd.LOST, BranchEnd.GOING)
+        end = np.where(good, self._ends(z, ahead, event, separated, options), end_refused)
         nodes = _Nodes(
             owner=self.owner,
             z=z,
-            arrives=step.tangent,
+            arrives=corrected.tangent,
             leaves=ahead,
             touching=touching,
             kind=kind,

@@ -99,8 +99,10 @@ def _grid(
     corners = []
     for to_r, to_phi, to_z in CORNERS:
         shifted = np.roll(numbers, (-to_r, -to_phi, -to_z), axis=(0, 1, 2))
-        first = shifted[:-1, :, :-1] if closed else shifted[:-1, :-1, :-1]
-        corners.append(first.ravel())
+        # the node at this corner of each cell: at the last nodes none begins, but for those
+        # that close the ring
+        of_cells = shifted[:-1, :, :-1] if closed else shifted[:-1, :-1, :-1]
+        corners.append(of_cells.ravel())
     return numbers, places, np.array(corners)
 
 

@@ -18,10 +18,11 @@ def _mantissa(word: str) -> str:
 def written_digits(words: Iterable[str]) -> int | None:
     """The number of significant digits that numbers were rounded to when they were written.
 
-    More than half of the non-zero numbers are written with exactly so many digits; where a minus
-    takes the place of a digit, with so many or one more. Not each of these ends in two zeros:
-    numbers that need fewer digits than they got were not rounded. None if no number from 6 to 15
-    satisfies that; the numbers are then exact, or doubles.
+    More than half of the non-zero numbers are written with exactly so many digits. Positive and
+    negative ones are looked at apart, since a minus may take the place of a digit: one sign may
+    have one digit more. A length counts only if at least one of its numbers does not end in 00:
+    otherwise they were padded, not rounded. None if no number from 6 to 15 satisfies that; the
+    numbers are then exact, or doubles.
 
     words: the numbers as they are written, of which the first `SAMPLED` are looked at.
 

@@ -27,7 +27,7 @@ def read_load(path: Path, body: Component, coordinates: Coordinates) -> NDArray[
     load = np.zeros(body.system.n)
     _, lines = read_table(path, ("force",))
     if not lines or "row" not in lines[0].cells:
-        # read once more, which refuses a table without these columns
+        # by nodes: read once more, which refuses a table that lacks one of these columns
         _, lines = read_table(path, ("node", "dof", "force"))
     for at, cells in lines:
         row = _loaded_row(body, at, cells)

@@ -327,9 +327,10 @@ def mode_numbers(values: ComplexArray) -> Indices:
     """The number of the mode of each eigenvalue lambda (m,), from 1 by rising frequency.
 
     Conjugates are one mode. Real eigenvalues come first; they are paired from the outside inwards,
-    the largest with the smallest.
+    the largest with the smallest. Without any root above the real axis those below it have number
+    0.
     """
-    order = ordered(values)
+    order = ordered(values)  # by rising |Im|, the real ones by falling real part
     imag = values[order].imag
     real = order[imag == 0.0]
     upper = order[imag > 0.0]

@@ -389,6 +389,8 @@ def _exchanges(
     ):
         middle = (a.value + b.value) / 2
         between = _VerdictAt(middle, continuation.at(middle).unstable_count.verdict)
+        # all growth ends at clusters alone, and none is between a and b: what grows in a quiet
+        # middle is lost in rounding, and with it which kind grows faster
         if between.verdict != "quiet":
             yield from _exchanges(continuation, a, between, depth - 1)
             yield from _exchanges(continuation, between, b, depth - 1)

@@ -264,6 +264,7 @@ def with_statement(
     details = {**answer.details}
     if proved:  # nothing is missed
         notes = tuple(note for note in notes if not note.endswith(MISSED))
+    # the referee has judged the whole range anew: what it leaves open is the doubt that remains
     if "doubts" in details:
         details["doubts"] = [] if proved else [statement.reason]
     return replace(

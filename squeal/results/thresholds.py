@@ -146,9 +146,11 @@ class Thresholds(Answer):
         else:
             doubts = self.details.get("doubts") or ["nothing was counted"]
             proof = f"not certified: {'; '.join(doubts)}"
+        # the line of the proof has the doubts of the seat already
+        seat = [line for line in self.seat if line not in proof]
         end = f"followed up to {self.parameter} = {self.high:.9g}: {self.end}"
         head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict or 'open'}"
-        return [head, self.table(), "\n".join([*self.notes, *self.seat, proof, end])]
+        return [head, self.table(), "\n".join([*self.notes, *seat, proof, end])]
 
     def _entries(self, points: Sequence[CriticalPoint | Crossing]) -> list[dict[str, Any]]:
         """Critical points or crossings as JSON holds them."""

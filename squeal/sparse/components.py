@@ -324,8 +324,9 @@ class Component:
 
         Its columns: the constraint modes (static, by a unit displacement of each boundary row), the
         normal modes up to the cutoff in Hz with the boundary held, and the static answer of the
-        modes above it to the inertia of the constraint modes. Raises InputError if the boundary
-        does not hold the component.
+        modes above it to the inertia of the constraint modes. boundary, interior: indices of the
+        rows that stay, and of the others. Raises InputError if the boundary does not hold the
+        component.
         """
         from scipy.linalg import eigh
         from scipy.sparse import csc_array
@@ -341,8 +342,8 @@ class Component:
             squares, modes = _real_modes(inner_K, inner_M, factor, cutoff)
             # a square that may be rounding of zero: of a motion that no spring holds
             if np.any(squares <= 4 * EPS * len(interior) * norm_of(inner_K) / norm_of(inner_M)):
-                raise ZeroDivisionError
-        except ZeroDivisionError:  # as a singular K raises it
+                raise ZeroDivisionError  # refused below, as a singular K is
+        except ZeroDivisionError:
             raise InputError(
                 f"{self.name}: the nodes in contact do not hold it; it needs supports"
             ) from None
@@ -350,12 +351,16 @@ class Component:
         constraint[interior] = -factor.solve(K[interior][:, boundary].toarray())
         # modes above the cutoff: their static answer to the inertia of the constraint modes
         static = factor.solve((M @ constraint)[interior])
+        # less the share of the modes that are kept
         static -= modes @ (modes.T @ (inner_M @ static))
         # it is kept for those motions of the boundary to whose energy it adds a share above SHARE
-        # at half of the cutoff
+        # at half of the cutoff: at omega a motion v adds omega^2 static v inside, whose energy
+        # carries omega^4; eigh gives the v at which its ratio to that of the constraint modes is
+        # stationary
         omega = np.pi * cutoff  # rad/s, of cutoff / 2
-        energy = constraint.T @ (K @ constraint) + omega**2 * (constraint.T @ (M @ constraint))
-        shares, motions = eigh(omega**4 * (static.T @ (inner_K @ static)), energy)
+        energy_of_constraint = constraint.T @ (K @ constraint)
+        energy_of_constraint += omega**2 * (constraint.T @ (M @ constraint))
+        shares, motions = eigh(omega**4 * (static.T @ (inner_K @ static)), energy_of_constraint)
         static = static @ motions[:, shares > SHARE]
         static /= np.sqrt(np.sum(static * (inner_M @ static), axis=0))
         inside = np.zeros((self.system.n, modes.shape[1] + static.shape[1]))

@@ -174,7 +174,8 @@ class ReducedBasis:
 
     `modes` are in the coordinates of a projection. `left` and `right` (d, k) are combinations of
     them, one for each state that is kept: those of the largest singular values of the pencil at a
-    shift in the middle of the region. `system` is that pencil, a system of the first order.
+    shift beside the centre of the region, and at the middle one of the points along the range of
+    the parameters. `system` is that pencil, a system of the first order.
     """
 
     system: TermSystem
@@ -199,15 +200,17 @@ class ReducedBasis:
     def train(
         self, points: Sequence[Changes], modes_at: Callable[[Changes, ComplexArray | None], Roots]
     ) -> None:
-        """Add modes until no error at the points is above what is allowed.
+        """Add modes until no error at the points is above what is allowed, or none is left to add.
 
         First all modes at the middle, the first and the last point; then, greedily, at the point of
-        the largest error those modes whose errors are too large.
+        the largest error those modes whose errors are too large. Errors may stay above what is
+        allowed where there are no modes next to these roots, or where the basis has their states
+        already.
 
         Parameters
         ----------
         points : sequence of mapping
-            Values of the parameters.
+            Values of the parameters, in order along the range.
         modes_at : callable
             Modes of the projection at such values: those next to given roots (m,), or all in the
             trained region for None.
@@ -217,6 +220,7 @@ class ReducedBasis:
         modes = modes_at(middle, None)
         for end in (0, last):
             modes = modes.joined(modes_at(points[end], None))
+        # always with the middle, where the pencil is made the unit matrix: modes are of any point
         while len(modes.values) and self.grow(modes, middle):
             estimates = [self.estimate(changes) for changes in points]
             ratios = [estimate.shares_of_allowed() for estimate in estimates]
@@ -231,7 +235,8 @@ class ReducedBasis:
     def grow(self, modes: Roots, middle: Changes) -> bool:
         """Add right and left modes of the projection; False if the basis has their states.
 
-        middle: the parameters at which `left` and `right` make the pencil the unit matrix.
+        middle: the parameters at which `left` and `right` make the pencil at the shift the unit
+        matrix.
         """
         self.modes = self.modes.joined(modes)
         z = self.modes.values

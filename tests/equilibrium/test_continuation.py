@@ -13,6 +13,7 @@ from squeal.model.contact import Formulation
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
 from squeal.queries.pads.maps import NAMES, stability_map
+from squeal.queries.pads.stack import PadStack
 from squeal.results.map import Axis
 from tests.conftest import SCENES, random_pad
 
@@ -123,3 +124,13 @@ def test_a_branch_tells_that_its_steps_were_spent():
     path = Path.of(model, 1.0, BranchOptions(most_steps=3))
     assert path.mu_end < 1.0
     assert "is lost at mu" in path.end
+
+
+def test_a_friction_below_the_shortest_step_is_reached():
+    """The only step is cut off at the end of the range: its branch is not lost."""
+    mu = np.array([1e-14, 1e-12, 1e-11, 1e-10])
+    stack = PadStack.of(read_scene(SCENES / "b2-d.yaml"), ("mu",), mu[None])
+    branches, lost = stack.branches(mu)
+    assert np.all(branches.end == BranchEnd.REACHED)
+    assert not lost.any()
+    assert np.array_equal(branches.mu_end, mu)

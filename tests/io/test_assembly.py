@@ -308,7 +308,8 @@ def test_thresholds_name_their_seat_and_are_certified_in_it_alone(brake):
         is_another |= not np.array_equal(anew.seats[0].closed, seated.seats[0].closed)
     assert is_another
     assert not found.certified
-    assert "seated anew at mu = " in str(found)
+    assert all(str(found).count(doubt) == 1 for doubt in found.seat[1:])
+    assert len(found.seat) > 1
     closed = squeal.assemble(bodies, [replace(contact, gap=0.0)], {"mu": 0.1})
     same = squeal.thresholds(closed, 1.0, band=GROWS)
     assert same.crossings
@@ -343,7 +344,7 @@ def test_without_a_threshold_another_seat_along_the_range_withdraws_the_certific
     held = squeal.thresholds(squeal.assemble(bodies, [touch], {"mu": 0.0}), high=2.0)
     assert not held.crossings
     assert not held.certified
-    assert "seated anew at mu = 1 it is another contact" in str(held)
+    assert str(held).count("seated anew at mu = 1 it is another contact") == 1
     anew = squeal.eigenvalues(squeal.assemble(bodies, [touch], {"mu": 0.95}))
     assert anew.verdict == "flutter"
 

@@ -256,12 +256,11 @@ class PadStack:
         from mu = 0 ends before, or nothing touches. A linear model has one in any case.
         """
         origin = self.origin(self.mu)
-        nowhere = np.zeros(self.n, dtype=bool)
         if self.linear:
-            return origin, nowhere
+            return origin, np.zeros(self.n, dtype=bool)
         branches, lost = self.branches(self.mu)
         if not branches.owner.size:  # no pad has an equilibrium without friction
-            return origin._replace(exists=nowhere), lost
+            return origin._replace(exists=self.without_friction.exists), lost
         at_mu = branches.at(np.arange(self.n), self.mu)
         hidden = at_mu.exists & self.statics.unresolved(at_mu.z)
         touches = at_mu.touching.any(axis=0)
@@ -460,7 +459,8 @@ class PadStack:
         pad : array (k,)
             Numbers of the pads.
         stable, unstable : array (k,)
-            A value of mu at which all modes are stable or marginal, and a larger one at which not.
+            A value of mu at which all modes are stable or marginal, and a larger one at which one
+            grows or there is no equilibrium; equal where nothing is to be halved.
         narrow : float
             The distance of the two at which bisection ends.
 

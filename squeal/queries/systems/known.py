@@ -148,18 +148,22 @@ def thresholds_as_known(
 
 
 def with_doubts(answer: Thresholds, doubts: Sequence[str]) -> Thresholds:
-    """The thresholds, neither certified nor proved any more, with the doubts as the reason."""
-    earlier_doubts = answer.details.get("doubts") or []
+    """The thresholds, neither certified nor proved any more.
+
+    The reason is what was doubted before, and the new doubts.
+    """
+    all_doubts = [*(answer.details.get("doubts") or []), *doubts]
     proof = None
     proof_line = ""
     if answer.proof is not None:
-        reason = "; ".join(doubts)
+        reason = "; ".join(all_doubts)
+        # of growth below a rate nothing is known either: that bound held only with the proof
         proof = {**answer.proof, "status": "open", "growth_below": None, "reason": reason}
         proof_line = f"{OPEN}{reason}"
     return replace(
         answer,
         certified=False,
-        details={**answer.details, "doubts": [*earlier_doubts, *doubts]},
+        details={**answer.details, "doubts": all_doubts},
         proof=proof,
         proof_line=proof_line,
     )

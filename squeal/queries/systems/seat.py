@@ -107,10 +107,7 @@ def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
         each = (doubt_of_seat(file, value) for value in along_range)
         doubts = list(itertools.islice(filter(None, each), 1))  # the first of them
     noted = replace(answer, seat=(note, *doubts))
-    if not doubts:
-        return noted
-    # the answer prints `seat`, note and doubts, in lines of its own: a proof line would repeat them
-    return replace(with_doubts(noted, doubts), proof_line="")
+    return with_doubts(noted, doubts) if doubts else noted
 
 
 def sweep_as_seated(file: SystemFile, answer: Sweep) -> Sweep:
