@@ -74,8 +74,8 @@ class CrossingGuess(NamedTuple):
 
     value: float  # of the parameter
     omega: float  # rad/s, 0 of a real root
-    right: NDArray  # vectors (n,) in the scaled coordinates
-    left: NDArray
+    right: NDArray  # vector (n,) in the scaled coordinates
+    left: NDArray  # as `right`
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,8 +194,9 @@ class CrossingSearch:
     def between(self, low: float, high: float, shortest: float) -> Iterator[CrossingGuess]:
         """The crossings between two values of the parameter.
 
-        Each is located on the reduced system, except where a step of the length `shortest` still
-        leaves a doubt. Longer ones are divided where their two spectra do so.
+        Each is located on the reduced system. The step is divided where its two spectra leave a
+        doubt, down to the length `shortest` or until `SPECTRA` are computed: there the end nearer
+        to a crossing stands for it.
         """
         before = self.at(low)
         after = self.at(high)
