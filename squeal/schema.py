@@ -569,13 +569,11 @@ def kind_of(hint: object) -> Kind:
         return _KINDS[origin]
     if not parts:
         return instance(origin, f"an instance of {origin.__name__}")
-    entries = parts[1:] if origin is Mapping else parts  # keys of mappings are names
-    allowed = {part for part in entries if part not in (NoneType, Ellipsis)}
-    kind = _KINDS[Any]
-    if len(allowed) == 1:
-        kind = kind_of(allowed.pop())
+    # the types of a union, or of the entries; keys of mappings are names
+    allowed = set(parts[1:] if origin is Mapping else parts) - {NoneType, Ellipsis}
+    kind = kind_of(allowed.pop()) if len(allowed) == 1 else _KINDS[Any]
     if origin in (Union, UnionType):
-        return kind
+        return kind  # below it is that of each entry
     if origin is Mapping:
         return Named(kind, f"a mapping of names to values, each {kind.named}")
     if origin is tuple and Ellipsis not in parts:

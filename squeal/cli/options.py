@@ -197,7 +197,10 @@ class Once(argparse.Action):
         text: Any,
         option: str | None = None,
     ) -> None:
-        """Set the value, under each spelling of the option. Raises InputError for a second one."""
+        """Set the value under `dest`, and the text as typed under it and each spelling.
+
+        Raises InputError for a second one.
+        """
         at = Place(f"{option} {text}")
         if self.dest in given.typed:
             before = given.typed[self.dest]

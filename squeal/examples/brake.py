@@ -364,8 +364,9 @@ def _write_ansys(path: Path, matrix: csc_array, labels: Labels) -> None:
         _in_lines(values, 3),
     ]
     line_counts = [block.count("\n") for block in blocks]
+    # lines in all, of pointers, of row numbers, of values, and of right sides
     counts = "".join(f"{count:14d}" for count in (sum(line_counts), *line_counts, 0))
-    kind = "RSA" if symmetric else "RUA"
+    kind = "RSA" if symmetric else "RUA"  # real symmetric or unsymmetric, assembled
     head = f"{'brake':72}{'brake':8}\n{counts}\n{kind:14}{n:14d}{n:14d}{len(entries):14d}{0:14d}\n"
     formats = f"{'(8I10)':16}{'(8I10)':16}{'(1P,3D25.16)':20}{'':20}\n"
     path.write_text(head + formats + "".join(blocks), encoding="ascii")

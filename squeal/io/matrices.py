@@ -144,6 +144,7 @@ def _pick(content: MatrixFile | NamedMatrices, key: str | None) -> MatrixFile:
         if len(in_other_case) != 1:
             raise InputError(f"holds no matrix {key}; it holds {names}")
         picked = content[in_other_case[0]]
+    # a matrix file, a bare matrix, or a description of one that is built only now
     if isinstance(picked, UnbuiltMatrix):
         return picked.build()
     if isinstance(picked, MatrixFile):

@@ -1,5 +1,10 @@
 """Where eigenvalues cross the line between growth and decay, exactly: from guesses to events.
 
+What a root z is, and where growth begins, depends on the problem class (see `continuation`):
+undamped, z = -lambda^2, where z falls through zero or where two roots meet and leave the positive
+real axis; gyroscopic, z = -i lambda, where two meet and leave the real axis; damped, z = lambda,
+where the real part rises through zero.
+
 One root passes at a zero of its real part, with the derivative from left and right vectors. Two
 that come close are examined by their mean and the squared half difference d = ((z1 - z2) / 2)^2
 (`local_roots`). On the line they meet where d vanishes; with m the real part of the mean one of
@@ -243,7 +248,8 @@ class _Extrapolated(NamedTuple):
 def _root_at_event(
     continuation: Continuation, guess: Guess, zero: _Zero, crosses: bool
 ) -> _RootAtEvent | None:
-    """The root at the zero of an event function; None if it does not cross the line there."""
+    """The root at the zero of an event function, with its residual before the last step; None if it
+    does not cross the line there."""
     roots = zero.roots
     problem = continuation.problem
     A, derivative, _ = continuation.standard_problem(roots.value)
@@ -285,10 +291,10 @@ def _coalescing_roots(problem: ProblemClass, zero: _Zero, crosses: bool) -> _Ext
     # half the difference of the two is sqrt(d), of which rounding leaves sqrt(noise)
     is_zero = abs(z) <= 2 * math.sqrt(abs(roots.noise)) + roots.mean_noise
     if crosses and problem is UNDAMPED and z.real < 0:
-        return None  # two divergent roots, s < 0, join to a pair
+        return None  # two divergent roots, z < 0, join to a pair
     if problem is GYROSCOPIC and abs(z.imag) > abs(z.real) and not is_zero:
         return None  # off the real axis, where both grow or decay
-    # of z = s the sign tells whether lambda is real
+    # of z = -lambda^2 the sign tells whether lambda is real
     return _Extrapolated(z, roots.mean, zero.function.slope, is_zero and problem is not UNDAMPED)
 
 
@@ -303,7 +309,7 @@ def _single_root(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapola
     if abs(zero.move * zero.function.slope) > 1e-8 * bound:
         return None
     z = roots.mean + zero.move * roots.mean_slope
-    # without damping only a real root s crosses by itself, where it passes zero
+    # without damping only a real root z crosses by itself, where it passes zero
     is_real = problem is not DAMPED or abs(z.imag) <= 4 * roots.mean_noise
     return _Extrapolated(z, roots.mean, zero.function.slope, is_real)
 

@@ -206,12 +206,13 @@ class Loss(NamedTuple):
 def track_modes(
     at: Callable[[float], SpectrumAtParameter], values: Sequence[float], spare: int = 10**6
 ) -> tuple[list[Indices], list[Loss]]:
-    """The mode number of each root along rising values of the parameter.
+    """The number of the eigenvalue path that each root lies on, at rising values of the parameter.
 
-    Conjugates have one number. A mode keeps its number where vectors and slopes tell from one value
-    to the next which root continues it. Two modes that coalesce keep theirs, but either root may
-    have either number afterwards: that is reported as a loss. So are modes that end and begin: at
-    the edge of what is computed, or where nothing tells which root continues which.
+    Each path is one mode. Paths are numbered from 1 as they appear; conjugates have one number. A
+    mode keeps its number where vectors and slopes tell from one value to the next which root
+    continues it. Two modes that coalesce keep theirs, but either root may have either number
+    afterwards: that is reported as a loss. So are modes that end and begin: at the edge of what is
+    computed, or where nothing tells which root continues which.
 
     Parameters
     ----------
@@ -225,7 +226,7 @@ def track_modes(
     Returns
     -------
     numbers : list of arrays of int (m,)
-        The mode number of each root, at each value.
+        The number of each root's path, at each value.
     losses : list of Loss
         Where modes are not told apart.
     """

@@ -643,6 +643,7 @@ def _doubts(result: SearchResult, is_unresolved: bool) -> Iterator[str]:
         yield "the search ran out of values; a narrower range needs fewer"
     widest = continuation.options.widest_interval * (continuation.high - continuation.low)
     for k, cluster in enumerate(result.clusters):
+        # below and above the cluster
         if not counts_consistent(cluster, counts[k], counts[k + 1]):
             yield f"what grows changes otherwise than by what crosses at {cluster[0].value:.9g}"
         for event in cluster:

@@ -634,9 +634,10 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
     """The system without the rows that a penalty on the diagonal of K holds, and these rows.
 
     Finite-element programs write a support as a diagonal entry of 1e22 or more. Rows are supports
-    if they are a minority and their diagonal entries, at the system's own parameters, are 1e10
-    times greater than the diagonal of each other row, as a stiffness and per mass, and than each
-    coupling to another row, at whatever value of the parameters.
+    if they are a minority and their diagonal entries of K are 1e10 times greater, at the system's
+    own parameters, both than that of each free row and, per mass, than the largest omega^2 of a
+    free row. They must also be so much greater than each coupling to another row, at whatever value
+    of the parameters.
     """
     from scipy.sparse import csc_array
 

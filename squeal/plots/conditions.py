@@ -66,7 +66,7 @@ def draw_matrix(answer: Conditions, axes: Axes, **look: object) -> ScalarMappabl
     for k, condition in enumerate(answer.conditions):
         if condition.reason is not None:
             growth[k] = np.nan
-        elif condition.modes:
+        elif condition.modes:  # those that grow, the fastest first
             growth[k] = condition.modes[0].growth_rate
     largest = float(np.nanmax(growth, initial=0.0)) or 1.0
     defaults: dict[str, Any] = {

@@ -178,6 +178,8 @@ def _contours(axes: Axes, answer: Map, level: float | None) -> _Drawn:
         axes.figure.colorbar(filled, ax=axes, label=f"{words} [{unit}]" if unit else words)
         if level is not None and known.min() < level < known.max():
             axes.contour(x, y, values, [level], colors=OWN_LEVEL, linewidths=1.6)
+    elif known.size:  # one value has no contours
+        axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis", alpha=0.85)
     span = "no value"
     if known.size:
         span = f"{known.min():.4g} to {known.max():.4g} {unit}"

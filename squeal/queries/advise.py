@@ -15,6 +15,7 @@ from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.queries.options import Progress, upper_end
 from squeal.queries.parameter_space import (
+    NO_PAD,
     ROUNDING,
     Outcome,
     ParameterSpace,
@@ -116,7 +117,9 @@ class Advice(Answer):
             outcome: Outcome = getattr(lever, side)
             if outcome.critical is not None:
                 return number(outcome.critical)
-            return "no such pad" if outcome.reason else f"> {self.mu_max:g}"
+            if outcome.kind == NO_PAD:
+                return "no such pad"
+            return "unknown" if outcome.reason else f"> {self.mu_max:g}"
 
         return Column(
             name=f"critical_{side}",

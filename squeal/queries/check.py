@@ -353,7 +353,7 @@ def _errors_of_squares(
     place. The square of a mode x then changes by (x^T dK x - square x^T dM x) / (x^T M x); the
     bounds of dK and dM are taken with the absolute values of x. Infinite for a mode without mass.
 
-    shapes (n, m): of the modes.
+    changes: the parameters at which M and K are taken; shapes (n, m): of the modes.
     """
     M, _, K = system.at(changes)
     dM, _, dK = data_errors(system, changes)

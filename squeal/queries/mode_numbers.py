@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.linear.continuation import SpectrumAtParameter
+from squeal.linear.continuation import ComplexArray, SpectrumAtParameter
 from squeal.linear.paths import Indices, Loss, mode_numbers, mode_numbers_at, track_modes
 from squeal.results.sweep import Step
 
@@ -44,7 +44,7 @@ def assign_mode_numbers(
     Parameters
     ----------
     steps : sequence of Step
-        The sweep, by rising value.
+        The sweep, by rising value; each has roots.
     spectrum_at : callable or None
         The spectrum at a value, to follow the roots between the steps; None of a single step.
     own_value : float
@@ -52,23 +52,20 @@ def assign_mode_numbers(
     most_between : int
         At how many values between the steps the spectrum may be computed.
     """
+    values = [step.value for step in steps]
     paths: list[Indices]  # of each step the path (m,) that each of its roots lies on, 0 if unknown
     if spectrum_at is None:
         paths = [mode_numbers(np.asarray(step.roots)) for step in steps]
         losses: list[Loss] = []
     else:
-        tracked, losses = track_modes(spectrum_at, [step.value for step in steps], most_between)
+        tracked, losses = track_modes(spectrum_at, values, most_between)
         paths = []
         for step, path_of_root in zip(steps, tracked, strict=True):
             # the roots of a step may be fewer, or in another order, than those of the spectrum
             spectrum = spectrum_at(step.value)
             paths.append(mode_numbers_at(spectrum, path_of_root, np.asarray(step.roots)))
-    reference = 0
-    for k, step in enumerate(steps):
-        if step.value == own_value:
-            reference = k
-            break
-    number_of = _number_of_paths(paths, reference, steps[reference])
+    reference = values.index(own_value) if own_value in values else 0
+    number_of = _number_of_paths(paths, reference, np.asarray(steps[reference].roots))
     numbered = []
     for step, paths_of_step in zip(steps, paths, strict=True):
         modes = [number_of.get(path, 0) for path in paths_of_step.tolist()]
@@ -76,14 +73,16 @@ def assign_mode_numbers(
     losses_by_number = []
     for loss in losses:
         modes = sorted(number_of[path] for path in loss.modes if path in number_of)
-        # a path that no step has is left out: of two that meet one then remains, without doubt
+        # a meeting with a path that no step has leaves one mode, which is not in doubt
         fewest = 2 if loss.kind == "meet" else 1
         if len(modes) >= fewest:
             losses_by_number.append(loss._replace(modes=tuple(modes)))
     return NumberedSteps(numbered, tuple(losses_by_number), numbered[reference])
 
 
-def _number_of_paths(paths: Sequence[Indices], reference: int, step: Step) -> dict[int, int]:
+def _number_of_paths(
+    paths: Sequence[Indices], reference: int, roots: ComplexArray
+) -> dict[int, int]:
     """The mode number of each eigenvalue path, by the path.
 
     Parameters
@@ -93,15 +92,14 @@ def _number_of_paths(paths: Sequence[Indices], reference: int, step: Step) -> di
     reference : int
         The index of the step whose modes are numbered by rising frequency. Paths that it has not
         get the next numbers as they appear.
-    step : Step
-        That step.
+    roots : array (m,)
+        The roots of that step, rad/s.
     """
     number_of: dict[int, int] = {}
-    if step.roots is not None:  # else the branch does not reach its value
-        by_frequency = mode_numbers(step.roots).tolist()
-        for path, number in zip(paths[reference].tolist(), by_frequency, strict=True):
-            if path:
-                number_of.setdefault(path, number)
+    by_frequency = mode_numbers(roots).tolist()
+    for path, number in zip(paths[reference].tolist(), by_frequency, strict=True):
+        if path:
+            number_of.setdefault(path, number)
     highest = max(number_of.values(), default=0)
     for paths_of_step in paths:
         for path in paths_of_step.tolist():

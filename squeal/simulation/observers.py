@@ -432,7 +432,8 @@ class ResponseObserver:
             hertz = growth.imag / (2 * np.pi * time)
             response = Response(growth_rate=growth.real / time, growth_frequency_hz=hertz)
         frequency, share = strongest_line(last[:, 3:] * np.sqrt(self._mass), self._step)
-        if frequency * self._step * len(last) < PERIODS:  # too few show neither of what follows
+        # too few periods show neither a line nor an amplitude, nor whether the motion has settled
+        if frequency * self._step * len(last) < PERIODS:
             return response
         if share >= LINE:
             response = replace(response, frequency_hz=frequency / time)

@@ -258,7 +258,8 @@ class InitialValues(NamedTuple):
 def in_natural_units(scene: Scene) -> InitialValues:
     """The pad, first state and length of time of a scene's motion in its natural units.
 
-    Raises ComputationError where there is no equilibrium to start from, or no damping.
+    Raises ComputationError where there is no equilibrium to start from, or where the scene's
+    damping cannot be computed.
     """
     assert scene.stop is not None  # as a scene that is simulated has it
     first = first_place(scene)

@@ -70,12 +70,12 @@ PARTS = 200  # ... and how many are examined
 
 
 class CrossingGuess(NamedTuple):
-    """A crossing nearby: rad/s (0 for a real root), right and left vectors (n,), scaled."""
+    """A crossing of the imaginary axis nearby."""
 
-    value: float
-    omega: float
-    right: NDArray
-    left: NDArray
+    value: float  # of the parameter
+    omega: float  # rad/s, 0 of a real root
+    right: NDArray  # vector (n,) in the scaled coordinates
+    left: NDArray  # as `right`
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,9 +192,11 @@ class CrossingSearch:
         return self._spectra[value]
 
     def between(self, low: float, high: float, shortest: float) -> Iterator[CrossingGuess]:
-        """The crossings between two values of the parameter, each located on the reduced system.
+        """The crossings between two values of the parameter.
 
-        The step is divided where its two spectra leave a doubt, down to the length `shortest`.
+        Each is located on the reduced system. The step is divided where its two spectra leave a
+        doubt, down to the length `shortest` or until `SPECTRA` are computed: there the end nearer
+        to a crossing stands for it.
         """
         before = self.at(low)
         after = self.at(high)
@@ -204,7 +206,7 @@ class CrossingSearch:
         if division is None:
             for i, j in zip(match.before, match.after, strict=True):
                 guesses_of_root = self._guesses_of_root(before, after, i, j)
-                if guesses_of_root is None:
+                if guesses_of_root is None:  # it crosses, and no crossing was located: halve
                     division = (low + high) / 2
                     break
                 guesses += guesses_of_root

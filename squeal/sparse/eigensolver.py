@@ -464,12 +464,15 @@ def _roots_around(
 
     None if one subspace does not reach all roots around the part, or their corrections do not
     converge: the part then has to be halved.
+
+    start (n, d): an orthonormal basis of vectors that are known; exact: the backward error of right
+    vectors with which corrections end.
     """
     shift = region.off_centre
     offset = abs(shift - region.centre)
     needed_reach = offset + REACH * region.radius
     basis = start
-    best: _PartRoots | None = None
+    found: _PartRoots | None = None
     for attempt in range(ATTEMPTS):
         near = roots_near_shift(
             problem,
@@ -493,12 +496,12 @@ def _roots_around(
             continue
         count = _count_in_disc(problem, disc, roots, near) if certify else None
         missing = None if count is None else count - len(roots.values)
-        best = _PartRoots(roots, missing, near)
+        found = _PartRoots(roots, missing, near)
         # rough roots close to the border may lie on its other side
         expected = np.sum(region.widened(-0.01).contains(near.values))  # one per cent inside
         if missing == 0 or (not certify and expected <= len(roots.values)):
             break
-    return best
+    return found
 
 
 def _count_in_disc(

@@ -174,6 +174,9 @@ class FirstLook(Reduction):
     `contraction` is q (0.5 until `build` has computed it). `error` is the largest error at the
     samples before the last corrections, as a share of |lambda|. `reduced_basis` has the few modes
     that serve at all values, None if they are not needed or not enough.
+
+    Inherited: `_matrices` are those (n, n) of the terms of M, C and K, `_norms` (terms,) their
+    norms, and `_sketch` (terms, SKETCH, d) is random vectors times each of them times the basis.
     """
 
     method = "modal"
@@ -258,6 +261,8 @@ class FirstLook(Reduction):
         probes = []
         for k, structure in enumerate(self.structures):
             left, right = structure.probes(V, self._projected_structure(k))
+            # of residuals R = P x and S = P^H y the estimates need right' R = (P' right)' x and
+            # left' conj(S) = (P left)' conj(y)
             of_left = np.array([(A @ left).T @ V for A in self._matrices])
             of_right = np.array([(A.T @ right).T @ V for A in self._matrices])
             probes.append(Probes(of_left, of_right))

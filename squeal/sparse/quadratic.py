@@ -295,9 +295,17 @@ def _rounding(
     Rounding of K moves the square of a root. A root far below the problem's frequency scale
     therefore moves by more than a share of its own size. Exact zeros have no rounding.
 
-    An isolated root moves by its condition times the relative error of the matrices times |lambda|.
-    For one with others near it `root_rounding` needs a scale too (rad/s): error times scale is the
-    least distance at which two roots are told apart.
+    An isolated root moves by R = error * condition * |lambda|, the condition at most 1 / EPS.
+    `root_rounding` uses a scale (rad/s) too: error * scale is the least distance at which it tells
+    two roots apart, and no root moves further than 2 scale error^(1 / rows). With
+    z = max(|lambda|, sqrt(error) omega_K), omega_K the frequency scale, it is the largest of
+
+    - |lambda|;
+    - |P(lambda)| / |P'(z)|: how far a relative error of the matrices moves even a root of
+      orthogonal vectors, and so each of a multiple root, whose computed copies lie that far apart.
+      Without damping this decides up to |lambda| = omega_K;
+    - sqrt(error) omega_K^2 / z, at most omega_K: it decides for slow roots where |C| exceeds
+      sqrt(|K| |M|) by far.
     """
     sizes = np.abs(values)
     errors = np.maximum(residuals, ROUNDING)
@@ -305,28 +313,25 @@ def _rounding(
     floored = np.maximum(sizes, from_stiffness)
     with np.errstate(invalid="ignore"):  # K = 0: the root is 0
         scales = np.fmax(sizes, from_stiffness * (problem.frequency_scale / floored))
-        # |P| / |P'|: how far a relative error of the matrices moves even a root of orthogonal
-        # vectors, and so each of a multiple root, whose computed copies lie that far apart
         mass, damping, _ = problem.norms
         scales = np.fmax(scales, problem.size(sizes) / (2 * floored * mass + damping))
-        limited = np.minimum(conditions, 1 / EPS) * sizes / scales
+        # so that R = error * scale times this
+        conditions_over_scales = np.minimum(conditions, 1 / EPS) * sizes / scales
     # a root may meet its conjugate, also where that is not listed
-    is_unpaired = np.zeros(len(values), dtype=bool)
-    if problem.real:
-        is_unpaired = (values.imag != 0) & ~np.isin(values.conj(), values)
+    is_unpaired = problem.real & (values.imag != 0) & ~np.isin(values.conj(), values)
     rounding = root_rounding(
         np.append(values, values[is_unpaired].conj()),
-        np.append(limited, limited[is_unpaired]),
-        np.append(errors, errors[is_unpaired]),
-        np.append(scales, scales[is_unpaired]),
-        2 * problem.n,
+        condition=np.append(conditions_over_scales, conditions_over_scales[is_unpaired]),
+        error=np.append(errors, errors[is_unpaired]),
+        size=np.append(scales, scales[is_unpaired]),
+        rows=2 * problem.n,  # of the companion form
     )
     return np.where(sizes > 0, rounding[: len(values)], 0.0)
 
 
 def _in_unscaled_coordinates(problem: Quadratic, scaled: ComplexArray) -> ComplexArray:
-    """Vectors (n, m) before scaling, of unit mass, else of unit length, the largest entry
-    positive."""
+    """Vectors (n, m) before scaling, the largest entry positive, of unit mass; those without mass
+    have unit length in the scaled coordinates."""
     mass = np.abs(np.sum(scaled.conj() * (problem.M @ scaled), axis=0))
     length = np.where(mass == 0, np.linalg.norm(scaled, axis=0), np.sqrt(mass))
     vectors = problem.scale[:, None] * scaled

@@ -258,6 +258,7 @@ class ReducedBasis:
         right = right[:size].conj().T / balance
         self.left = self.modes.left @ left
         self.right = self.modes.right @ right
+        # of each state: its displacements combine modes x as `right` does, its velocities z x
         self.velocities = self.modes.right * z @ right
         self.system = projected(pencil, left, right)
         self._products = np.array([left.conj().T @ term.matrix @ right for term in products.terms])

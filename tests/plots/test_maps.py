@@ -41,6 +41,18 @@ def test_own_pad_and_its_level_are_drawn():
     assert not [line for line in outside.get_lines() if line.get_gid() == "own pad"]
 
 
+def test_a_map_of_one_value_is_not_the_grey_of_no_value():
+    """It was, since one value has no contours."""
+    side = Axis("alpha1", 0.2, 2.8, 3), Axis("k_c", 1.0, 2.0, 3)
+    values = np.full((3, 3), 0.4)
+    values[0, 0] = np.nan
+    quantity = "critical-friction", "", values
+    found = Map("b3", side, ("rad", "N/m"), NAMES, np.zeros((3, 3), dtype=int), quantity)
+    panel = maps.map_drawing("b3", found, (1.0, 1.5)).figure.axes[0]
+    (cells,) = panel.collections
+    assert np.ma.count(cells.get_array()) == 8  # where there is none grey shows through
+
+
 def test_areas_are_drawn_and_their_shares_said(tmp_path):
     found = squeal.map(read_scene(B3), angle_axes(30))
     found.save(tmp_path / "map.pdf")

@@ -1,6 +1,7 @@
 """Advice against scenes changed by hand, and against a closed form."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
 from squeal.numerics.differentiation import Formula
 from squeal.queries.advise import advise
+from squeal.queries.parameter_space import NO_PAD, Outcome
 from squeal.queries.thresholds import critical_friction
 from tests.conftest import SCENES
 
@@ -116,6 +118,17 @@ def test_a_change_that_is_no_pad_says_why():
     assert one.changes[1] is not None or one.raised.reason
     with pytest.raises(ComputationError, match="no place of rest"):
         advise(SCENE.replace(k1=0.0, k2=0.0, F_n=0.0))
+
+
+def test_only_a_change_that_is_no_pad_is_called_one():
+    """A pad whose threshold could not be computed was called no pad."""
+    advice = advise(SCENE, {"h": "150%"})
+    one = lever(advice, "h")
+    undecided = replace(one, lowered=Outcome(reason="hidden"), raised=Outcome(kind=NO_PAD))
+    columns = {column.name: column for column in advice.table().columns}
+    assert columns["critical_lowered"].shown(one) == "no such pad"
+    assert columns["critical_lowered"].shown(undecided) == "unknown"
+    assert columns["critical_raised"].shown(undecided) == "no such pad"
 
 
 @pytest.mark.parametrize("name", ["w", "h"])

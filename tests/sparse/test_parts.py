@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import eig
 from scipy.sparse import csc_array, diags_array
 
 from squeal.linear.system import Term, TermSystem
@@ -80,6 +81,20 @@ def test_rounding_of_a_slow_root_is_what_rounding_of_the_stiffness_moves(slow, r
     (found,) = eigenvalues_of(problem, Roots(np.array([1j * slow]), x, x))
     moved = np.sqrt(slow**2 + 8 * np.finfo(float).eps) - slow
     assert 0.2 * moved < found.rounding < 20 * moved
+
+
+@pytest.mark.parametrize("c", [1.0, 1e4, 1e5])
+def test_rounding_of_a_free_motion_holds_its_error_however_much_the_others_are_damped(c):
+    """A free chain with C = c K: its rigid-body motion has the double root zero."""
+    ends = np.eye(4, 3) - np.eye(4, 3, -1)
+    K = ends * [1.0, 1.3, 1.6] @ ends.T
+    problem = quadratic(np.eye(4), c * K, K)
+    M, C, K = (matrix.toarray() for matrix in (problem.M, problem.C, problem.K))
+    A: Any = np.block([[np.zeros((4, 4)), np.eye(4)], [-np.linalg.solve(M, X) for X in (K, C)]])
+    z, left, right = eig(A, left=True)
+    found = eigenvalues_of(problem, Roots(z, right[:4], np.linalg.solve(M.T, left[4:])))
+    for e in sorted(found, key=lambda e: abs(e.value))[:2]:
+        assert abs(e.value) <= e.rounding
 
 
 @pytest.mark.parametrize("kind", [np.float32, complex])
