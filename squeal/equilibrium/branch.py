@@ -57,7 +57,7 @@ class BranchOptions:
     longest_step: float = 4.0  # four times it; it grows with the distance from the origin
     shortest_step: float = 1e-10  # the branch is lost where even this fails
     cosine: float = 0.95  # least, between the tangents of a step: it turns by 18 degrees at most
-    correction: float = 0.15  # largest, as a share of the step: farther off lies another branch
+    correction: float = 0.10  # largest, as a share of the step: farther off lies another branch
     ratio: float = 8.0  # largest, of the slopes of mu at both ends of a step
     slower: float = 0.5  # least, of the slope of mu within a step to those at its ends
     rise: float = 0.25  # least, of mu over a step to the end of the range: near a fold it is less
@@ -490,13 +490,14 @@ class _Front(NamedTuple):
 
     def _lies_on_step(self, z: np.ndarray, new: np.ndarray, options: BranchOptions) -> np.ndarray:
         """Whether (k,) places z (4, k) lie between the present places and the ends `new` (4, k) of
-        steps, to a millionth of the step, and not far aside."""
+        steps, to a millionth of the step, and not far aside; nor back at a smaller mu."""
         vector = (z - self.z) * self.scale / self.step
         step_vector = (new - self.z) * self.scale / self.step
         forwards = (self.ahead * vector).sum(axis=0)
         step_forwards = (self.ahead * step_vector).sum(axis=0)
         distance = np.sqrt((vector**2).sum(axis=0))
         between = (forwards >= -1e-6) & (forwards <= step_forwards + 1e-6)
+        between &= z[3] >= self.z[3] * (1.0 - 1e-12)  # row 3 is mu
         return between & (distance <= forwards / options.cosine + 1e-6)
 
     def turns_at_most_once(

@@ -119,6 +119,33 @@ def test_a_step_does_not_jump_over_the_two_folds_of_an_s():
         assert not path.breakpoints
 
 
+def test_a_step_does_not_jump_over_the_fold_of_two_springs():
+    """Known from steps of a hundredth, and from a march by arc length on the literal equations."""
+    pad = Pad(
+        m=1.0, w=1.0, h=0.07842437453477459, I=0.4658606074960502, k1=0.3138315667346328,
+        k2=0.053885260559723556, k_c=1.9548791169519786, L1=0.8234600802741626,
+        L2=1.858014562193649, alpha1=-0.6844408434762816, alpha2=-2.651503290416303, mu=0.4,
+        F_n=0.5159966934795438, x0=-0.083210632246922, y0=0.027408875885986103,
+        theta0=-0.19945754479414202,
+    )  # fmt: skip
+    path = Path.of(PadModel("BN", pad, Formulation(springs=2)), 2.0)
+    assert path.fold == pytest.approx(0.307146325, rel=1e-8)
+
+
+def test_a_branch_does_not_end_at_a_smaller_friction_than_it_came_to():
+    """It rises to the fold; a change of contact at mu = 1.06 lies on another branch."""
+    pad = Pad(
+        m=1.0, w=1.0, h=1.2437672250146183, I=0.7081701255099673, k1=0.4250916729241934,
+        k2=0.4205090772647207, k_c=3.7325538006684016, L1=10.767115750722207,
+        L2=15.315492819805549, alpha1=2.7515631928335655, alpha2=1.321943700949204, mu=0.0,
+        F_n=1.3278607960439772e-06, x0=0.08913288220268889, y0=-0.02069833885231579, theta0=0.0,
+    )  # fmt: skip
+    model = PadModel("B2", pad, Formulation("mean", "frame", "-"))
+    fine = BranchOptions(first_step=0.01, longest_step=0.1)
+    for options in (BranchOptions(), fine):
+        assert Path.of(model, 2.0, options).fold == pytest.approx(1.43485891, rel=1e-8)
+
+
 def test_a_branch_tells_that_its_steps_were_spent():
     model = read_scene(SCENES / "b2-a.yaml").pad_model
     path = Path.of(model, 1.0, BranchOptions(most_steps=3))
