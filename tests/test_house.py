@@ -20,7 +20,7 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (326_100, 175_000),
+    "tokens": (326_300, 175_000),
     "tokens a code line": (9.67, 9.5),
     "paired assignments per 1,000 code lines": (0.19, 3),
     "comprehensions per 1,000 code lines": (27.9, 15),

@@ -484,6 +484,7 @@ def parts(brake: SolidBrake) -> tuple[list[Component], Contact]:
 
     Nodes are counted from 1; the load of the pad is a pressure of 1 Pa.
     """
+    # the pad's nodes follow the disc's, the first of them in the first pair
     of_disc = brake.nodes < brake.pairs[0, 1]
     bodies = [_body(brake, "disc", of_disc), _body(brake, "pad", ~of_disc)]
     contact = Contact(

@@ -20,7 +20,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.processes import one_thread
 from squeal.linear import UnstableMode
 from squeal.linear.damping import bordered, structure_stiffness
-from squeal.linear.matrices import Array, Matrix, dense, is_sparse
+from squeal.linear.matrices import Array, Matrix, dense, divisor, is_sparse
 from squeal.linear.real_modes import real_modes
 from squeal.linear.system import SystemMatrices
 from squeal.queries.eigenvalues import eigenvalues
@@ -211,7 +211,7 @@ class _Problem:
         _, modes = _modes_near(self.structure, M, float(pair.omega.mean()))
         columns = np.hstack([shapes.real, shapes.imag, modes])
         left, sizes, _ = np.linalg.svd(
-            columns / np.linalg.norm(columns, axis=0), full_matrices=False
+            columns / divisor(np.linalg.norm(columns, axis=0)), full_matrices=False
         )
         return left[:, sizes > NOTHING * sizes[0]]
 

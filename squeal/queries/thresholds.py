@@ -425,19 +425,14 @@ def _verdict_at_start(analysis: SystemAnalysis, low: float) -> str | None:
 def _counted_not_proved(answer: Thresholds) -> Thresholds:
     """Withdraw the certificate of a small system, of which a proof is expected, not counts alone.
 
-    A mode may grow between two values at which growing roots were counted. The list is open where
-    growth begins or ends at no listed threshold: then no count agrees with it.
+    A mode may grow between two values at which growing roots were counted.
     """
     from squeal.queries.ranges import RangeStatement
 
-    left_out = answer.details["left_out"]
-    reason = "a window of growth between two values that were counted is not excluded"
-    if left_out:
-        reason = left_out[0]
     statement = RangeStatement(
-        status="open" if left_out else "counted",
+        status="counted",
         by="count",
-        reason=reason,
+        reason="a window of growth between two values that were counted is not excluded",
         parameter=answer.parameter,
         low=answer.low,
         until=answer.high,

@@ -333,7 +333,8 @@ class Eigenvalues(Answer):
         if self.depends:
             heads.append(onset_column(self.parameter, unit_of(self.source)))
         nothing = "no unstable mode is listed"
-        return Table(tuple(heads), self.unstable, "unstable modes", nothing, rounded_growth)
+        title = "unstable modes"
+        return Table(tuple(heads), self.unstable, title, nothing=nothing, rank=rounded_growth)
 
     def parts(self) -> Sequence[str | Table]:
         count = f"{len(self.eigenvalues)} roots, {self.completeness}"

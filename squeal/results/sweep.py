@@ -420,7 +420,8 @@ class Sweep(Answer):
     def _table_of_values(self) -> Table:
         """A row for each value, for people.
 
-        Of a long table the rows on both sides of a change of the unstable count are shown first.
+        Where it is too long for people, the rows on both sides of a change of the unstable count
+        are kept first.
         """
         head = with_unit(self.parameter, unit_of(self.source))
         table = [Column(self.parameter, value=attrgetter("value"), words=head)]

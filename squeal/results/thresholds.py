@@ -133,8 +133,7 @@ class Thresholds(Answer):
         if unit:
             table.insert(1, Column("rpm", value=lambda row: RPM * row.mu))
         nothing = "no change of stability"
-        # growth begins or ends at no listed threshold
-        if self.details.get("left_out") or self.details.get("unconfirmed"):
+        if self.details.get("unconfirmed"):  # growth begins at no listed threshold
             nothing += " was located"
         return Table(table, rows, nothing=nothing)
 

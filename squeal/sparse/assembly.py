@@ -416,6 +416,7 @@ def _contact_dampers(pairs: PairDirections, static: StaticContact, is_large: boo
         dampers += _coupling(across, static.forces / pairs.radius, across, friction, is_large)
     if contact.slope != "0":  # the default, of friction that does not depend on speed
         sliding = pairs.sliding
+        # the slope is per m/s of sliding, about an axis too: no radius here
         dampers += _coupling(sliding, static.forces, sliding, contact.slope, is_large)
     return dampers
 

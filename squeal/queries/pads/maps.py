@@ -178,7 +178,11 @@ def on_grid(
     """
     compiled = len(x) * len(y) >= COMPILED_FROM
     blocks = _blocks(scene, names, x, y, POINTS_AT_ONCE)
-    parts = list(mapped(partial(_codes_of, compiled), blocks, workers))
+    codes_of_block = partial(_codes_of, compiled)
+    if workers == 1:
+        parts = [codes_of_block(block) for block in blocks]  # SciPy's BLAS need not be loaded
+    else:
+        parts = list(mapped(codes_of_block, blocks, workers))
     codes = np.concatenate([part.codes for part in parts])
     contact = np.concatenate([part.contact for part in parts])
     beyond = np.concatenate([part.beyond for part in parts], axis=1)

@@ -70,13 +70,15 @@ def system_eigenvalues(
         return _eigenvalues(analysis, look, prove)
     analysis.warn_of_unused_parameter()
     system = analysis.system.replace({analysis.system.parameter: at})
+    # the assembly in the file keeps the contact of the system's own value: the answer says so, and
+    # how contact would differ if it were seated at this one
     file = replace(analysis.file, system=system)
     return _eigenvalues(
         replace(analysis, file=file),
         look,
         prove,
         contact_note=seat_note(file),
-        contact_doubt=doubt_of_seat(analysis.file, at),
+        contact_doubt=doubt_of_seat(file, at),
     )
 
 
