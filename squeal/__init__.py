@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from squeal.queries.state_space import state_space
     from squeal.queries.sweep import sweep
     from squeal.queries.thresholds import thresholds
-    from squeal.reports import Report, report
+    from squeal.reports.report import Report, report
     from squeal.results.conditions import Conditions
     from squeal.results.eigenvalues import Eigenvalues
     from squeal.results.map import Axis, Map
@@ -91,7 +91,7 @@ _HOMES = {
     "linear.system": "System Term TermSystem",
     "model.contact": "Formulation",
     "model.pad": "Pad",
-    "reports": "Report report",
+    "reports.report": "Report report",
     "simulation.run": "Simulation simulate",
     "sparse.assembly": "Assembly assemble",
     "sparse.components": "Component",

@@ -298,11 +298,11 @@ def _most_in_a_row(A: csc_array) -> int:
 
 
 def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None:
-    """The number of negative pivots of A = L D L', and how far other matrices are from that.
+    """The number of negative pivots of A = L D L', and how far matrices near A are from L D L'.
 
-    All symmetric matrices within `doubt` of A differ from L D L' by at most
-    error diag(weights^2), as forms. None if A cannot be factorised so: it is singular, needs a
-    pivot off the diagonal, or overflows.
+    By Sylvester's law L D L' has as many negative eigenvalues. For all symmetric matrices B with
+    |B - A| <= doubt, entry by entry, |x' (B - L D L') x| <= error sum (weights x)^2. None if A
+    cannot be factorised so: it is singular, needs a pivot off the diagonal, or overflows.
 
     SuperLU pivots on the diagonal. Its triangles satisfy |A - L U| <= gamma |L| |U| in any order
     of elimination (Higham, Theorem 9.3; one rounding more for the inverse of the pivot).
@@ -329,7 +329,7 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
     # |A - L D L'| <= gamma |L| |U| + |L| |U - D L'|
     DLt = csc_array(diags_array(pivots) @ L.T)
     terms = max(_most_in_a_row(L), _most_in_a_row(csc_array(L.T))) + 8
-    # EPS is two units of rounding: one part of gamma for Higham's, one for the products D L'
+    # gamma |U| for Higham's bound, gamma |D L'| for the rounding of D L'; EPS is two of its units
     gamma = terms * EPS
     right = csc_array(abs(U - DLt) + gamma * (abs(U) + abs(DLt)))
     left = abs(L)  # left @ right bounds |A - L D L'|

@@ -155,13 +155,16 @@ class Remedy:
         return self.take or self.change
 
     def sentence(self, meaning: str) -> str:
-        """What to change, by how much, and what that does; meaning: what the parameter is."""
+        """What to change, by how much, and what that does, of a remedy that stops all that grows.
+
+        meaning: what the parameter is, in brackets after a space, or empty.
+        """
         change = self.advised
         parameter = self.computed.parameter
         text = f"{change.verb.capitalize()} {change.parameter}{meaning} by {change.size}, "
         text += f"{change.values}. With it nothing grows"
         assert self.loss is not None
-        if self.limit <= self.computed.value:
+        if self.limit <= self.computed.value:  # stability is lost at a smaller value, and regained
             text += f" at {parameter} = {number(self.computed.value, 4)}; below, stability is lost"
             text += f" from {parameter} = {number(self.limit, 4)} on"
         else:
@@ -173,7 +176,7 @@ class Remedy:
             text += f"; {self.change.size} is just enough, the rest leaves {in_hand} % of "
             text += f"{parameter} in hand"
         text += "."
-        if abs(change.count) > MOST_STEPS:
+        if not self.is_small:
             text += f" No parameter does it with up to {change.of(MOST_STEPS).size}."
         return text
 
@@ -315,8 +318,12 @@ class _Search:
         return self.stops_all(change) and self.stops_all(change, IN_HAND)
 
     def located(self) -> Sequence[tuple[Change, Change | None]]:
-        """The least change to each side that stops all that grows, and the least one that leaves a
-        margin; the smallest with a margin first. Large ones if no small one does."""
+        """The least change of each parameter, lowered or raised, that stops all that grows, and a
+        larger one that leaves a margin, or None.
+
+        The smallest with a margin first, those that leave none last; large ones if no small one
+        does, none of these where the matrices cannot be computed at them.
+        """
         found = self._located(self.steps)
         if not found:
             with suppress(InputError, ArithmeticError, np.linalg.LinAlgError):

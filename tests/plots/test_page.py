@@ -8,12 +8,12 @@ import pytest
 from scipy.sparse import block_diag
 
 import squeal
-from squeal import reports
 from squeal.errors import InputError
 from squeal.linear.system import Term
 from squeal.numerics.differentiation import Formula
 from squeal.plots.campbell import campbell_drawing
 from squeal.plots.damping import COLOURS, damping_drawing
+from squeal.reports import page as html
 from tests.cli.calls import run
 from tests.conftest import SCENES
 
@@ -135,13 +135,13 @@ def test_terms_sum_to_the_growth_rate_on_the_page():
         name="<b>pair",
     )
     report = squeal.report(system)
-    table = reports._feeds(report)
+    table = html._feeds(report)
     total = 0.0
     for column in table.columns[1:]:
         total += sum(float(column.cell(row) or 0) for row in table.rows)
     rate = report.eigenvalues.unstable[0].growth_rate
     assert total == pytest.approx(rate, rel=1e-3)
-    text = reports.page(report)
+    text = html.page(report)
     assert "&lt;b&gt;pair" in text
     assert "<b>pair" not in text
     assert text.index("keep mu below") < text.index('class="verdict')
@@ -156,7 +156,7 @@ def test_only_what_is_proved_is_said_to_be():
             proof={"status": status, "growth_below": 1e-6},
             certified=status != "open",
         )
-        lines = list(reports._confidence(replace(report, eigenvalues=spectrum, thresholds=losses)))
+        lines = list(html._confidence(replace(report, eigenvalues=spectrum, thresholds=losses)))
         assert lines[0].startswith(word)
         assert ("Proved too: no onset" in lines[1]) == (status == "proved")
         assert ("not proved" in lines[1]) == (status == "counted")
@@ -229,7 +229,7 @@ def test_a_change_with_which_another_mode_grows_is_no_remedy():
 def test_a_parameter_that_helps_growth_and_harms_the_onset_has_both_signs_in_its_row():
     """The first pair is lost first, the second grows faster: the one with c, the other against."""
     report = squeal.report(two_pairs(1.1, "2.18 - c"))
-    (row,) = (row for row in reports._moves(report).records() if row["parameter"] == "c")
+    (row,) = (row for row in html._moves(report).records() if row["parameter"] == "c")
     assert row["mode 4, 1/s"] < 0.0
     assert row[f"first loss (flutter at mu = {report.thresholds.first.mu:.4g})"] < 0.0
     step = 1e-4
@@ -244,7 +244,7 @@ def test_effects_that_are_noise_are_left_out():
     K = {"1": np.kron(np.eye(2), [[2.0, -1.0], [-1.0, 2.0]]), "d": np.diag([0, 0, 9.0, 9.0])}
     K["c*mu"] = np.kron(np.diag([1.0, 0.0]), [[0.0, 1.0], [0.0, 0.0]])
     report = squeal.report(squeal.System(np.eye(4), K=K, parameters={"mu": 1.2, "c": 1.0, "d": 1}))
-    assert {row["parameter"] for row in reports._moves(report).records()} <= {"mu", "c"}
+    assert {row["parameter"] for row in html._moves(report).records()} <= {"mu", "c"}
 
 
 def rotating(speed):
@@ -262,7 +262,7 @@ def test_a_brake_at_rest_is_said_to_be_unstable_above():
     assert report.margin == ""
     margin = squeal.report(rotating(2.0), high=2.0).margin
     assert margin == "speed = 2 rad/s (19.1 rpm) is 10 times that."
-    assert "<h2>The modes over speed</h2>" in reports.page(report)
+    assert "<h2>The modes over speed</h2>" in html.page(report)
 
 
 def test_the_chart_has_the_numbers_and_the_frequencies_of_the_text():
@@ -270,7 +270,7 @@ def test_the_chart_has_the_numbers_and_the_frequencies_of_the_text():
         report = squeal.report(pair(mu))
         (mode,) = report.eigenvalues.unstable
         number_of_mode = report.eigenvalues.mode_of(mode)
-        chart = reports._chart(report)
+        chart = html._chart(report)
         assert chart.reference.value == mu
         growing = [one.mode for one in chart.modes if one.growth_rate > 1e-3]
         assert growing == [number_of_mode]
@@ -282,7 +282,7 @@ def test_the_damping_ratio_of_abaqus_stands_beside():
     report = squeal.report(pair(1.0))
     root = np.sqrt(-2.0 - 1j * np.sqrt(1.0 / 3.0))  # omega^2 = 2 +- i sqrt(4 mu / 3 - 1)
     ratio = -2.0 * abs(root.real) / abs(root.imag)
-    assert f"Abaqus prints -2 Re / |Im| without %: {ratio:.3g} for mode 1." in reports.page(report)
+    assert f"Abaqus prints -2 Re / |Im| without %: {ratio:.3g} for mode 1." in html.page(report)
 
 
 def test_the_margin_is_that_of_the_closed_form_and_parts_store_the_energy():
@@ -306,7 +306,7 @@ def test_limits_are_rounded_to_the_side_where_they_hold(damping):
 
 def test_the_table_of_terms_has_the_fastest_mode_first():
     report = squeal.report(two_pairs(1.1, "1.2"))
-    heads = [column.head for column in reports._feeds(report).columns[1:]]
+    heads = [column.head for column in html._feeds(report).columns[1:]]
     modes = [report.eigenvalues.mode_of(mode) for mode in report.eigenvalues.unstable]
     assert [int(head.split(",")[0].removeprefix("mode ")) for head in heads] == modes
     assert modes == sorted(modes, reverse=True)  # which is not the order of their numbers
@@ -360,7 +360,7 @@ def test_the_page_of_a_rotor_has_its_critical_speeds_and_its_limit():
     assert line.startswith(
         "Critical speeds up to speed = 400 rad/s (3820 rpm): 99.99 rad/s (954.8 rpm) "
     )
-    text = reports.page(report)
+    text = html.page(report)
     assert line in text
     assert "Mode 2 grows alone, no other mode meets it: speed, a skew-symmetric" in text
     assert "steady sliding" not in text
@@ -369,13 +369,13 @@ def test_the_page_of_a_rotor_has_its_critical_speeds_and_its_limit():
 
 def test_a_mode_has_one_colour_in_the_chart_the_campbell_diagram_and_the_tables():
     report = squeal.report(jeffcott(350.0), 400.0)
-    chart = reports._chart(report)
+    chart = html._chart(report)
     figures = [damping_drawing("rotor", chart).figure]
     figures.append(campbell_drawing(report.critical, "rotor", paths=chart).figure)
     for figure in figures:
         lines = [line for axes in figure.axes for line in axes.get_lines()]
         assert {line.get_color() for line in lines if line.get_gid() == "pair 2"} == {COLOURS[0]}
     dot = f'<b style="color:{COLOURS[0]}">&#9679;</b> '
-    text = reports.page(report)
+    text = html.page(report)
     assert f"<tr><td>{dot}2</td>" in text
     assert f"<th>{dot}mode 2, 15.92 Hz</th>" in text

@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from scipy.optimize import bisect
 import squeal
 from squeal.queries.meetings import Cure
 from squeal.queries.remedies import MOST_STEPS, partner_of
-from squeal.reports import page
+from squeal.reports.page import page
 from tests.conftest import ROOT
 
 EXAMPLES = ROOT / "squeal" / "examples"
@@ -290,6 +291,17 @@ def test_a_remedy_of_a_large_system_is_that_of_its_part():
     assert set(meeting.cures) == {Cure.APART, Cure.BOTH, of_part.alone}
     for cure, amount in meeting.cures.items():
         assert amount == pytest.approx(of_part.cures[cure], rel=0.06)
+
+
+def test_a_margin_beyond_the_small_changes_does_not_deny_the_least_one():
+    report = squeal.report(large(0.7), high=1.0, band=(3000.0, 5000.0))
+    change = report.remedy.change.of(20.0)
+    just_enough = "20 % is just enough"
+    for least, take in ((20.0, 29.0), (30.0, 40.0)):
+        remedy = replace(report.remedy, change=change.of(least), take=change.of(take))
+        text = remedy.sentence("")
+        assert (just_enough in text) == (least == 20.0)
+        assert ("No parameter does it with up to 25 %" in text) == (least > 25.0)
 
 
 def test_a_large_brake_that_is_quiet_in_its_band_is_not_green():

@@ -451,7 +451,7 @@ def _part_of_all(
     judged: VerdictAndCriterion,
     statement: Statement | None,
 ) -> SystemRoots:
-    """Select the roots of a small system that lie in a band or region, and count them.
+    """Select those of all roots, of a densely solved system, that lie in a band or region.
 
     Parameters
     ----------
@@ -471,18 +471,21 @@ def _part_of_all(
     -------
     SystemRoots
         `eigenvalues` are the roots that lie in the region or may do so by their errors; `count` is
-        that of the roots strictly inside. A difference of the two is what errors leave open.
+        that of the roots strictly inside, None unless all of these are shown to be among `roots`. A
+        difference of the two is what errors leave open.
     """
     region = selection.rectangle
     assert region is not None  # this selection has a band or a region
     values = np.array([root.value for root in roots], dtype=complex)
     if selection.band is not None:
-        # a band has no limit of growth rates: its region is as wide as its roots lie
+        # a band has no limit of growth rates: its region is at least as wide as its roots lie
         in_band = (values.imag > region.low_imag) & (values.imag < region.high_imag)
         largest = float(np.max(np.abs(values.real[in_band]), initial=0.0))
         half_width = max(WIDER * largest, region.high_real)
         region = replace(region, low_real=-half_width, high_real=half_width)
-    of_motions = roots  # of real matrices also conjugates, which a region below the axis holds
+    # of real matrices with their conjugates, as far as a region reaches below the axis; of complex
+    # matrices roots with Im >= 0 alone are motions
+    of_motions = roots
     if not problem.real:
         of_motions = _upper_half(roots, real=False)
     inside = []

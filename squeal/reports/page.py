@@ -1,0 +1,315 @@
+"""The page of a report: one HTML file that needs no other, for a screen or for two sheets of paper.
+
+It is made from the template `squeal/templates/report.html`, which escapes every text.
+"""
+
+from __future__ import annotations
+
+import math
+from base64 import b64encode
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from operator import itemgetter
+from typing import Any
+
+from squeal import __version__
+from squeal.io.provenance import provenance
+from squeal.io.scene import Scene
+from squeal.io.writing import Answer, Column, Table, number
+from squeal.queries.sweep import eigenvalue_paths
+from squeal.reports.findings import Findings
+from squeal.results.columns import basis_text
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sources import unit_of
+from squeal.results.sweep import Sweep
+
+COLUMNS = 3  # modes in the table of terms
+NOISE = 1e-3  # of the strongest effect: weaker ones are noise to a reader, and left out
+CHART = 1.5  # the chart's range over the parameter's own value
+DRAWN_NODES = 10  # fewer make no picture of a shape
+VISIBLE = 1e-12  # of a mode's angular frequency: smaller growth rates of terms are rounding
+CONFIDENCE = {
+    "proved": "Proved by a second program, which shares no code with the first: no mode is missing "
+    "from the list",
+    "counted": "Counted in a second way, not proved: no mode is missing from the list",
+    "open": "A mode may be missing from the list: nothing has counted them",
+}
+
+
+def page(report: Findings, inputs: Sequence[Any] = ()) -> str:
+    """The page as HTML text; `inputs` are the files behind it."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined  # a page alone needs these
+
+    from squeal.plots.damping import Paths
+
+    spectrum = report.eigenvalues
+    state = "open"  # the CSS class of the headline, which colours it
+    if spectrum.unstable:
+        state = "grows"
+    elif spectrum.certified and not spectrum.extent:  # a brake may squeal outside of a band
+        state = "stable"
+    paths = _chart(report)
+    loader = PackageLoader("squeal")
+    template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    modes = Paths(paths)
+    text = template.get_template("report.html").render(
+        report=report,
+        modes=modes,
+        grows_alone=len(modes.pair) == 1 and modes.pair[0] in _growing(report),
+        state=state,
+        numbering=_numbering(spectrum),
+        chart=_figure(paths, report.name, damping=True, thresholds=report.thresholds),
+        campbell=report.critical and _figure(report.critical, report.name, paths=paths),
+        feeds=_feeds(report),
+        moves=_moves(report),
+        abaqus=_abaqus_ratio(spectrum),
+        shapes=list(_shapes(report)),
+        confidence=list(_confidence(report)),
+        open=list(_not_answered(report)),
+        read=list(_what_was_read(report)),
+        sure="; ".join(line.removesuffix(".") for line in _evidence(report)),
+        footer=_footer(inputs),
+    )
+    # a name may hold control characters, which HTML does not allow
+    return "".join(c for c in text if c.isprintable() or c == "\n") + "\n"
+
+
+def _abaqus_ratio(spectrum: Eigenvalues) -> str:
+    """The damping ratio of the fastest mode as Abaqus prints it, with the mode; empty if it does
+    not oscillate."""
+    for mode in spectrum.unstable[:1]:
+        if mode.frequency_hz:
+            ratio = -2.0 * mode.growth_rate / abs(mode.root.imag)
+            return f"{number(ratio, 3)} for mode {spectrum.mode_of(mode)}"
+    return ""
+
+
+def _numbering(spectrum: Eigenvalues) -> str:
+    """What the number of a mode counts."""
+    if spectrum.extent:
+        return f"Modes are numbered by rising frequency within {spectrum.extent}."
+    return "Modes are numbered by rising frequency."
+
+
+def _footer(inputs: Sequence[Any]) -> str:
+    """The files and the versions that made the page, in a line."""
+    made = provenance(inputs, __name__)
+    files = ", ".join(f"{file.name} (SHA-256 {file.sha256[:16]})" for file in made.inputs)
+    used = []
+    for name, version in made.versions.items():
+        if name == "python" or name in made.loaded:
+            used.append(f"{name} {version}")
+    return f"squeal {__version__}; {files or 'no file'}; {', '.join(used)}"
+
+
+@dataclass(frozen=True)
+class _Figure:
+    """A picture as the page holds it, a PNG in base64, and its alternative text."""
+
+    code: str
+    alternative: str
+
+
+def _figure(answer: Answer, name: str, **more: Any) -> _Figure:
+    from squeal.plots.answers import drawing  # here, since a report without a page draws nothing
+    from squeal.plots.style import rendered
+
+    made = drawing(answer, name, **more)
+    return _Figure(b64encode(rendered(made, "png", 150)).decode(), made.alternative)
+
+
+def _chart(report: Findings) -> Sweep:
+    """The eigenvalue paths up to a little more than the parameter's own value."""
+    searched = report.thresholds
+    high = min(CHART * report.eigenvalues.value, searched.high)
+    if high <= searched.low or report.critical is not None:  # a rotor runs up through its speeds
+        high = searched.high
+    spectrum = report.eigenvalues
+    names: dict[int, str] = {}  # at the own value, as the text has them
+    for mode in spectrum.unstable:
+        number_of_mode = spectrum.mode_of(mode)
+        if number_of_mode is not None:
+            hertz = number(mode.frequency_hz, 4)
+            whirl = report._whirl(spectrum.value, mode.root)
+            parts = [f"mode {number_of_mode}", f"{hertz} Hz", whirl]
+            names[number_of_mode] = ", ".join(filter(None, parts))
+    return eigenvalue_paths(searched, searched.low, high).named(names)
+
+
+def _growing(report: Findings) -> list[int]:
+    """Numbers of the modes that grow, the fastest first, as many as the tables show."""
+    spectrum = report.eigenvalues
+    numbers = [spectrum.mode_of(mode) for mode in spectrum.unstable]
+    return [mode for mode in numbers if mode is not None][:COLUMNS]
+
+
+def _feeds(report: Findings) -> Table:
+    """What each term adds to the growth rate of growing modes: a row a term, a column a mode.
+
+    A term that adds no more than rounding to all of these modes has no row.
+    """
+    modes = _growing(report)
+    hertz: dict[int, float] = {}  # by mode
+    rows: dict[str, dict[int, float]] = {}  # by term, then by mode: growth rates, 1/s
+    for contribution in report.energy.contributions:
+        mode = contribution.mode
+        if mode not in modes:
+            continue
+        hertz[mode] = contribution.frequency_hz
+        rounding = VISIBLE * math.tau * contribution.frequency_hz
+        if contribution.growth is not None and abs(contribution.growth) > rounding:
+            term = contribution.term
+            if term != contribution.role:
+                term = f"{term} ({contribution.role})"
+            growths = rows.setdefault(term, {})
+            # terms of one name are added, as those of two contacts
+            growths[mode] = growths.get(mode, 0.0) + contribution.growth
+    columns = [Column("term", value=itemgetter(0))]
+    for mode in modes:
+        head = f"mode {mode}, {number(hertz[mode], 4)} Hz"
+        columns.append(Column(head, words=head, shown=_growth_of(mode)))
+    return Table(columns, list(rows.items()))
+
+
+def _growth_of(mode: int) -> Callable[[Any], str]:
+    """The cell of a mode in a row of `_feeds`: a growth rate with its sign, "" where there is
+    none."""
+    return lambda row: f"{row[1][mode]:+.4g}" if mode in row[1] else ""
+
+
+def _moves(report: Findings) -> Table:
+    """What a small change of each parameter does to the modes that grow and to the first loss: a
+    row a parameter, the strongest on the fastest mode first, without noise."""
+    modes = _growing(report)
+    onset = report.onset
+    steps: dict[str, str] = {}  # by parameter, in words
+    effects: dict[int, dict[str, float]] = {mode: {} for mode in modes}  # by mode; 0: the loss
+    heads = {mode: f"mode {mode}, 1/s" for mode in modes}
+    for row in report.sensitivity.table().rows:
+        if row.mode in modes:
+            steps[row.parameter] = row.change
+            effects[row.mode][row.parameter] = row.growth_change
+    if onset is not None and onset.slopes:
+        hertz = f"{onset.kind} at {onset.parameter} = {number(onset.at, 4)}"
+        heads[0] = f"first loss ({hertz})"
+        effects[0] = {}
+        for name, slopes in onset.slopes.items():
+            step, words = onset.step(name)
+            if step:
+                steps.setdefault(name, words)
+                effects[0][name] = float(slopes[0]) * step
+    strengths: dict[str, list[float]] = {name: [] for name in steps}
+    for changes in effects.values():
+        largest = max(filter(math.isfinite, map(abs, changes.values())), default=0.0)
+        for name in steps:
+            change = changes.get(name, 0.0)
+            if abs(change) <= NOISE * largest:  # false of NaN
+                changes.pop(name, None)
+            strengths[name].append(abs(changes.get(name, 0.0)))
+
+    columns = [Column("parameter", value=str), Column("change", value=steps.get)]
+    for kind, head in heads.items():
+        columns.append(Column(head, words=head, value=effects[kind].get))
+    names = [name for name in steps if any(strengths[name])]
+    names.sort(key=lambda name: strengths[name], reverse=True)
+    positions = {name: -k for k, name in enumerate(names)}
+    title = "what a small change of a parameter adds to growth rates, and to the first loss"
+    return Table(columns, names, title, rank=positions.__getitem__)
+
+
+def _confidence(report: Findings) -> Iterator[str]:
+    """How sure the page is, in sentences that need no mathematics."""
+    spectrum = report.eigenvalues
+    status = "counted" if spectrum.certified else "open"
+    if spectrum.proof:
+        status = spectrum.proof.get("status") or status
+    limit = f" among {spectrum.extent}" if spectrum.extent else ""
+    yield f"{CONFIDENCE[status]}{limit}."
+    searched = report.thresholds
+    status_of_onsets = (searched.proof or {}).get("status")
+    where = f"{searched.parameter} = {number(searched.low, 4)} to {number(searched.high, 4)}"
+    if status_of_onsets == "proved":
+        rate = number((searched.proof or {})["growth_below"] or 0.0, 2)
+        onset = f"no onset of growth by more than {rate} 1/s from {where} is missing"
+        yield f"Proved too: {onset}{limit}."
+    elif searched.certified:
+        yield (
+            f"Counted, not proved: no onset from {where} is missing{limit}, but for narrow ranges."
+        )
+    else:
+        yield "Another onset than the listed ones may exist."
+    if report.remedy is not None:
+        yield "The changes above were computed anew, not extrapolated."
+    if report.meetings:
+        yield "Separation and damping were tried on the full model, for all growing modes at once."
+    if spectrum.open:
+        yield f"The {spectrum.open}."
+
+
+def _what_was_read(report: Findings) -> Iterator[str | Table]:
+    """Paragraphs and a table on the matrices that were read, or a line on the scene."""
+    if report.check is None:
+        yield from report.eigenvalues.notes[:1]
+        return
+    head, files, lines, _, hints = report.check.parts()
+    hertz = ", ".join(number(f) for f in report.check.frequencies_hz)
+    modes = f"lowest real modes, without friction and damping: {hertz} Hz"
+    yield from (head, files, "; ".join([*str(lines).splitlines(), modes, str(hints)]).rstrip("; "))
+
+
+def _shapes(report: Findings) -> Iterator[_Figure]:
+    """One figure: all shapes of a pad, or that of a system's fastest mode; none of few nodes, as of
+    a shaft, which make no picture."""
+    spectrum = report.eigenvalues
+    if isinstance(report.subject, Scene):
+        yield _figure(spectrum, report.name)
+        return
+    coordinates = getattr(report.subject, "coordinates", None)
+    if coordinates is not None and len(coordinates.places) >= DRAWN_NODES:
+        for mode in _growing(report)[:1]:
+            yield _figure(spectrum, report.name, shape=mode)
+
+
+def _evidence(report: Findings) -> Iterator[str]:
+    """Sentences on what proves the answers."""
+    spectrum = report.eigenvalues
+    where = f" on {spectrum.extent}" if spectrum.extent else ""
+    if spectrum.details.get("basis"):
+        yield f"{basis_text(spectrum.details['basis'], errors=True)}."
+    yield f"{len(spectrum.eigenvalues)} roots{where}: {spectrum.completeness}."
+    worst = max((root.residual for root in spectrum.eigenvalues), default=math.nan)
+    if math.isfinite(worst):
+        yield f"The largest backward error of a listed root is {worst:.2g}."
+    notes_of_thresholds = report.thresholds.parts()[-1]
+    yield from str(notes_of_thresholds).splitlines()
+
+
+def _not_answered(report: Findings) -> Iterator[str]:
+    """Sentences on what the answers do not speak of."""
+    spectrum = report.eigenvalues
+    if spectrum.extent:
+        exception = ", but for the growth that was seen there" if report._growth_outside else ""
+        yield f"Roots outside of {spectrum.extent}{exception}."
+    limit = spectrum.details.get("growth_limit")
+    if limit is not None:
+        yield f"Roots that grow by more than {number(limit, 4)} 1/s."
+    yield from spectrum.notes[1:]
+    if report.sensitivity.note:
+        yield f"{report.sensitivity.note}."
+    if not report.energy.part_shares and not isinstance(report.subject, Scene):
+        yield (
+            "Where a mode's energy is: joined components tell, or `parts={name: rows}` in Python."
+        )
+    low = number(report.thresholds.low)
+    high = number(report.thresholds.high)
+    unit = unit_of(report.thresholds.source)
+    outside = f"outside of {low} to {high} {unit}".rstrip()
+    yield f"Values of {report.thresholds.parameter} {outside}."
+    yield "Other values of the other parameters: `squeal scatter` draws them from ranges."
+    if report.thresholds.parameter != "mu":
+        yield "Motion of finite size, and the response to forces such as those of an unbalance."
+        return
+    yield (
+        "Motion of finite size: this is linear stability of steady sliding. Lost contact, limit "
+        "cycles and loudness need a simulation."
+    )

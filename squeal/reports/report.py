@@ -1,0 +1,166 @@
+"""The verb `report`: one page about a brake, what to change, what grows, why and how sure it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from squeal.errors import ComputationError, InputError
+from squeal.io.scene import Scene
+from squeal.io.writing import write_text
+from squeal.queries.check import check
+from squeal.queries.critical_speeds import CriticalSpeeds, critical_speeds
+from squeal.queries.eigenvalues import eigenvalues
+from squeal.queries.energy import energy
+from squeal.queries.meetings import find_meetings
+from squeal.queries.options import Subject, upper_end
+from squeal.queries.remedies import (
+    find_remedies,
+)
+from squeal.queries.sensitivity import sensitivity
+from squeal.queries.systems.all_roots import is_small
+from squeal.queries.thresholds import thresholds
+from squeal.reports.findings import Findings
+from squeal.reports.page import page
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sources import SystemSource, unit_of
+from squeal.results.thresholds import Thresholds
+from squeal.schema import Positive, public
+
+BESIDE = 0.03  # of its frequency: how far a mode outside of a band is followed to its onset
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Report(Findings):
+    """What one page says of a brake; `save` writes the page.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+    >>> report = squeal.report(pair)
+    >>> round(report.thresholds.first.mu, 9)
+    0.75
+    """
+
+    def save(self, path: Path | str, inputs: Sequence[Any] = (), **drawn: Any) -> None:
+        """Write the page as one HTML file (.html) without references to others; `inputs` are the
+        files behind it. With another name the modes that grow, as other answers do. Raises
+        InputError.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> from pathlib import Path
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+        >>> squeal.report(pair).save("pair.html")
+        >>> Path("pair.html").read_text()[:15]
+        '<!doctype html>'
+        """
+        path = Path(path)
+        if path.suffix == ".html":
+            write_text(path, page(self, inputs))
+        else:
+            super().save(path, **drawn)
+
+
+@public
+def report(
+    subject: Subject,
+    high: float | None = None,
+    band: tuple[float, float] | None = None,
+    memory: Positive | None = None,
+    progress: Callable[[str], None] | None = None,
+    parts: Mapping[str, Sequence[int]] | None = None,
+) -> Report:
+    """Compute all that one page shows of a brake.
+
+    Parameters
+    ----------
+    subject : Scene, SystemFile or TermSystem
+        A system of more than 400 rows needs a band.
+    high : float, optional
+        Upper end of the range of the friction or of the free parameter, as `thresholds` takes it.
+    band : (float, float), optional
+        Lowest and highest frequency in Hz, of systems.
+    memory, progress
+        As `eigenvalues` takes them.
+    parts
+        As `energy` takes them.
+
+    Returns
+    -------
+    Report
+        Verdict, thresholds and sensitivities; ``save("brake.html")`` writes the page.
+
+    Raises
+    ------
+    InputError
+        For what does not fit the subject.
+    ComputationError
+        If no steady sliding exists, or the system does not fit into the memory.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0})
+    >>> squeal.report(pair).loss
+    'Stability is first lost at mu = 0.75: flutter at 0.2251 Hz'
+    """
+    options: Any = {"band": band, "memory": memory, "progress": progress}
+    end = upper_end(subject, high)
+    losses = thresholds(subject, end, **options)  # first: it refuses some that the others take
+    spectrum = eigenvalues(subject, **options)
+    of_modes = sensitivity(subject, known=spectrum)
+    of_onset = None
+    with suppress(ComputationError):  # several modes are lost at once
+        of_onset = sensitivity(subject, of="threshold", known=losses)
+    return Report(
+        name=spectrum.name,
+        eigenvalues=spectrum.with_onsets(losses),
+        thresholds=losses,
+        sensitivity=of_modes,
+        onset=of_onset,
+        check=None if isinstance(subject, Scene) else check(subject),
+        energy=energy(spectrum, parts),
+        search=find_remedies(spectrum, of_modes, end, options),
+        meetings=find_meetings(spectrum, options),
+        outside=_thresholds_outside(subject, spectrum, end, options),
+        subject=subject,
+        critical=_critical_speeds(subject, losses, band, memory),
+    )
+
+
+def _critical_speeds(
+    subject: Subject, losses: Thresholds, band: tuple[float, float] | None, memory: Positive | None
+) -> CriticalSpeeds | None:
+    """The critical speeds in the range of the thresholds; None where the parameter is no speed of a
+    shaft, and of complex matrices."""
+    if unit_of(losses.source):
+        with suppress(InputError):
+            return critical_speeds(subject, losses.high, losses.low, band=band, memory=memory)
+    return None
+
+
+def _thresholds_outside(
+    subject: Subject, spectrum: Eigenvalues, high: float, options: Mapping[str, Any]
+) -> Thresholds | None:
+    """Thresholds without a band where all roots are computed, else of the fastest mode that was
+    seen outside of the band; None without a band, or where nothing was seen."""
+    source = spectrum.source
+    if not isinstance(source, SystemSource) or not spectrum.extent or not spectrum.unstable:
+        return None
+    if is_small(source.file.system):
+        return thresholds(subject, high, prove=False)
+    fastest = spectrum.details.get("fastest_outside")
+    if not fastest:
+        return None
+    hertz = fastest["frequency_hz"]
+    beside = {"band": ((1.0 - BESIDE) * hertz, (1.0 + BESIDE) * hertz)}
+    return thresholds(subject, high, prove=False, **{**options, **beside})
