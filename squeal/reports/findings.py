@@ -231,7 +231,9 @@ class Findings(Answer):
             name = self._name(mode)
             meeting = self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
             if meeting is not None:
-                share = meeting.cures.get(Cure.BOTH, share)
+                if Cure.BOTH not in meeting.cures:
+                    return 0.0, ""
+                share = meeting.cures[Cure.BOTH]
                 name = f"both {self._pair(mode)}"
                 alone_needs_more &= meeting.needs(meeting.alone) > share
             shares.append(share)

@@ -356,3 +356,34 @@ def test_growth_that_begins_at_no_listed_threshold_is_not_called_counted():
     assert found.details["unconfirmed"]
     assert "counted" not in str(found)
     assert "no change of stability was located" in str(found)
+
+
+@pytest.mark.parametrize(
+    ("M", "C", "K", "region"),
+    [
+        (
+            [[1, 0], [1, 1]],
+            [[-6, 0], [-4, -4]],
+            [[25, 0], [20, 20]],
+            (1, 4.5, -4.000000000000001, 9),
+        ),
+        ([[1]], [[-2]], [[2]], (-3, 2, -1, 3)),
+    ],
+)
+def test_a_conjugate_at_the_lower_end_of_a_region_is_not_proved_away(M, C, K, region):
+    """Roots 3 +- 4i and 2 +- 4i, which may or may not lie inside; and 1 +- i, one on the end."""
+    found = squeal.eigenvalues(squeal.System(M, np.array(C, float), K), region=region)
+    assert not found.certified
+    assert len(found.eigenvalues) % 2 == 0
+
+
+@pytest.mark.parametrize("damper", [2.0, -2.0])
+@pytest.mark.parametrize("region", [(0, 1, 0, 7), (-1, 0, 1, 7), (-1e-6, 0, -7, 7)])
+def test_copies_of_a_root_on_the_imaginary_axis_are_not_split_by_an_end_there(damper, region):
+    """6i twice, and +-1 +- 2i, hidden by a congruence."""
+    M = [[5, 2, 1], [2, 1, 0], [1, 0, 2]]
+    K = [[180, 72, 36], [72, 36, 0], [36, 0, 41]]
+    found = squeal.eigenvalues(squeal.System(M, np.diag([0, 0, damper]), K), region=region)
+    copies = [root for root in found.eigenvalues if abs(root.value - 6j) < 1e-5]
+    assert len(copies) in (0, 2)
+    assert not (found.certified and found.verdict is None)

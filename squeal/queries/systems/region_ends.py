@@ -28,27 +28,34 @@ def widened_in_frequency(region: Rectangle, share: float = ROUGH) -> Rectangle:
     return replace(region, low_imag=low, high_imag=region.high_imag * (1 + share))
 
 
+def _distances_to_ends(root: Eigenvalue, region: Rectangle) -> tuple[list[float], list[float]]:
+    """How far a root is from the real ends of a region, 1/s, and from its ends of frequency, rad/s.
+
+    An edge at the real axis or below is an end for conjugates alone.
+    """
+    real = root.value.real
+    imag = root.value.imag
+    of_real = [abs(real - region.low_real), abs(real - region.high_real)]
+    of_frequency = [abs(imag - region.high_imag)]
+    if region.low_imag > 0.0 or imag < 0.0:
+        of_frequency.append(abs(imag - region.low_imag))
+    return of_real, of_frequency
+
+
 def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
     """True if rounding leaves on which side of an end of a region a root lies.
 
-    So all copies of a multiple root are treated alike. False for a root below the real axis, which
-    is the mirror image of another, and where rounding is not known. The imaginary axis counts as no
-    end: whether a root grows is what the verdict says.
+    So all copies of a multiple root are treated alike. False where rounding is not known.
     """
     rounding = root.rounding
-    imag = root.value.imag
-    if not rounding < math.inf or imag < 0.0:
+    if not rounding < math.inf:
         return False
+    of_real, of_frequency = _distances_to_ends(root, region)
     real = root.value.real
-    distances = [abs(imag - region.high_imag)]
-    if region.low_imag > 0.0:  # an edge at the real axis or below is no end of frequencies
-        distances.append(abs(imag - region.low_imag))
-    for end in (region.low_real, region.high_real):
-        if end != 0.0:
-            distances.append(abs(real - end))
+    imag = root.value.imag
     is_beside = region.low_real - rounding <= real <= region.high_real + rounding
     is_at_height = region.low_imag - rounding <= imag <= region.high_imag + rounding
-    return is_beside and is_at_height and min(distances) <= rounding
+    return is_beside and is_at_height and min(of_real + of_frequency) <= rounding
 
 
 def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
@@ -78,17 +85,13 @@ def doubts_at_ends(roots: Sequence[Eigenvalue], region: Rectangle) -> list[str]:
     doubts = []
     for root in roots:
         error = root.error or 0.0
-        real = root.value.real
-        imag = root.value.imag
-        distances = [real - region.low_real, real - region.high_real, imag - region.high_imag]
-        if region.low_imag > 0.0:  # an edge at the real axis or below is no end of frequencies
-            distances.append(imag - region.low_imag)
+        of_real, of_frequency = _distances_to_ends(root, region)
         if _lies_at_end(root, region):
             place = f"{root.frequency_hz:.6g} Hz, known to {root.rounding / math.tau:.2g} Hz"
-            if min(map(abs, distances[:2])) <= root.rounding:
-                place = f"Re = {real:.6g} 1/s, known to {root.rounding:.2g} 1/s"
+            if min(of_real) <= root.rounding:
+                place = f"Re = {root.growth_rate:.6g} 1/s, known to {root.rounding:.2g} 1/s"
             doubts.append(f"a root lies at an end, at {place}, and may lie within or not")
-        elif may_lie_in(root, region) and min(map(abs, distances)) <= error:
+        elif may_lie_in(root, region) and min(of_real + of_frequency) <= error:
             hertz = f"{root.frequency_hz:.6g} Hz, known to {error / math.tau:.2g} Hz"
             doubts.append(f"the root at {hertz}, may lie within or not")
     return list(dict.fromkeys(doubts))  # copies of a multiple root are alike
