@@ -9,14 +9,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from squeal.linear.shaft import RPM, speed_words
-from squeal.plots.damping import Paths, draw_mode
+from squeal.plots.damping import colours_of, draw_mode
 from squeal.plots.maps import symbol_of
 from squeal.plots.modes import RED, RING
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, style, write_beside
 from squeal.queries.critical_speeds import GROWS, CriticalSpeeds
+from squeal.queries.mode_paths import Paths
 from squeal.results.sweep import Sweep
 
-MARKS = {"forward": "^", "backward": "v", "mixed": "D", None: "o"}
+MARKS = {"forward": "^", "backward": "v", "mixed": "D", "straight": "s", None: "o"}
 NAMED = 8  # critical speeds that stand in words beside their marks
 REACH = 6.0  # a growing frequency above so many times the highest critical one stays outside
 ABOVE = 1.05  # shown frequencies over the highest one that grows
@@ -34,8 +35,8 @@ def campbell_drawing(
 ) -> Drawing:
     """Draw a Campbell diagram: frequencies over the speed, thick and red where a mode grows.
 
-    Critical speeds are marks that point up for forward whirl and down for backward whirl, diamonds
-    where parts of the rotor differ; so are the ends of the lines.
+    Critical speeds, and the ends of lines, are marks that point up for forward whirl and down for
+    backward whirl, diamonds where parts of the rotor differ, squares where orbits are straight.
 
     Parameters
     ----------
@@ -112,7 +113,7 @@ def _draw_frequencies(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
 def _draw_named_modes(axes: Axes, sweep: Sweep, top: float) -> None:
     """Draw and name the modes that have a colour, up to a frequency (Hz)."""
     paths = Paths(sweep)
-    for mode, colour in paths.colours.items():
+    for mode, colour in colours_of(paths).items():
         hertz = paths.roots[mode].imag / math.tau
         draw_mode(axes, paths, mode, hertz)
         middle = len(hertz) // 2

@@ -52,8 +52,8 @@ class CriticalSpeed:
         count. Of a system that was reduced to a band, among the modes of that band.
     direction : str or None
         Of the whirl: forward in the sense in which the shaft turns, backward against it, mixed
-        where parts of the rotor differ; None where no term and no orbit tells it, see
-        `squeal.queries.whirl`.
+        where parts of the rotor differ, straight where no orbit is round; None where no term and
+        no orbit tells it, see `squeal.queries.whirl`.
     growth_rate, damping_ratio : float
         Of the mode there, 1/s and 1.
     """

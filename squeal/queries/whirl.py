@@ -28,10 +28,12 @@ from squeal.linear.system import TermSystem
 FORWARD = "forward"
 BACKWARD = "backward"
 MIXED = "mixed"
+STRAIGHT = "straight"
 UNSEEN = 1e-9  # of the energy of a shape: what takes part by less tells nothing of it
-STRAIGHT = 1e-6  # of the circle of an orbit: one that encloses less has no direction
+ROUND = (
+    0.1  # of the circle of an orbit: one that encloses less, 20 times as long as wide, is straight
+)
 STILL = 1e-6  # of the largest squared motion: a node that moves less has no say
-BALANCED = 0.05  # of forward and backward part together: a term that leaves less tells neither
 OPPOSED = 0.5  # of the sizes for each disc: what they leave of each other is mixed below it
 LINE = 3.0  # extents of nodes, the largest over the second: so long they lie along a shaft
 TRANSVERSE = ((1, 2), (2, 0), (0, 1))
@@ -46,11 +48,11 @@ def whirl_direction(
     shape: NDArray,
     basis: NDArray | None = None,
 ) -> str | None:
-    """The direction of a whirl of a rotor at a speed: forward, backward, or mixed where its parts
-    differ; None where nothing tells.
+    """The direction of a whirl of a rotor at a speed: forward, backward, mixed where its parts
+    differ, or straight where no orbit is round; None where nothing tells.
 
     The orbits of nodes tell it where it is known which node and direction each row belongs to.
-    Without them, or where no node has an orbit, the skew (gyroscopic or rotating damping) term that
+    Without them, or where no node moves, the skew (gyroscopic or rotating damping) term that
     is proportional to the speed tells it.
 
     Parameters
@@ -72,7 +74,7 @@ def whirl_direction(
     if coordinates is not None:
         rows = shape if basis is None else basis @ shape
         orbits = _by_orbits(coordinates, file.system, speed, rows)
-        if orbits.direction == MIXED or (orbits.direction and orbits.sense):
+        if orbits.direction in (MIXED, STRAIGHT) or (orbits.direction and orbits.sense):
             return orbits.direction
         # the term tells better than a convention which way the shaft turns
         return _by_term(system, speed, root, shape, orbits.direction)
@@ -102,8 +104,10 @@ def _by_term(
         both += np.abs(parts).sum()
     if abs(root) ** turning.power * both <= UNSEEN * energy:
         return orbits
-    if abs(net) < OPPOSED * net_sizes or abs(net) < BALANCED * both:
+    if abs(net) < OPPOSED * net_sizes:
         return orbits or MIXED
+    if abs(net) < ROUND * both:
+        return orbits or STRAIGHT
     return FORWARD if net > 0.0 else BACKWARD
 
 
@@ -128,7 +132,7 @@ def _by_orbits(
     coordinates: Coordinates, system: TermSystem, speed: float, shape: NDArray
 ) -> _Orbits:
     """The direction of the orbits of the nodes; None where it is not known which directions are
-    across the shaft, of straight orbits, and where no node moves, as of discs that only tilt.
+    across the shaft, and where no node moves, as of discs that only tilt.
 
     The shaft turns from the first of these directions to the second, unless the term that turns
     with it, between the two at the same node, has the other sign.
@@ -148,14 +152,17 @@ def _by_orbits(
             return _Orbits(None)
         sense = _sense(coordinates, across, turning_part(system, speed))
         areas = areas * (sense or 1.0)
-    counts = (sizes > STILL * sizes.max()) & (np.abs(areas) > STRAIGHT * sizes)
+    moves = sizes > STILL * sizes.max()
+    counts = moves & (np.abs(areas) > ROUND * sizes)
     forward = bool(np.any(areas[counts] > 0.0))
     backward = bool(np.any(areas[counts] < 0.0))
     if forward and backward:
         return _Orbits(MIXED, sense)
     if forward:
         return _Orbits(FORWARD, sense)
-    return _Orbits(BACKWARD if backward else None, sense)
+    if backward:
+        return _Orbits(BACKWARD, sense)
+    return _Orbits(STRAIGHT if moves.any() else None, sense)
 
 
 def _sense(coordinates: Coordinates, across: list[int], turning: Turning | None) -> float:
