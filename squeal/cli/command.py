@@ -75,7 +75,7 @@ class Source:
     def _files_of_options(self) -> list[Path]:
         """The files that options name to be read."""
         files = []
-        for option in ("scatter", "test"):
+        for option in ("scatter", "test", "parts"):
             file = vars(self.given).get(option)
             if file:
                 files.append(Path(file))

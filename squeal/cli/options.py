@@ -150,6 +150,9 @@ OPTIONS = {
     "test": Option(
         "--test", "FILE", "pair modes with a test (name, frequency_hz) or a --table", Path,
         of_systems=True),
+    "parts": Option(
+        "--parts", "FILE", "where energy is: a .csv file with part and node, or part and row",
+        Path, of_systems=True),
     "width": Option(
         "--width", "NAME", "of the --chart: page or column (page)", ("page", "column")),
     "shape": Option(

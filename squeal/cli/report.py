@@ -5,26 +5,58 @@ squeal report brake.yaml --band 500:5000 --output brake.html
 """
 
 import argparse
+from pathlib import Path
+
+import numpy as np
 
 import squeal
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import take, take_files
+from squeal.cli.options import take, take_files, whole
 from squeal.cli.streams import steps
+from squeal.io.coordinates import Coordinates
 from squeal.io.scene import Scene
+from squeal.io.tables import read_table
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal report`."""
-    take(parser, "high", "band", "memory")
+    take(parser, "high", "band", "memory", "parts")
     take_files(parser, page="the page")
 
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system, answer, and write the page."""
     subject = given.source.subject()
+    parts = None
+    if given.parts is not None:
+        parts = _read_parts(given.parts, getattr(subject, "coordinates", None))
     answer = squeal.report(
-        subject, high=given.high, band=given.band, memory=given.memory, progress=steps()
+        subject, given.high, given.band, given.memory, progress=steps(), parts=parts
     )
     if given.page is not None:
         answer.save(given.page, given.source.inputs)
     return Reply.of(answer, warnings_in_reply=isinstance(subject, Scene))
+
+
+def _read_parts(path: Path, coordinates: Coordinates | None) -> dict[str, list[int]]:
+    """The rows of each part, of which a table names a node a line, without coordinates a row.
+
+    Raises InputError.
+    """
+    head = "row" if coordinates is None else "node"
+    node_of_name = {}
+    if coordinates is not None:
+        node_of_name = {name: node for node, name in enumerate(coordinates.names)}
+    parts: dict[str, list[int]] = {}
+    _, lines = read_table(path, ("part", head))
+    for at, line in lines:
+        rows = parts.setdefault(line["part"].strip(), [])
+        name = line[head].strip()
+        if coordinates is None:
+            with (at / head).named():
+                rows.append(whole(0)(name))
+        elif name in node_of_name:
+            rows += np.flatnonzero(coordinates.nodes == node_of_name[name]).tolist()
+        else:
+            raise (at / head).must_be(name, "a node of the coordinates")
+    return parts

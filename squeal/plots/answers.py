@@ -26,7 +26,7 @@ from squeal.queries.energy_sweep import EnergySweep
 from squeal.queries.sweep import eigenvalue_paths
 from squeal.queries.thresholds import critical_friction
 from squeal.results.conditions import Conditions
-from squeal.results.eigenvalues import Eigenvalues, mode_shapes
+from squeal.results.eigenvalues import Eigenvalues, mode_shape, mode_shapes
 from squeal.results.map import Map
 from squeal.results.scatter import Scatter
 from squeal.results.sources import PadSource, SystemSource
@@ -78,20 +78,29 @@ def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Dr
 
 
 def _mode_shape(answer: Eigenvalues, name: str, shape: int) -> Drawing:
-    """A mode, by its number, on the nodes of a system. Raises InputError without nodes or mode."""
+    """A mode, by its number, on the nodes of a system, or of a pad. Raises InputError without nodes
+    or mode."""
+    source = answer.source
     coordinates = None
-    if isinstance(answer.source, SystemSource):
-        coordinates = answer.source.file.coordinates
-    if coordinates is None:
-        raise InputError("shape: needs a system with `coordinates: {file: nodes.csv}` in its file")
+    if isinstance(source, SystemSource):
+        coordinates = source.file.coordinates
+        if coordinates is None:
+            words = "shape: needs a system with `coordinates: {file: nodes.csv}` in its file"
+            raise InputError(words)
     numbers = answer.modes.tolist()
-    count = max(numbers, default=0)
-    if not 1 <= shape <= count:
+    if shape not in numbers:
         allowed = "left out without a root"
-        if count:
-            allowed = f"a whole number from 1 to {count}"
+        if numbers:
+            allowed = f"a whole number from 1 to {max(numbers)}"
         raise InputError(f"shape: {shape} is not allowed; it must be {allowed}")
     root = answer.eigenvalues[numbers.index(shape)]
+    if coordinates is None:
+        assert isinstance(source, PadSource)
+        assert source.analysis is not None
+        pad = source.scene.pad
+        mode = mode_shape(shape, root, (1.0, 1.0, pad.w))
+        figure = modes.pad_figure(pad, source.analysis.q, [mode])
+        return modes.modes_drawing(name, [root], figure)
     frequency = number(root.frequency_hz)
     words = f"mode {shape}, {frequency} Hz, growth rate {number(root.growth_rate)} 1/s"
     return modes.shape_drawing(name, words, coordinates, root.right)

@@ -124,9 +124,10 @@ def draw_eigenvalues(axes: Axes, roots: Sequence[Eigenvalue]) -> None:
 
 
 def pad_figure(
-    pad: Pad, q: Sequence[float], shapes: Sequence[ModeShape], roots: Sequence[Eigenvalue]
+    pad: Pad, q: Sequence[float], shapes: Sequence[ModeShape], roots: Sequence[Eigenvalue] = ()
 ) -> Figure:
-    """Eigenvalues of a pad about its equilibrium q (x, y, theta), and the shape of each mode."""
+    """Shapes of modes of a pad about its equilibrium q (x, y, theta), and beside them eigenvalues,
+    if any are given."""
     slenderness = pad.h / pad.w
     rest = np.array([0.0, (pad.y0 + q[1]) / pad.w, pad.theta0 + q[2]])
     scaled = [np.array([1.0, 1.0, pad.w]) * mode.shape for mode in shapes]  # x, y, w theta
@@ -137,11 +138,17 @@ def pad_figure(
     right, top = corners.max(axis=0) + 0.08
     bottom = min(lowest, -slenderness - 0.12)
     with style():
-        figure = Figure(figsize=(DOUBLE, 0.5 + 1.3 * len(shapes)))
-        grid = figure.add_gridspec(len(shapes), 2, width_ratios=[1.5, 1.0])
-        draw_eigenvalues(figure.add_subplot(grid[:, 0]), roots)
+        widths = [1.0]
+        height = 2.0  # of a shape, in inches
+        if roots:
+            widths = [1.5, 1.0]
+            height = 1.3
+        figure = Figure(figsize=(DOUBLE, 0.5 + height * len(shapes)))
+        grid = figure.add_gridspec(len(shapes), len(widths), width_ratios=widths)
+        if roots:
+            draw_eigenvalues(figure.add_subplot(grid[:, 0]), roots)
         for k, mode in enumerate(shapes):
-            axes = figure.add_subplot(grid[k, 1])
+            axes = figure.add_subplot(grid[k, -1])
             draw_surface(axes, -slenderness, left, right, bottom)
             draw_pad(axes, lines[k])
             name = f"mode {mode.number}: {hertz(math.tau * mode.frequency_hz)}"

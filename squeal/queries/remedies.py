@@ -22,7 +22,6 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
-from squeal.linear import UnstableMode
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.options import Band
 from squeal.queries.pads.equilibrium import analyse
@@ -127,9 +126,9 @@ class Change:
 class Remedy:
     """The least change of one parameter to one side with which nothing grows, or least grows.
 
-    change: rounded up to two digits; computed: the eigenvalues with it; take: the change after
-    which nothing grows up to `IN_HAND` times the free parameter, None where none leaves so much;
-    loss: where stability is lost first with `take`, else with `change`, None where modes grow.
+    change: rounded up to two digits; take: the change after which nothing grows up to `IN_HAND`
+    times the free parameter, None where none leaves so much; computed: the eigenvalues with `take`,
+    else with `change`; loss: where stability is lost first with it, None where modes grow.
     """
 
     change: Change
@@ -154,28 +153,50 @@ class Remedy:
         """The change with a margin, else the least one."""
         return self.take or self.change
 
-    def sentence(self, meaning: str) -> str:
-        """What to change, by how much, and what that does, of a remedy that stops all that grows.
+    @property
+    def damping_left(self) -> float:
+        """The least damping ratio of the modes that vibrate with the change; NaN without one."""
+        roots = [root for root in self.computed.eigenvalues if root.value.imag > 0.0]
+        return min((root.damping_ratio for root in roots), default=math.nan)
 
-        meaning: what the parameter is, in brackets after a space, or empty.
+    def shift_hz(self, before: Eigenvalues) -> float:
+        """How far frequencies move with the change, at least one of them so far; NaN where there
+        are fewer or more than before, as in a band that a mode leaves."""
+        frequencies = []
+        for spectrum in (before, self.computed):
+            imaginary = spectrum.values.imag
+            frequencies.append(np.sort(imaginary[imaginary > 0.0]) / math.tau)
+        if len(frequencies[0]) != len(frequencies[1]):
+            return math.nan
+        # of all ways to pair them this has the least largest distance
+        return float(np.max(np.abs(frequencies[1] - frequencies[0]), initial=0.0))
+
+    def sentence(self, meaning: str, before: Eigenvalues) -> str:
+        """What to change, by how much, what that does and what it costs, of a remedy that stops all
+        that grows.
+
+        meaning: what the parameter is, in brackets after a space, or empty; before: the eigenvalues
+        without the change.
         """
         change = self.advised
         parameter = self.computed.parameter
         text = f"{change.verb.capitalize()} {change.parameter}{meaning} by {change.size}, "
-        text += f"{change.values}. With it nothing grows"
+        text += f"{change.values}: nothing grows"
         assert self.loss is not None
         if self.limit <= self.computed.value:  # stability is lost at a smaller value, and regained
             text += f" at {parameter} = {number(self.computed.value, 4)}; below, stability is lost"
             text += f" from {parameter} = {number(self.limit, 4)} on"
         else:
             text += f" {self.loss.words(parameter)}"
+        costs = []
         if self.computed.verdict == "marginal":
-            text += " (nothing damps this model)"
-        if self.take is not None and self.take.count != self.change.count:
-            in_hand = number(100.0 * (IN_HAND - 1.0), 2)
-            text += f"; {self.change.size} is just enough, the rest leaves {in_hand} % of "
-            text += f"{parameter} in hand"
-        text += "."
+            costs.append("nothing damps this model")
+        elif not math.isnan(self.damping_left):
+            costs.append(f"the least damping left is {number(100.0 * self.damping_left, 2)} %")
+        shift = self.shift_hz(before)
+        if shift > 0.0:  # false of NaN
+            costs.append(f"frequencies move by up to {number(shift, 3)} Hz")
+        text += f"; {', '.join(costs)}." if costs else "."
         if not self.is_small:
             text += f" No parameter does it with up to {change.of(MOST_STEPS).size}."
         return text
@@ -183,12 +204,11 @@ class Remedy:
 
 class RemedySearch(NamedTuple):
     """Remedies, the best first; without one the changes with which least grows, `without_effect`
-    the parameters that change nothing, and how far they were changed, in words."""
+    the parameters of which no change up to a factor of 4 helps."""
 
     remedies: tuple[Remedy, ...]
     partial: tuple[Remedy, ...] = ()
     without_effect: tuple[str, ...] = ()
-    limit: str = ""
 
 
 Values: TypeAlias = Mapping[str, float]
@@ -253,8 +273,7 @@ def find_remedies(
             changed = replaced(spectrum.source, change)
             computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
             partial.append(Remedy(change, computed))
-    limit = "a factor of 4"
-    return RemedySearch((), tuple(partial), tuple(sorted(without_effect)), limit)
+    return RemedySearch((), tuple(partial), tuple(sorted(without_effect)))
 
 
 class _Search:
@@ -467,8 +486,10 @@ def _computed(
             if computed.unstable:
                 continue
             for take in _rounded_up(with_margin):
-                loss = _loss_of(replaced(source, take), high, options)
+                changed = replaced(source, take)
+                loss = _loss_of(changed, high, options)
                 if loss.value is None or loss.value >= IN_HAND * spectrum.value:
+                    computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
                     yield Remedy(change, computed, take, loss)
                     return
             yield Remedy(change, computed, None, _loss_of(replaced(source, change), high, options))
@@ -511,24 +532,3 @@ def rounded(value: float, digits: int, towards: Callable[[float], int]) -> str:
     """
     unit = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
     return number(towards(value / unit) * unit, digits)
-
-
-def partner_of(spectrum: Eigenvalues, mode: UnstableMode) -> int | None:
-    """The number of the mode with which a growing one has coalesced, None without one.
-
-    It is the nearest in frequency of those whose growth rate is lower by at least as much as the
-    frequencies differ, both in rad/s.
-
-    Two modes that have met are split along the real axis; before they meet, along the imaginary
-    one.
-    """
-    own = spectrum.mode_of(mode)
-    nearest = None
-    least = math.inf
-    for other, root in spectrum.of_modes:
-        distance = abs(root.value.imag - mode.root.imag)
-        is_split = mode.growth_rate - root.growth_rate >= distance
-        if other != own and root.value.imag > 0.0 and is_split and distance < least:
-            nearest = other
-            least = distance
-    return nearest

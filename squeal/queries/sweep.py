@@ -99,8 +99,9 @@ def sweep(
     return _system_sweep(analysis, list(values), method, workers or 1)
 
 
-def pad_sweep(scene: Scene, values: Sequence[float]) -> Sweep:
-    """Compute the eigenvalues of a pad at each mu along the branch of equilibria from mu = 0.
+def pad_sweep(scene: Scene, values: Sequence[float], numbered_at: float | None = None) -> Sweep:
+    """Compute the eigenvalues of a pad at each mu along the branch of equilibria from mu = 0, modes
+    numbered at one of these values, else at the pad's own one.
 
     A step where the branch does not reach has no roots. B3 is linearised about the origin and has
     no branch.
@@ -127,7 +128,8 @@ def pad_sweep(scene: Scene, values: Sequence[float]) -> Sweep:
         if len(rising) > 1:
             spectrum_at = continued(matrices_of_branch, rising).at
         steps_by_mu = [reached[mu] for mu in rising]
-        numbered = assign_mode_numbers(steps_by_mu, spectrum_at, scene.pad.mu)
+        at = scene.pad.mu if numbered_at is None else numbered_at
+        numbered = assign_mode_numbers(steps_by_mu, spectrum_at, at)
         reached = dict(zip(rising, numbered.steps, strict=True))
         losses = numbered.losses
         reference = numbered.reference
@@ -190,7 +192,8 @@ def _system_sweep(
 
 
 def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
-    """The eigenvalues over a range of the parameter whose thresholds are known, for a figure.
+    """The eigenvalues over a range of the parameter whose thresholds are known, for a figure, and
+    at the subject's own value. Modes are numbered at `low`.
 
     Raises ComputationError if the branch of a pad's equilibria ends before `low`.
     """
@@ -202,10 +205,12 @@ def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
 
     values = np.linspace(low, high, DRAWN_OF_SYSTEMS)
     own_value = source.file.system.parameters[found.parameter]
-    if low < own_value < high:  # there modes are numbered
+    if low < own_value < high:
         values = np.union1d(values, own_value)
     drawn = values.tolist()
-    steps, losses, reference = track_modes(source.file, source.selection, drawn, source.reduction)
+    steps, losses, reference = track_modes(
+        source.file, source.selection, drawn, source.reduction, numbered_at=low
+    )
     return Sweep(found.name, found.parameter, steps, losses, reference, source=source)
 
 
@@ -223,5 +228,5 @@ def _pad_paths(scene: Scene, found: Thresholds, low: float, high: float) -> Swee
         share = 1.0 - (1.0 - share) ** 2
         stop = stop * (1.0 - 1e-9)  # at the fold itself the tangent stiffness is singular
     values = [*(low + (stop - low) * share), *(point.mu for point in found.points)]
-    values.append(scene.pad.mu)  # where modes are numbered
-    return pad_sweep(scene, np.unique(np.clip(values, low, stop)).tolist())
+    values.append(scene.pad.mu)
+    return pad_sweep(scene, np.unique(np.clip(values, low, stop)).tolist(), low)

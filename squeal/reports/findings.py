@@ -1,4 +1,4 @@
-"""What a report found of a brake, in sentences: what to change, what grows, and why."""
+"""What a report found of a brake, in sentences: what grows, why, and what to change."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 from squeal.io.scene import Scene
@@ -17,24 +18,16 @@ from squeal.queries.check import Check
 from squeal.queries.critical_speeds import CriticalSpeeds
 from squeal.queries.energy import Energy
 from squeal.queries.meetings import Cure, Meeting
-from squeal.queries.remedies import (
-    BETTER,
-    Change,
-    Remedy,
-    RemedySearch,
-    partner_of,
-    rounded,
-)
+from squeal.queries.mode_paths import Paths
+from squeal.queries.remedies import BETTER, Remedy, RemedySearch, rounded
 from squeal.queries.systems.all_roots import is_small
-from squeal.queries.whirl import BACKWARD, FORWARD
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
 from squeal.results.sources import unit_of
+from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 
 NAMED = 3  # modes or parameters in a sentence
-MOST_SPEEDS = 6  # critical speeds in a sentence
-CAUSES = 6  # growing modes whose cause is told
 TIMES = 3.0  # from which on a value is so many times another one, not so many % above it
 OF_CONTACT = {"contact", "tangential"}  # parameters of an exported or joined brake
 HINT = (
@@ -52,7 +45,8 @@ class Findings(Answer):
     lost at once; check: what the matrices are, None of a scene; energy: what feeds each mode;
     search: the changes that stop all modes that grow; meetings: the two real modes behind each of
     these, by its number; outside: thresholds of what grows outside of a band, where that is known;
-    subject: the scene or system; critical: critical speeds where the parameter is that of a shaft.
+    chart: the eigenvalue paths, by whose start modes are numbered in all of these; subject: the
+    scene or system; critical: critical speeds where the parameter is that of a shaft.
     """
 
     panel = Panel("frequency_hz", "growth_rate")
@@ -67,6 +61,7 @@ class Findings(Answer):
     search: RemedySearch
     meetings: Mapping[int, Meeting]
     outside: Thresholds | None
+    chart: Sweep
     subject: Any = field(repr=False)
     critical: CriticalSpeeds | None = None
 
@@ -75,10 +70,10 @@ class Findings(Answer):
         """What each answer warns of, once."""
         return tuple(dict.fromkeys((*self.eigenvalues.warnings, *self.thresholds.warnings)))
 
-    @property
-    def verdict(self) -> str:
-        """The verdict in a line."""
-        return "; ".join(filter(None, [self.eigenvalues.conclusion, self._growth_outside]))
+    @cached_property
+    def paths(self) -> Paths:
+        """The modes of the chart, and which of them meet."""
+        return Paths(self.chart)
 
     @property
     def _growth_outside(self) -> str:
@@ -86,16 +81,88 @@ class Findings(Answer):
         fastest = self.eigenvalues.details.get("fastest_outside")
         if not fastest:
             return ""
+        grows = "grows"
+        searched = ""
+        if self._is_of_band_alone():  # what a search met on its way; others may grow faster
+            searched = ", not searched"
+            grows = "was seen to grow"
         hertz = number(fastest["frequency_hz"], 4)
         rate = number(fastest["growth_rate"], 4)
-        if self._is_of_band_alone():  # what a search met on its way; others may grow faster
-            return f"outside of it, not searched, {hertz} Hz was seen to grow by {rate} 1/s"
-        return f"outside of it {hertz} Hz grows by {rate} 1/s"
+        return f"outside of {self.eigenvalues.extent}{searched}, {hertz} Hz {grows} by {rate} 1/s"
 
     @property
     def remedy(self) -> Remedy | None:
         """The best change of one parameter with which nothing grows, None if none is known."""
         return next(iter(self.search.remedies), None)
+
+    @property
+    def opening(self) -> dict[str, str]:
+        """The first sentences by their labels: fault, cause and remedy, or a verdict."""
+        if not self.eigenvalues.unstable:
+            return {"Verdict": self._without_growth()}
+        lines = {"Fault": self.fault}
+        for cause in self.causes[:1]:
+            lines["Cause"] = cause
+        return lines | {"Remedy": self.ways[0]}
+
+    @property
+    def fault(self) -> str:
+        """Which mode grows fastest, at what value, how fast and from where on; what else grows."""
+        spectrum = self.eigenvalues
+        lead, *others = spectrum.unstable
+        text = f"{self._name(lead)} grows by {number(lead.growth_rate, 4)} 1/s"
+        if lead.frequency_hz:
+            text += f", damping {number(100.0 * lead.damping_ratio, 3)} %"
+        if spectrum.depends:
+            text += f", at {self._at(spectrum.value)}"
+        if lead.onset is not None:
+            text += f"; it grows from {self._at(lead.onset)} on"
+        sentences = [text]
+        if others:
+            names = []
+            for mode in others[: NAMED - 1]:
+                names.append(f"{self._name(mode)} by {number(mode.growth_rate, 3)} 1/s")
+            more = f", {len(others) - len(names)} others" * (len(others) > len(names))
+            grows = "mode grows" if len(others) == 1 else "modes grow"
+            sentences.append(f"{len(others)} more {grows}: {', '.join(names)}{more}")
+        sentences.append(self._growth_outside)
+        return f"{'. '.join(map(_capitalised, filter(None, sentences)))}."
+
+    @property
+    def causes(self) -> list[str]:
+        """Why the fastest `NAMED` modes grow, a line each: which modes meet, what feeds them."""
+        lines: list[str] = []
+        for mode in self.eigenvalues.unstable[:NAMED]:
+            number_of_mode = self.eigenvalues.mode_of(mode)
+            if number_of_mode in self.energy.modes:
+                head = f"{self._name(mode)}: " * bool(lines)
+                lines.append(_capitalised(head + self._cause(mode, number_of_mode)))
+        return lines
+
+    def _cause(self, mode: UnstableMode, number_of_mode: int) -> str:
+        """Which modes meet and where, or that none does, and which terms feed a mode."""
+        _, _, balance = self.energy.sentence(number_of_mode).partition(": ")
+        balance = balance.partition("; in all")[0]
+        balance = balance.replace("circulatory", "cross-coupled (skew-symmetric) stiffness")
+        group = self.paths.group_of(number_of_mode)
+        words = ""
+        if len(group) == 2:
+            start = max(self.paths.at[one][0] for one in group)
+            hertz = []
+            for one in group:
+                root = self.paths.root_at(one, start) or 0j
+                hertz.append(number(root.imag / math.tau, 4))
+            words = f"{_numbers(group)} ({' and '.join(hertz)} Hz at {self._at(start)}) "
+            meeting = self.paths.meeting(group)
+            words += "come together" if meeting is None else f"meet near {self._at(meeting)}"
+            words += " and feed each other: "
+        elif group:
+            whirl = self._whirl(self.eigenvalues.value, mode.root)
+            words = f"{whirl} whirl, " * bool(whirl) + "no other mode meets it: "
+        text = f"{words}{balance}."
+        if self.energy.part_shares:
+            text += f" Where its energy is: {self.energy.place(number_of_mode)}."
+        return text
 
     @property
     def advice(self) -> str:
@@ -106,46 +173,30 @@ class Findings(Answer):
     def ways(self) -> list[str]:
         """The sentences of `advice`, one for each way to stop all that grows."""
         spectrum = self.eigenvalues
-        if not spectrum.unstable:
+        count = len(spectrum.unstable)
+        if not count:
             return [self._without_growth()]
-        measures = [words for _, words in sorted([self._separation(), self._more_damping()])]
+        measures = [words for _, words in sorted(map(self._measure, (Cure.APART, Cure.BOTH)))]
         if self.remedy is not None:
-            sentence = self.remedy.sentence(self._meaning(self.remedy.change.parameter))
-            sentence += self._latest_loss(self.remedy)
-            measures.insert(0 if self.remedy.is_small else len(measures), sentence)
-        measures.append(self._bound())
-        measures = list(filter(None, measures))
+            latest = max(self.search.remedies, key=lambda remedy: remedy.limit)
+            changes = [self.remedy]
+            if latest.limit > BETTER * self.remedy.limit:
+                changes.append(latest)
+            place = 0 if self.remedy.is_small else len(measures)
+            for remedy in reversed(changes):
+                meaning = self._meaning(remedy.change.parameter)
+                measures.insert(place, remedy.sentence(meaning, spectrum))
+        measures = list(filter(None, [*measures, self._bound()]))
         if not measures:
             return ["No way out is known to this page."]
         aim = ""
-        count = len(spectrum.unstable)
         if count > 1:
             aim = "to stop both" if count == 2 else f"to stop all {count}"
         if self._growth_outside or self._is_of_band_alone():
             aim = f"for {spectrum.extent} alone, {aim}".rstrip(", ")
-            if self._growth_outside:
-                aim += f" ({self._growth_outside})"
-        first = measures[0]
         if aim:
-            first = f"{aim[0].upper()}{aim[1:]}: {first[0].lower()}{first[1:]}"
-        ways = [first]
-        for measure in measures[1:]:
-            ways.append(f"Or {measure[0].lower()}{measure[1:]}")
-        return ways
-
-    def _latest_loss(self, first: Remedy) -> str:
-        """The remedy with which stability is lost latest, as a sentence; empty if that is hardly
-        later than with the first one."""
-        latest = max(self.search.remedies, key=lambda remedy: remedy.limit)
-        if latest.loss is None or latest.limit <= BETTER * first.limit:
-            return ""
-        change = latest.advised
-        text = (
-            f" Stability is lost latest if you {change.verb} {change.parameter} by {change.size}, "
-        )
-        words = latest.loss.words(self.eigenvalues.parameter)
-        text += f"{change.values}: nothing grows {words}."
-        return f"{text} With less than {latest.change.size} of it something grows."
+            measures[0] = _capitalised(f"{aim}: {measures[0][0].lower()}{measures[0][1:]}")
+        return [measures[0], *(f"Or {way[0].lower()}{way[1:]}" for way in measures[1:])]
 
     def _meaning(self, parameter: str) -> str:
         """What a parameter is, in brackets; empty where that is not known."""
@@ -170,7 +221,7 @@ class Findings(Answer):
             words += f" from {spectrum.extent}"
         if spectrum.depends:
             words += f" at {self._at(spectrum.value)}"
-        words += self._distance_to_loss()
+        words = f"{words}. {self.loss}"
         if self._growth_outside:
             words += f" But {self._growth_outside}."
         elif self._is_of_band_alone():
@@ -183,78 +234,53 @@ class Findings(Answer):
             return False
         return not is_small(getattr(self.subject, "system", self.subject))
 
-    def _distance_to_loss(self) -> str:
-        """The end of a sentence on a brake of which nothing grows: where stability is lost."""
-        first = self.thresholds.first
-        value = self.eigenvalues.value
-        if self.thresholds.verdict in GROWING:
-            return f"; unstable at {self._at(self.thresholds.low)}."
-        if first is None:
-            return f"; no loss of stability up to {self._at(self.thresholds.high)}."
-        hertz = f", {number(first.frequency_hz, 4)} Hz" if first.frequency_hz else ""
-        loss = f"({number(first.mu, 4)}{hertz})"
-        if value >= first.mu:
-            return f", beyond a range without stability that begins at {loss[1:-1]}."
-        if value <= 0.0:
-            hertz = f" at {number(first.frequency_hz, 4)} Hz" if first.frequency_hz else ""
-            return f"; unstable above {self._at(first.mu)}: {self._lost(first)}{hertz}."
-        percent = number(100.0 * (1.0 - value / first.mu), 3)
-        return f", {percent} % below the first loss {loss}."
-
-    def _separation(self) -> tuple[float, str]:
-        """How much further apart the two modes behind each growing one must be, as the largest
-        share of a frequency and in words; empty words where that does not stop all."""
+    def _measure(self, cure: Cure) -> tuple[float, str]:
+        """How much further apart, or more damped, the two modes behind each growing one must be, as
+        the largest share and in words; empty words where that does not stop all."""
         words: list[str] = []
-        shares = [0.0]
-        for mode in self.eigenvalues.unstable:
-            meeting = self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
-            if meeting is None or Cure.APART not in meeting.cures:
-                return 0.0, ""
-            lower, upper = meeting.hertz
-            apart = meeting.cures[Cure.APART]
-            shares.append(apart / upper)
-            by = f"{number(apart, 2)} Hz ({number(upper - lower, 3)} Hz as real modes)"
-            words.append(f"{self._pair(mode)} by {by}")
-        return max(shares), f"Move further apart {', '.join(words[:NAMED])}{self._more_modes()}."
-
-    def _more_damping(self) -> tuple[float, str]:
-        """The damping that stops all modes that grow, as the largest share of critical damping and
-        in words; empty words if one of them does not oscillate."""
-        spectrum = self.eigenvalues
-        if not all(mode.frequency_hz for mode in spectrum.unstable):
-            return 0.0, ""
-        words = []
         shares = []
-        alone_needs_more = bool(self.meetings)
-        for mode in spectrum.unstable:
-            share = float(rounded(-100.0 * mode.damping_ratio, 2, math.ceil)) / 100.0
-            name = self._name(mode)
-            meeting = self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
-            if meeting is not None:
-                if Cure.BOTH not in meeting.cures:
+        alone_needs_more = cure is Cure.BOTH and bool(self.meetings)
+        for mode in self.eigenvalues.unstable:
+            meeting = self._meeting(mode)
+            pair = self._pair(mode)
+            if meeting is None:
+                if cure is Cure.APART or not mode.frequency_hz:
                     return 0.0, ""
-                share = meeting.cures[Cure.BOTH]
-                name = f"both {self._pair(mode)}"
+                share = float(rounded(-100.0 * mode.damping_ratio, 2, math.ceil)) / 100.0
+                words.append(f"of {pair} by at least {number(100.0 * share, 3)} %")
+            elif cure not in meeting.cures:
+                return 0.0, ""
+            elif cure is Cure.BOTH:
+                share = meeting.cures[cure]
                 alone_needs_more &= meeting.needs(meeting.alone) > share
+                words.append(f"of both {pair} by at least {number(100.0 * share, 3)} %")
+            else:
+                share = meeting.cures[cure] / meeting.hertz[1]
+                text = f"{pair} by {number(meeting.cures[cure], 3)} Hz, "
+                words.append(f"{text}{number(100.0 * share, 2)} % of the upper frequency")
             shares.append(share)
-            words.append(f"{name} at least {number(100.0 * share, 2)} %")
-        words[0] += " of critical damping more"
-        text = f"Give {', '.join(words[:NAMED])}{self._more_modes()}"
+        largest = max(shares)
+        more = len(words) - NAMED
+        if more > 0:
+            words[NAMED:] = [f"those of {more} others by up to {number(100.0 * largest, 3)} %"]
+        if cure is Cure.APART:
+            return largest, f"Move further apart {'; '.join(words)}."
+        words[0] += " of critical damping"
+        text = f"Raise the damping {', '.join(words)}"
         if alone_needs_more:
             text += "; as much on one mode of a pair alone is not enough"
-        return max(shares), f"{text}."
-
-    def _more_modes(self) -> str:
-        """The end of a list of `NAMED` growing modes."""
-        more = len(self.eigenvalues.unstable) - NAMED
-        return f", and {more} more modes what the table lists" if more > 0 else ""
+        return largest, f"{text}."
 
     def _bound(self) -> str:
         """Which values of the parameter nothing grows at, of all that was looked at; empty if
         stability is lost later."""
         spectrum = self.eigenvalues
         first = self.thresholds.first
-        if first is None or first.mu >= spectrum.value or self.thresholds.verdict in GROWING:
+        if (
+            first is None
+            or not 0.0 < first.mu < spectrum.value
+            or self.thresholds.verdict in GROWING
+        ):
             return ""
         limit = first.mu
         scope = []
@@ -275,17 +301,29 @@ class Findings(Answer):
         below = rounded(limit, 4, math.floor)
         words = speed_words(float(below), unit_of(spectrum.source))
         bound = f"{spectrum.parameter} below {below}{words}"
+        less = 100.0 * (1.0 - float(below) / spectrum.value)
+        cost = f"{number(less, 3)} % less than {number(spectrum.value, 4)}"
+        if spectrum.parameter == "mu":
+            more = 100.0 * (spectrum.value / float(below) - 1.0)
+            cost += ": as much less friction force, or "
+            cost += f"{number(more, 3)} % more normal force for the same"
         reservation = f" ({', '.join(scope)})" if scope else ""
-        return f"Keep {bound}; it is {number(spectrum.value, 4)}{reservation}."
+        return f"Keep {bound}{reservation}, {cost}."
+
+    def _meeting(self, mode: UnstableMode) -> Meeting | None:
+        """The two real modes behind a growing one."""
+        return self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
 
     def _pair(self, mode: UnstableMode) -> str:
-        """The two modes behind a growing one by their numbers, else by their frequencies."""
-        partner = self._partner(mode)
-        if partner is not None:
-            numbers = sorted([partner, self.eigenvalues.mode_of(mode) or 0])
-            return f"modes {numbers[0]} and {numbers[1]} ({number(mode.frequency_hz, 4)} Hz)"
-        frequencies = self.meetings[self.eigenvalues.mode_of(mode) or 0].hertz
-        hertz = dict.fromkeys(number(frequency, 4) for frequency in frequencies)
+        """The two modes behind a growing one by their numbers, else by the frequencies of its real
+        modes; of one that grows alone its name."""
+        group = self.paths.group_of(self.eigenvalues.mode_of(mode))
+        if len(group) == 2:
+            return f"{_numbers(group)} ({number(mode.frequency_hz, 4)} Hz)"
+        meeting = self._meeting(mode)
+        if meeting is None:
+            return self._name(mode)
+        hertz = dict.fromkeys(number(frequency, 4) for frequency in meeting.hertz)
         return f"real modes at {' and '.join(hertz)} Hz"
 
     def _name(self, mode: UnstableMode) -> str:
@@ -296,104 +334,56 @@ class Findings(Answer):
             return f"the mode at {hertz}"
         return f"mode {number_of_mode} ({hertz})"
 
-    def _partner(self, mode: UnstableMode) -> int | None:
-        """The mode with which a growing one has met; None of a whirl beside one that turns against
-        it, which may have one frequency without feeding each other."""
-        spectrum = self.eigenvalues
-        partner = partner_of(spectrum, mode)
-        for other, root in spectrum.of_modes:
-            if other == partner:
-                whirls = {self._whirl(spectrum.value, one) for one in (mode.root, root.value)}
-                if whirls == {FORWARD, BACKWARD}:
-                    return None
-        return partner
-
-    def _cause(self, mode: UnstableMode) -> str:
-        """Why a mode grows: which modes couple, from where on, and which terms feed it."""
-        number_of_mode = self.eigenvalues.mode_of(mode)
-        head, _, balance = self.energy.sentence(number_of_mode or 0).partition(": ")
-        words = []
-        meeting = self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
-        if meeting is not None and self._partner(mode) is not None:
-            lower, upper = meeting.hertz
-            pair = self._pair(mode).partition(" (")[0]
-            text = f"{pair} ({number(lower, 4)} and {number(upper, 4)} Hz without friction) come "
-            text += "together and feed each other"
-            if mode.onset is not None:
-                text += f" from {self._at(mode.onset)} on"
-            words.append(text)
-        elif whirl := self._whirl(self.eigenvalues.value, mode.root):
-            words.append(f"{whirl} whirl, which no other mode meets")
-        words.append(balance)
-        text = f"{head}: {'; '.join(words)}."
-        if self.energy.part_shares:
-            text += f" Where its energy is: {self.energy.place(number_of_mode or 0)}."
-        return text[0].upper() + text[1:]
-
     @property
-    def reasons(self) -> list[str]:
-        """What feeds each mode that grows, a line each, and which parameters do not help."""
-        unstable = self.eigenvalues.unstable
-        if not unstable:
+    def hints(self) -> list[str]:
+        """Which parameters do not help where none does, and how to name others."""
+        if not self.eigenvalues.unstable or self.remedy is not None:
             return []
         lines = []
-        for mode in unstable[:CAUSES]:
-            if self.eigenvalues.mode_of(mode) in self.energy.modes:
-                lines.append(self._cause(mode))
-        if len(unstable) > CAUSES:
-            lines.append(f"{len(unstable) - CAUSES} more modes grow.")
-        if self.remedy is None:
-            idle = self.search.without_effect
-            if idle:
-                words = f"Changing {' or '.join(idle)} by up to {self.search.limit}"
-                lines.append(f"{words} does not help.")
-            named = {*idle, *(part.change.parameter for part in self.search.partial)}
-            if named <= OF_CONTACT:
-                lines.append(HINT)
+        idle = self.search.without_effect
+        if idle:
+            lines.append(f"Changing {' or '.join(idle)} by up to a factor of 4 does not help.")
+        named = {*idle, *(part.change.parameter for part in self.search.partial)}
+        if named <= OF_CONTACT:
+            lines.append(HINT)
         return lines
 
     @property
     def remedies(self) -> Table:
-        """Changes of one parameter, the best first: what they leave and where stability is lost."""
+        """Changes of one parameter, the best first: what they cost, what they leave and where
+        stability is lost."""
         parameter = self.eigenvalues.parameter
 
         def growth_left(remedy: Remedy) -> str:
             modes = remedy.computed.unstable
-            if not modes:
-                return "none"
             return f"{number(modes[0].growth_rate, 3)} 1/s at {number(modes[0].frequency_hz, 4)} Hz"
 
         def next_loss(remedy: Remedy) -> str:
-            if remedy.loss is None:
-                return "-"
-            if remedy.loss.value is None:
-                return f"none up to {number(remedy.loss.high, 4)}"
+            if remedy.loss is None or remedy.loss.value is None:
+                return f"none up to {number(self.thresholds.high, 4)}"
             return remedy.loss.words(parameter).removeprefix("up to ").replace(", then", ":")
 
-        def damping_left(remedy: Remedy) -> str:
-            ratios = [root.damping_ratio for _, root in remedy.computed.of_modes if root.value.imag]
-            return number(100.0 * min(ratios), 2) if ratios else "-"
-
-        def size(change: Change) -> str:
-            return f"{change.verb} by {change.size}"
-
-        def least(remedy: Remedy) -> str:
-            return "-" if remedy.computed.unstable else remedy.change.size
+        def shift(remedy: Remedy) -> str:
+            return _cell(remedy.shift_hz(self.eigenvalues))
 
         def name(remedy: Remedy) -> str:
             return f"{remedy.change.parameter}{self._meaning(remedy.change.parameter)}"
 
-        table = (
+        table = [
             Column("parameter", shown=name),
-            Column("change", shown=lambda row: size(row.advised)),
+            Column("change", shown=lambda row: f"{row.advised.verb} by {row.advised.size}"),
             Column("value", shown=lambda row: row.advised.values),
-            Column("least", shown=least, words="just stops"),
-            Column("growth_left", shown=growth_left, words="growth left"),
-            Column("damping_left", shown=damping_left, words="least damping, %"),
-            Column("next_loss", shown=next_loss, words="next loss"),
-        )
+        ]
+        damping = Column("damping_left", shown=lambda row: _cell(100.0 * row.damping_left))
+        costs = [replace(damping, words="least damping, %")]
+        costs.append(Column("shift", shown=shift, words="frequencies move by, Hz"))
+        if self.search.remedies:
+            table.append(Column("least", shown=lambda row: row.change.size, words="just stops"))
+            table += [*costs, Column("next_loss", shown=next_loss, words="next loss")]
+        else:
+            table += [Column("growth_left", shown=growth_left, words="growth left"), *costs]
         title = "changes of one parameter, the best first; degrees count as %"
-        return Table(table, [*self.search.remedies, *self.search.partial], title)
+        return Table(table, self.search.remedies or self.search.partial, title)
 
     @property
     def growing(self) -> Table:
@@ -402,18 +392,15 @@ class Findings(Answer):
         if not self.meetings:
             return table
 
-        def meeting_of(mode: UnstableMode) -> Meeting | None:
-            return self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
-
         def amount(mode: UnstableMode, cure: Cure) -> str:
-            meeting = meeting_of(mode)
+            meeting = self._meeting(mode)
             if meeting is None or cure not in meeting.cures:
                 return "-"
             unit = 1.0 if cure is Cure.APART else 100.0
-            return number(unit * meeting.cures[cure], 2)
+            return number(unit * meeting.cures[cure], 3)
 
         def alone(mode: UnstableMode) -> str:
-            meeting = meeting_of(mode)
+            meeting = self._meeting(mode)
             if meeting is None or meeting.alone not in meeting.cures:
                 return "-"
             hertz = meeting.hertz[meeting.alone is Cure.UPPER]
@@ -446,47 +433,25 @@ class Findings(Answer):
         return f"{whirl} whirl begins to grow" if whirl else first.kind
 
     @property
-    def critical_line(self) -> str:
-        """The lowest critical speeds of a rotor in a sentence; empty if the subject is no rotor."""
-        if self.critical is None:
-            return ""
-        speeds = []
-        for one in self.critical.critical[:MOST_SPEEDS]:
-            words = f"{number(one.speed, 4)}{speed_words(one.speed, 'rad/s')}"
-            speeds.append(f"{words} {one.direction or ''}".rstrip())
-        more = len(self.critical.critical) - MOST_SPEEDS
-        if more > 0:
-            speeds.append(f"{more} more")
-        end = self._at(self.critical.high)
-        return f"Critical speeds up to {end}: {', '.join(speeds) or 'none'}."
-
-    @property
     def loss(self) -> str:
-        """The first loss of stability in a line."""
+        """The first loss of stability, and how far the own value is from it."""
         first = self.thresholds.first
+        value = self.eigenvalues.value
         where = " within the band" if self.eigenvalues.extent else ""
         if self.thresholds.verdict in GROWING:
-            return f"Unstable from {self._at(self.thresholds.low)} on"
+            return f"Unstable from {self._at(self.thresholds.low)} on."
         if first is None:
-            return f"No loss of stability{where} up to {self._at(self.thresholds.high)}"
+            return f"No loss of stability{where} up to {self._at(self.thresholds.high)}."
         line = f"Stability is first lost{where} at {self._at(first.mu)}: {self._lost(first)}"
         if first.frequency_hz:
             line += f" at {number(first.frequency_hz, 4)} Hz"
-        return line
-
-    @property
-    def margin(self) -> str:
-        """How far the brake is from its first loss, in words; empty where none is known."""
-        first = self.thresholds.first
-        value = self.eigenvalues.value
-        if first is None or first.mu <= 0.0 or value == 0.0:
-            return ""
-        own_value = self._at(value)
+        if first.mu <= 0.0 or value == 0.0:
+            return f"{line}."
         if value >= TIMES * first.mu:
-            return f"{own_value} is {number(value / first.mu, 2)} times that."
+            return f"{line}; {self._at(value)} is {number(value / first.mu, 2)} times that."
         percent = 100.0 * (value / first.mu - 1.0)
         above_or_below = "above" if percent > 0.0 else "below"
-        return f"{own_value} lies {number(abs(percent), 3)} % {above_or_below} that."
+        return f"{line}; {self._at(value)} lies {number(abs(percent), 3)} % {above_or_below} that."
 
     def table(self) -> Table:
         """The modes that grow.
@@ -502,11 +467,16 @@ class Findings(Answer):
         return self.eigenvalues.growing
 
     def parts(self) -> Sequence[str | Table]:
-        lines = [self.verdict, self.loss, self.margin, self.critical_line]
-        advice = "\n".join([self.advice, *self.reasons, *self.thresholds.seat])
-        parts: list[str | Table] = [self.name, "\n".join(filter(None, lines)), self.growing, advice]
+        opening = [f"{label}: {text}" for label, text in self.opening.items()]
+        seats = self.thresholds.seat
+        lines = [*opening, *self.ways[1:], *self.causes[1:], *self.hints, *seats]
+        if self.eigenvalues.unstable:
+            lines.append(self.loss)
+        parts: list[str | Table] = [self.name, "\n".join(lines), self.growing]
         if self.remedies.rows:
             parts.append(self.remedies)
+        if self.critical is not None:
+            parts.append(self.critical.table())
         return parts
 
     def to_dict(self) -> dict[str, Any]:
@@ -519,9 +489,8 @@ class Findings(Answer):
             meetings.append(entry)
         return {
             "name": self.name,
-            "verdict_line": self.verdict,
+            "verdict_line": self.eigenvalues.conclusion,
             "loss_line": self.loss,
-            "margin_line": self.margin,
             "advice": self.advice,
             "remedy": next(iter(remedies), None),
             "remedies": remedies,
@@ -534,6 +503,22 @@ class Findings(Answer):
             "check": self.check and self.check.to_dict(),
             "critical_speeds": self.critical and self.critical.table().records(),
         }
+
+
+def _capitalised(text: str) -> str:
+    """A text that begins with a capital."""
+    return text[:1].upper() + text[1:]
+
+
+def _numbers(group: Sequence[int]) -> str:
+    """Two modes by their numbers."""
+    lower, upper = sorted(group)
+    return f"modes {lower} and {upper}"
+
+
+def _cell(value: float) -> str:
+    """A number in a cell, a dash for NaN."""
+    return "-" if math.isnan(value) else number(value, 3)
 
 
 def _remedy_entry(remedy: Remedy) -> dict[str, Any]:

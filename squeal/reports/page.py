@@ -7,25 +7,22 @@ from __future__ import annotations
 
 import math
 from base64 import b64encode
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from operator import itemgetter
 from typing import Any
 
 from squeal import __version__
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Table, number
-from squeal.queries.sweep import eigenvalue_paths
 from squeal.reports.findings import Findings
-from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sensitivity import Sensitivity
 from squeal.results.sources import unit_of
 from squeal.results.sweep import Sweep
 
 COLUMNS = 3  # modes in the table of terms
 NOISE = 1e-3  # of the strongest effect: weaker ones are noise to a reader, and left out
-CHART = 1.5  # the chart's range over the parameter's own value
 DRAWN_NODES = 10  # fewer make no picture of a shape
 VISIBLE = 1e-12  # of a mode's angular frequency: smaller growth rates of terms are rounding
 CONFIDENCE = {
@@ -40,7 +37,7 @@ def page(report: Findings, inputs: Sequence[Any] = ()) -> str:
     """The page as HTML text; `inputs` are the files behind it."""
     from jinja2 import Environment, PackageLoader, StrictUndefined  # a page alone needs these
 
-    from squeal.plots.damping import Paths
+    from squeal.plots.damping import colours_of
 
     spectrum = report.eigenvalues
     state = "open"  # the CSS class of the headline, which colours it
@@ -51,13 +48,11 @@ def page(report: Findings, inputs: Sequence[Any] = ()) -> str:
     paths = _chart(report)
     loader = PackageLoader("squeal")
     template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
-    modes = Paths(paths)
     text = template.get_template("report.html").render(
         report=report,
-        modes=modes,
-        grows_alone=len(modes.pair) == 1 and modes.pair[0] in _growing(report),
+        colours=colours_of(report.paths),
         state=state,
-        numbering=_numbering(spectrum),
+        numbering=_numbering(report),
         chart=_figure(paths, report.name, damping=True, thresholds=report.thresholds),
         campbell=report.critical and _figure(report.critical, report.name, paths=paths),
         feeds=_feeds(report),
@@ -67,7 +62,6 @@ def page(report: Findings, inputs: Sequence[Any] = ()) -> str:
         confidence=list(_confidence(report)),
         open=list(_not_answered(report)),
         read=list(_what_was_read(report)),
-        sure="; ".join(line.removesuffix(".") for line in _evidence(report)),
         footer=_footer(inputs),
     )
     # a name may hold control characters, which HTML does not allow
@@ -84,11 +78,13 @@ def _abaqus_ratio(spectrum: Eigenvalues) -> str:
     return ""
 
 
-def _numbering(spectrum: Eigenvalues) -> str:
+def _numbering(report: Findings) -> str:
     """What the number of a mode counts."""
-    if spectrum.extent:
-        return f"Modes are numbered by rising frequency within {spectrum.extent}."
-    return "Modes are numbered by rising frequency."
+    text = "Modes are numbered by rising frequency"
+    if report.chart.reference is not None:
+        text += f" at {report._at(report.chart.reference.value)}"
+    extent = report.eigenvalues.extent
+    return f"{text} within {extent}." if extent else f"{text}."
 
 
 def _footer(inputs: Sequence[Any]) -> str:
@@ -119,13 +115,9 @@ def _figure(answer: Answer, name: str, **more: Any) -> _Figure:
 
 
 def _chart(report: Findings) -> Sweep:
-    """The eigenvalue paths up to a little more than the parameter's own value."""
-    searched = report.thresholds
-    high = min(CHART * report.eigenvalues.value, searched.high)
-    if high <= searched.low or report.critical is not None:  # a rotor runs up through its speeds
-        high = searched.high
+    """The eigenvalue paths with names of the modes that grow at the own value."""
     spectrum = report.eigenvalues
-    names: dict[int, str] = {}  # at the own value, as the text has them
+    names: dict[int, str] = {}
     for mode in spectrum.unstable:
         number_of_mode = spectrum.mode_of(mode)
         if number_of_mode is not None:
@@ -133,7 +125,7 @@ def _chart(report: Findings) -> Sweep:
             whirl = report._whirl(spectrum.value, mode.root)
             parts = [f"mode {number_of_mode}", f"{hertz} Hz", whirl]
             names[number_of_mode] = ", ".join(filter(None, parts))
-    return eigenvalue_paths(searched, searched.low, high).named(names)
+    return report.chart.named(names)
 
 
 def _growing(report: Findings) -> list[int]:
@@ -150,7 +142,7 @@ def _feeds(report: Findings) -> Table:
     """
     modes = _growing(report)
     hertz: dict[int, float] = {}  # by mode
-    rows: dict[str, dict[int, float]] = {}  # by term, then by mode: growth rates, 1/s
+    works: dict[int, dict[str, float]] = {mode: {} for mode in modes}  # by term, 1/s
     for contribution in report.energy.contributions:
         mode = contribution.mode
         if mode not in modes:
@@ -161,60 +153,61 @@ def _feeds(report: Findings) -> Table:
             term = contribution.term
             if term != contribution.role:
                 term = f"{term} ({contribution.role})"
-            growths = rows.setdefault(term, {})
             # terms of one name are added, as those of two contacts
-            growths[mode] = growths.get(mode, 0.0) + contribution.growth
-    columns = [Column("term", value=itemgetter(0))]
-    for mode in modes:
+            works[mode][term] = works[mode].get(term, 0.0) + contribution.growth
+    columns = [Column("term", value=str)]
+    for mode, of_mode in works.items():
         head = f"mode {mode}, {number(hertz[mode], 4)} Hz"
-        columns.append(Column(head, words=head, shown=_growth_of(mode)))
-    return Table(columns, list(rows.items()))
-
-
-def _growth_of(mode: int) -> Callable[[Any], str]:
-    """The cell of a mode in a row of `_feeds`: a growth rate with its sign, "" where there is
-    none."""
-    return lambda row: f"{row[1][mode]:+.4g}" if mode in row[1] else ""
+        columns.append(Column(head, words=head, shown=_signed(of_mode)))
+    terms = dict.fromkeys(term for of_mode in works.values() for term in of_mode)
+    return Table(columns, list(terms))
 
 
 def _moves(report: Findings) -> Table:
     """What a small change of each parameter does to the modes that grow and to the first loss: a
     row a parameter, the strongest on the fastest mode first, without noise."""
-    modes = _growing(report)
+    spectrum = report.eigenvalues
     onset = report.onset
-    steps: dict[str, str] = {}  # by parameter, in words
-    effects: dict[int, dict[str, float]] = {mode: {} for mode in modes}  # by mode; 0: the loss
-    heads = {mode: f"mode {mode}, 1/s" for mode in modes}
-    for row in report.sensitivity.table().rows:
-        if row.mode in modes:
-            steps[row.parameter] = row.change
-            effects[row.mode][row.parameter] = row.growth_change
+    effects: dict[str, dict[str, float]] = {}  # by the head of a column, then by parameter
+    for mode in spectrum.unstable[:COLUMNS]:
+        nearest = int(abs(spectrum.values - mode.root).argmin())
+        head = f"mode {spectrum.mode_of(mode)}, 1/s"
+        effects[head] = _effects(report.sensitivity, nearest)
     if onset is not None and onset.slopes:
-        hertz = f"{onset.kind} at {onset.parameter} = {number(onset.at, 4)}"
-        heads[0] = f"first loss ({hertz})"
-        effects[0] = {}
-        for name, slopes in onset.slopes.items():
-            step, words = onset.step(name)
-            if step:
-                steps.setdefault(name, words)
-                effects[0][name] = float(slopes[0]) * step
-    strengths: dict[str, list[float]] = {name: [] for name in steps}
+        unit = f", {unit_of(report.thresholds.source)}".rstrip(", ")
+        where = f"{onset.kind} at {onset.parameter} = {number(onset.at, 4)}"
+        effects[f"first loss ({where}){unit}"] = _effects(onset, 0)
+    strengths: dict[str, list[float]] = {}
     for changes in effects.values():
         largest = max(filter(math.isfinite, map(abs, changes.values())), default=0.0)
-        for name in steps:
-            change = changes.get(name, 0.0)
-            if abs(change) <= NOISE * largest:  # false of NaN
-                changes.pop(name, None)
-            strengths[name].append(abs(changes.get(name, 0.0)))
-
-    columns = [Column("parameter", value=str), Column("change", value=steps.get)]
-    for kind, head in heads.items():
-        columns.append(Column(head, words=head, value=effects[kind].get))
-    names = [name for name in steps if any(strengths[name])]
-    names.sort(key=lambda name: strengths[name], reverse=True)
-    positions = {name: -k for k, name in enumerate(names)}
+        for name in list(changes):
+            if abs(changes[name]) <= NOISE * largest:  # false of NaN
+                del changes[name]
+        for name in report.sensitivity.slopes:
+            strengths.setdefault(name, []).append(abs(changes.get(name, 0.0)))
+    names = [name for name in strengths if any(strengths[name])]
+    names.sort(key=strengths.__getitem__, reverse=True)
+    columns = [Column("parameter", value=str)]
+    columns.append(Column("change", value=lambda name: report.sensitivity.step(name)[1]))
+    for head, changes in effects.items():
+        columns.append(Column(head, words=head, value=changes.get, shown=_signed(changes)))
     title = "what a small change of a parameter adds to growth rates, and to the first loss"
-    return Table(columns, names, title, rank=positions.__getitem__)
+    return Table(columns, names, title, rank=lambda name: -names.index(name))
+
+
+def _effects(derivatives: Sensitivity, which: int) -> dict[str, float]:
+    """What a small step of each parameter adds to the real part of one of what was derived."""
+    effects = {}
+    for name, slopes in derivatives.slopes.items():
+        step, _ = derivatives.step(name)
+        if step:
+            effects[name] = step * float(slopes[which].real)
+    return effects
+
+
+def _signed(values: Mapping[Any, float]) -> Callable[[Any], str]:
+    """The cells of a column: a number with its sign by the key of a row, "" without one."""
+    return lambda key: f"{values[key]:+.4g}" if math.isfinite(values.get(key, math.nan)) else ""
 
 
 def _confidence(report: Findings) -> Iterator[str]:
@@ -240,7 +233,7 @@ def _confidence(report: Findings) -> Iterator[str]:
         yield "Another onset than the listed ones may exist."
     if report.remedy is not None:
         yield "The changes above were computed anew, not extrapolated."
-    if report.meetings:
+    if report.meetings and all(map(report._meeting, spectrum.unstable)):
         yield "Separation and damping were tried on the full model, for all growing modes at once."
     if spectrum.open:
         yield f"The {spectrum.open}."
@@ -258,30 +251,12 @@ def _what_was_read(report: Findings) -> Iterator[str | Table]:
 
 
 def _shapes(report: Findings) -> Iterator[_Figure]:
-    """One figure: all shapes of a pad, or that of a system's fastest mode; none of few nodes, as of
-    a shaft, which make no picture."""
-    spectrum = report.eigenvalues
-    if isinstance(report.subject, Scene):
-        yield _figure(spectrum, report.name)
-        return
+    """The shape of the fastest mode; none of few nodes, as of a shaft, which make no picture."""
     coordinates = getattr(report.subject, "coordinates", None)
-    if coordinates is not None and len(coordinates.places) >= DRAWN_NODES:
+    is_pad = isinstance(report.subject, Scene)
+    if is_pad or (coordinates is not None and len(coordinates.places) >= DRAWN_NODES):
         for mode in _growing(report)[:1]:
-            yield _figure(spectrum, report.name, shape=mode)
-
-
-def _evidence(report: Findings) -> Iterator[str]:
-    """Sentences on what proves the answers."""
-    spectrum = report.eigenvalues
-    where = f" on {spectrum.extent}" if spectrum.extent else ""
-    if spectrum.details.get("basis"):
-        yield f"{basis_text(spectrum.details['basis'], errors=True)}."
-    yield f"{len(spectrum.eigenvalues)} roots{where}: {spectrum.completeness}."
-    worst = max((root.residual for root in spectrum.eigenvalues), default=math.nan)
-    if math.isfinite(worst):
-        yield f"The largest backward error of a listed root is {worst:.2g}."
-    notes_of_thresholds = report.thresholds.parts()[-1]
-    yield from str(notes_of_thresholds).splitlines()
+            yield _figure(report.eigenvalues, report.name, shape=mode)
 
 
 def _not_answered(report: Findings) -> Iterator[str]:
@@ -297,9 +272,7 @@ def _not_answered(report: Findings) -> Iterator[str]:
     if report.sensitivity.note:
         yield f"{report.sensitivity.note}."
     if not report.energy.part_shares and not isinstance(report.subject, Scene):
-        yield (
-            "Where a mode's energy is: joined components tell, or `parts={name: rows}` in Python."
-        )
+        yield ("Where a mode's energy is: joined components tell, or --parts (`parts` in Python).")
     low = number(report.thresholds.low)
     high = number(report.thresholds.high)
     unit = unit_of(report.thresholds.source)

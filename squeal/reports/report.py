@@ -16,20 +16,22 @@ from squeal.queries.critical_speeds import CriticalSpeeds, critical_speeds
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import energy
 from squeal.queries.meetings import find_meetings
+from squeal.queries.mode_paths import Paths
 from squeal.queries.options import Subject, upper_end
-from squeal.queries.remedies import (
-    find_remedies,
-)
+from squeal.queries.remedies import find_remedies
 from squeal.queries.sensitivity import sensitivity
+from squeal.queries.sweep import eigenvalue_paths
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.thresholds import thresholds
 from squeal.reports.findings import Findings
 from squeal.reports.page import page
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import SystemSource, unit_of
+from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Positive, public
 
+CHART = 1.5  # the chart's range over the parameter's own value
 BESIDE = 0.03  # of its frequency: how far a mode outside of a band is followed to its onset
 
 
@@ -117,6 +119,9 @@ def report(
     end = upper_end(subject, high)
     losses = thresholds(subject, end, **options)  # first: it refuses some that the others take
     spectrum = eigenvalues(subject, **options)
+    rotor = _critical_speeds(subject, losses, band, memory)
+    chart = _chart(losses, spectrum.value, rotor is not None)
+    spectrum = Paths(chart).numbered(spectrum)
     of_modes = sensitivity(subject, known=spectrum)
     of_onset = None
     with suppress(ComputationError):  # several modes are lost at once
@@ -132,9 +137,18 @@ def report(
         search=find_remedies(spectrum, of_modes, end, options),
         meetings=find_meetings(spectrum, options),
         outside=_thresholds_outside(subject, spectrum, end, options),
+        chart=chart,
         subject=subject,
-        critical=_critical_speeds(subject, losses, band, memory),
+        critical=rotor,
     )
+
+
+def _chart(searched: Thresholds, value: float, is_rotor: bool) -> Sweep:
+    """The eigenvalue paths up to a little more than the parameter's own value."""
+    high = min(CHART * value, searched.high)
+    if high <= searched.low or is_rotor:  # a rotor runs up through its speeds
+        high = searched.high
+    return eigenvalue_paths(searched, searched.low, high)
 
 
 def _critical_speeds(

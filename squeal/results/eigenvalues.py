@@ -66,18 +66,19 @@ def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape,
     real.sort(key=lambda root: -root.growth_rate)
     shown = real[: (len(real) + 1) // 2]
     shown += [root for root in spectrum.eigenvalues if root.value.imag > 0.0]
-    shapes = []
-    for number_of_mode, root in enumerate(shown, 1):
-        lengths = np.asarray(levers) * root.right
-        largest = int(np.argmax(np.abs(lengths)))
-        mode = ModeShape(
-            number=number_of_mode,
-            frequency_hz=root.frequency_hz,
-            growth_rate=root.growth_rate,
-            shape=root.right / lengths[largest],  # levers set the scale alone
-        )
-        shapes.append(mode)
-    return tuple(shapes)
+    return tuple(mode_shape(k, root, levers) for k, root in enumerate(shown, 1))
+
+
+def mode_shape(number_of_mode: int, root: Eigenvalue, levers: ArrayLike = 1.0) -> ModeShape:
+    """The shape of a mode, scaled so that its largest part is 1; levers: see `mode_shapes`."""
+    lengths = np.asarray(levers) * root.right
+    largest = int(np.argmax(np.abs(lengths)))
+    return ModeShape(
+        number=number_of_mode,
+        frequency_hz=root.frequency_hz,
+        growth_rate=root.growth_rate,
+        shape=root.right / lengths[largest],  # levers set the scale alone
+    )
 
 
 def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:
@@ -108,7 +109,8 @@ class Eigenvalues(Answer):
     holds it, and proof_line in words; unstable: the modes that grow, the fastest first; shapes:
     mode shapes as JSON holds them; details: what else the JSON object says, M, C and K among it;
     notes: lines for people; beside: what grows outside of the extent, in words; depends: whether
-    anything depends on the parameter, so that its value is worth naming.
+    anything depends on the parameter, so that its value is worth naming; numbers (m,): of their
+    modes, where these are not those by rising frequency.
 
     Examples
     --------
@@ -140,6 +142,7 @@ class Eigenvalues(Answer):
     proof: Mapping[str, Any] | None = None
     proof_line: str = ""
     depends: bool = True
+    numbers: NDArray[np.intp] | None = None
 
     @property
     def values(self) -> NDArray[np.complex128]:
@@ -148,8 +151,9 @@ class Eigenvalues(Answer):
 
     @property
     def modes(self) -> NDArray[np.intp]:
-        """The number (m,) of each one's mode by rising frequency; of a pair both have the same."""
-        return mode_numbers(self.values)
+        """The number (m,) of each one's mode, by rising frequency unless `numbers` says another; of
+        a pair both have the same."""
+        return mode_numbers(self.values) if self.numbers is None else self.numbers
 
     @property
     def of_modes(self) -> list[tuple[int, Eigenvalue]]:

@@ -68,12 +68,11 @@ def test_the_command_draws_it_and_needs_a_sweep(tmp_path, capsys):
 def test_the_title_names_the_pair_and_a_located_threshold_where_one_is_known():
     """Frequencies sqrt(1) and sqrt(3) / (2 pi) at mu = 0; they meet, and grow, from 3/4 on."""
     sweep, drawing = chart()
-    first = "modes 1 + 2 (0.1592, 0.2757 Hz) meet"
-    at_steps = "at $\\mu$ = 0.76; growth begins: 0.74 to 0.76"
-    assert drawing.figure.axes[1].get_title("left") == f"{first}\n{at_steps}"
+    title = "modes 1 + 2 meet near $\\mu$ = 0.76; growth from 0.74 to 0.76 on"
+    assert drawing.figure.axes[1].get_title("left") == title
     found = squeal.thresholds(sweep.source.file.system, 1.0)
     exact = damping_drawing("pair", sweep, found).figure.axes[1]
-    assert exact.get_title("left").endswith("growth begins at 0.75")
+    assert exact.get_title("left").endswith("growth from 0.75 on")
     (line,) = [line for line in exact.get_lines() if line.get_gid() == "onset"]
     assert np.asarray(line.get_xdata())[0] == pytest.approx(0.75, rel=1e-9)
 
@@ -116,7 +115,7 @@ def test_a_mode_that_loses_its_damping_beside_another_one_grows_alone():
     C = {"1": 2.0 * np.eye(2), "mu": np.diag([-10.0, 0.0])}
     system = squeal.System(np.eye(2), C, np.diag([1e4, 1.04e4]))
     title, label, text = alone(system, VALUES)
-    assert title.startswith("mode 1 (15.91 Hz): grows alone")
+    assert title.startswith("mode 1 grows alone, from ")
     assert label == "damping ratio [%]"
     assert "meets" not in text
 
@@ -127,7 +126,7 @@ def test_of_two_whirls_of_one_frequency_the_forward_one_grows_alone():
         np.eye(2), 3 * np.eye(2), {"1": 1e4 * np.eye(2), "Omega": SKEW}, parameter="Omega"
     )
     title, _, text = alone(system, np.arange(5.0, 400.0, 10.0))
-    assert title.endswith("grows alone\nOmega: growth begins: 295 to 305 rad/s")
+    assert title.endswith("grows alone, from 295 to 305 rad/s on")
     assert "meets" not in text
 
 
@@ -136,7 +135,7 @@ def test_a_wheel_of_two_equal_modes_that_friction_couples_is_a_pair():
     K = {"1": 1e4 * np.eye(2), "mu": 1e3 * SKEW}
     _, label, text = alone(squeal.System(np.eye(2), 3 * np.eye(2), K), VALUES)
     assert label == "frequency [Hz]"
-    assert "meets" in text
+    assert "come together" in text
 
 
 def test_modes_numbered_beyond_their_meeting_are_followed_back_to_before_it():
@@ -146,11 +145,27 @@ def test_modes_numbered_beyond_their_meeting_are_followed_back_to_before_it():
     found = squeal.thresholds(system, 1.2)
     drawing = damping_drawing("pair", eigenvalue_paths(found, 0.0, 1.2), found)
     title = drawing.figure.axes[1].get_title("left")
+    assert title.startswith("modes 1 + 2 meet near $\\mu$ = 0.75")
+    assert title.endswith(f"growth from {found.first.mu:.4g} on")
+    starts = curves(drawing.figure, "pair")
     first = np.sqrt(np.array([1e6, 3e6]) - 25.0) / (2 * np.pi)
-    assert title.startswith(
-        f"modes 1 + 2 ({first[0]:.4g}, {first[1]:.4g} Hz) meet\nat $\\mu$ = 0.75"
-    )
-    assert title.endswith(f"growth begins at {found.first.mu:.4g}")
+    assert [starts[f"pair {k}"][1][0] for k in (1, 2)] == pytest.approx(first.tolist(), rel=1e-9)
+
+
+def test_each_of_three_pairs_that_meet_has_a_panel_and_more_are_counted():
+    """Pairs of frequencies in the ratios 1 : 2 : 3 : 4, all of which flutter from 3/4 on."""
+    ratios = np.diag([1.0, 4.0, 9.0, 16.0])
+    for count in (3, 4):
+        K = {"1": np.kron(ratios[:count, :count], np.array([[2.0, -1.0], [-1.0, 2.0]]))}
+        K["mu"] = np.kron(ratios[:count, :count], np.array([[0.0, 4 / 3], [0.0, 0.0]]))
+        sweep = squeal.sweep(squeal.System(np.eye(2 * count), K=K), VALUES)
+        first, *panels = damping_drawing("pairs", sweep).figure.axes
+        assert len(panels) == 3
+        assert all(
+            "meet near $\\mu$ = 0.76; growth from 0.74 to 0.76 on" in axes.get_title("left")
+            for axes in panels
+        )
+        assert ("the first 3 of 4" in first.get_title("left")) == (count == 4)
 
 
 def test_colours_of_modes_differ_for_every_kind_of_colour_vision():

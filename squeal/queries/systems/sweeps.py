@@ -63,6 +63,7 @@ def track_modes(
     values: Sequence[float],
     reduction: Reduction | None,
     workers: int = 1,
+    numbered_at: float | None = None,
 ) -> TrackedModes:
     """Compute the roots at values of the parameter, and number the modes alike at all of them.
 
@@ -78,6 +79,8 @@ def track_modes(
         A reduced system that is good at the values; without one the system itself is solved.
     workers : int
         Processes.
+    numbered_at : float, optional
+        One of the values, at which modes are numbered; left out, the system's own value.
 
     Raises
     ------
@@ -123,7 +126,8 @@ def track_modes(
             at = continued(system, rising).at
     steps = [step for step, _ in computed_roots.values()]  # by rising value
     values_between = 0 if expensive else len(rising)  # that may be computed to tell modes apart
-    numbered, losses, reference = assign_mode_numbers(steps, at, own_value, values_between)
+    start = own_value if numbered_at is None else numbered_at
+    numbered, losses, reference = assign_mode_numbers(steps, at, start, values_between)
     step_at = dict(zip(rising, numbered, strict=True))
     return TrackedModes(tuple(step_at[value] for value in values), losses, reference)
 

@@ -1,0 +1,203 @@
+"""The modes of a sweep as paths: which grow, and which other mode each one meets."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.linear.paths import Loss, mode_numbers
+from squeal.linear.roots import assigned
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sources import PadSource, unit_of
+from squeal.results.sweep import Sweep
+
+GROWS = 1e-9  # of |lambda|: a growth rate below is rounding
+NEAREST = 0.1  # of the frequency: no partner is farther from a mode where it grows
+NEARER = 0.5  # of their first distance: two frequencies nearer than that come together
+TWINS = 0.05  # of the frequency: so near are the two whirls of a shaft on unlike bearings
+FED = 0.25  # of the rise of a growth rate: that of a partner falls by as much at least
+NEAR = 0.01  # of |lambda|: so far a root of a sweep is from that of the full system, at most
+MET = 0.05  # of their first distance: two frequencies have met where they are nearer
+
+
+class Paths:
+    """The modes of a sweep with Im >= 0, by rising value of the parameter.
+
+    own_value: the subject's own value of the parameter, None if the sweep does not reach it; at,
+    roots: values and roots of each mode by its number; growing: modes that grow somewhere, the
+    fastest at the own value first; groups: of each of these, once, the mode alone or with the other
+    one that it meets, by rising first frequency.
+    """
+
+    def __init__(self, sweep: Sweep) -> None:
+        self.values = values = np.array([step.value for step in sweep.steps])
+        whole: dict[int, NDArray[np.complex128]] = {}  # NaN where a mode is not known
+        for k, step in enumerate(sweep.steps):
+            for number, root in step.root_of_mode().items():
+                if root.value.imag > 0.0:
+                    path = whole.setdefault(number, np.full(len(values), np.nan, dtype=complex))
+                    path[k] = root.value
+        _join(whole, sweep.losses)
+        self.whole = whole
+        self.at = {mode: values[np.isfinite(path)] for mode, path in whole.items()}
+        self.roots = {mode: path[np.isfinite(path)] for mode, path in whole.items()}
+        self.own_value = _own_value(sweep)
+        growing = [mode for mode, roots in self.roots.items() if is_growing(roots).any()]
+        self.growing = sorted(growing, key=self._rank, reverse=True)
+        self.groups: list[tuple[int, ...]] = []
+        is_speed = bool(unit_of(sweep.source))
+        for mode in self.growing:
+            if not any(mode in group for group in self.groups):
+                group = [mode, *self._partners(mode, is_speed)[:1]]
+                self.groups.append(tuple(sorted(group, key=self.first_hz)))
+
+    def group_of(self, mode: int | None) -> tuple[int, ...]:
+        """A growing mode alone, or with the one that it meets; empty of another mode."""
+        return next((group for group in self.groups if mode in group), ())
+
+    def first_hz(self, mode: int) -> float:
+        """The frequency at the first value that has the mode."""
+        return float(self.roots[mode][0].imag / math.tau)
+
+    def root_at(self, mode: int, value: float) -> complex | None:
+        """The root of a mode at a value, interpolated; None where its path does not reach."""
+        at = self.at[mode]
+        if not at[0] <= value <= at[-1]:
+            return None
+        return complex(np.interp(value, at, self.roots[mode]))
+
+    def meeting(self, group: tuple[int, ...]) -> float | None:
+        """The first value at which the frequencies of two modes have met; None if they never do,
+        and of one mode."""
+        if len(group) < 2:
+            return None
+        first, second = group
+        distances = np.abs((self.whole[first] - self.whole[second]).imag)
+        met = self.values[distances < MET * distances[np.isfinite(distances)][0]]
+        return float(met[0]) if met.size else None
+
+    def growth(self, mode: int) -> float:
+        """The fastest growth rate of a mode, 1/s."""
+        return float(self.roots[mode].real.max())
+
+    def numbered(self, spectrum: Eigenvalues) -> Eigenvalues:
+        """Eigenvalues whose modes have the numbers of the paths, others the lowest free ones; as
+        they are at a value that no path reaches."""
+        paths = np.array([path[self.values == spectrum.value] for path in self.whole.values()])
+        if not paths.size:
+            return spectrum
+        modes = list(self.whole)
+        number_of: dict[int, int] = {}  # by the number by rising frequency
+        by_frequency = mode_numbers(spectrum.values)
+        is_upper = spectrum.values.imag > 0.0
+        distances = np.abs(spectrum.values[is_upper, None] - paths[:, 0])
+        distances = np.nan_to_num(distances / np.abs(spectrum.values[is_upper, None]), nan=np.inf)
+        if len(distances):
+            rows = zip(distances, by_frequency[is_upper].tolist(), assigned(distances), strict=True)
+            for row, number, k in rows:
+                if k >= 0 and row[k] <= NEAR:
+                    number_of[number] = modes[k]
+        free = (number for number in itertools.count(1) if number not in number_of.values())
+        for number in np.unique(by_frequency).tolist():
+            if number not in number_of:
+                number_of[number] = next(free)
+        numbers = np.array([number_of[number] for number in by_frequency.tolist()], dtype=int)
+        return replace(spectrum, numbers=numbers)
+
+    def _rank(self, mode: int) -> tuple[float, float]:
+        """The growth rates, 1/s, by which growing modes are ranked: at the own value, and the
+        fastest."""
+        judged = self._judged(mode)
+        growth = float(self.whole[mode][judged].real)
+        return growth if self.values[judged] == self.own_value else 0.0, self.growth(mode)
+
+    def _judged(self, mode: int) -> int:
+        """The index of the value at which a growing mode is judged: the own one, or that of its
+        fastest growth where it does not grow there."""
+        path = self.whole[mode]
+        own = np.flatnonzero(self.values == self.own_value)
+        if own.size and is_growing(path[own[:1]])[0]:
+            return int(own[0])
+        return int(np.nanargmax(path.real))
+
+    def _partners(self, mode: int, is_speed: bool) -> list[int]:
+        """The modes with which `mode` has met where it is judged, the nearest first.
+
+        Two modes that meet feed each other: their frequencies come together, and the growth rate of
+        the partner falls as that of `mode` rises. Over friction they may be together from the
+        first value on, as the two modes of a disc; over a speed (`is_speed`) two that begin so near
+        as `TWINS` are a forward and a backward whirl, of which one grows alone.
+        """
+        leading = self.whole[mode]
+        judged = self._judged(mode)
+        distances: dict[int, float] = {}
+        for other, following in self.whole.items():
+            gaps = leading - following
+            if other == mode or np.isnan(gaps[judged]):
+                continue
+            first = int(np.argmax(np.isfinite(gaps)))
+            rise = leading.real[judged] - leading.real[first]
+            fall = following.real[first] - following.real[judged]
+            distance = abs(gaps.imag[judged])
+            limit = NEARER * abs(gaps.imag[first])
+            if is_speed and abs(gaps.imag[first]) < TWINS * leading.imag[first]:
+                continue
+            if not is_speed:
+                limit = max(limit, gaps.real[judged])
+            limit = min(limit, NEAREST * leading.imag[judged])
+            if distance <= limit and fall >= FED * rise:
+                distances[other] = distance
+        return sorted(distances, key=distances.__getitem__)
+
+
+def is_growing(roots: NDArray[np.complex128]) -> NDArray[np.bool_]:
+    """Which roots (m,) grow by more than rounding."""
+    return roots.real > GROWS * np.abs(roots)
+
+
+def _join(whole: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> None:
+    """Join each path that ends at a meeting with the one of nearest frequency that begins behind
+    it, under the lower of both numbers, which is that of the value where modes are numbered."""
+    lower: dict[int, int] = {}  # number of a joined path, by the higher one
+    for loss in sorted(losses):
+        if loss.kind != "begin":
+            continue
+        ended = []
+        for other in losses:
+            if other.kind == "end" and other.low <= loss.low <= other.high:
+                ended += [lower.get(mode, mode) for mode in other.modes]
+        ended = [mode for mode in ended if mode in whole]  # which vibrate
+        begun = [mode for mode in loss.modes if mode in whole]
+        if not ended or not begun:
+            continue
+        last = []
+        for mode in ended:
+            last.append(whole[mode][np.isfinite(whole[mode])][-1].imag)
+        first = []
+        for mode in begun:
+            first.append(whole[mode][np.isfinite(whole[mode])][0].imag)
+        nearest = assigned(np.abs(np.subtract.outer(first, last))).tolist()
+        for mode, hertz, k in zip(begun, first, nearest, strict=True):
+            if k >= 0 and abs(hertz - last[k]) <= NEAREST * hertz:
+                low, high = sorted((mode, ended[k]))
+                path = whole.pop(high)
+                whole[low] = np.where(np.isfinite(whole[low]), whole[low], path)
+                lower[high] = low
+
+
+def _own_value(sweep: Sweep) -> float | None:
+    """The subject's own value of the parameter, None where it is not known or not in the sweep."""
+    source = sweep.source
+    if source is None:
+        return None
+    if isinstance(source, PadSource):
+        own_value = float(source.scene.pad.mu)
+    else:
+        own_value = source.file.system.parameters[sweep.parameter]
+    values = [step.value for step in sweep.steps]
+    return own_value if min(values) <= own_value <= max(values) else None
