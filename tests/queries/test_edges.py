@@ -72,15 +72,14 @@ def test_parameters_of_a_system_do_not_change():
         assert other.at()[2].tolist() == system.at()[2].tolist()
 
 
-@pytest.mark.parametrize("subject", ["pad", "system"])
-def test_a_shape_needs_coordinates(subject):
-    known = (
-        squeal.read_scene(SCENES / "b1-a.yaml")
-        if subject == "pad"
-        else squeal.System(np.eye(2), K=np.eye(2))
-    )
+def test_the_shape_of_a_system_needs_coordinates_and_that_of_a_pad_none():
+    system = squeal.System(np.eye(2), K=np.eye(2))
     with pytest.raises(InputError, match="shape: needs a system with `coordinates"):
-        squeal.eigenvalues(known).plot(shape=1)
+        squeal.eigenvalues(system).plot(shape=1)
+    pad = squeal.eigenvalues(squeal.read_scene(SCENES / "b1-a.yaml"))
+    assert pad.plot(shape=1).get_title().startswith("mode 1: ")
+    with pytest.raises(InputError, match="a whole number from 1 to 3"):
+        pad.plot(shape=4)
 
 
 @pytest.mark.parametrize("seed", range(5))
