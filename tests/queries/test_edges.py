@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_array, diags_array, eye_array
 
 import squeal
 from squeal.errors import InputError, InputWarning
@@ -95,3 +96,24 @@ def test_the_largest_part_of_a_vector_is_positive_in_the_units_of_the_caller(see
         largest = root.right[np.argmax(np.abs(root.right))]
         assert largest.real > 0.0
         assert abs(largest.imag) <= 1e-12 * largest.real
+
+
+def test_a_first_look_answers_for_its_own_system_and_roots_alone():
+    n = 402
+    coupling = csc_array(([1.0, -1.0], ([0, 1], [1, 0])), shape=(n, n))
+    systems = []
+    for highest in (100.0, 50.0):
+        K = {"1": diags_array(np.linspace(1.0, highest, n) ** 2), "mu": coupling}
+        systems.append(squeal.System(eye_array(n), {"1": 1e-3 * eye_array(n)}, K))
+    first, second = systems
+    band = (0.1, 0.25)
+    look = squeal.sweep(first, [0.0, 0.2], band=band)
+    assert look.is_first_look
+    estimated = squeal.eigenvalues(first, at=0.1, band=band, look=look)
+    stiffness = np.linspace(1.0, 100.0, n)[:2] ** 2
+    squares = np.linalg.eigvals([[stiffness[0], 0.1], [-0.1, stiffness[1]]])
+    omega = np.sqrt(squares.min() - 0.0005**2)
+    assert estimated.eigenvalues[0].value.imag == pytest.approx(omega, rel=1e-8)
+    for subject, asked in ((second, band), (first, (0.2, 0.25))):
+        with pytest.raises(InputError, match="look: must be a sweep of this system"):
+            squeal.eigenvalues(subject, at=0.1, band=asked, look=look)

@@ -225,6 +225,14 @@ def test_a_chart_over_a_parameter_that_no_matrix_uses_is_refused():
         squeal.map(disc_and_pad("plain"), (Axis("mu", 0.0, 1.0, 2), Axis("kc", 1e6, 2e6, 2)))
 
 
+def test_a_chart_over_the_frequency_of_each_root_is_refused():
+    stiffer_with_frequency = {"1 + omega": np.eye(2), "mu": [[0.0, 1.0], [-1.0, 0.0]]}
+    system = squeal.System(np.eye(2), K=stiffer_with_frequency)
+    axes = Axis("mu", 0.0, 1.0, 2), Axis("omega", 0.0, 1.0, 2)
+    with pytest.raises(InputError, match="omega: is not allowed in a chart, each root has its own"):
+        squeal.map(system, axes, band=(0.1, 1.0))
+
+
 def test_growth_that_no_crossing_explains_is_not_certified(monkeypatch):
     monkeypatch.setattr(critical, "crossings_along", lambda *_: ((), ()))
     block, pushed = (coupled(mu)[2] for mu in (0.0, 1.0))  # flutters from mu = 3/4 on
