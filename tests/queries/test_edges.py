@@ -98,6 +98,14 @@ def test_the_largest_part_of_a_vector_is_positive_in_the_units_of_the_caller(see
         assert abs(largest.imag) <= 1e-12 * largest.real
 
 
+def test_a_reduced_sweep_of_the_lowest_modes_says_what_growth_it_leaves_out():
+    """lambda^2 + 10 lambda + 1 - 3 mu = 0 diverges at 1/3, by 0.19 1/s at 1."""
+    slow = squeal.System([[1.0]], [[10.0]], {"1": [[1.0]], "mu": [[-3.0]]})
+    answer = squeal.sweep(slow, [0.0, 1.0], modes=1, method="reduced")
+    assert 0.0 < answer.basis["growth_limit"] < 0.19
+    assert f"grow by more than {answer.basis['growth_limit']:.4g} 1/s are left out" in str(answer)
+
+
 def test_a_first_look_answers_for_its_own_system_and_roots_alone():
     n = 402
     coupling = csc_array(([1.0, -1.0], ([0, 1], [1, 0])), shape=(n, n))

@@ -83,7 +83,7 @@ class SystemRoots:
     others : tuple of Eigenvalue
         Further roots of the region, beside the lowest ones that were selected.
     growth_limit : float or None
-        Of a band: roots that grow faster, 1/s, were not searched.
+        Roots that grow faster, 1/s, were not searched; None without a limit of growth alone.
     outside : tuple of complex or None
         Growing roots outside of the region, the fastest first: all of a small system, of a large
         one those that the search met. None if it met none, which does not say that none exists.
