@@ -177,6 +177,8 @@ def test_shapes_outweigh_growth_at_every_tolerance(tmp_path, tolerance):
 
 
 def test_a_mode_that_does_not_vibrate_is_near_to_none_that_does():
-    modes = [Mode(name, hertz, None, np.empty(0)) for name, hertz in (("0", 0.0), ("1", 0.05))]
+    modes = [
+        Mode(name, hertz, None, np.empty(0, complex)) for name, hertz in (("0", 0.0), ("1", 0.05))
+    ]
     differences = pairing_costs(modes, modes, 0.1).difference
     assert differences == pytest.approx(np.array([[0.0, 1.0], [-1.0, 0.0]]))

@@ -55,7 +55,8 @@ def cycle(answer) -> Cycle:
 def test_the_scene_has_its_own_value_exactly(monkeypatch):
     monkeypatch.setattr("squeal.queries.cycles.MOST", 1)
     k1 = HAMMERS.pad.k1
-    high = next(s * k1 for s in np.arange(2.1, 4.0, 1e-3).tolist() if k1 / (s * k1) * (s * k1) != k1)
+    ends = [share * k1 for share in np.arange(2.1, 4.0, 1e-3).tolist()]
+    high = next(end for end in ends if k1 / end * end != k1)
     found = squeal.cycles(HAMMERS, ("k1", 0.9 * k1, high))
     assert found.orbits[found.own].value == k1
     assert any(str(part).startswith("sliding at k1 = ") for part in found.parts())
