@@ -117,11 +117,12 @@ def _sweep(
         return damping_drawing(name, answer, thresholds, width)
     if width != "page":
         raise InputError("width: is of the figure with damping=True alone")
-    if not isinstance(answer.source, PadSource):
+    values = [step.value for step in answer.steps]
+    low = min(values)
+    high = max(values)
+    if not isinstance(answer.source, PadSource) or low == high:  # one value is no path
         return coupling.sweep_drawing(name, answer)
     scene = answer.source.scene
-    low = answer.steps[0].value
-    high = answer.steps[-1].value
     return _thresholds_of_pad(scene, critical_friction(scene, high), name, low, high)
 
 

@@ -28,7 +28,7 @@ from squeal.queries.options import Band, RandomNumbers, Region, seed_of
 from squeal.queries.systems.all_roots import is_small, roots_of_all
 from squeal.queries.systems.reduced import basis_of, reduced_for
 from squeal.queries.systems.roots import SystemRoots, system_roots
-from squeal.queries.systems.seat import note_of_seat_parameters, seat_note
+from squeal.queries.systems.seat import warn_of_held_seat
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.results.columns import UNSURE, basis_text
 from squeal.results.sources import EigenvalueSelection
@@ -387,9 +387,7 @@ def optimise(
     if result.residual > TOLERANCE:
         words = f"a residual of {result.residual:.2g} in the full problem, {TOLERANCE:g} is wanted"
         Place("optimise").warn(f"the reduced system has {words}; the result may be improved")
-    for note in (seat_note(analysis.file), note_of_seat_parameters(analysis.file)):
-        if note:
-            Place("optimise").warn(note)
+    warn_of_held_seat(analysis.file, "optimise")
     changed = []
     for name, (low, high) in ranges.items():
         bounded = Bounded(

@@ -326,8 +326,9 @@ class Findings(Answer):
             words.append(f"{whirl} whirl, which no other mode meets")
         words.append(balance)
         text = f"{head}: {'; '.join(words)}."
-        if self.energy.part_shares:
-            text += f" Where its energy is: {self.energy.place(number_of_mode or 0)}."
+        place = self.energy.place(number_of_mode or 0)
+        if place:
+            text += f" Where its energy is: {place}."
         return text[0].upper() + text[1:]
 
     @property

@@ -129,6 +129,8 @@ def test_modes_near_a_coalescence_are_named():
         assert found.condition == pytest.approx([1 / np.sqrt(1 - share**2)] * 4, rel=1e-6)
         assert words in str(found)
         assert bool(words) == ("nearly" in str(found))
+    met = squeal.sensitivity(squeal.System(np.eye(2), K=[[2, 1], [0, 2]], parameters={"mu": 0.0}))
+    assert "mode 1 coalesces with another one: it has no derivatives" in str(met)
 
 
 def test_a_change_whose_file_names_fewer_rows_stands_where_the_system_has_them(tmp_path):

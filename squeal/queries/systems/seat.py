@@ -15,6 +15,7 @@ from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.known import with_doubts
 from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
+from squeal.schema import Place
 from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly
 from squeal.sparse.contact_seat import Contact
 
@@ -85,6 +86,13 @@ def note_of_seat_parameters(file: SystemFile) -> str:
             "the effect of parameters on which pairs are closed and on contact forces is left out"
         )
     return "; ".join(notes)
+
+
+def warn_of_held_seat(file: SystemFile, verb: str) -> None:
+    """Warn of what an answer over several parameters misses while contact keeps its seat."""
+    for note in (seat_note(file), note_of_seat_parameters(file)):
+        if note:
+            Place(verb).warn(note)
 
 
 def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
