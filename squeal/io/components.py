@@ -22,18 +22,7 @@ from squeal.io.system_keys import CSV, FACTOR, SYSTEM, Document
 from squeal.io.tables import Line, number_in, read_table
 from squeal.io.writing import write_csv
 from squeal.numerics.differentiation import Formula
-from squeal.schema import (
-    FLAG,
-    POSITIVE,
-    TEXT,
-    Group,
-    Key,
-    Named,
-    Place,
-    Several,
-    Whole,
-    row,
-)
+from squeal.schema import FLAG, POSITIVE, TEXT, Group, Key, Named, Place, Several, Whole, row
 from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly, assemble
 from squeal.sparse.components import Component
 from squeal.sparse.contact_faces import ContactPoints, contact_between_faces

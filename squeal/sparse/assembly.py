@@ -25,11 +25,7 @@ from squeal.sparse.contact_seat import (
     pair_directions,
     seat_contacts,
 )
-from squeal.sparse.quadratic import (
-    Array,
-    Changes,
-    ComplexArray,
-)
+from squeal.sparse.quadratic import Array, Changes, ComplexArray
 from squeal.sparse.reduced_basis import root_error_bounds
 
 if TYPE_CHECKING:

@@ -21,12 +21,7 @@ from squeal.linear.system import Matrix, Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.schema import ANY, POSITIVE, Place, refuse_unit
 from squeal.sparse.factor import Factor, factorise
-from squeal.sparse.quadratic import (
-    Array,
-    Changes,
-    ComplexArray,
-    Indices,
-)
+from squeal.sparse.quadratic import Array, Changes, ComplexArray, Indices
 from squeal.sparse.reduced_basis import term_weights
 
 if TYPE_CHECKING:

@@ -23,11 +23,7 @@ from squeal.schema import ANY, POSITIVE, Kind, Number, Place, refuse_unit
 from squeal.sparse.components import Component
 from squeal.sparse.contact_faces import ContactPoints, Labels
 from squeal.sparse.factor import factorise
-from squeal.sparse.quadratic import (
-    Array,
-    Bools,
-    Changes,
-)
+from squeal.sparse.quadratic import Array, Bools, Changes
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
