@@ -422,8 +422,10 @@ class Continuation:
         abs_left = np.abs(left)
         abs_right = np.abs(right)
         mass_error = abs_left @ np.abs(M) @ abs_right  # what rounding makes of left M right = 1
-        amplification = getattr(self.system, "error_amplification", 1.0)  # see StaticCondensation
-        sizes = amplification * (abs_left @ np.abs(K) @ abs_right + mass_error @ np.abs(A))
+        # for both see StaticCondensation
+        amplification = getattr(self.system, "error_amplification", 1.0)
+        terms = np.abs(K) + getattr(self.system, "cancelled", 0.0)
+        sizes = amplification * (abs_left @ terms @ abs_right + mass_error @ np.abs(A))
         damping_sizes = amplification * (abs_left @ np.abs(C) @ abs_right + mass_error @ np.abs(B))
         if self.problem is not UNDAMPED:
             n = len(A)
