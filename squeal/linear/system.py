@@ -71,6 +71,7 @@ class Term:
         object.__setattr__(self, "matrix", given_matrix(self.matrix).copy())
 
 
+NUMBERS = kind_of(Mapping[str, float])
 SystemMatrix = ArrayLike | Sequence[object] | SparseMatrix | Mapping[str, object] | tuple[Term, ...]
 """A matrix as `System` takes it: one array, arrays by their factors, or terms."""
 Label = Hashable
@@ -163,7 +164,7 @@ class System:
         if not from_terms:  # terms come from readers of files, which check these three
             if parameters is not None:
                 where = Place("System", "parameters")
-                parameters = kind_of(Mapping[str, float]).read(parameters, where)
+                parameters = NUMBERS.read(parameters, where)
             parameter = TEXT.read(parameter, Place("System", "parameter"))
             name = TEXT.read(name, Place("System", "name"))
         # `vars`, as the attributes of a frozen class cannot be assigned
@@ -204,6 +205,8 @@ class System:
     def _check_terms(self) -> None:
         """Refuse matrices of different shapes and factors without a value. Raises InputError."""
         shape = self.M[0].matrix.shape
+        if len(self.labels) > shape[0]:
+            raise InputError(f"labels: {len(self.labels)} labels are not allowed; {shape[0]} are")
         for letter, terms in zip("MCK", self.parts, strict=True):
             for term in terms:
                 if term.matrix.shape != shape or shape[0] != shape[1] or not shape[0]:
@@ -321,7 +324,9 @@ class System:
         return not self.C and self._real_terms
 
     def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
-        """The parameters with some of them changed. Raises InputError for an unknown name.
+        """The parameters with some of them changed.
+
+        Raises InputError for an unknown name, and for a value that is no finite number.
 
         Examples
         --------
@@ -329,12 +334,8 @@ class System:
         >>> system.values({"k": 9.0})
         {'mu': 0.0, 'k': 9.0}
         """
-        if changes is not None and not isinstance(changes, Mapping):
-            raise InputError(
-                f"{changes}: is not allowed; it must be a mapping of parameters to values, such as "
-                f"{{{self.parameter!r}: 0.3}}"
-            )
-        values = {**self.parameters, **(changes or {})}
+        changed = {} if changes is None else NUMBERS.read(changes, Place("System", "changes"))
+        values = {**self.parameters, **changed}
         for name in values.keys() - self.parameters.keys():
             raise InputError(f"{name}: is no parameter; {meant(name, sorted(self.parameters))}")
         return values
@@ -405,13 +406,12 @@ class System:
         >>> C is None, K.tolist()
         (True, [[9.0]])
         """
-        changed = (changes or {}).keys()
-        if not changed >= set(self.follows):
+        parameters = self.values(changes)
+        if not (changes or {}).keys() >= set(self.follows):
             raise InputError(
                 f"{self.name}: matrices depend on the {self.follows[0]} of each root; it must be "
                 "one of the parameters here, the same for all roots"
             )
-        parameters = self.values(changes)
 
         def value(term: Term) -> complex:
             return term.factor.value(parameters)
@@ -678,7 +678,7 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
 def supports_warning(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:
     """The warning that `without_supports` left out rows (k,) of a system with these labels."""
     first = f"row {rows[0] + 1}"
-    if labels:
+    if rows[0] < len(labels):
         first += f", {row_name(labels[rows[0]])}"
     return (
         f"{rows.size} rows whose diagonal stands decades above all others are taken for supports "
