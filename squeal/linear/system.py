@@ -341,7 +341,7 @@ class System:
         return values
 
     def replace(self, changes: Mapping[str, float]) -> System:
-        """The system with other values of some parameters.
+        """The system with other values of some parameters; a frequency among them is held there.
 
         Examples
         --------
@@ -349,7 +349,8 @@ class System:
         >>> dict(system.replace({"k": 9.0}).parameters)
         {'mu': 0.0, 'k': 9.0}
         """
-        return dataclasses.replace(self, parameters=self.values(changes))
+        follows = tuple(name for name in self.follows if name not in changes)
+        return dataclasses.replace(self, parameters=self.values(changes), follows=follows)
 
     @property
     def covered(self) -> tuple[float, float]:
@@ -389,10 +390,7 @@ class System:
         >>> lossy.frozen(3.0)(0.0)[2].tolist()
         [[4.0]]
         """
-        if not self.follows:
-            return self
-        parameters = self.values(self.frequency(omega))
-        return dataclasses.replace(self, parameters=parameters, follows=())
+        return self.replace(self.frequency(omega)) if self.follows else self
 
     def at(self, changes: Mapping[str, float] | None = None) -> SystemMatrices:
         """M, C, K (C None without terms) at the parameters, some of them changed.

@@ -244,3 +244,12 @@ def test_a_support_without_a_label_is_called_by_its_row():
     with pytest.warns(UserWarning, match=r"the first is row 4$"):
         system = squeal.System(np.eye(4), K=np.diag([1.0, 2.0, 3.0, 1e22]), labels=("x",))
     assert system.row_names == ["x", "q2", "q3"]
+
+
+def test_a_frequency_that_is_replaced_is_held():
+    K = {"1": [[1.0]], "frequency": [[2.0]]}
+    following = squeal.System([[1.0]], [[0.1]], K)
+    held = following.replace({"frequency": 4.0})
+    assert (following.follows, held.follows) == (("frequency",), ())
+    roots = squeal.eigenvalues(held).eigenvalues
+    assert roots[0].value == pytest.approx(-0.05 + 1j * np.sqrt(9.0 - 0.05**2))
