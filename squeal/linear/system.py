@@ -25,7 +25,7 @@ from squeal.linear.matrices import Matrix as Matrix
 from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
 from squeal.linear.supports import support_rows
 from squeal.numerics.differentiation import ONE, Formula
-from squeal.schema import TEXT, Place, kind_of
+from squeal.schema import ANY, TEXT, Place, instance, kind_of
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -71,9 +71,9 @@ class Term:
         object.__setattr__(self, "matrix", given_matrix(self.matrix).copy())
 
 
-NUMBERS = kind_of(Mapping[str, float])
 SystemMatrix = ArrayLike | Sequence[object] | SparseMatrix | Mapping[str, object] | tuple[Term, ...]
 """A matrix as `System` takes it: one array, arrays by their factors, or terms."""
+CHANGES = instance(Mapping, "a mapping of parameters to values, such as {'mu': 0.3}")
 Label = Hashable
 """Of a row: what an index of pandas or xarray holds, of files (node, degree of freedom)."""
 
@@ -164,7 +164,7 @@ class System:
         if not from_terms:  # terms come from readers of files, which check these three
             if parameters is not None:
                 where = Place("System", "parameters")
-                parameters = NUMBERS.read(parameters, where)
+                parameters = kind_of(Mapping[str, float]).read(parameters, where)
             parameter = TEXT.read(parameter, Place("System", "parameter"))
             name = TEXT.read(name, Place("System", "name"))
         # `vars`, as the attributes of a frozen class cannot be assigned
@@ -334,10 +334,14 @@ class System:
         >>> system.values({"k": 9.0})
         {'mu': 0.0, 'k': 9.0}
         """
-        changed = {} if changes is None else NUMBERS.read(changes, Place("System", "changes"))
-        values = {**self.parameters, **changed}
-        for name in values.keys() - self.parameters.keys():
-            raise InputError(f"{name}: is no parameter; {meant(name, sorted(self.parameters))}")
+        values = dict(self.parameters)
+        if changes is not None:
+            at = Place("System", "changes")
+            for name, value in CHANGES.read(changes, at).items():
+                if name not in values:
+                    allowed = meant(str(name), sorted(values))
+                    raise InputError(f"{name}: is no parameter; {allowed}")
+                values[name] = ANY.read(value, at / name)
         return values
 
     def replace(self, changes: Mapping[str, float]) -> System:

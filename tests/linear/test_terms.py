@@ -253,3 +253,8 @@ def test_a_frequency_that_is_replaced_is_held():
     assert (following.follows, held.follows) == (("frequency",), ())
     roots = squeal.eigenvalues(held).eigenvalues
     assert roots[0].value == pytest.approx(-0.05 + 1j * np.sqrt(9.0 - 0.05**2))
+
+
+def test_a_parameter_may_have_the_name_of_a_greek_letter():
+    system = squeal.System([[1.0]], K={"1": [[1.0]], "Ω": [[2.0]]}, parameter="Ω")
+    assert system(0.5)[2].item() == 2.0
