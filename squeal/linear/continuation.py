@@ -389,7 +389,8 @@ class Continuation:
         self._states: dict[float, SpectrumAtParameter] = {}
         self._last: tuple[float, StandardProblem] | None = None  # the last value, and A there
         self._pattern = np.zeros((self.size, self.size), dtype=bool)  # entries of A that are not 0
-        self._components: list[NDArray[np.intp]] = []  # strong ones of A at all values so far
+        # rows of the strong components of A at all values so far; each by itself where A is zero
+        self._components: list[NDArray[np.intp]] = list(np.arange(self.size)[:, None])
         self._state_scales = np.ones(self.size)
         zero = np.zeros_like(samples[0][0])
         # sets frequency scale and components

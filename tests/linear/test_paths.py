@@ -112,3 +112,10 @@ def test_onsets_are_read_below_mu_also_from_thresholds_of_a_longer_range():
         found = [mode.onset for mode in unstable_modes(system, mu, longer)]
         assert found == pytest.approx(expected, rel=1e-9)
     assert expected == pytest.approx([0.16838590161, 0.20458726627, 1.00317097282])
+
+
+def test_a_system_without_stiffness_has_vectors_and_no_threshold():
+    result = thresholds(lambda mu: (np.eye(2), None, np.zeros((2, 2))), 1.0)
+    assert result.points == []
+    (search,) = result.searched
+    assert np.array_equal(search.continuation.at(1.0).right, np.eye(2))
