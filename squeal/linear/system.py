@@ -177,7 +177,7 @@ class System:
         )
         with within_doubles():
             parts, labels_of_frames = _read_terms(arguments)
-            vars(self).update(parts, labels=labels or labels_of_frames)
+            vars(self).update(parts, labels=tuple(labels) or labels_of_frames)
             self._complete_parameters()
             self._check_terms()
             if from_terms:

@@ -242,7 +242,7 @@ def test_sparse_matrices_of_the_older_kind_are_taken_as_arrays():
 
 def test_a_support_without_a_label_is_called_by_its_row():
     with pytest.warns(UserWarning, match=r"the first is row 4$"):
-        system = squeal.System(np.eye(4), K=np.diag([1.0, 2.0, 3.0, 1e22]), labels=("x",))
+        system = squeal.System(np.eye(4), K=np.diag([1.0, 2.0, 3.0, 1e22]), labels=np.array(["x"]))
     assert system.row_names == ["x", "q2", "q3"]
 
 
