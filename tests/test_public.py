@@ -81,6 +81,7 @@ WRONG: list = [
     lambda: SYSTEM.replace({"mu": "x"}),
     lambda: SYSTEM.at(0.5),
     lambda: api.scatter(SCENE, {}),
+    lambda: api.scatter(SCENE, {"k1": {1: 0.1}}),
     lambda: api.scatter("pad.yaml", {"k1": {"relative": 0.1}}),
     lambda: SCENE.replace(pad=3),
 ]

@@ -339,8 +339,7 @@ class System:
             at = Place("System", "changes")
             for name, value in CHANGES.read(changes, at).items():
                 if name not in values:
-                    allowed = meant(str(name), sorted(values))
-                    raise InputError(f"{name}: is no parameter; {allowed}")
+                    raise InputError(f"{name}: is no parameter; {meant(name, sorted(values))}")
                 values[name] = ANY.read(value, at / name)
         return values
 
