@@ -245,7 +245,7 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
 def bordered(system: System, U: Array, of_stiffness: bool = False) -> System:
     """A sparse system with U U' added to C, or to K, by k more unknowns instead of a full matrix.
 
-    The unknowns w = U' q', or U' q, are defined by k more rows w - U' q' = 0, and U w is the force.
+    The unknowns w = U' q are defined by k more rows w - U' q = 0; the force is U w', or U w.
     U has the shape (n, k).
     """
     from scipy.sparse import block_array, csc_array, eye_array
