@@ -280,7 +280,7 @@ def critical_speeds(
     reduction = None
     rows = system.n
     if not is_small(system):
-        reduction, _ = analysis.reduced(np.linspace(low, high, SAMPLES).tolist())
+        reduction = analysis.reduced(np.linspace(low, high, SAMPLES).tolist())
         rows = reduction.system.n
     steps = STEPS
     if rows > FEW_ROWS:
