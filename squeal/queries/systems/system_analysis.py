@@ -77,7 +77,8 @@ class SystemAnalysis:
             band = (0.0, assembly.cutoff)
         rectangle = None if region is None else Rectangle(*region)
         selection = EigenvalueSelection(band, rectangle, modes)
-        _refuse_conjugates(rectangle, file.system.real)
+        if rectangle is not None:
+            _refuse_conjugates(rectangle, file.system.real)
         if not is_small(file.system):
             _check_memory(file.system, memory)
         selected = selection.rectangle
@@ -171,13 +172,11 @@ class SystemAnalysis:
         return reduced_for(self.system, self.selection, changes, method)
 
 
-def _refuse_conjugates(region: Rectangle | None, real: bool) -> None:
+def _refuse_conjugates(region: Rectangle, real: bool) -> None:
     """Raise InputError for a region with more below the real axis than above it.
 
     There lie conjugates of motions that it does not hold; of complex matrices no motions at all.
     """
-    if region is None:
-        return
     low = region.low_imag
     high = region.high_imag
     if high <= 0.0 or (real and high < -low):
