@@ -171,7 +171,7 @@ def _system_sweep(
         method = "full" if is_small(system) else "modal"
     reduction = None
     if method != "full":
-        reduction, _ = analysis.reduced(values, method, most=CHECKED)
+        reduction = analysis.reduced(values, method, most=CHECKED)
     steps, losses, reference = track_modes(
         analysis.file, analysis.selection, values, reduction, workers
     )
@@ -200,12 +200,8 @@ def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
     assert source is not None
     from squeal.queries.systems.sweeps import track_modes
 
-    values = np.linspace(low, high, DRAWN_OF_SYSTEMS)
-    own_value = source.file.system.parameters[found.parameter]
-    if low < own_value < high:  # there modes are numbered
-        values = np.union1d(values, own_value)
-    drawn = values.tolist()
-    steps, losses, reference = track_modes(source.file, source.selection, drawn, source.reduction)
+    values = np.linspace(low, high, DRAWN_OF_SYSTEMS).tolist()
+    steps, losses, reference = track_modes(source.file, source.selection, values, source.reduction)
     return Sweep(found.name, found.parameter, steps, losses, reference, source=source)
 
 

@@ -3,7 +3,6 @@ that vary parameters: it is computed at one value, and held at the others."""
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -111,9 +110,11 @@ def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
         if doubt:
             doubts.append(doubt)
     if not doubts:
-        along_range = np.linspace(answer.low, answer.high, SEATED).tolist()
-        each = (doubt_of_seat(file, value) for value in along_range)
-        doubts = list(itertools.islice(filter(None, each), 1))  # the first of them
+        for value in np.linspace(answer.low, answer.high, SEATED).tolist():
+            doubt = doubt_of_seat(file, value)
+            if doubt:
+                doubts.append(doubt)
+                break
     noted = replace(answer, seat=(note, *doubts))
     return with_doubts(noted, doubts) if doubts else noted
 
