@@ -56,6 +56,7 @@ MOST_VALUES_BEYOND = 8  # at which a refutation is searched where no step succee
 INSIDE = 0.4629  # of a gap: where what grows is counted; roots often touch the axis half way
 ASIDE = 1e-3  # of a gap: how far from a threshold that is refuted the search looks again
 FIRST = 1e-8  # of the gap: a step beside a threshold
+SLOW = 1e-6  # of half a gap, beside a threshold: there the roots that grow may grow as little
 
 
 @dataclass(frozen=True, eq=False)
@@ -360,7 +361,9 @@ class _RangeProof:
         """
         narrowest = NARROWEST * max(abs(end - start), abs(start), abs(end))
         length = abs(end - start)
+        slow = 0.0  # as far from the start not every growing root needs to be seen to grow
         if start not in self.ends:  # beside a threshold
+            slow = SLOW * length
             length = max(FIRST * length, narrowest)
         sense = 1.0 if end >= start else -1.0
         reached = start
@@ -375,7 +378,8 @@ class _RangeProof:
             self.steps_left -= 1
             if not bounds.allow(unstable):
                 return self.refuted(bounds, unstable, middle)
-            if bounds.prove(unstable):
+            is_beside = abs(step_end - start) <= slow
+            if bounds.prove(unstable) and (is_beside or bounds.least == unstable):
                 if step_end == end:
                     return Proof("proved", "enclosure", self.growth_below, data=self.data)
                 reached = step_end
@@ -449,7 +453,8 @@ def prove_thresholds(
 
     Proved is that it differs between the gaps on both sides of each interval, where it is counted
     inside, and that in each gap as many roots grow at every value, and others by no more
-    than `growth_below`. Refuted is a value or interval at which another number grows for certain.
+    than `growth_below`; close to a threshold (`SLOW`) those that grow may decay as little. Refuted
+    is a value or interval at which another number grows for certain.
 
     Parameters
     ----------

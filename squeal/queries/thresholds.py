@@ -66,7 +66,7 @@ def thresholds(
         As `sweep` takes them. A system of more than 400 rows needs a band or a region.
     high : float, optional
         Upper end of the range; left out, 2 of `mu`, or the subject's own value if that is larger.
-        Another parameter needs it unless its own value is above 2.
+        Of another parameter twice its own value, which must be above 0 then.
     low : float, optional
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
@@ -415,11 +415,11 @@ def _verdict_at_start(analysis: SystemAnalysis, low: float) -> str | None:
     from squeal.queries.systems.roots import system_roots
 
     file = analysis.file
-    system = file.system
-    changes = {system.parameter: low}
+    system = file.system.replace({file.system.parameter: low})
     data = data_of(file, system)
     add_errors = error_bounds(file, system)
-    return system_roots(system, analysis.selection, changes, add_errors, data).verdict
+    roots = system_roots(system, analysis.selection, add_errors=add_errors, data=data)
+    return roots.verdict
 
 
 def _counted_not_proved(answer: Thresholds) -> Thresholds:

@@ -25,15 +25,7 @@ from numpy.typing import NDArray
 from squeal.linear.matrices import EPS, divisor
 from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.quadratic import (
-    Array,
-    Bools,
-    Changes,
-    ComplexArray,
-    Roots,
-    projected,
-    report,
-)
+from squeal.sparse.quadratic import Array, Bools, Changes, ComplexArray, Roots, projected, report
 
 SKETCH = 48  # random vectors that estimate a residual within a factor of two
 DROPPED = 1e-8  # of the largest singular value of a pencil: smaller ones are left out

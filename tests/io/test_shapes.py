@@ -153,6 +153,11 @@ WRONG = [
     (CELLS, [CELLS[0], CELLS[1].replace("hexahedron", "brick")], "hexahedron"),
     (NODES, NODES[1:], "no column"),
     (NODES, [line.replace("fixed", "x") for line in NODES], "28 lines"),
+    (
+        NODES,
+        [NODES[0]] + [line.replace(",y,", ",x,") for line in NODES[1:]],
+        "2 rows for the displacement of the",
+    ),
 ]
 
 

@@ -135,8 +135,13 @@ def thresholds_as_known(
     """Withdraw the certificate of thresholds where something was assumed of the system.
 
     Likewise where the digits of files leave the verdict at the lower end of the range open; the
-    answer then has no verdict there.
+    answer then has no verdict there. A note says that a proof is one of the entries as written.
     """
+    if has_digits(file.system):
+        note = (
+            f"entries are taken as written: more than {digits_of_files(file)} may move thresholds"
+        )
+        answer = replace(answer, notes=(*answer.notes, note))
     reason = _open_at(file, selection, answer.low)
     doubts = list(file.assumptions)
     if reason:

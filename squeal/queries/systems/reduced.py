@@ -232,11 +232,11 @@ def without_left_vectors(
 
 
 def growth_limit(selection: EigenvalueSelection, region: Rectangle) -> float | None:
-    """The growth rate, 1/s, up to which the roots of a band were searched in its region.
+    """The growth rate, 1/s, up to which roots were searched, of a band or of the lowest modes.
 
-    None where no band was selected: the bounds of a region are stated by the user.
+    None of a region, whose bounds the user states.
     """
-    return None if selection.band is None else region.high_real
+    return None if selection.region is not None else region.high_real
 
 
 def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dict[str, Any] | None:

@@ -78,6 +78,7 @@ class SystemAnalysis:
             band = (0.0, assembly.cutoff)
         rectangle = None if region is None else Rectangle(*region)
         selection = EigenvalueSelection(band, rectangle, modes)
+        _refuse_conjugates(rectangle, file.system.real)
         if not is_small(file.system):
             _check_memory(file.system, memory)
         selected = selection.rectangle
@@ -177,6 +178,23 @@ class SystemAnalysis:
         changes = [{parameter: values[round(k)]} for k in index.tolist()]
         reduction = reduced_for(self.system, self.selection, changes, method)
         return reduction, basis_of(reduction, self.selection)
+
+
+def _refuse_conjugates(region: Rectangle | None, real: bool) -> None:
+    """Raise InputError for a region with more below the real axis than above it.
+
+    There lie conjugates of motions that it does not hold; of complex matrices no motions at all.
+    """
+    if region is None:
+        return
+    low = region.low_imag
+    high = region.high_imag
+    if high <= 0.0 or (real and high < -low):
+        raise InputError(
+            f"region: {low:g} < Im < {high:g} is not allowed: below the real axis lie conjugates, "
+            f"which are no motions of their own; the same roots have {max(-high, 0.0):g} < Im < "
+            f"{-low:g}"
+        )
 
 
 def _check_memory(system: TermSystem, limit: float | None = None) -> None:
