@@ -487,7 +487,10 @@ def _best_of_searches(
 
 
 def _extent(system: TermSystem, selection: EigenvalueSelection, bounds: Mapping[str, Band]) -> str:
-    """At which value of the free parameter, and of which band, the growth rate is the largest."""
+    """At which value of the free parameter, and of which band, the growth rate is the largest.
+
+    The growth at that value is made least, not the value from which on something grows.
+    """
     extent = " (not its onset)"
     free = system.parameter
     if free not in bounds:

@@ -80,11 +80,7 @@ class ReducedThresholdSamples:
     selection: EigenvalueSelection
     high: float
 
-    def samples(self, changes: Sequence[Changes]) -> list[Sample]:
-        """The sample of each change of parameters."""
-        return [self._sample(values) for values in changes]
-
-    def _sample(self, values: Changes) -> Sample:
+    def sample(self, values: Changes) -> Sample:
         """The sample at changed parameters, with the residual of the reduced system there."""
         try:
             reduction = self.reduction.replaced(values)
@@ -109,11 +105,7 @@ class GrowthSamples:
     subject: Scene | TermSystem | Reduction
     selection: EigenvalueSelection
 
-    def samples(self, changes: Sequence[Changes]) -> list[Sample]:
-        """The sample of each change of parameters."""
-        return [self._sample(values) for values in changes]
-
-    def _sample(self, values: Changes) -> Sample:
+    def sample(self, values: Changes) -> Sample:
         """The sample at changed parameters: its verdict, and the mode that grows fastest."""
         try:
             selected = self._roots(values)
@@ -171,7 +163,9 @@ SampleComputer: TypeAlias = ThresholdSamples | ReducedThresholdSamples | GrowthS
 
 def _samples(computer: SampleComputer, changes: Sequence[Changes]) -> list[Sample]:
     """The samples of a chunk of changes; a task of a process."""
-    return computer.samples(changes)
+    if isinstance(computer, ThresholdSamples):  # which computes pads together
+        return computer.samples(changes)
+    return [computer.sample(values) for values in changes]
 
 
 def _refused(values: Changes, error: InputError | ComputationError) -> Sample:

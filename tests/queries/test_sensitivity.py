@@ -7,7 +7,7 @@ import pytest
 
 import squeal
 from squeal.equilibrium.damping import normalised_damping, normalised_damping_slope
-from squeal.errors import ComputationError
+from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, Scene
 from squeal.queries.pads.equilibrium import analyse, branch_system
 from squeal.queries.pads.sensitivity import of_threshold
@@ -172,3 +172,16 @@ def test_falling_friction_makes_modes_of_an_undamped_pad_grow_from_the_start():
     (point,) = found.points
     assert (point.mu, point.kind) == (0.0, "flutter")
     assert point.frequency_hz == pytest.approx(hertz[0], rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [({"high": 1.0}, "are of thresholds"), ({"known": True}, "answer of another subject")],
+)
+def test_what_belongs_to_another_question_is_refused(options, words):
+    scene = scene_of("b3", **COUPLED)
+    one = squeal.System([[1.0]], K=[[4.0]])
+    if "known" in options:
+        options = {"known": squeal.eigenvalues(one)}
+    with pytest.raises(InputError, match=words):
+        squeal.sensitivity(scene, **options)
