@@ -135,9 +135,11 @@ def _add_force(
     line: below *CLOAD, which names the direction. Raises InputError.
     """
     direction = DIRECTIONS[DOF.read(line.cells[1], line.at)]
+    if direction < 0:
+        raise line.at.refuse(f"{line.cells[1]} is not read; it must be 1 to 3, a force")
     if node not in coordinates.names:
         raise line.at.refuse(f"{node} is neither a node of {body.name} nor a set of such")
-    if direction < 0 or node not in body.nodes:
+    if node not in body.nodes:
         return
     row = body.rows_of([node])[0, direction]
     if row >= 0:

@@ -160,7 +160,7 @@ class Component:
         return self.places[first_row[np.searchsorted(labels, np.asarray(nodes).astype(str))]]
 
     def rotating(
-        self, axis: ArrayLike, speed: str, values: Changes, preloaded: bool = False
+        self, axis: ArrayLike, speed: str | float, values: Changes, preloaded: bool = False
     ) -> Component:
         """The component seen from a frame that turns with it at constant speed.
 
@@ -173,7 +173,7 @@ class Component:
         axis : array_like (3,)
             Of the rotation, in its sense, of any length above 0.
         speed : str
-            Formula of the speed in rad/s.
+            Formula of the speed in rad/s, or a number.
         values : mapping of str to float
             The parameters that the formula names.
         preloaded : bool
@@ -199,7 +199,7 @@ class Component:
 
         cross = self._cross_product(axis)
         squared = csc_array(cross @ cross)
-        formula = Formula(speed)
+        formula = Formula(str(speed))
         coriolis: list[Term] = []
         softening: list[Term] = []
         for term in self.system.M:

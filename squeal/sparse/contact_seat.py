@@ -66,8 +66,8 @@ class Contact:
     bonded : bool
         True for a joint, whose pairs cannot open.
     friction, factor : str
-        Formulas of the parameters: the coefficient of friction and the factor of the normal
-        stiffness. That of the tangential one is the parameter `tangential`.
+        Formulas of the parameters, or numbers: the coefficient of friction and the factor of the
+        normal stiffness. That of the tangential one is the parameter `tangential`.
     speed : str, optional
         Formula of the sliding speed: m/s where `sliding` is constant, rad/s about `axis`. It turns
         friction with the direction of sliding: across it a pair that carries N in the seat is
@@ -96,15 +96,17 @@ class Contact:
     exponent: float = 0.0
     reference: float = 1.0
     bonded: bool = False
-    friction: str = "mu"
-    factor: str = "contact"
-    speed: str = ""
-    slope: str = "0"
+    friction: Any = "mu"
+    factor: Any = "contact"
+    speed: Any = ""
+    slope: Any = "0"
 
     def __post_init__(self) -> None:
         at = Place(f"contact {self.name}")
         for name, value in vars(self).items():
             refuse_unit(value, at / name)
+        for name in ("friction", "factor", "speed", "slope"):  # formulas, of which some are numbers
+            object.__setattr__(self, name, str(getattr(self, name)))
         EXPONENT.read(self.exponent, at / "exponent")
         POSITIVE.read(self.reference, at / "reference")
         if self.sliding is not None or self.axis is not None:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.matrices import divisor, norm_of
+from squeal.linear.matrices import norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
@@ -43,9 +43,9 @@ from squeal.sparse.quadratic import (
 from squeal.sparse.reduced_basis import (
     SKETCH,
     ReducedBasis,
+    estimated_backward_errors,
     random_vectors,
     term_weights,
-    weighted_norms,
 )
 
 if TYPE_CHECKING:
@@ -247,13 +247,9 @@ class Reduction:
         return roots_at(M, C, K, computed[self.region.contains(computed)], left, stiffness)
 
     def residuals(self, roots: Roots, changes: Changes) -> Array:
-        """Backward errors (m,) in the full problem of roots of the reduced one, estimated.
-
-        They are relative to the sum of the norms of the terms, a bound of that of their sum.
-        """
+        """Backward errors (m,) in the full problem of roots of the reduced one, estimated."""
         weights = term_weights(self.system, self.system.values(changes), roots.values)
-        sketched = np.einsum("trd,tm,dm->rm", self._sketch, weights, roots.right, optimize=True)
-        return np.linalg.norm(sketched, axis=0) / divisor(weighted_norms(weights, self._norms))
+        return estimated_backward_errors(self._sketch, self._norms, roots.right, weights)
 
     def modes(self, changes: Changes, left: bool = False) -> EstimatedModes:
         """The roots in the region without those that are none of the full problem, with left

@@ -149,6 +149,7 @@ def test_an_assembly_takes_a_pressure(cube, load, deck):
         (["*STATIC"], r"no load; \*CLOAD, \*DLOAD, \*DSLOAD are read"),
         (["*CLOAD", "99,3,1."], "99 is neither a node of other nor a set of such"),
         (["*CLOAD", "E,3,1."], "E is neither a node of other nor a set of such"),
+        (["*CLOAD", "7,5,1."], "5 is not read; it must be 1 to 3, a force"),
         (["*CLOAD", "7,3"], "where, which and how much are needed"),
         (["*CLOAD", "7,3,one"], "one"),
         (["*CLOAD,AMPLITUDE=A", "7,3,1."], "AMPLITUDE=A is not read"),

@@ -152,6 +152,7 @@ WRONG = [
     (CELLS, [CELLS[0], CELLS[1].replace(",5,", ",15,")], "8 different nodes"),
     (CELLS, [CELLS[0], CELLS[1].replace("hexahedron", "brick")], "hexahedron"),
     (NODES, NODES[1:], "no column"),
+    (NODES, ["node,dof,x,y,z,z", *NODES[1:]], "2 columns z; one is allowed"),
     (NODES, [line.replace("fixed", "x") for line in NODES], "28 lines"),
     (
         NODES,

@@ -225,6 +225,24 @@ def test_a_parameter_that_no_matrix_of_a_component_needs_leaves_another_one_its_
         assert sorted(system.at()[2].diagonal()) == pytest.approx([2.0, 5.4])
 
 
+def test_numbers_serve_for_formulas():
+    places = [[0.0, 0.0, 0.0]] * 2
+    a = squeal.Component(squeal.System(np.eye(2), K=np.eye(2), name="a"), [1, 1], [0, 2], places)
+    load = [0.0, -1.0]
+    b = squeal.Component(squeal.System(np.eye(2), K=np.eye(2), name="b"), [1, 1], [0, 2], load=load)
+    joined = []
+    for friction, speed, slope in ((0.3, 2, -0.1), ("0.3", "2", "-0.1")):
+        contact = squeal.Contact(
+            ("a", "b"), [(1, 1)], Z, 2.0, sliding=(1, 0, 0), friction=friction, speed=speed,
+            slope=slope,
+        )  # fmt: skip
+        joined.append(squeal.assemble([a, b], [contact]).system.at())
+    for of_numbers, of_texts in zip(*joined, strict=True):
+        assert np.array_equal(of_numbers, of_texts)
+    turned = [a.rotating((0, 1, 0), speed, {}).system.at()[1] for speed in (2.0, "2.0")]
+    assert np.array_equal(*turned)
+
+
 @pytest.mark.parametrize("cutoff", [0.0, -1.0, np.inf, np.nan])
 def test_a_cutoff_that_is_no_frequency_is_refused(cutoff):
     chain = squeal.Component(squeal.System(np.eye(2), K=np.eye(2)), [1, 2], [0, 0])
