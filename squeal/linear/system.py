@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import Counter
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
@@ -102,7 +102,7 @@ class System:
         `parameters` does not name.
     assumptions : tuple of str
         What was guessed when it was made; nothing is certified after it.
-    labels : tuple
+    labels : iterable of hashable
         Of the first rows or of all: those of data frames, or (node, degree of freedom) of files.
 
     Raises
@@ -151,7 +151,7 @@ class System:
         name: str = "system",
         follows: tuple[str, ...] = (),
         assumptions: tuple[str, ...] = (),
-        labels: tuple[Label, ...] = (),
+        labels: Iterable[Label] = (),
     ) -> None:
         if K is None:
             raise InputError("System: K: missing; it must be a matrix or map formulas to matrices")

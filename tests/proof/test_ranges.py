@@ -260,9 +260,9 @@ def test_roots_above_the_real_axis_count_in_complex_systems(damped):
     assert abs(missed.where - 0.4375) < 2.0**-10
 
 
-def test_components_that_do_not_change_are_left_out(monkeypatch):
+def test_each_component_takes_steps_of_its_own(monkeypatch):
     """Of eight rows each loses its stability at a place of its own. All of them were enclosed anew
-    at each step: as many times eight components as there were steps."""
+    at each step, as many times eight components as there were steps; now each takes its own."""
     places = np.linspace(0.11, 0.93, 8)
     stiffness = np.linspace(1.0, 8.0, 8) ** 2
     falling = Term(np.diag(-stiffness / places), lambda mu: mu)
@@ -277,8 +277,8 @@ def test_components_that_do_not_change_are_left_out(monkeypatch):
     intervals = [around(place) for place in places]
     proof = prove_thresholds(terms, 0.0, 1.0, intervals, 1e-8, rises=[1] * 8)
     assert proof.status == "proved"
-    values_and_halves = 9 * (1 + 2 + 2)  # of the gaps: a value, both ends, both halves
-    assert len(looked_at) == 8 * values_and_halves
+    values_and_gaps = 9 * (1 + 2 + 1)  # of each gap: a value, both ends, the whole of it
+    assert len(looked_at) == 8 * values_and_gaps
     missed = prove_thresholds(terms, 0.0, 1.0, intervals[1:], 1e-8, rises=[1] * 7)
     assert missed.status == "refuted"
 
