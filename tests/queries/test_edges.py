@@ -122,6 +122,8 @@ def test_a_first_look_answers_for_its_own_system_and_roots_alone():
     squares = np.linalg.eigvals([[stiffness[0], 0.1], [-0.1, stiffness[1]]])
     omega = np.sqrt(squares.min() - 0.0005**2)
     assert estimated.eigenvalues[0].value.imag == pytest.approx(omega, rel=1e-8)
+    proved = squeal.eigenvalues(first, at=0.1, band=band, look=look, prove=True)
+    assert proved.count == len(proved.eigenvalues)  # which no first look counts
     for subject, asked in ((second, band), (first, (0.2, 0.25))):
         with pytest.raises(InputError, match="look: must be a sweep of this system"):
             squeal.eigenvalues(subject, at=0.1, band=asked, look=look)
