@@ -243,15 +243,10 @@ class _Search:
 
         With the vectors x and y of a root of P its derivative is -y^H (dP/dp) x / (y^H P' x).
         """
-        model = self.model
-        if isinstance(model, Reduction):
-            system = model.system.replace(parameters)
-            matrices = system.arrays()
-            modes = model.roots(parameters, left=True, values=leading)
-        else:
-            system = model.replace(parameters)
-            matrices = system.arrays()
-            modes = roots_at(*matrices, leading, left=True)
+        searched = self.model.system if isinstance(self.model, Reduction) else self.model
+        system = searched.replace(parameters)
+        matrices = system.arrays()
+        modes = roots_at(*matrices, leading, left=True)
         eigenvalues = []
         for value, right, left in zip(modes.values, modes.right.T, modes.left.T, strict=True):
             # derivatives need neither the residual nor the condition
