@@ -17,7 +17,6 @@ from squeal.io.processes import one_thread
 from squeal.io.writing import picked
 from squeal.linear.continuation import ProblemClass, problem_class_of
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import norm_of
 from squeal.linear.roots import ordered
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
@@ -129,12 +128,11 @@ def first_look_for_thresholds(
     - where the projection fails or does not converge, or has no trained basis of few modes.
     """
     region = selection.rectangle
-    has_mass = any(norm_of(term.matrix) for term in system.M)
-    is_suited = system.real and bool(system.C) and has_mass and not system.follows
+    is_suited = system.real and bool(system.C) and not system.follows
     if region is None or region.low_imag <= 0.0 or not is_suited:
         return None
-    # it fails for a system that has no value without friction (InputError), one that is singular
-    # there (ZeroDivisionError), and a basis with a motion without mass (LinAlgError)
+    # it fails for a system that has no value without friction, or no mass (InputError), one that is
+    # singular there (ZeroDivisionError), and a basis with a motion without mass (LinAlgError)
     with one_thread(), suppress(InputError, ZeroDivisionError, np.linalg.LinAlgError):
         first_look = FirstLook(ScaledSystem(system), region, values).build()
         matrices = [first_look.system.arrays(changes) for changes in values]
