@@ -394,12 +394,11 @@ class _BranchComparison:
             share = max(0.6 * (high - low), NEAR)  # somewhat more than half its width
             value_of_pivot = cell.middle + cell.half * (low + high) / 2.0
             narrow = self.branch.narrow(cell, middle=value_of_pivot, half=cell.half * share)
-            if narrow is None:
+            ends = None if narrow is None else _ends_in_narrow(narrow, cell, low, high)
+            if narrow is None or ends is None:
                 refined.append(Part(cell, low, high, growing=None, folds=part.folds))
                 continue
-            start = _t_in_narrow(narrow, cell, low)
-            end = _t_in_narrow(narrow, cell, high)
-            refined += self._parts_between(narrow, start, end, narrowings)
+            refined += self._parts_between(narrow, *ends, narrowings)
         return refined
 
     def _matrices(self, cell: Cell) -> tuple[list[list[Polynomial]], list[list[Polynomial]]]:
@@ -444,10 +443,14 @@ def _t_interval(part: Part) -> Ball:
     return flint.arb(part.low).union(flint.arb(part.high))
 
 
-def _t_in_narrow(narrow: Cell, cell: Cell, t: float) -> float:
-    """The t within -1..1 of a narrow cell at which its pivot has the value that t of `cell` has."""
-    t_narrow = float(narrow.t_of(cell.middle + flint.arb(cell.half) * t).mid())
-    return min(max(t_narrow, -1.0), 1.0)
+def _ends_in_narrow(
+    narrow: Cell, cell: Cell, low: float, high: float
+) -> tuple[float, float] | None:
+    """An interval of t of a narrow cell that covers t from low to high of a cell; None if that is
+    not all in the narrow one."""
+    start = low_end(narrow.t_of(cell.middle + flint.arb(cell.half) * low))
+    end = high_end(narrow.t_of(cell.middle + flint.arb(cell.half) * high))
+    return (start, end) if -1.0 <= start and end <= 1.0 else None
 
 
 def _sign_within(pieces: Sequence[Sign], low: float, high: float) -> int:
