@@ -62,6 +62,29 @@ def test_slopes_of_eigenvalues_are_differences_through_the_whole_chain(name, dam
         assert np.abs((up - down) / (2 * h) - slopes).max() * h < 3e-9 * size, parameter
 
 
+@pytest.mark.parametrize("damping", ["ratios", "rayleigh", "matrix"])
+def test_a_moment_of_inertia_that_follows_moves_the_damping_once(damping):
+    """I left out follows m, w and h: dimensions and differences through the whole chain."""
+    scene = scene_of("b1-b", damping=DAMPINGS[damping], I=None)
+    values = analyse(scene).spectrum.values
+    slopes = of_eigenvalues(scene)
+    for parameter in ("m", "w", "h"):
+        sides, h = both_sides(scene, parameter)
+        up, down = (analyse(side).spectrum.values for side in sides)
+        assert np.abs((up - down) / (2 * h) - slopes[parameter]).max() * h < 1e-9 * abs(values[-1])
+    if damping == "ratios":  # all rates follow the square root of stiffness over mass
+        assert scene.pad.m * slopes["m"] == pytest.approx(-values / 2, rel=1e-9)
+
+
+def test_mass_alone_does_not_move_a_threshold_of_modal_damping():
+    """With I left out it slows all motions alike."""
+    scene = scene_of("b1-c", damping=DAMPINGS["ratios"], I=None, **COUPLED)
+    loss = critical_friction(scene).first
+    dmu, hertz = of_threshold(scene, loss)["m"]
+    assert abs(dmu) * scene.pad.m < 1e-9 * loss.mu
+    assert hertz * scene.pad.m == pytest.approx(-loss.frequency_hz / 2, rel=1e-9)
+
+
 @pytest.mark.parametrize("name", ["b1-d", "b2-c"])
 def test_derivatives_obey_the_scaling_of_units(name):
     # in other units of mass and force the frequencies change as sqrt(k/m); lengths do not count
