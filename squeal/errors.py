@@ -33,14 +33,15 @@ def _escaped(text: str, kept: str = "\t") -> str:
     return "".join(c if c.isprintable() or c in kept else ascii(c)[1:-1] for c in text)
 
 
-def meant(name: str, known: Iterable[str]) -> str:
-    """What is allowed in place of an unknown name: one that is near, or all.
+def meant(unknown: object, known: Iterable[str]) -> str:
+    """What is allowed in place of an unknown name or key: a name that is near, or all.
 
     >>> meant("facter", ["file", "factor"]), meant("x", ["file", "factor"]), meant("x", [])
     ('did you mean factor?', 'allowed are file, factor', 'none is allowed')
     >>> meant("my", ["m", "mu", "k1"]), meant("k5", ["k1", "k2"])
     ('did you mean mu?', 'allowed are k1, k2')
     """
+    name = str(unknown)
     names = list(known)
     close = difflib.get_close_matches(name, names, 1, 0.7)
     if not close:  # of names as short as mu a single letter is half

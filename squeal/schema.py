@@ -239,7 +239,7 @@ class Word(Kind):
         super().__init__(f"one of {', '.join(choices)}")
 
     def convert(self, value: Value) -> str | None:
-        if value == [None]:  # what YAML makes of a minus sign by itself
+        if isinstance(value, list) and value == [None]:  # what YAML makes of a minus sign by itself
             value = "-"
         return value if isinstance(value, str) and value in self.choices else None
 
@@ -293,7 +293,8 @@ class Square(Kind):
         super().__init__(f"a square matrix of finite numbers, a list of rows, {size}")
 
     def read(self, value: Value, at: Place, model: str = "") -> tuple[tuple[float, ...], ...]:
-        rows = value if isinstance(value, list | tuple | np.ndarray) else ()
+        is_array = isinstance(value, np.ndarray) and value.ndim > 0
+        rows = value if is_array or isinstance(value, list | tuple) else ()
         if not 0 < len(rows) <= self.most or self.count not in (None, len(rows)):
             raise at.must_be(value, self.named)
         each = row(len(rows))

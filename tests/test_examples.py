@@ -87,3 +87,9 @@ def test_the_brake_has_the_roots_that_scipy_finds():
     assert sorted(root.frequency_hz for root in found.eigenvalues) == pytest.approx(
         expected, rel=1e-8
     )
+
+
+def test_a_form_is_refused_where_it_would_be_ignored(tmp_path, capsys):
+    assert main(["example", "components", "--format", "nastran", "--to", str(tmp_path)]) == 2
+    assert "brake has it" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

@@ -75,7 +75,13 @@ WRONG: list = [
     lambda: api.System(EYE, K=np.eye(3)),
     lambda: api.System(EYE, K={"nu": EYE}),
     lambda: api.Damping(matrix=EYE),
+    lambda: api.Damping(matrix=np.array(1.0)),
+    lambda: api.System(EYE, K=EYE, labels=("x", "y", "z")),
+    lambda: SYSTEM.at({1: 0.5}),
+    lambda: SYSTEM.replace({"mu": "x"}),
+    lambda: SYSTEM.at(0.5),
     lambda: api.scatter(SCENE, {}),
+    lambda: api.scatter(SCENE, {"k1": {1: 0.1}}),
     lambda: api.scatter("pad.yaml", {"k1": {"relative": 0.1}}),
     lambda: SCENE.replace(pad=3),
 ]

@@ -9,6 +9,7 @@ import argparse
 from pathlib import Path
 
 from squeal.cli.command import Parser, Reply
+from squeal.errors import InputError
 from squeal.examples.files import ABOUT, EXAMPLES, FORMS, Size, write_example
 from squeal.io.writing import aligned_text
 
@@ -30,6 +31,8 @@ def run(given: argparse.Namespace) -> Reply:
     if given.name is None:
         lines = [(name, example.about) for name, example in EXAMPLES.items()]
         return Reply(lambda: {"names": list(EXAMPLES)}, lambda: aligned_text(lines, right=False))
+    if given.format != Size.form and given.name != "brake":
+        raise InputError(f"--format {given.format}: is not allowed with {given.name}; brake has it")
     files = write_example(given.name, given.to, Size(given.rows, given.format))
     first = EXAMPLES[given.name].first
     answer = {"name": given.name, "files": files, "first": first}

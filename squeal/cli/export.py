@@ -20,6 +20,7 @@ from squeal.io.scene import Scene
 from squeal.io.writing import aligned_text
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.systems.matrices import write_assembly, write_system
+from squeal.queries.systems.reduced import basis_of
 from squeal.queries.systems.system_analysis import SystemAnalysis
 
 if TYPE_CHECKING:
@@ -105,9 +106,10 @@ def _export_reduced(given: argparse.Namespace, subject: "SystemFile") -> _Export
     analysis = SystemAnalysis.of(
         subject, band=given.band, region=given.region, memory=given.memory, progress=steps()
     )
-    reduction, basis = analysis.reduced(given.values, given.method)
+    reduction = analysis.reduced(given.values, given.method)
     if reduction.spurious:
         words = f"the reduced system has {reduction.spurious} roots that the full one has not"
         warnings.warn(words, InputWarning, stacklevel=2)
     files = write_system(given.output, reduction.system, given.format)
+    basis = basis_of(reduction, analysis.selection)
     return _Exported(reduction.system, files, basis=basis)

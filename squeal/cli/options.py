@@ -215,7 +215,10 @@ class Once(argparse.Action):
 
 
 def add_option(group: argparse._ActionsContainer, names: str, **settings: Any) -> None:
-    """An option by its first name, which help shows; the others are taken too."""
+    """An option by its first name, which help shows; the others are taken too.
+
+    They are entered where argparse looks options up, which is all that finds them.
+    """
     first, *others = names.split()
     action = group.add_argument(first, **settings)
     assert isinstance(action, Once)

@@ -91,7 +91,9 @@ def damped_model(scene: Scene) -> PadModel:
 def without_friction(scene: Scene) -> tuple[PadModel, np.ndarray, State]:
     """What ratios and Rayleigh damping refer to: the pad without friction, its place q (3,) (SI),
     its contact. Raises ComputationError where there is no such place."""
-    numbers = {name: float(value) for name, value in scene.pad.given().items()}
+    pad = scene.pad
+    # what is derived from other parameters follows them here as well, so that none gives it
+    numbers = {n: float(v) for n, v in pad.given().items() if n not in pad.derived}
     numbers["mu"] = 0.0
     model = scene.pad_model.replace(**numbers)
     q, state = _rest_without_friction(model)

@@ -64,7 +64,7 @@ _BRICK_EDGES = (
     *((0, 4), (1, 5), (2, 6), (3, 7)),
 )
 CELLS = {
-    "triangle": Cell(3, 5, 91, "(S|M3D|R3D|SFM3D)[36]|STRI65", ((0, 1, 2),), _TRIANGLE_EDGES),
+    "triangle": Cell(3, 5, 91, "(S|M3D|R3D|SFM3D)[36]|STRI(3|65)", ((0, 1, 2),), _TRIANGLE_EDGES),
     "quad": Cell(4, 9, 94, "(S|M3D|R3D|SFM3D)[489]", ((0, 1, 2, 3),), _QUAD_EDGES),
     "tetra": Cell(
         4, 10, 111, "C3D(4|10)", ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)), _TETRA_EDGES

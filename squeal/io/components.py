@@ -22,18 +22,17 @@ from squeal.io.system_keys import CSV, FACTOR, SYSTEM, Document
 from squeal.io.tables import Line, number_in, read_table
 from squeal.io.writing import write_csv
 from squeal.numerics.differentiation import Formula
-from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, Whole, row
+from squeal.schema import FLAG, POSITIVE, TEXT, Group, Key, Named, Place, Several, Whole, row
 from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly, assemble
 from squeal.sparse.components import Component
 from squeal.sparse.contact_faces import ContactPoints, contact_between_faces
-from squeal.sparse.contact_seat import Contact
+from squeal.sparse.contact_seat import EXPONENT, Contact
 from squeal.sparse.quadratic import Changes
 
 OTHER_SIZE = 300.0  # times as large: metres beside millimetres, not a disc beside a pin
 OTHER_DENSITY = 1e5  # times as dense: kilograms beside tonnes, and what lengths may add
 BETWEEN = Several(TEXT, "a list of two names of components", 2)
 SURFACES = Several(TEXT, f"a list of two names of surfaces or {ALL}", 2)
-POSITIVE = Number(low=0.0)
 # fmt: off
 LOAD = Group({
     "file": Key(
@@ -95,7 +94,7 @@ CONTACT = Group({
         "between the nodes beside their places, such as wear; the column gap adds to it", FACTOR,
         "m", default="0"),
     "exponent": Key("normal stiffness times (pressure over reference)^exponent",
-                    Number(0.0, 0.99, low_allowed=True), default="0"),
+                    EXPONENT, default="0"),
     "reference": Key("pressure at which the stiffness holds", POSITIVE, "Pa", default="1"),
     "bonded": Key("whether no pair can open, as in a joint", FLAG, default="false"),
 }, owner="a contact")
@@ -355,7 +354,8 @@ def _contact(
             giver = "faces, which give it" if "faces" in keys else "columns of pairs that give it"
             raise (at / key).refuse(f"is not allowed beside {giver}")
         arguments[key] += points[key]
-    return Contact(**points | arguments)
+    with at.named():
+        return Contact(**points | arguments)
 
 
 def _face_contact(
@@ -519,6 +519,10 @@ def _joint_coordinates(
         elements += [f"{body.name} {element}" for element in coordinates.elements]
         for kind, corners in coordinates.cells:
             cells.append((kind, tuple(corner + before for corner in corners)))
+    bases: list[NDArray[np.float64]] = []
+    if any(body.basis is not None for body in reduced):
+        for body in reduced:  # one that a file holds reduced stands on its rows there
+            bases.append(np.eye(body.system.n) if body.basis is None else body.basis)
     return Coordinates(
         nodes=np.concatenate(nodes),
         directions=np.concatenate([one.coordinates.directions for one in components]),
@@ -526,5 +530,5 @@ def _joint_coordinates(
         names=tuple(names),
         cells=tuple(cells),
         elements=tuple(elements),
-        bases=tuple(body.basis for body in reduced if body.basis is not None),  # of all or none
+        bases=tuple(bases),
     )

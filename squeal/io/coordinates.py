@@ -1,5 +1,6 @@
 """Where the rows of a system are in space: nodes, directions and elements, from tables."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -42,6 +43,8 @@ class Coordinates:
         Kind and nodes (indices, corners first) of each element, and the label of each.
     elements_file : Path or None
         The file of the elements.
+    supports : ndarray (s,)
+        Rows of the matrix files that were left out, by their indices there, rising.
     bases : tuple of ndarray
         Of components that were reduced: the blocks, one a component, by which the coordinates of
         the reduced system give these rows.
@@ -54,14 +57,16 @@ class Coordinates:
     cells: tuple[tuple[str, Corners], ...] = field(default=(), repr=False)
     elements: tuple[str, ...] = field(default=(), repr=False)
     elements_file: Path | None = field(default=None, repr=False)
+    supports: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp), repr=False)
     bases: tuple[NDArray[np.float64], ...] = field(default=(), repr=False)
 
-    def without(self, rows: NDArray[np.intp]) -> "Coordinates":
-        """The coordinates without some rows of the system."""
+    def without(self, supports: NDArray[np.intp]) -> "Coordinates":
+        """The coordinates of the rows that stay where some are left out, by rising index."""
         return replace(
             self,
-            nodes=np.delete(self.nodes, rows),
-            directions=np.delete(self.directions, rows),
+            nodes=np.delete(self.nodes, supports),
+            directions=np.delete(self.directions, supports),
+            supports=supports,
         )
 
     def with_rows_behind(self, count: int) -> "Coordinates":
@@ -159,9 +164,18 @@ def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] = 
     of_rows = np.flatnonzero(directions != FIXED)
     if len(of_rows) != rows:
         raise at.refuse(f"{len(of_rows)} lines; the system's {rows} rows need one each")
+    nodes = nodes[of_rows]
+    directions = directions[of_rows]
+    displaced = Counter(zip(nodes.tolist(), directions.tolist(), strict=True))
+    for (node, direction), count in displaced.items():
+        if direction >= 0 and count > 1:
+            raise at.refuse(
+                f"{count} rows for the displacement of the node {names[node]} along "
+                f"{'xyz'[direction]}; one is allowed"
+            )
     return Coordinates(
-        nodes=nodes[of_rows],
-        directions=directions[of_rows],
+        nodes=nodes,
+        directions=directions,
         places=np.array(line_places)[first_lines],
         names=tuple(names.tolist()),
     )

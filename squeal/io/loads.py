@@ -30,8 +30,8 @@ def read_load(path: Path, body: Component, coordinates: Coordinates) -> NDArray[
         # by nodes: read once more, which refuses a table that lacks one of these columns
         _, lines = read_table(path, ("node", "dof", "force"))
     for at, cells in lines:
-        row = _loaded_row(body, at, cells)
-        load[row] += number_in(cells["force"], at / "force")
+        rows = _loaded_rows(body, coordinates, at, cells)
+        load[rows] += number_in(cells["force"], at / "force")
     return load
 
 
@@ -45,21 +45,26 @@ def pressure_load(body: Component, coordinates: Coordinates, surface: str) -> ND
     return load
 
 
-def _loaded_row(body: Component, at: Place, cells: Mapping[str, str]) -> int:
-    """The index of the row that a line of a table names.
+def _loaded_rows(
+    body: Component, coordinates: Coordinates, at: Place, cells: Mapping[str, str]
+) -> NDArray[np.intp]:
+    """The index of the row that a line of a table names, (1,), or (0,) of a support.
 
-    cells: the line, with its number under row, from 1 on, or with node and dof. Raises InputError.
+    cells: the line, with the row's number in the matrix files under row, from 1 on, or with node
+    and dof. Raises InputError.
     """
     if "row" in cells:
         text = cells["row"].strip()
         number = int(text) if text.isdecimal() else text  # a text is refused as no whole number
-        return Whole(1, body.system.n).read(number, at / "row") - 1
+        count = body.system.n + len(coordinates.supports)
+        index = Whole(1, count).read(number, at / "row") - 1
+        return np.flatnonzero(np.delete(np.arange(count), coordinates.supports) == index)
     with at.named():
         rows = body.rows_of([cells["node"]])[0]
     direction = DIRECTIONS[DOF.read(cells["dof"].lower(), at / "dof")]
     if direction < 0 or rows[direction] < 0:
         raise at.refuse(f"{body.name} has no such row; a displacement of a node is needed")
-    return int(rows[direction])
+    return rows[[direction]]
 
 
 def _deck_load(path: Path, body: Component, coordinates: Coordinates) -> NDArray[np.float64]:
@@ -130,9 +135,11 @@ def _add_force(
     line: below *CLOAD, which names the direction. Raises InputError.
     """
     direction = DIRECTIONS[DOF.read(line.cells[1], line.at)]
+    if direction < 0:
+        raise line.at.refuse(f"{line.cells[1]} is not read; it must be 1 to 3, a force")
     if node not in coordinates.names:
         raise line.at.refuse(f"{node} is neither a node of {body.name} nor a set of such")
-    if direction < 0 or node not in body.nodes:
+    if node not in body.nodes:
         return
     row = body.rows_of([node])[0, direction]
     if row >= 0:

@@ -28,7 +28,8 @@ def read_surface(coordinates: Coordinates, surface: str) -> Surface:
     elif (
         coordinates.elements_file is not None and coordinates.elements_file.suffix.lower() == ".inp"
     ):
-        faces = list(_named_faces(coordinates, coordinates.elements_file, surface))
+        named = _named_faces(coordinates, coordinates.elements_file, surface)
+        faces = list(dict.fromkeys(named))  # sets of elements may overlap
     else:
         raise InputError(
             f"{surface} is not allowed; its elements come from a table, which names no surface; it "
@@ -81,7 +82,8 @@ def _named_faces(coordinates: Coordinates, path: Path, surface: str) -> Iterator
 def deck_sets(path: Path, kind: str) -> dict[str, list[str]]:
     """The labels of the members of each set of an input file, by the set's name in capitals.
 
-    kind: NODE or ELEMENT. A set may name members of sets before it. Raises InputError.
+    kind: NODE or ELEMENT. A set may name members of sets before it; what several of these share is
+    one member. Raises InputError.
     """
     option = "NSET" if kind == "NODE" else "ELSET"
     members: dict[str, list[str]] = defaultdict(list)
@@ -96,7 +98,7 @@ def deck_sets(path: Path, kind: str) -> dict[str, list[str]]:
         elif line.keyword[0] == f"*{option}":
             for cell in filter(None, line.cells):
                 members[name] += members.get(cell.upper(), [cell])
-    return members
+    return {name: list(dict.fromkeys(labels)) for name, labels in members.items()}
 
 
 def _generated(cells: list[str], at: Place) -> list[str]:

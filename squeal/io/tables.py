@@ -89,6 +89,9 @@ def read_table(path: Path, names: Sequence[str], optional: str = "") -> tuple[Pl
             f"no column {missing[0]}; the first line of a .csv file must name, with commas, "
             f"{needed}"
         )
+    for name in filter(None, heads):
+        if heads.count(name) > 1:
+            raise at.refuse(f"{heads.count(name)} columns {name}; one is allowed")
     lines = []
     for row in rows[1:]:
         surplus = row.cells[len(heads) :]

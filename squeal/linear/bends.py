@@ -13,7 +13,7 @@ from squeal.linear.continuation import (
     Continuation,
     SpectrumAtParameter,
 )
-from squeal.linear.matrices import Change, dense
+from squeal.linear.matrices import Array, Change, dense
 from squeal.linear.moduli import Modulus, Tabulated
 from squeal.linear.steps import Step
 from squeal.linear.system import SystemFunction, TermSystem
@@ -67,9 +67,10 @@ def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool
     """True if a factor bends so much within a step that roots may do what its ends do not tell.
 
     A factor whose slope changes over the step by at most a quarter of itself moves the roots as a
-    straight one does. Another one may deviate from a straight line by curvature length^2 / 8: it is
-    checked what that may do to the roots at both ends. Systems of more than 40 rows, whose range is
-    proved on request only, need this guard.
+    straight one does. Another one may deviate from the straight line through its ends by at most
+    curvature length^2 / 8: at both ends it is estimated what so much more or less of the factor
+    does to the roots there. Systems of more than 40 rows, whose range is proved on request only,
+    need this guard.
     """
     before = step.before
     after = step.after
@@ -82,49 +83,66 @@ def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool
         return False
     deviation = curvature * length**2 / 8
     for state in (before, after):
-        if _may_change(state, continuation.couplings(state, factor.change), deviation):
+        couplings = continuation.couplings(state, factor.change)
+        if _may_leave_line(state, couplings, deviation):
             return True
     return False
 
 
-def _may_change(state: SpectrumAtParameter, W: ComplexArray, deviation: float) -> bool:
-    """True if two roots may meet on the line, or one cross it, while a factor deviates.
+def _may_leave_line(state: SpectrumAtParameter, W: ComplexArray, deviation: float) -> bool:
+    """True if two roots may meet on the line, or one cross it, while a factor deviates by so much.
 
-    The deviation pulls two roots at a distance g towards each other by h, their coupling included.
-
-    - With damping a root may cross the line if it lies within twice the sum of its own movement and
-      of sqrt(g h), by which a root that is near (4 h > g) may move it.
-    - Without damping two roots on the line, or two conjugate ones, may meet there if 4 h > g.
-    - A real root s = -lambda^2 may pass zero within twice its own movement.
-
-    Roots on the line, pairs that are one and roots of zero at the state itself are left out in
-    these cases, in this order: the spectrum there shows them.
+    To first order a root moves by the deviation times its slope. Two move towards each other by the
+    deviation times the difference of their slopes and twice their coupling: that is their pull.
 
     Parameters
     ----------
     state : SpectrumAtParameter
-        One end of a step.
+        One end of a step, with m roots.
     W : array (m, m)
-        What the factor multiplies, in the eigenvectors of the state: its slopes of the roots on the
-        diagonal, their couplings beside it.
+        The matrices that the factor multiplies, in the eigenvectors of the state: the slopes of the
+        roots per unit of the factor on the diagonal, their couplings beside it.
     deviation : float
         By how much the factor may deviate.
     """
-    z = state.roots
     slopes = W.diagonal()
-    distances = np.abs(z[:, None] - z)  # g
-    # the difference of two roots per unit of the factor: by their slopes, and by their coupling
-    relative = np.abs(slopes[:, None] - slopes) + 2 * np.sqrt(np.abs(W * W.T))
-    pull = deviation * relative  # h
+    coupling = np.sqrt(np.abs(W * W.T))
+    pulls = deviation * (np.abs(slopes[:, None] - slopes) + 2 * coupling)
     if state.problem is DAMPED:
-        by_coupling = np.sqrt(np.where(4 * pull > distances, distances * pull, 0.0)).max(axis=1)
-        reach = 2 * (deviation * np.abs(slopes.real) + by_coupling)
-        return bool(np.any(reach > np.abs(z.real), where=~state.on_line))
+        return _may_cross_axis(state, deviation * np.abs(slopes.real), pulls)
+    if _may_meet_on_line(state, pulls):
+        return True
+    return state.problem is UNDAMPED and _real_root_may_pass_zero(state, deviation * np.abs(slopes))
+
+
+def _may_cross_axis(state: SpectrumAtParameter, movements: Array, pulls: Array) -> bool:
+    """True if a root of a damped system may cross the imaginary axis; those on it are left out.
+
+    It may if it lies within twice the sum of its own movement (m,), towards the axis, and of what a
+    root at a distance g with a pull h (m, m) moves it by: sqrt(g h) if that is near, 4 h > g.
+    """
+    distances = np.abs(state.roots[:, None] - state.roots)
+    by_coupling = np.sqrt(np.where(4 * pulls > distances, distances * pulls, 0.0)).max(axis=1)
+    reach = 2 * (movements + by_coupling)
+    return bool(np.any(reach > np.abs(state.roots.real), where=~state.on_line))
+
+
+def _may_meet_on_line(state: SpectrumAtParameter, pulls: Array) -> bool:
+    """True if two roots of an undamped system, both on the line or conjugate, may meet on it.
+
+    They may if four times their pull (m, m) exceeds their distance; roots that are one already are
+    left out.
+    """
+    z = state.roots
+    distances = np.abs(z[:, None] - z)
     conjugate = np.abs(z[:, None] - z.conj()) <= np.add.outer(state.rounding, state.rounding)
     pairs = (state.on_line[:, None] & state.on_line) | conjugate
-    if np.any(pairs & ~state.close & (4 * pull > distances)):
-        return True
-    if state.problem is not UNDAMPED:
-        return False
-    may_pass_zero = state.real & (np.abs(z) > state.rounding)
-    return bool(np.any(2 * deviation * np.abs(slopes) > np.abs(z), where=may_pass_zero))
+    return bool(np.any(pairs & ~state.close & (4 * pulls > distances)))
+
+
+def _real_root_may_pass_zero(state: SpectrumAtParameter, movements: Array) -> bool:
+    """True if a real root s = -lambda^2 that is not zero may pass zero: within twice its movement
+    (m,)."""
+    sizes = np.abs(state.roots)
+    is_real = state.real & (sizes > state.rounding)
+    return bool(np.any(2 * movements > sizes, where=is_real))

@@ -105,15 +105,23 @@ class _Blocks(NamedTuple):
 class StaticCondensation:
     """The slow motions of a system, some of whose coordinates are nearly massless, with M = 1.
 
-    A function p -> (M, C, K) with matrices (n1, n1). `error_amplification` is the factor by which
-    it has increased relative rounding errors. Raises InputError if M varies, or if nearly massless
-    coordinates are damped, may grow or leave the slow roots too few digits.
+    A function p -> (M, C, K) with matrices (n1, n1). Raises InputError if M varies, or if nearly
+    massless coordinates are damped, may grow or leave the slow roots too few digits.
+
+    Attributes
+    ----------
+    error_amplification : float
+        The factor by which it has increased relative rounding errors, the largest so far.
+    cancelled : float
+        How much larger the terms are of which entries of K are the difference, rad^2/s^2; the most
+        so far.
     """
 
     def __init__(self, system: SystemFunction, p: float) -> None:
         """Divide the eigenvectors of M at p into nearly massless ones and others."""
         self._system = system
         self.error_amplification = 1.0
+        self.cancelled = 0.0
         ((self._M, _, K),) = matrices_of(system, [p])
         scale = np.sqrt(np.abs(np.diag(self._M)))
         _require(scale.any())
@@ -159,8 +167,7 @@ class StaticCondensation:
     def _condensed(self, K: _Blocks) -> Array:
         """The stiffness D1 L (n1, n1) of the slow motions, by fixed-point iteration for X.
 
-        K: the blocks of the stiffness matrix. `error_amplification` is raised by what cancels in
-        K11 - K12 X.
+        K: the blocks of the stiffness matrix. `cancelled` is raised to what cancels in K11 - K12 X.
         """
         condition = float(np.linalg.cond(unit_diagonal(K.X22)))
         # half of the digits are left; where the sign changes a light coordinate begins to grow
@@ -177,8 +184,9 @@ class StaticCondensation:
             _require(False)  # it does not converge
         condensed = K.X11 - K.X12 @ X
         terms = np.abs(K.X11) + np.abs(K.X12) @ np.abs(X)
-        cancellation = np.abs(terms).max() / np.abs(condensed).max()
-        lost = cancellation * self._masses[-1] / self._masses[0]
-        amplification = len(self._M) * condition * float(lost)
+        # not as a share of what is left, which may vanish
+        cancelled = float((terms - np.abs(condensed)).max() / self._masses[-1])
+        self.cancelled = max(self.cancelled, cancelled)
+        amplification = len(self._M) * condition * float(self._masses[-1] / self._masses[0])
         self.error_amplification = max(self.error_amplification, amplification)
         return condensed

@@ -389,7 +389,8 @@ class Continuation:
         self._states: dict[float, SpectrumAtParameter] = {}
         self._last: tuple[float, StandardProblem] | None = None  # the last value, and A there
         self._pattern = np.zeros((self.size, self.size), dtype=bool)  # entries of A that are not 0
-        self._components: list[NDArray[np.intp]] = []  # strong ones of A at all values so far
+        # rows of the strong components of A at all values so far; each by itself where A is zero
+        self._components: list[NDArray[np.intp]] = list(np.arange(self.size)[:, None])
         self._state_scales = np.ones(self.size)
         zero = np.zeros_like(samples[0][0])
         # sets frequency scale and components
@@ -422,8 +423,10 @@ class Continuation:
         abs_left = np.abs(left)
         abs_right = np.abs(right)
         mass_error = abs_left @ np.abs(M) @ abs_right  # what rounding makes of left M right = 1
-        amplification = getattr(self.system, "error_amplification", 1.0)  # see StaticCondensation
-        sizes = amplification * (abs_left @ np.abs(K) @ abs_right + mass_error @ np.abs(A))
+        # for both see StaticCondensation
+        amplification = getattr(self.system, "error_amplification", 1.0)
+        terms = np.abs(K) + getattr(self.system, "cancelled", 0.0)
+        sizes = amplification * (abs_left @ terms @ abs_right + mass_error @ np.abs(A))
         damping_sizes = amplification * (abs_left @ np.abs(C) @ abs_right + mass_error @ np.abs(B))
         if self.problem is not UNDAMPED:
             n = len(A)

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import warnings
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
 from squeal.linear.matrices import EPS, SKEW, Array, norm_of
 from squeal.linear.moduli import Modulus
 from squeal.linear.real_modes import real_modes
@@ -119,7 +120,9 @@ def damped(
     ratios : float, sequence of float or function
         Damping ratios zeta of all modes, of the first ones by rising omega, or as a function of
         frequencies (Hz) that is NaN for other modes: C gains M Phi diag(2 zeta omega) Phi' M, where
-        Phi' M Phi = 1. Of more than 2000 rows it is added by a row for each mode.
+        Phi' M Phi = 1. Of more than 2000 rows it is added by a row for each mode, and a function
+        damps a quarter to half of all modes at most, the lowest, with a warning if more lie in its
+        range.
     structural : float
         The loss factor eta: K gains i eta K. That describes exp(lambda t) with Im lambda > 0; roots
         below the real axis are mirror images.
@@ -197,6 +200,13 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
         # of a large system only the modes in the range of the table are computed
         omega, modes = real_modes(K, M, count=n, ratios=ratios if is_large else None)
         zeta = ratios(omega / math.tau)
+        if is_large and np.isfinite(zeta[-1]):  # the table goes on, `real_modes` does not
+            warnings.warn(
+                f"damping.ratios: modes above {omega[-1] / math.tau:.6g} Hz are not damped, "
+                f"although the table goes on: the lowest {len(omega)} of {n} are computed",
+                InputWarning,
+                stacklevel=2,
+            )
     else:
         is_list = np.ndim(ratios) > 0
         # as many modes as ratios; all n for one number, which a large system may not have
@@ -235,7 +245,7 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
 def bordered(system: System, U: Array, of_stiffness: bool = False) -> System:
     """A sparse system with U U' added to C, or to K, by k more unknowns instead of a full matrix.
 
-    The unknowns w = U' q', or U' q, are defined by k more rows w - U' q' = 0, and U w is the force.
+    The unknowns w = U' q are defined by k more rows w - U' q = 0; the force is U w', or U w.
     U has the shape (n, k).
     """
     from scipy.sparse import block_array, csc_array, eye_array

@@ -106,16 +106,14 @@ def rounding_of_sums(system: TermSystem) -> tuple[Array, Array, Array]:
 
 
 def _error_of_factor(term: Term, parameters: Mapping[str, float]) -> float:
-    """How far rounding may have moved the factor of a term; 0 of a number or a parameter alone.
+    """How far rounding may have moved the factor of a term: a formula from its value in fractions.
 
-    A formula is compared with its value in fractions.
+    Its numbers and parameters are exact, so that it is 0 of one of these alone.
     """
     factor = term.factor
     value = abs(factor.value(parameters))
     if not isinstance(factor, Formula):
         return 4.0 * EPS * value
-    if not factor.names or factor.text.strip() in factor.names:
-        return 0.0
     try:
         exact = factor.in_arithmetic(parameters, Fraction)
     except (ArithmeticError, TypeError, ValueError):

@@ -136,12 +136,13 @@ class UnstableMode:
 def growing(values: Iterable[Eigenvalue]) -> tuple[UnstableMode, ...]:
     """The modes of eigenvalues that grow by more than rounding, the fastest first.
 
-    Those with too large a residual are left out, and of each pair the conjugate with Im < 0.
+    Those with too large a residual are left out, and of each pair the conjugate with Im < 0. Two
+    conjugates that rounding does not tell from real roots are both divergent.
     """
     modes = []
     for e in sorted(values, key=lambda e: -e.growth_rate):
-        is_upper = e.value.imag >= -e.rounding
-        if is_upper and e.residual <= ACCEPTED and e.kind in GROWING:
+        is_lower = e.kind == "flutter" and e.value.imag < 0.0
+        if not is_lower and e.residual <= ACCEPTED and e.kind in GROWING:
             modes.append(UnstableMode(e.kind, e.frequency_hz, e.growth_rate, e.damping_ratio))
     return tuple(modes)
 

@@ -128,7 +128,13 @@ def _as_doubles(given: object, real: bool) -> tuple[Matrix, Matrix]:
 
     Raises ValueError, TypeError or OverflowError for anything else, or what is not `real`.
     """
-    typed: Matrix = given.tocsc() if is_sparse(given) else np.asarray(given)  # type: ignore[attr-defined]
+    typed: Matrix
+    if is_sparse(given):
+        from scipy.sparse import csc_array
+
+        typed = csc_array(given)  # an array also from a spmatrix, which has other methods
+    else:
+        typed = np.asarray(given)
     is_complex = np.iscomplexobj(typed)
     if is_complex and not _entries(typed).imag.any():
         typed = typed.real

@@ -168,7 +168,7 @@ class Modulus:
     loss: Formula | None = None
     table: Table | None = None
     imaginary: bool = False
-    names: frozenset[str] = field(init=False)
+    names: frozenset[str] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         names = set(self.factor.names)

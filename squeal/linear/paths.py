@@ -361,8 +361,8 @@ def unstable_modes(
 ) -> tuple[UnstableMode, ...]:
     """All modes of system(mu) -> (M, C, K) that grow at mu, the fastest first.
 
-    `result` are the thresholds of the range from 0 to mu, on whose eigenvalue paths the onsets are
-    read; without them, and where rounding hides on the paths what grows, the onsets are None.
+    `result` are the thresholds of a range up to mu or further, on whose eigenvalue paths the onsets
+    are read; without them, and where rounding hides on the paths what grows, the onsets are None.
     Raises InputError.
     """
     modes = growing(complex_eigenvalues(*matrices_at(system, mu)).eigenvalues)
@@ -392,7 +392,7 @@ def _onsets(result: Thresholds, mu: float) -> Iterator[_Onset]:
     """The onset of each eigenvalue that grows at mu."""
     path = _states_away_from_crossings(result, mu)
     low = result.searched[0].continuation.low
-    last = result.searched[-1].continuation.at(mu)
+    _, last = path[-1]
     for k in np.flatnonzero(last.kinds >= FLUTTER).tolist():
         exponent = last.exponents[k]
         onset = _onset_before(path, k, result)
@@ -408,7 +408,8 @@ _PathState = tuple[Continuation, SpectrumAtParameter]
 def _states_away_from_crossings(result: Thresholds, mu: float) -> list[_PathState]:
     """The states by rising value, without those at which rounding may hide what grows.
 
-    These lie in the interval of a crossing or next to it. The state at mu is kept in any case.
+    These lie in the interval of a crossing or next to it. The state at mu is kept in any case, and
+    is the last one.
     """
     low = result.searched[0].continuation.low
     margin = 1e-6 * (mu - low)
@@ -422,8 +423,10 @@ def _states_away_from_crossings(result: Thresholds, mu: float) -> list[_PathStat
     path = []
     for part in result.searched:
         continuation = part.continuation
+        if continuation.low <= mu <= continuation.high:
+            continuation.at(mu)
         for state in continuation.states:
-            inside = continuation.low <= state.value <= continuation.high
+            inside = continuation.low <= state.value <= min(mu, continuation.high)
             if inside and (state.value == mu or not is_near_crossing(state.value)):
                 path.append((continuation, state))
     return path

@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import Counter
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
@@ -25,7 +25,7 @@ from squeal.linear.matrices import Matrix as Matrix
 from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
 from squeal.linear.supports import support_rows
 from squeal.numerics.differentiation import ONE, Formula
-from squeal.schema import TEXT, Place, kind_of
+from squeal.schema import ANY, TEXT, Place, instance, kind_of
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -73,6 +73,7 @@ class Term:
 
 SystemMatrix = ArrayLike | Sequence[object] | SparseMatrix | Mapping[str, object] | tuple[Term, ...]
 """A matrix as `System` takes it: one array, arrays by their factors, or terms."""
+CHANGES = instance(Mapping, "a mapping of parameters to values, such as {'mu': 0.3}")
 Label = Hashable
 """Of a row: what an index of pandas or xarray holds, of files (node, degree of freedom)."""
 
@@ -101,7 +102,7 @@ class System:
         `parameters` does not name.
     assumptions : tuple of str
         What was guessed when it was made; nothing is certified after it.
-    labels : tuple
+    labels : iterable of hashable
         Of the first rows or of all: those of data frames, or (node, degree of freedom) of files.
 
     Raises
@@ -150,7 +151,7 @@ class System:
         name: str = "system",
         follows: tuple[str, ...] = (),
         assumptions: tuple[str, ...] = (),
-        labels: tuple[Label, ...] = (),
+        labels: Iterable[Label] = (),
     ) -> None:
         if K is None:
             raise InputError("System: K: missing; it must be a matrix or map formulas to matrices")
@@ -176,7 +177,7 @@ class System:
         )
         with within_doubles():
             parts, labels_of_frames = _read_terms(arguments)
-            vars(self).update(parts, labels=labels or labels_of_frames)
+            vars(self).update(parts, labels=tuple(labels) or labels_of_frames)
             self._complete_parameters()
             self._check_terms()
             if from_terms:
@@ -204,6 +205,8 @@ class System:
     def _check_terms(self) -> None:
         """Refuse matrices of different shapes and factors without a value. Raises InputError."""
         shape = self.M[0].matrix.shape
+        if len(self.labels) > shape[0]:
+            raise InputError(f"labels: {len(self.labels)} labels are not allowed; {shape[0]} are")
         for letter, terms in zip("MCK", self.parts, strict=True):
             for term in terms:
                 if term.matrix.shape != shape or shape[0] != shape[1] or not shape[0]:
@@ -321,7 +324,9 @@ class System:
         return not self.C and self._real_terms
 
     def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
-        """The parameters with some of them changed. Raises InputError for an unknown name.
+        """The parameters with some of them changed.
+
+        Raises InputError for an unknown name, and for a value that is no finite number.
 
         Examples
         --------
@@ -329,18 +334,17 @@ class System:
         >>> system.values({"k": 9.0})
         {'mu': 0.0, 'k': 9.0}
         """
-        if changes is not None and not isinstance(changes, Mapping):
-            raise InputError(
-                f"{changes}: is not allowed; it must be a mapping of parameters to values, such as "
-                f"{{{self.parameter!r}: 0.3}}"
-            )
-        values = {**self.parameters, **(changes or {})}
-        for name in values.keys() - self.parameters.keys():
-            raise InputError(f"{name}: is no parameter; {meant(name, sorted(self.parameters))}")
+        values = dict(self.parameters)
+        if changes is not None:
+            at = Place("System", "changes")
+            for name, value in CHANGES.read(changes, at).items():
+                if name not in values:
+                    raise InputError(f"{name}: is no parameter; {meant(name, sorted(values))}")
+                values[name] = ANY.read(value, at / name)
         return values
 
     def replace(self, changes: Mapping[str, float]) -> System:
-        """The system with other values of some parameters.
+        """The system with other values of some parameters; a frequency among them is held there.
 
         Examples
         --------
@@ -348,7 +352,8 @@ class System:
         >>> dict(system.replace({"k": 9.0}).parameters)
         {'mu': 0.0, 'k': 9.0}
         """
-        return dataclasses.replace(self, parameters=self.values(changes))
+        follows = tuple(name for name in self.follows if name not in changes)
+        return dataclasses.replace(self, parameters=self.values(changes), follows=follows)
 
     @property
     def covered(self) -> tuple[float, float]:
@@ -388,10 +393,7 @@ class System:
         >>> lossy.frozen(3.0)(0.0)[2].tolist()
         [[4.0]]
         """
-        if not self.follows:
-            return self
-        parameters = self.values(self.frequency(omega))
-        return dataclasses.replace(self, parameters=parameters, follows=())
+        return self.replace(self.frequency(omega)) if self.follows else self
 
     def at(self, changes: Mapping[str, float] | None = None) -> SystemMatrices:
         """M, C, K (C None without terms) at the parameters, some of them changed.
@@ -405,13 +407,12 @@ class System:
         >>> C is None, K.tolist()
         (True, [[9.0]])
         """
-        changed = (changes or {}).keys()
-        if not changed >= set(self.follows):
+        parameters = self.values(changes)
+        if not (changes or {}).keys() >= set(self.follows):
             raise InputError(
                 f"{self.name}: matrices depend on the {self.follows[0]} of each root; it must be "
                 "one of the parameters here, the same for all roots"
             )
-        parameters = self.values(changes)
 
         def value(term: Term) -> complex:
             return term.factor.value(parameters)
@@ -678,7 +679,7 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
 def supports_warning(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:
     """The warning that `without_supports` left out rows (k,) of a system with these labels."""
     first = f"row {rows[0] + 1}"
-    if labels:
+    if rows[0] < len(labels):
         first += f", {row_name(labels[rows[0]])}"
     return (
         f"{rows.size} rows whose diagonal stands decades above all others are taken for supports "

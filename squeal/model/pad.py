@@ -23,7 +23,7 @@ import numpy as np
 from squeal import schema
 from squeal.errors import meant
 from squeal.numerics import differentiation as dual
-from squeal.schema import Key, Place, check_needs
+from squeal.schema import ANY, NOT_NEGATIVE, POSITIVE, Key, Place, check_needs
 
 Model = str  # the name of a contact model, see `squeal.model.contact.MODELS`
 Number = Any  # a float, complex, array, mpmath number or heyoka expression
@@ -53,8 +53,6 @@ _DIMENSIONS = {
     "kg": (1, 0, 0), "m": (0, 1, 0), "kg m^2": (1, 2, 0), "N/m": (1, 0, -2), "N": (1, 1, -2),
     "m/s": (0, 1, -1), "rad": (0, 0, 0), "1": (0, 0, 0),
 }  # fmt: skip
-_POSITIVE = schema.Number(low=0.0)
-_FROM_ZERO = schema.Number(low=0.0, low_allowed=True)
 _TURN = schema.Angle(low=-math.pi / 2, high=math.nextafter(math.pi / 2, 0.0))
 
 
@@ -84,7 +82,7 @@ def _field(
 
 
 # a parameter that not every model uses, and that is above 0 unless it is said otherwise
-_some = partial(_field, kind=_POSITIVE, common=False)
+_some = partial(_field, kind=POSITIVE, common=False)
 
 
 @dataclass(frozen=True)
@@ -104,14 +102,14 @@ class Pad:
     True
     """
 
-    m: float = _field("mass", "kg", _POSITIVE)
-    w: float = _field("half length", "m", _POSITIVE)
-    h: float = _field("half height", "m", _POSITIVE)
+    m: float = _field("mass", "kg", POSITIVE)
+    w: float = _field("half length", "m", POSITIVE)
+    h: float = _field("half height", "m", POSITIVE)
     # fmt: off
-    I: float = _field("moment of inertia about the mass centre", "kg m^2", _POSITIVE,
+    I: float = _field("moment of inertia about the mass centre", "kg m^2", POSITIVE,
                       default="m (w^2 + h^2)/3, a uniform rectangle")
-    k1: float = _field("stiffness of the inclined spring at the leading side", "N/m", _FROM_ZERO)
-    k2: float = _field("stiffness of the inclined spring at the trailing side", "N/m", _FROM_ZERO)
+    k1: float = _field("stiffness of the inclined spring at the leading side", "N/m", NOT_NEGATIVE)
+    k2: float = _field("stiffness of the inclined spring at the trailing side", "N/m", NOT_NEGATIVE)
     k3: float = _some("contact stiffness at the leading edge", "N/m")
     k4: float = _some("contact stiffness at the trailing edge", "N/m")
     k_c: float = _some("full-contact stiffness", "N/m")
@@ -119,9 +117,9 @@ class Pad:
     L2: float = _some("free length of spring 2", "m")
     alpha1: float = _field("inclination of spring 1", "rad", schema.Angle())
     alpha2: float = _field("inclination of spring 2", "rad", schema.Angle())
-    mu: float = _field("coefficient of friction", "1", _FROM_ZERO, unless="mu_s",
+    mu: float = _field("coefficient of friction", "1", NOT_NEGATIVE, unless="mu_s",
                        default="refused, unless mu_s, mu_k, v_ref and V give it")
-    F_n: float = _some("actuation (brake) force", "N", kind=_FROM_ZERO)
+    F_n: float = _some("actuation (brake) force", "N", kind=NOT_NEGATIVE)
     V: float | None = _some("speed of the sliding surface", "m/s",
                             default="sliding is assumed and not checked")
     mu_s: float | None = _some(
@@ -134,10 +132,10 @@ class Pad:
     v_ref: float | None = _some("speed over which friction falls", "m/s",
                                 default="refused beside mu_s", needs=("mu_s",))
     x0: float = _some(
-        "initial position along the surface", "m", kind=schema.Number(), default="0")
+        "initial position along the surface", "m", kind=ANY, default="0")
     y0: float = _some(
         "initial height of the mass centre over its place at touch (without effect in B1, whose "
-        "contact springs are relaxed there)", "m", kind=schema.Number(), default="0")
+        "contact springs are relaxed there)", "m", kind=ANY, default="0")
     # fmt: on
     theta0: float = _field("initial angle", "rad", _TURN, default="0")
 

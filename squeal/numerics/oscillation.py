@@ -161,11 +161,12 @@ def swing(signals: np.ndarray) -> np.ndarray:
 def _greatest_values(signals: np.ndarray) -> np.ndarray:
     """The greatest value (d,) of each signal (n, d), also between its samples."""
     columns = np.arange(signals.shape[1])
-    i = np.clip(np.argmax(signals, axis=0), 1, len(signals) - 2)
+    greatest = np.argmax(signals, axis=0)
+    i = np.clip(greatest, 1, len(signals) - 2)
     a = signals[i - 1, columns]
     b = signals[i, columns]
     c = signals[i + 1, columns]
     bend = a - 2.0 * b + c
+    is_peak = (i == greatest) & (bend < 0.0)  # a parabola at an end would reach beyond the samples
     with np.errstate(divide="ignore", invalid="ignore"):
-        peak = np.where(bend < 0.0, b - (a - c) ** 2 / (8.0 * bend), b)
-    return np.maximum(peak, signals.max(axis=0))
+        return np.where(is_peak, b - (a - c) ** 2 / (8.0 * bend), signals.max(axis=0))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -122,15 +124,17 @@ def _sweep(
     width: str = "page",
 ) -> Drawing:
     """Modes over the parameter, or with `damping` their damping ratios over frequency."""
+    steps = sorted(answer.steps, key=attrgetter("value"))  # the sweep may have any order
+    rising = replace(answer, steps=tuple(steps))
     if damping:
-        return damping_drawing(name, answer, thresholds, width)
+        return damping_drawing(name, rising, thresholds, width)
     if width != "page":
         raise InputError("width: is of the figure with damping=True alone")
-    if not isinstance(answer.source, PadSource):
-        return coupling.sweep_drawing(name, answer)
+    low = steps[0].value
+    high = steps[-1].value
+    if not isinstance(answer.source, PadSource) or low == high:  # one value is no path
+        return coupling.sweep_drawing(name, rising)
     scene = answer.source.scene
-    low = answer.steps[0].value
-    high = answer.steps[-1].value
     return _thresholds_of_pad(scene, critical_friction(scene, high), name, low, high)
 
 

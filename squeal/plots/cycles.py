@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from squeal.io.writing import number
+from squeal.io.writing import number, unit_word
 from squeal.model.pad import PARAMETERS
 from squeal.plots.coupling import NO_EQUILIBRIUM
 from squeal.plots.maps import friction_symbol
@@ -46,9 +46,8 @@ def cycles_drawing(cycles: Cycles, name: str) -> Drawing:
         axes = figure.subplots()
         _draw_cycles(axes, cycles, values, micrometres)
         _draw_sliding(axes, cycles)
-        label = friction_symbol(cycles.parameter)
-        unit = PARAMETERS[cycles.parameter].unit
-        axes.set_xlabel(label if unit == "1" else f"{label} [{unit}]")
+        unit = unit_word(PARAMETERS[cycles.parameter].unit)
+        axes.set_xlabel(friction_symbol(cycles.parameter, unit))
         axes.set_ylabel(r"amplitude of $y$ [$\mu$m]")
         axes.set_ylim(bottom=-0.04 * micrometres.max())
         handles, names = axes.get_legend_handles_labels()

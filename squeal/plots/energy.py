@@ -6,13 +6,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squeal.plots.maps import symbol_of
-from squeal.plots.style import DOUBLE, Drawing, literal, origin, style
+from squeal.plots.style import DOUBLE, Drawing, blank, literal, origin, style
 from squeal.queries.energy_sweep import TABLES, EnergySweep
 
 
 def energy_sweep_drawing(answer: EnergySweep, name: str) -> Drawing:
     """A panel for each of the fastest modes: growth rate in black, and what each term adds."""
+    title = f"Energy of {name} over {answer.parameter}"
     modes = answer.modes[:TABLES]
+    if not modes:
+        return blank(title, f"There is no mode of {name} over {answer.parameter}.", __name__)
     with style():
         figure = Figure(figsize=(DOUBLE, 3.0))
         panels = figure.subplots(1, len(modes), squeeze=False, sharey=True)[0]
@@ -24,20 +27,16 @@ def energy_sweep_drawing(answer: EnergySweep, name: str) -> Drawing:
             *figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4
         )
     text = f"Growth that each term adds to modes {modes} of {name} over {answer.parameter}."
-    return Drawing(figure, text, f"Energy of {name} over {answer.parameter}", origin(__name__))
+    return Drawing(figure, text, title, origin(__name__))
 
 
-def draw_terms(answer: EnergySweep, axes: Axes, mode: int | None = None, **look: object) -> None:
-    """Draw one mode, the fastest if left out, into an Axes; `look` goes to the lines."""
-    number = answer.modes[0] if mode is None else mode
-    values, rates, terms = answer.growth_of(number)
-    own: dict[str, Any] = {"color": "k", "linewidth": 1.6, "label": "growth rate"}
-    own.update(look)
-    axes.plot(values, rates, **own)
+def draw_terms(answer: EnergySweep, axes: Axes, mode: int, **look: Any) -> None:
+    """Draw the growth of one mode and of its terms into an Axes; `look` goes to the lines."""
+    values, rates, terms = answer.growth_of(mode)
+    of_mode: dict[str, Any] = {"color": "k", "linewidth": 1.6, "label": "growth rate"}
+    axes.plot(values, rates, **(of_mode | look))
     for term, growth in terms.items():
-        own = {"label": literal(term)}
-        own.update(look)
-        axes.plot(values, growth, **own)
-    hertz = answer.frequency_of(number)
-    axes.set_title(f"mode {number}, {hertz:.4g} Hz", loc="left")
+        of_term: dict[str, Any] = {"label": literal(term)}
+        axes.plot(values, growth, **(of_term | look))
+    axes.set_title(f"mode {mode}, {answer.frequency_of(mode):.4g} Hz", loc="left")
     axes.set(xlabel=symbol_of(answer.parameter), ylabel="growth rate [1/s]")

@@ -34,9 +34,13 @@ def symbol(name: str) -> str:
     """A parameter's symbol in mathtext: alpha1 becomes \\alpha_1."""
     if name in GREEK:
         return f"${GREEK[name]}$"
-    letters, index = re.fullmatch(r"([A-Za-z]+?)_?(\d|[a-z])?", name).groups()  # type: ignore[union-attr]
+    parts = re.fullmatch(r"([A-Za-z]+?)_?(\d|[a-z]|(?<=_)\w+)?", name)
+    assert parts is not None
+    letters, index = parts.groups()
     base = GREEK.get(letters, letters)
-    return f"${base}_{index}$" if index else f"${base}$"
+    if not index:
+        return f"${base}$"
+    return f"${base}_{index}$" if len(index) == 1 else f"${base}_{{{index}}}$"
 
 
 def symbol_of(parameter: str) -> str:
@@ -149,7 +153,7 @@ def _cells(axes: Axes, answer: Map) -> _Drawn:
             sentences.append(f"{verdict} {percent}")
     if answer.admissible is not None:
         is_hatched = ~answer.admissible & (answer.codes != NAMES.index(BEYOND))
-        if is_hatched.any():
+        if is_hatched.any() and min(is_hatched.shape) > 1:  # one row has no contours
             mask = is_hatched.T.astype(float)
             axes.contourf(x, y, mask, [0.5, 1.5], hatches=["////"], colors="none", zorder=1.5)
             handles.append(Patch(fc="none", ec="k", hatch="////", lw=0.5, label="not admissible"))
@@ -168,7 +172,7 @@ def _contours(axes: Axes, answer: Map, level: float | None) -> _Drawn:
     words = QUANTITIES[quantity][0]
     values = np.ma.masked_invalid(numbers.T)
     known = values.compressed()
-    if known.size and np.ptp(known) > 0.0:
+    if known.size and np.ptp(known) > 0.0 and min(values.shape) > 1:
         filled = axes.contourf(x, y, values, 9, cmap="viridis", alpha=0.85)
         levels = np.asarray(filled.levels)
         if quantity == "growth" and answer.details.get("threshold_curve"):
@@ -178,7 +182,7 @@ def _contours(axes: Axes, answer: Map, level: float | None) -> _Drawn:
         axes.figure.colorbar(filled, ax=axes, label=f"{words} [{unit}]" if unit else words)
         if level is not None and known.min() < level < known.max():
             axes.contour(x, y, values, [level], colors=OWN_LEVEL, linewidths=1.6)
-    elif known.size:  # one value has no contours
+    elif known.size:  # one value, or one row of them, has no contours
         axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis", alpha=0.85)
     span = "no value"
     if known.size:

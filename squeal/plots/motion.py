@@ -142,15 +142,14 @@ class Looks(NamedTuple):
 def _with_edge(interval: Interval, partial: str, history: dict[str, np.ndarray]) -> Interval:
     """An interval of partial contact, named by the edge that touches in its middle.
 
-    partial: the name of that state; an interval of another state is returned as it is.
+    That is the edge to which the pad is turned, also in a contact between two samples. partial: the
+    name of that state; an interval of another state is returned as it is.
     """
     if interval.state != partial:
         return interval
-    position = history["delta"]
-    is_known = np.isfinite(position)
     middle = 0.5 * (interval.start + interval.stop)
-    at_middle = np.interp(middle, history["t"][is_known], position[is_known])
-    edge = "leading" if at_middle < 0 else "trailing"
+    theta = np.interp(middle, history["t"], history["theta"])
+    edge = "leading" if theta > 0.0 else "trailing"
     return interval._replace(state=f"{partial} {edge}")
 
 
@@ -224,8 +223,9 @@ def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency
             gid=f"spectrum {signal.name}",
         )
     is_strong = (amplitudes >= STRONG * top).any(axis=1)
-    highest = float(kilohertz[is_strong][-1])
-    axes.set_xlim(0.0, min(1.5 * highest, float(kilohertz[-1])))
+    last = float(kilohertz[-1])
+    highest = float(kilohertz[is_strong].max(initial=0.0)) or last  # no line of constant forces
+    axes.set_xlim(0.0, min(1.5 * highest, last))
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(numticks=9))
     axes.set(ylim=(SHOWN * top, 3.0 * top), xlabel="frequency [kHz]", ylabel="amplitude$/F_n$")

@@ -42,7 +42,8 @@ def draw_panel(answer: Answer, axes: Axes, **look: Any) -> None:
         draw_matrix(answer, axes, **look)
         return
     if isinstance(answer, EnergySweep):
-        draw_terms(answer, axes, **look)
+        for fastest in answer.modes[:1]:  # none without a mode
+            draw_terms(answer, axes, fastest, **look)
         return
     panel = answer.panel
     columns = answer.table().columns

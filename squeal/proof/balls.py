@@ -96,12 +96,16 @@ class Balls:
         # a midpoint that does not come back has lost digits to underflow
         midpoint_underflows = _shifted(mid, -exponents) != self.mid
         radius_underflows = (self.rad > 0.0) & (rad < TINY)
-        return Balls(mid, rad + TINY * (midpoint_underflows | radius_underflows))
+        return Balls(mid, np.where(midpoint_underflows | radius_underflows, upper(rad, 1), rad))
 
     def plus(self, other: Balls) -> Balls:
         """The sum."""
         mid = self.mid + other.mid
         return Balls(mid, upper(self.rad + other.rad + EPS * magnitude(mid), 2))
+
+    def minus(self, other: Balls) -> Balls:
+        """The difference."""
+        return self.plus(Balls(-other.mid, other.rad))
 
     def times(self, factors: Factors) -> Balls:
         """Entries times real or complex numbers, broadcast."""
@@ -187,8 +191,10 @@ def half_widths(X: NDArray, data: str) -> Floats:
     # a logarithm just below a whole number counts as that: the wider half width is taken
     leading_power = np.floor(np.log10(np.where(sizes > 0.0, sizes, 1.0)) + 1e-9)
     last_power = leading_power - int(match[1]) + 1
-    # a power of ten may miss by more than one rounding, a hundred is beyond all of them
-    return np.where(X == 0.0, 0.0, upper(0.5 * 10.0**last_power, 100))
+    # the double lies half an ulp from the decimal number; a power of ten may miss by more than one
+    # rounding, a hundred is beyond all of them
+    widths = 0.5 * 10.0**last_power + np.spacing(sizes) / 2.0
+    return np.where(X == 0.0, 0.0, upper(widths, 100))
 
 
 def doubles(X: NDArray[Any]) -> NDArray[Any]:

@@ -64,6 +64,8 @@ CONTACT_BEYOND = 200.0
 """Where the contact changes, in a cell of the state beyond, whose boxes are wider."""
 MOST_CELLS = 400
 """After so many cells the branch counts as lost."""
+ULPS = 8.0
+"""A narrow cell extends at least so many units in the last place of its middle to both sides."""
 SHRINKING = 8.0
 """A cell around a bracketed change of contact is so many times as wide as the bracket."""
 LOST = "the equilibrium is not enclosed"
@@ -505,7 +507,12 @@ class PadBranch:
         return None
 
     def narrow(self, cell: Cell, middle: float, half: float) -> Cell | None:
-        """A narrower cell of the same equilibria, None if there is none."""
+        """A narrower cell of the same equilibria, None if there is none.
+
+        Its middle is a double: a cell as narrow as the rounding of that might lie beside what it
+        has to cover, so that it is widened to `ULPS`.
+        """
+        half = float(np.copysign(max(abs(half), ULPS * np.spacing(abs(middle))), half))
         t = flint.arb((middle - cell.middle) / cell.half)
         guess = np.array([float(polynomial(t).mid()) for polynomial in cell.centre])
         narrow = self._cell_around(guess, cell.pivot, middle, half, cell.state, np.zeros(4))
@@ -697,8 +704,7 @@ def _joined(cell: Cell, last: Cell | None) -> Cell | None:
         return cell
     entry = last.at_end()
     if cell.holds(entry):
-        start = float(cell.t_of(entry[cell.pivot]).lower())
-        return replace(cell, start=max(start, -1.0))
+        return replace(cell, start=max(low_end(cell.t_of(entry[cell.pivot])), -1.0))
     if last.state == cell.state and last.holds(cell.at(flint.arb(-1))):
         return cell
     return None

@@ -175,7 +175,7 @@ def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -
     # lambda^2 M + lambda (alpha M + beta K + C') takes of it
     skewness = _norm_of(csc_array(abs(M - metric) + EPS * abs(M)), np.sqrt(diagonal), share)
     smallest = sigma * (1.0 - DAMPING - radius * abs(damping.beta))
-    smallest -= radius * (radius * (1.0 + skewness) + abs(damping.alpha))
+    smallest -= radius * (radius + abs(damping.alpha)) * (1.0 + skewness)
     # N is a sum in floating point; it misses by no more than EPS / share of itself
     smallest -= 32.0 * (EPS / share) * (sigma + radius * abs(damping.alpha))
     if not smallest > 0.0:
@@ -457,8 +457,7 @@ def _schur_complement(form: _Form, border: Floats, gap: float) -> Balls:
     TZ = _sparse_times(form.T, form.doubt, Z)
     Zt = Balls.exact(Z.T)
     ZtB = Zt @ Balls.exact(border)
-    twice = Balls(ZtB.mid + ZtB.mid.T, upper(ZtB.rad + ZtB.rad.T + EPS * abs(ZtB.mid), 3))
-    S = twice.plus((Zt @ TZ).times(-1.0)).times(-1.0)
+    S = (Zt @ TZ).minus(ZtB.plus(Balls(ZtB.mid.T, ZtB.rad.T)))
     residual = upper(abs(border - TZ.mid) + TZ.rad + EPS * abs(border), 4)
     squares = ((residual / form.weights[:, None]) ** 2).sum(axis=0)
     lengths = np.sqrt(upper(squares, len(residual) + 4))
@@ -549,7 +548,7 @@ def _couplings(matrices: Matrices, X: Floats, MX: Floats, floor: Floats, radius:
         fit = np.linalg.lstsq(MX, A @ X, rcond=None)[0]
         product = _sparse_times(A, no_doubt, X)
         fitted = Balls.exact(MX) @ Balls.exact(fit)
-        residual = product.plus(fitted.times(-1.0)).bound()
+        residual = product.minus(fitted).bound()
         scaled = residual / np.sqrt(floor)[:, None]
         squares = upper((scaled**2).sum(axis=0), len(floor) + 8)
         total = upper(total + radius**power * upper(np.sqrt(squares), 8), 8)

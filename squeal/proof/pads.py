@@ -394,12 +394,14 @@ class _BranchComparison:
             share = max(0.6 * (high - low), NEAR)  # somewhat more than half its width
             value_of_pivot = cell.middle + cell.half * (low + high) / 2.0
             narrow = self.branch.narrow(cell, middle=value_of_pivot, half=cell.half * share)
-            if narrow is None:
+            if narrow is not None:
+                # the same values of the pivot, rounded outwards, so that parts leave no gap
+                start = low_end(narrow.t_of(cell.middle + flint.arb(cell.half) * low))
+                end = high_end(narrow.t_of(cell.middle + flint.arb(cell.half) * high))
+            if narrow is None or start < -1.0 or end > 1.0:
                 refined.append(Part(cell, low, high, growing=None, folds=part.folds))
-                continue
-            start = _t_in_narrow(narrow, cell, low)
-            end = _t_in_narrow(narrow, cell, high)
-            refined += self._parts_between(narrow, start, end, narrowings)
+            else:
+                refined += self._parts_between(narrow, start, end, narrowings)
         return refined
 
     def _matrices(self, cell: Cell) -> tuple[list[list[Polynomial]], list[list[Polynomial]]]:
@@ -442,12 +444,6 @@ class _BranchComparison:
 def _t_interval(part: Part) -> Ball:
     """A ball of all t of a part."""
     return flint.arb(part.low).union(flint.arb(part.high))
-
-
-def _t_in_narrow(narrow: Cell, cell: Cell, t: float) -> float:
-    """The t within -1..1 of a narrow cell at which its pivot has the value that t of `cell` has."""
-    t_narrow = float(narrow.t_of(cell.middle + flint.arb(cell.half) * t).mid())
-    return min(max(t_narrow, -1.0), 1.0)
 
 
 def _sign_within(pieces: Sequence[Sign], low: float, high: float) -> int:

@@ -6,6 +6,7 @@ one enclosure speaks of all. Where it does not suffice the interval is halved.
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -18,7 +19,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from squeal.proof import AS_GIVEN
 from squeal.proof.balls import (
-    EPS,
     Balls,
     doubles,
     half_widths,
@@ -50,12 +50,15 @@ MOST_INTERVALS = 4000
 SPENT = "the range takes more steps than are made"
 AT_END = "a threshold lies at an end of the range, beyond which nothing is counted"
 CANCELS = "what begins and what ends to grow at one value cancel in the count"
-LONGER = 32.0  # than the last one: a step after one that is proved
-SHORTER = 0.35  # ... and after one that is not
+MOST_GROWTH = 32.0  # of the length of a step after one that is proved
+LEAST_GROWTH = 1.25  # ... after one that is not was followed by one that is
+SHORTER = 0.5  # the length of a step after one that is not proved, by that of the latter
 MOST_VALUES_BEYOND = 8  # at which a refutation is searched where no step succeeds
+NEARER = 32.0  # each of these lies so many times nearer to where the steps ended than the last
 INSIDE = 0.4629  # of a gap: where what grows is counted; roots often touch the axis half way
 ASIDE = 1e-3  # of a gap: how far from a threshold that is refuted the search looks again
 FIRST = 1e-8  # of the gap: a step beside a threshold
+SLOW = 1e-6  # of half a gap, beside a threshold: there the roots that grow may grow as little
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,12 +156,12 @@ class Terms:
         return terms
 
     def expanded(self, low: float, high: float) -> tuple[Expansion, Expansion, Expansion]:
-        """M, C and K around the middle of two values of the parameter, with Lagrange's remainder.
+        """M, C and K about `middle_and_half` of two values of the parameter.
 
         Raises ValueError where a factor divides by what may be zero.
         """
         # p = middle + d to first order in d, and about every value between, for the second order
-        middle = flint.arb_series([flint.arb((low + high) / 2.0), 1], prec=2)
+        middle = flint.arb_series([flint.arb(middle_and_half(low, high)[0]), 1], prec=2)
         between = flint.arb_series([flint.arb(low).union(flint.arb(high)), 1], prec=3)
         M, C, K = (self._expansion_of_sum(name, middle, between) for name in "MCK")
         return M, C, K
@@ -170,26 +173,41 @@ class Terms:
         and about all values in it at once.
         """
         zeros = np.zeros((self.n, self.n))
-        value = Balls.exact(zeros)
-        slope = Balls.exact(zeros)
+        values: list[Balls] = []
+        slopes: list[Balls] = []
         remainder = zeros
         matrices = self._balls[name]
         for term, X in zip(getattr(self, name), matrices, strict=True):
             if term.factor is None:
-                value = value.plus(X)
+                values.append(X)
                 continue
             factor, factor_slope = _coefficients(term.factor(middle))[:2]
             half_curvature = _coefficients(term.factor(between))[2]
-            value = value.plus(_multiplied(X, factor))
-            slope = slope.plus(_multiplied(X, factor_slope))
+            values.append(_multiplied(X, factor))
+            slopes.append(_multiplied(X, factor_slope))
             largest = float(np.nextafter(float(half_curvature.abs_upper()), np.inf))
             remainder = remainder + X.bound() * largest
         is_used = sum((np.abs(X.mid) for X in matrices), zeros) > 0.0
+
+        def total(balls: list[Balls]) -> Balls:
+            if not balls:
+                return Balls.exact(zeros)
+            X = functools.reduce(Balls.plus, balls)
+            return Balls(X.mid, np.where(is_used, X.rad, 0.0))
+
         return Expansion(
-            value=Balls(value.mid, np.where(is_used, value.rad, 0.0)),
-            slope=Balls(slope.mid, np.where(is_used, slope.rad, 0.0)),
+            value=total(values),
+            slope=total(slopes),
             remainder=np.where(is_used, upper(remainder, 2 * len(matrices)), 0.0),
         )
+
+
+def middle_and_half(low: float, high: float) -> tuple[float, float]:
+    """A double near the middle of two, and how far numbers between them may lie from it."""
+    if low == high:
+        return low, 0.0  # one value, of which nothing moves
+    middle = (low + high) / 2.0
+    return middle, float(np.nextafter(max(middle - low, high - middle), np.inf))
 
 
 def _coefficients(value: Any) -> list[Any]:
@@ -225,9 +243,16 @@ class CountBounds(NamedTuple):
         """True if so many roots may grow."""
         return self.least <= unstable <= self.most
 
-    def prove(self, unstable: int) -> bool:
-        """True if so many roots grow, but for some that grow or decay by no more than the rate."""
-        return not self.doubtful and self.allow(unstable) and unstable <= self.not_decaying
+    def prove(self, unstable: int, is_beside_threshold: bool = False) -> bool:
+        """True if so many roots grow, and others by no more than the rate.
+
+        Beside a threshold, where growth begins from nothing, those that grow may decay as little.
+        """
+        if self.doubtful or not self.allow(unstable):
+            return False
+        if is_beside_threshold:
+            return unstable <= self.not_decaying
+        return unstable == self.least
 
 
 def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountBounds:
@@ -242,7 +267,7 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
         M, C, K = terms.expanded(low, high)
     except ValueError:
         return best._replace(reason="a factor divides by what may be zero")
-    half = float(np.nextafter((high - low) / 2.0 * (1.0 + 8.0 * EPS), np.inf))
+    _, half = middle_and_half(low, high)
     A = K
     B = M
     if not terms.is_undamped:
@@ -309,7 +334,8 @@ class _RangeProof:
     growth_below : float
         A rate (1/s); see `CountBounds`.
     most : int
-        How many intervals are looked at before the answer stays open.
+        How many intervals are looked at before the answer stays open. One of a single component
+        counts by its share of the rows.
     ends : tuple of 2 floats
         The ends of the whole range.
     """
@@ -318,122 +344,137 @@ class _RangeProof:
         self, terms: Terms, growth_below: float, most: int, ends: tuple[float, float]
     ) -> None:
         self.components = terms.components()
-        self.stepped_components = self.components
-        """Those that are looked at step by step: their count is not known over the whole gap."""
-        self.growing_elsewhere = 0  # roots that grow of the other components
+        self.rows = terms.n
         self.data = terms.data
         self.growth_below = growth_below
-        self.steps_left = most
+        self.intervals_left = float(most)
         self.ends = ends
 
-    def between(self, low: float, high: float, unstable: int) -> Proof:
-        """The proof that so many roots grow at all values of a gap, from both ends to the middle.
+    def between(self, low: float, high: float, unstable: Sequence[int]) -> Proof:
+        """The proof that so many roots of each component grow at all values of a gap.
 
-        Steps begin at the ends, where thresholds lie and steps must be short.
+        A component that is not proved over the whole gap is proved by steps from both ends, where
+        thresholds lie and steps must be short, to the middle.
         """
         middle = (low + high) / 2.0
-        for start in (low, high):
-            self._set_aside(min(start, middle), max(start, middle))
-            proof = self._by_steps(start, middle, unstable)
-            if proof.status != "proved":
-                break
-        self.stepped_components = self.components
-        self.growing_elsewhere = 0
-        return proof
+        for component, count in zip(self.components, unstable, strict=True):
+            if self.intervals_left <= 0.0:
+                return self.open_at(middle, SPENT)
+            if self._bounds_of(component, low, high).prove(count):
+                continue
+            for start in (low, high):
+                outcome = self._by_steps(component, start, middle, count)
+                if isinstance(outcome, Proof):
+                    return outcome
+                if outcome is not None:
+                    return self._of_all_components(outcome, sum(unstable))
+        return Proof("proved", "enclosure", self.growth_below, data=self.data)
 
-    def _set_aside(self, low: float, high: float) -> None:
-        """Leave out components of which as many roots grow at all values between two."""
-        self.stepped_components = []
-        self.growing_elsewhere = 0
-        self.steps_left -= 1
-        for component in self.components:
-            bounds = bounds_between(component, low, high, self.growth_below)
-            if bounds.least == bounds.most and bounds.prove(bounds.least):
-                self.growing_elsewhere += bounds.least
-            else:
-                self.stepped_components.append(component)
+    def _by_steps(
+        self, component: Terms, start: float, end: float, unstable: int
+    ) -> Proof | float | None:
+        """Prove one component from one value to another, above or below it.
 
-    def _by_steps(self, start: float, end: float, unstable: int) -> Proof:
-        """The proof from one value to another, above or below it.
+        A step is lengthened after one that is proved and shortened after one that is not. The steps
+        after that grow little at first, since the longest possible one changes slowly.
 
-        A step is lengthened after one that is proved and shortened after one that is not.
+        Returns None if it is proved, an open proof, or a value at which another number of its roots
+        grows for certain.
         """
         narrowest = NARROWEST * max(abs(end - start), abs(start), abs(end))
         length = abs(end - start)
+        slow = 0.0  # so far from the start growth may be too slow to be seen
         if start not in self.ends:  # beside a threshold
+            slow = SLOW * length
             length = max(FIRST * length, narrowest)
         sense = 1.0 if end >= start else -1.0
+        growth = MOST_GROWTH  # of the length, after a step that is proved
         reached = start
         while True:
             step_end = reached + sense * length
             if sense * (end - step_end) <= 0.25 * length:  # no short step is left for the end
                 step_end = end
             middle = (reached + step_end) / 2.0
-            if self.steps_left <= 0:
+            if self.intervals_left <= 0.0:
                 return self.open_at(middle, SPENT)
-            bounds = self.bounds(min(reached, step_end), max(reached, step_end))
-            self.steps_left -= 1
+            bounds = self._bounds_of(component, min(reached, step_end), max(reached, step_end))
             if not bounds.allow(unstable):
-                return self.refuted(bounds, unstable, middle)
-            if bounds.prove(unstable):
+                return middle
+            is_beside_threshold = abs(step_end - start) <= slow
+            if bounds.prove(unstable, is_beside_threshold):
                 if step_end == end:
-                    return Proof("proved", "enclosure", self.growth_below, data=self.data)
+                    return None
                 reached = step_end
-                length *= LONGER
+                length *= growth
+                growth = min(growth**2, MOST_GROWTH)
                 continue
             length = abs(step_end - reached) * SHORTER
+            growth = LEAST_GROWTH
             if length < narrowest:
-                refutation = self._refutation_beyond(reached, end, unstable)
-                if refutation is not None:
-                    return refutation
+                value = self._refuting_value(component, reached, end, unstable)
+                if value is not None:
+                    return value
                 return self.open_at(middle, bounds.reason)
 
-    def _refutation_beyond(self, reached: float, end: float, unstable: int) -> Proof | None:
-        """A refutation by a single value between where no step succeeds and the end.
+    def _refuting_value(
+        self, component: Terms, reached: float, end: float, unstable: int
+    ) -> float | None:
+        """A value beyond where no step succeeds at which another number of roots grows for certain.
 
-        Some values are tried, from the end on nearer and nearer; None if none of them refutes.
+        Some values are tried, from the end on nearer and nearer; None if none of them is one.
         """
         share = 1.0
         for _ in range(MOST_VALUES_BEYOND):
-            share /= LONGER
+            share /= NEARER
             value = reached + share * (end - reached)
-            bounds = self.bounds(value, value)
-            if not bounds.allow(unstable):
-                return self.refuted(bounds, unstable, value)
+            if not self._bounds_of(component, value, value).allow(unstable):
+                return value
         return None
+
+    def _of_all_components(self, where: float, unstable: int) -> Proof:
+        """The refutation at a value where a component has another number of growing roots.
+
+        It is open if, for all that is known, the other components may make up for it.
+        """
+        bounds = total(self.bounds(where, where))
+        if bounds.allow(unstable):
+            return self.open_at(where, CANCELS)
+        return self.refuted(bounds, unstable, where)
 
     def open_at(self, where: float, reason: str) -> Proof:
         """No answer, as of a value of the parameter the discs do not tell enough."""
         return Proof("open", by="enclosure", data=self.data, reason=reason, where=where)
 
     def refuted(self, bounds: CountBounds, unstable: int, where: float) -> Proof:
-        """Another number of roots grows for certain."""
+        """Another number of roots grows for certain at a value, or near it."""
         reason = f"{bounds.least} to {bounds.most} roots grow, not {unstable}"
         if bounds.least == bounds.most:
             reason = f"{bounds.least} roots grow, not {unstable}"
         return Proof("refuted", by="enclosure", data=self.data, reason=reason, where=where)
 
-    def bounds(self, low: float, high: float) -> CountBounds:
-        """The sums of the numbers of all components over an interval.
+    def bounds(self, low: float, high: float) -> list[CountBounds]:
+        """The bounds of each component over an interval."""
+        return [bounds_between(c, low, high, self.growth_below) for c in self.components]
 
-        The reason is that of the first component whose count is open.
-        """
-        elsewhere = self.growing_elsewhere
-        total = CountBounds(elsewhere, elsewhere, 0, elsewhere)
-        reason = ""
-        for component in self.stepped_components:
-            bounds = bounds_between(component, low, high, self.growth_below)
-            if not reason and bounds.least < bounds.most:
-                reason = bounds.reason
-            total = CountBounds(
-                least=total.least + bounds.least,
-                most=total.most + bounds.most,
-                doubtful=total.doubtful + bounds.doubtful,
-                not_decaying=total.not_decaying + bounds.not_decaying,
-            )
-        if reason:
-            return total._replace(reason=reason)
-        return total
+    def _bounds_of(self, component: Terms, low: float, high: float) -> CountBounds:
+        """The bounds of one component over an interval, which counts as looked at."""
+        self.intervals_left -= component.n / self.rows
+        return bounds_between(component, low, high, self.growth_below)
+
+
+def total(bounds: Sequence[CountBounds]) -> CountBounds:
+    """The sums of the numbers of all components.
+
+    The reason is that of the first component whose count is open.
+    """
+    reasons = [component.reason for component in bounds if component.least < component.most]
+    return CountBounds(
+        least=sum(component.least for component in bounds),
+        most=sum(component.most for component in bounds),
+        doubtful=sum(component.doubtful for component in bounds),
+        not_decaying=sum(component.not_decaying for component in bounds),
+        reason=reasons[0] if reasons else "",
+    )
 
 
 def prove_thresholds(
@@ -449,7 +490,10 @@ def prove_thresholds(
 
     Proved is that it differs between the gaps on both sides of each interval, where it is counted
     inside, and that in each gap as many roots grow at every value, and others by no more
-    than `growth_below`. Refuted is a value or interval at which another number grows for certain.
+    than `growth_below`; close to a threshold (`SLOW`) those that grow may decay as little. Refuted
+    is a value or interval at which another number grows for certain. `where` is a
+    value of the parameter: of a refuted list one at which a search for thresholds that are missing
+    has to look, beside a wrong one; of an open list one where the proof stopped.
 
     Parameters
     ----------
@@ -474,17 +518,19 @@ def prove_thresholds(
         return Proof("refuted", reason="the intervals overlap or leave the range")
     gaps = list(zip(edges[::2], edges[1::2], strict=True))
     range_proof = _RangeProof(terms, growth_below, most, (low, high))
-    # first what grows inside of each gap
-    counts = []
+    # first what grows inside of each gap, of each component
+    counts: list[list[int]] = []
     for a, b in gaps:
         inside = a + INSIDE * (b - a)
-        bounds = range_proof.bounds(inside, inside)
+        each = range_proof.bounds(inside, inside)
+        bounds = total(each)
         if bounds.doubtful:
             return range_proof.open_at(inside, bounds.reason)
-        counts.append(bounds.least)
+        counts.append([component.least for component in each])
     # then whether it differs on both sides of each interval, as printed
     for number, (start, stop) in enumerate(intervals):
-        below, above = counts[number : number + 2]
+        below = sum(counts[number])
+        above = sum(counts[number + 1])
         rise = rises[number] if rises is not None else None
         reason = ""
         if start <= low or stop >= high:
@@ -499,14 +545,14 @@ def prove_thresholds(
             where = gap_start + ASIDE * (gap_end - gap_start)
             return Proof("refuted", by="enclosure", data=terms.data, reason=reason, where=where)
     # last whether it is the same at every value of each gap
-    for (a, b), count in zip(gaps, counts, strict=True):
+    for (a, b), unstable in zip(gaps, counts, strict=True):
         # over a whole gap at once `growth_below` may leave room for what a single value refutes
         for value in (a, b):
-            bounds = range_proof.bounds(value, value)
-            if not bounds.allow(count):
+            bounds = total(range_proof.bounds(value, value))
+            if not bounds.allow(sum(unstable)):
                 beside = (value + a + INSIDE * (b - a)) / 2.0
-                return range_proof.refuted(bounds, count, beside)
-        proof = range_proof.between(a, b, count)
+                return range_proof.refuted(bounds, sum(unstable), beside)
+        proof = range_proof.between(a, b, unstable)
         if proof.status != "proved":
             return proof
     return Proof("proved", "enclosure", growth_below, data=terms.data)

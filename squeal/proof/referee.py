@@ -371,10 +371,13 @@ def judge_finding(finding: Finding, answer: RootList) -> Proof:
         return replace(proof, status="refuted", reason=reason, where=None)
     if proof.status == "open":
         return proof
-    unknown = [piece for piece in finding.deciding if piece.side == "unknown"]
-    if not unknown:
+    sides = {piece.side for piece in finding.deciding}
+    if "free" in sides and "unknown" not in sides:
         return replace(proof, status="open", reason=FREE, where=None)
-    fastest = max(unknown, key=lambda piece: piece.high)
+    # roots of unknown side, or growing ones of which either may be the faster
+    undecided = "unknown" if "unknown" in sides else "grows"
+    candidates = [piece for piece in finding.deciding if piece.side == undecided]
+    fastest = max(candidates, key=lambda piece: piece.high)
     reason = f"the verdict may be {possible}"
     return replace(proof, status="open", reason=reason, where=complex(fastest.centres[0]))
 

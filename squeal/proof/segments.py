@@ -156,7 +156,7 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
     S1 = Balls.exact(np.zeros((n, n)))
     # |G - 1| <= E, and |R - G (S0 + d S1)| <= U, order by order in d
     E = Balls(G0.mid - np.eye(n), upper(G0.rad + EPS * magnitude(G0.mid), 2)).bound()
-    U = _difference(R0, G0 @ S0).bound()
+    U = R0.minus(G0 @ S0).bound()
     if half > 0.0:
         sizes_of_X = magnitude(X)
         sizes_of_Y = magnitude(Y)
@@ -164,10 +164,10 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
         G1 = left @ (B.slope @ right)
         G2 = half**2 * (sizes_of_Y @ B.remainder @ sizes_of_X)
         E = E + half * G1.bound() + G2
-        first_order = _difference(left @ (A.slope @ right), G1 @ S0)
+        first_order = (left @ (A.slope @ right)).minus(G1 @ S0)
         S1 = Balls.exact(_structured(first_order.mid, basis.mirror))
         sizes_of_S1 = magnitude(S1.mid)
-        U = U + half * _difference(first_order, G0 @ S1).bound()
+        U = U + half * first_order.minus(G0 @ S1).bound()
         U = U + half**2 * (sizes_of_Y @ A.remainder @ sizes_of_X)
         U = U + G2 @ (sizes_of_S0 + half * sizes_of_S1)
         U = U + half**2 * (G1.bound() @ sizes_of_S1)
@@ -212,7 +212,7 @@ def _with_moving_vectors(
     """
     centres = S0.mid.diagonal()
     gaps = centres[:, None] - centres
-    are_near = half * np.abs(S1.mid) > NEAR * np.abs(gaps)
+    are_near = half * np.abs(S1.mid) >= NEAR * np.abs(gaps)  # also where both are zero
     stay_together = stay_together | are_near | are_near.T
     chain_couplings = S0.mid - np.diag(centres)
     # S1 + S0 Z - Z S0 = 0 entry by entry; couplings in chains make that a fixed-point iteration
@@ -225,23 +225,18 @@ def _with_moving_vectors(
     V = inverse_excess(upper(dZ, 1))
     if V is None:
         return Failure(ILL)
-    S0_Z = _difference(S0 @ Z_ball, Z_ball @ S0)
-    S1_Z = _difference(S1 @ Z_ball, Z_ball @ S1)
+    S0_Z = (S0 @ Z_ball).minus(Z_ball @ S0)
+    S1_Z = (S1 @ Z_ball).minus(Z_ball @ S1)
     slope = S1.plus(S0_Z)
     L = _structured(np.where(stay_together, slope.mid, 0.0), mirror)
-    first_order = half * _difference(slope, Balls.exact(L)).bound()
-    second_order = half**2 * _difference(S1_Z, Z_ball @ S0_Z).bound()
+    first_order = half * slope.minus(Balls.exact(L)).bound()
+    second_order = half**2 * S1_Z.minus(Z_ball @ S0_Z).bound()
     # V + d Z = -d Z V
     third_order = dZ @ (V @ (half * S0_Z.bound())) + V @ (half**2 * S1_Z.bound())
     # (1 + V) Q (1 + d Z) is Q but for (1 + V) (Q d Z - d Z Q)
     moved_Q = Q @ dZ + dZ @ Q
     N = Q + first_order + second_order + third_order + moved_Q + V @ moved_Q
     return L, upper(N, 8 * len(Q) + 16)
-
-
-def _difference(a: Balls, b: Balls) -> Balls:
-    """a - b."""
-    return a.plus(b.times(-1.0))
 
 
 def _structured(W: NDArray, mirror: NDArray[np.intp] | None) -> NDArray:

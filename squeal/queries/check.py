@@ -215,8 +215,8 @@ def _linearised(scene: Scene) -> System:
 def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The lowest real modes, of K x = omega^2 M x without friction and damping.
 
-    All of a small system are computed; of a large one the lowest, see `_lowest_by_lanczos`. Modes
-    so slow that rounding mixes them are refined.
+    All of a small system are computed, and where most are wanted; of a large one the lowest, see
+    `_lowest_by_lanczos`. Modes so slow that rounding mixes them are refined.
 
     Three tolerances: `noise` decides how many squares a search may take for zero, `CLEARLY` times
     as much which modes are refined, and the returned errors, for the caller, which are free.
@@ -245,7 +245,7 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     shift = BELOW * (square_of_scale or 1.0)
     noise = NOISE * EPS * square_of_scale
     try:
-        if system.n <= ALL_ROWS:
+        if system.n <= max(ALL_ROWS, count + MOST_MORE + MORE):
             squares, vectors, largest = _all_real_modes(dense(K - shift * M), dense(M), shift)
             noise = max(noise, system.n * EPS * largest)
         else:

@@ -24,6 +24,7 @@ from squeal.schema import POSITIVE, Place, Positive, public
 
 FORBIDDEN = 1e6  # cost of a pair beyond the tolerance
 EQUALLY_NEAR = 2e-4  # of the frequency: a difference too small to prefer one of two modes
+TIE = 0.01  # the cost of such a difference at most: a MAC lower by more tells two modes apart
 DAMPING = "damping_ratio"
 IGNORED = ("real [1/s]", "error [1/s]", "residual", "condition")  # columns of saved eigenvalues
 
@@ -51,20 +52,24 @@ def mac(X: ArrayLike, Y: ArrayLike) -> NDArray[np.float64]:
     >>> mac([[1, 1], [1, -1]], [[2j], [0]]).round(3).tolist()
     [[0.5], [0.5]]
     """
-    labels_x = labels_of(X)
-    labels_y = labels_of(Y)
-    if labels_x and labels_y and labels_x[0] != labels_y[0]:  # [0]: of rows, [1]: of columns
-        raise InputError("mac: X and Y: other labels of their rows are not allowed; reindex one")
     units = []
+    row_labels = []
     for name, Z in {"X": X, "Y": Y}.items():
         in_columns = Z
-        if np.ndim(Z) == 1:
+        if hasattr(Z, "to_frame"):  # a series (pandas), which has labels as a data frame does
+            in_columns = Z.to_frame()
+        elif np.ndim(Z) == 1:
             in_columns = np.asarray(Z)[:, None]
+        labels = labels_of(in_columns)
+        if labels:
+            row_labels.append(labels[0])
         shapes = dense(given_matrix(in_columns, f"mac: {name}"))
         if not shapes.any(axis=0).all():
             raise InputError(f"mac: {name}: a shape of zeros is not allowed; each must move")
         scaled = shapes / np.abs(shapes).max(axis=0)  # squares neither overflow nor vanish
         units.append(scaled / np.linalg.norm(scaled, axis=0))
+    if len(row_labels) == 2 and row_labels[0] != row_labels[1]:
+        raise InputError("mac: X and Y: other labels of their rows are not allowed; reindex one")
     x, y = units
     if len(x) != len(y):
         raise InputError(f"mac: {len(x)} and {len(y)} rows are not allowed; they must be the same")
@@ -194,8 +199,7 @@ def compare(
         references = read_test(Path(reference), coordinates)
         name = str(reference)
     costs = pairing_costs(references, modes, tolerance)
-    # as a cost, which counts differences of frequencies over the tolerance
-    equally_near = _equally_near(costs.cost, most=EQUALLY_NEAR / tolerance)
+    equally_near = _equally_near(costs.cost, most=_cost_of_tie(tolerance))
     rows = []
     ties = []
     pairs = assigned_pairs(costs, references, modes, tolerance)
@@ -221,10 +225,16 @@ def compare(
     return Pairs(name, tuple(rows), tolerance, costs.mac, tuple(ties))
 
 
+def _cost_of_tie(tolerance: float) -> float:
+    """The difference in cost up to which two computed modes are equally near, see `compare`."""
+    return min(EQUALLY_NEAR / tolerance, TIE)
+
+
 class PairingCosts(NamedTuple):
     """Of each mode of a reference (row) with each computed mode (column), arrays (m, k).
 
-    difference: in frequency, over that of the reference, signed; mac: NaN where no shape is known;
+    difference: in frequency, over that of the reference or, where it is 0, over the computed one,
+    signed; mac: NaN where no shape is known;
     cost: of the pair, see `pairing_costs`.
     """
 
@@ -239,9 +249,9 @@ def pairing_costs(
     """What pairs cost: their difference in frequency over the tolerance, plus 1 - MAC."""
     reference_hz = np.array([mode.frequency_hz for mode in references], float)
     computed_hz = np.array([mode.frequency_hz for mode in modes], float)
-    # two modes of frequency 0 do not differ in it
-    size = np.where(reference_hz > 0.0, reference_hz, 1.0)
-    difference = (computed_hz - reference_hz[:, None]) / size[:, None]
+    # over the computed frequency where the reference has 0; two modes of frequency 0 do not differ
+    size = np.where(reference_hz[:, None] > 0.0, reference_hz[:, None], computed_hz)
+    difference = (computed_hz - reference_hz[:, None]) / np.where(size > 0.0, size, 1.0)
     macs = _mac_of_modes(references, modes)
     unlikeness = np.where(np.isnan(macs), 0.0, 1.0 - macs)
     return PairingCosts(difference, macs, np.abs(difference) / tolerance + unlikeness)
@@ -256,7 +266,7 @@ def assigned_pairs(
     which both modes grow or both decay.
     """
     differs_in_growth = _counts_as_growing(references)[:, None] != _counts_as_growing(modes)
-    cost = costs.cost + EQUALLY_NEAR / tolerance * differs_in_growth
+    cost = costs.cost + _cost_of_tie(tolerance) * differs_in_growth
     cost = np.where(np.abs(costs.difference) <= tolerance, cost, FORBIDDEN)
     assigned = np.transpose(linear_sum_assignment(cost)).tolist()
     return [(i, j) for i, j in assigned if cost[i, j] < FORBIDDEN]

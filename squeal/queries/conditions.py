@@ -103,7 +103,7 @@ def conditions(
     analysis = SystemAnalysis.of(subject, band, memory=memory, progress=progress)
     system = analysis.system
     seated = analysis.file.assembly is not None
-    for name in grid[0]:  # each condition names the same parameters
+    for name in axes:
         if not seated and name not in system.names:
             used = ", ".join(sorted(system.names)) or "no parameter"
             raise AT.refuse(f"{name} is not allowed, no matrix depends on it; {used} does")

@@ -113,9 +113,13 @@ class CampbellDiagram:
     def crossings(self, speeds: Array, order: float) -> list[tuple[float, int]]:
         """Locate where frequencies are `order` times the speed, as pairs of speed and rank.
 
-        speeds (m,): rising, between which changes of sign are searched.
+        speeds (m,): rising, between which changes of sign are searched. Raises InputError where
+        the number of roots changes.
         """
-        frequencies = np.array([self.ranked_roots(speed).imag for speed in speeds.tolist()])
+        roots = [self.ranked_roots(speed) for speed in speeds.tolist()]
+        if len(set(map(len, roots))) > 1:
+            raise InputError("M: must be singular at all speeds of the range, or at none of them")
+        frequencies = np.array(roots).imag
         gaps = frequencies - order * speeds[:, None]
         crossings = []
         for k, rank in np.argwhere(gaps == 0.0).tolist():
@@ -252,8 +256,9 @@ def critical_speeds(
     Raises
     ------
     InputError
-        For a pad, complex matrices, a range that is empty, or where no matrix depends on the free
-        parameter but some on others.
+        For a pad, matrices that are complex or follow the frequency, an M that is singular at some
+        of the speeds, a range that is empty, or where no matrix depends on the free parameter but
+        some on others.
 
     Examples
     --------
@@ -271,7 +276,8 @@ def critical_speeds(
     analysis = SystemAnalysis.of(subject, band=band, memory=memory)
     system = analysis.system
     if not system.real:
-        raise InputError(f"{system.name}: critical speeds need real matrices")
+        words = "that do not follow the frequency of a root"
+        raise InputError(f"{system.name}: critical speeds need real matrices {words}")
     analysis.require_used_parameter("the speed")
     if not 0.0 <= low < high:
         raise InputError(f"high: {high:g} is not allowed; it must be above low, at least 0")
@@ -280,7 +286,7 @@ def critical_speeds(
     reduction = None
     rows = system.n
     if not is_small(system):
-        reduction, _ = analysis.reduced(np.linspace(low, high, SAMPLES).tolist())
+        reduction = analysis.reduced(np.linspace(low, high, SAMPLES).tolist())
         rows = reduction.system.n
     steps = STEPS
     if rows > FEW_ROWS:

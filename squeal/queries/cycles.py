@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -223,7 +224,8 @@ class Cycles(Answer):
         """
         sliding = {}
         for value, verdict in self.sliding:
-            sliding[value] = f"sliding at {self.parameter} = {number(value)}: {verdict}"
+            words = verdict or "no equilibrium"
+            sliding[value] = f"sliding at {self.parameter} = {number(value)}: {words}"
         if not self.orbits:
             return [self.table(), *sliding.values()]
         at_scene = self.orbits[self.own]
@@ -465,7 +467,9 @@ def cycles(
     value = getattr(scene.pad, name)
     scale = 1.0  # the continuation needs a parameter of the order of one, as mu and angles are
     if name != "mu" and not PARAMETERS[name].angle:
-        scale = max(abs(low), abs(high)) or 1.0
+        # a power of 2, so that the scene's own value comes back from the division to the last digit
+        _, exponent = math.frexp(max(abs(low), abs(high)))
+        scale = math.ldexp(1.0, exponent)
 
     @lru_cache(maxsize=8)
     def model_at(scaled: float) -> PadModel:

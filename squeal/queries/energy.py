@@ -167,6 +167,8 @@ class Energy(Answer):
     def place(self, mode: int) -> str:
         """Which parts store the energy of a mode, in a line, the largest share first.
 
+        Empty without parts, and for a mode that does not oscillate.
+
         Examples
         --------
         >>> import squeal
@@ -174,10 +176,12 @@ class Energy(Answer):
         >>> squeal.energy(found, parts={"mass": [0]}).place(1)
         '100 % in mass'
         """
-        rows = [row for row in self.part_shares if row.mode == mode]
-        rows.sort(key=lambda row: -(row.energy or 0.0))
-        shares = [f"{number(100.0 * (row.energy or 0.0), 3)} % in {row.part}" for row in rows]
-        return ", ".join(shares[:SPOKEN])
+        shares = []
+        for row in self.part_shares:
+            if row.mode == mode and row.energy is not None:
+                shares.append((row.energy, f"{number(100.0 * row.energy, 3)} % in {row.part}"))
+        shares.sort(key=lambda share: -share[0])
+        return ", ".join(words for _, words in shares[:SPOKEN])
 
     def table(self) -> Table:
 

@@ -113,7 +113,8 @@ class EnergySweep(Answer):
         growth_of_terms: dict[str, dict[float, float]] = {}  # by term and value
         for value, number, row in self.contributions:
             if number == mode:
-                rates[value] = row.growth_rate
+                # of two real roots of a mode that which grows faster
+                rates[value] = max(rates.get(value, row.growth_rate), row.growth_rate)
                 rounding = max(rounding, ROUNDING * math.tau * row.frequency_hz)
                 growth = np.nan if row.growth is None else row.growth
                 growth_at_values = growth_of_terms.setdefault(f"{row.part}: {row.term}", {})
@@ -123,7 +124,7 @@ class EnergySweep(Answer):
         terms = {}
         for term, growth_at in growth_of_terms.items():
             growths = [growth_at.get(value, 0.0) for value in values]
-            if max(map(abs, growths)) > rounding:
+            if any(abs(growth) > rounding for growth in growths):  # never of NaN
                 terms[term] = growths
         return values, [rates[value] for value in values], terms
 

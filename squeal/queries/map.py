@@ -121,7 +121,11 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
 
 
 def _check_names(system: System, axes: tuple[Axis, Axis]) -> None:
-    """Raises InputError for what is no parameter, or one that no matrix depends on."""
+    """Raise InputError for what is no parameter, or one that has no effect on the roots.
+
+    These are parameters that no matrix depends on, and the frequency, which each root has its own
+    of.
+    """
     names = [axis.name for axis in axes]
     system.values(dict.fromkeys(names, 0.0))  # refuses what is no parameter
     for name in names:
@@ -129,6 +133,8 @@ def _check_names(system: System, axes: tuple[Axis, Axis]) -> None:
             used = ", ".join(sorted(system.names)) or "no parameter"
             words = f"no matrix depends on it; {used} does"
             raise InputError(f"{name}: is not allowed in a chart, {words}")
+        if name in system.follows:
+            raise InputError(f"{name}: is not allowed in a chart, each root has its own")
 
 
 def _points(axes: tuple[Axis, Axis], values: list[np.ndarray]) -> list[dict[str, float]]:

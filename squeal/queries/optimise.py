@@ -28,7 +28,7 @@ from squeal.queries.options import Band, RandomNumbers, Region, seed_of
 from squeal.queries.systems.all_roots import is_small, roots_of_all
 from squeal.queries.systems.reduced import basis_of, reduced_for
 from squeal.queries.systems.roots import SystemRoots, system_roots
-from squeal.queries.systems.seat import note_of_seat_parameters, seat_note
+from squeal.queries.systems.seat import warn_of_held_seat
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.results.columns import UNSURE, basis_text
 from squeal.results.sources import EigenvalueSelection
@@ -243,15 +243,10 @@ class _Search:
 
         With the vectors x and y of a root of P its derivative is -y^H (dP/dp) x / (y^H P' x).
         """
-        model = self.model
-        if isinstance(model, Reduction):
-            system = model.system.replace(parameters)
-            matrices = system.arrays()
-            modes = model.roots(parameters, left=True, values=leading)
-        else:
-            system = model.replace(parameters)
-            matrices = system.arrays()
-            modes = roots_at(*matrices, leading, left=True)
+        searched = self.model.system if isinstance(self.model, Reduction) else self.model
+        system = searched.replace(parameters)
+        matrices = system.arrays()
+        modes = roots_at(*matrices, leading, left=True)
         eigenvalues = []
         for value, right, left in zip(modes.values, modes.right.T, modes.left.T, strict=True):
             # derivatives need neither the residual nor the condition
@@ -387,9 +382,7 @@ def optimise(
     if result.residual > TOLERANCE:
         words = f"a residual of {result.residual:.2g} in the full problem, {TOLERANCE:g} is wanted"
         Place("optimise").warn(f"the reduced system has {words}; the result may be improved")
-    for note in (seat_note(analysis.file), note_of_seat_parameters(analysis.file)):
-        if note:
-            Place("optimise").warn(note)
+    warn_of_held_seat(analysis.file, "optimise")
     changed = []
     for name, (low, high) in ranges.items():
         bounded = Bounded(
@@ -489,7 +482,10 @@ def _best_of_searches(
 
 
 def _extent(system: TermSystem, selection: EigenvalueSelection, bounds: Mapping[str, Band]) -> str:
-    """At which value of the free parameter, and of which band, the growth rate is the largest."""
+    """At which value of the free parameter, and of which band, the growth rate is the largest.
+
+    The growth at that value is made least, not the value from which on something grows.
+    """
     extent = " (not its onset)"
     free = system.parameter
     if free not in bounds:

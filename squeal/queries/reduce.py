@@ -46,6 +46,6 @@ def reduce(
     from squeal.queries.systems.system_analysis import SystemAnalysis
 
     analysis = SystemAnalysis.of(subject, band, region, memory=memory, progress=progress)
-    reduction, _ = analysis.reduced(None if values is None else list(values), method)
+    reduction = analysis.reduced(None if values is None else list(values), method)
     words = "a reduced system approximates the roots of its band or region"
     return replace(reduction.system, assumptions=(*reduction.system.assumptions, words))

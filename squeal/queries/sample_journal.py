@@ -28,7 +28,8 @@ def digest_of_question(subject: Scene | TermSystem, options: Sequence[object]) -
     if isinstance(subject, TermSystem):
         matrices = []
         for terms in subject.parts:
-            matrices.append([(t.factor.text, fingerprint(csc_array(t.matrix))) for t in terms])
+            # the factor with the numbers of its table, whose file may change
+            matrices.append([(repr(t.factor), fingerprint(csc_array(t.matrix))) for t in terms])
         identity = (subject.parameter, dict(subject.parameters), matrices)
     return sha256(repr((identity, *options)).encode()).hexdigest()
 

@@ -82,7 +82,7 @@ def points_of_unit_cube(
     # sobol
     is_power_of_2 = samples & (samples - 1) == 0
     if not is_power_of_2:
-        near = 2 ** round(math.log2(samples))
+        near = 2 ** min(round(math.log2(samples)), 19)  # 2^20 are more than may be drawn
         words = f"it must be a power of 2 for the design sobol, such as {near}"
         raise Place("samples").refuse(f"{samples} is not allowed; {words}")
     # no sample at the end of a normal distribution

@@ -35,8 +35,10 @@ from squeal.queries.parameter_space import (
 from squeal.queries.sampling import SPREADS, parameters_at, points_of_unit_cube, require_spreads
 from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
 from squeal.queries.systems.reduced import basis_of, estimated_roots, reduced_for
+from squeal.queries.systems.seat import warn_of_held_seat
+from squeal.queries.systems.system_analysis import file_of
 from squeal.queries.systems.thresholds import system_thresholds
-from squeal.queries.systems.verdicts import rounding_of
+from squeal.queries.systems.verdicts import rounding_of, verdict_of_some
 from squeal.queries.variance_indices import points_for_indices, sobol_indices
 from squeal.results.scatter import CONFIDENCE, Index, Sample, Scatter, Spread
 from squeal.results.sources import EigenvalueSelection
@@ -78,11 +80,7 @@ class ReducedThresholdSamples:
     selection: EigenvalueSelection
     high: float
 
-    def samples(self, changes: Sequence[Changes]) -> list[Sample]:
-        """The sample of each change of parameters."""
-        return [self._sample(values) for values in changes]
-
-    def _sample(self, values: Changes) -> Sample:
+    def sample(self, values: Changes) -> Sample:
         """The sample at changed parameters, with the residual of the reduced system there."""
         try:
             reduction = self.reduction.replaced(values)
@@ -107,11 +105,7 @@ class GrowthSamples:
     subject: Scene | TermSystem | Reduction
     selection: EigenvalueSelection
 
-    def samples(self, changes: Sequence[Changes]) -> list[Sample]:
-        """The sample of each change of parameters."""
-        return [self._sample(values) for values in changes]
-
-    def _sample(self, values: Changes) -> Sample:
+    def sample(self, values: Changes) -> Sample:
         """The sample at changed parameters: its verdict, and the mode that grows fastest."""
         try:
             selected = self._roots(values)
@@ -124,12 +118,14 @@ class GrowthSamples:
         unstable = roots[(roots.real > selected.rounding) & (roots.imag >= 0.0)]
         fastest = roots[np.argmax(roots.real)]
         residual = None
-        if selected.residuals is not None:
+        verdict: str | None = decide(roots, selected.rounding).verdict
+        if selected.residuals is not None:  # nothing is counted on a reduced system
             residual = float(np.max(selected.residuals, initial=0.0))
+            verdict = verdict_of_some(roots, selected.rounding)
         return Sample(
             parameters=values,
             value=float(fastest.real),
-            kind=decide(roots, selected.rounding).verdict,
+            kind=verdict,
             frequency_hz=abs(float(fastest.imag)) / math.tau,
             unstable=len(unstable),
             propensity=math.fsum(unstable.real / np.abs(unstable)),
@@ -167,7 +163,9 @@ SampleComputer: TypeAlias = ThresholdSamples | ReducedThresholdSamples | GrowthS
 
 def _samples(computer: SampleComputer, changes: Sequence[Changes]) -> list[Sample]:
     """The samples of a chunk of changes; a task of a process."""
-    return computer.samples(changes)
+    if isinstance(computer, ThresholdSamples):  # which computes pads together
+        return computer.samples(changes)
+    return [computer.sample(values) for values in changes]
 
 
 def _refused(values: Changes, error: InputError | ComputationError) -> Sample:
@@ -265,7 +263,8 @@ def scatter(
     Raises
     ------
     InputError
-        For a spread that does not fit the scene or system.
+        For a spread that does not fit the scene or system, and for a range of thresholds that ends
+        below the own value of the parameter.
     ComputationError
         If no sample can be computed.
 
@@ -297,6 +296,12 @@ def scatter(
         high = FRICTION_END
     high = upper_end(subject, high)
     space = ParameterSpace.of(subject, "scatter", high, of)
+    if of == "threshold" and high < space.at:
+        allowed = f"at least {space.free} = {space.at:g}, at which samples are stable or not"
+        raise Place("scatter", "high").must_be(high, allowed)
+    if isinstance(space.subject, TermSystem):
+        _refuse_without_effect(space.subject, plan.spreads)
+        warn_of_held_seat(file_of(subject), "scatter")
     changes = parameters_at(space, plan.spreads, plan.points())
     computer = _sample_computer(space, of, high, EigenvalueSelection(band), changes)
     question = (of, high, band, plan.spreads, plan.design, plan.seed, plan.indices, plan.samples)
@@ -330,6 +335,14 @@ def scatter(
         indices=sobol,
         basis=_basis(computer, computed),
     )
+
+
+def _refuse_without_effect(system: TermSystem, spreads: Mapping[str, Spread]) -> None:
+    """Refuse parameters of a system that no matrix depends on. Raises InputError."""
+    for name in spreads:
+        if name in system.given and name not in system.names:
+            words = "no matrix depends on it; a load that seats contact is held here"
+            raise Place("scatter", "spreads", name).refuse(words)
 
 
 def _first_reason(rows: Sequence[Sample]) -> str:

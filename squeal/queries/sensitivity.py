@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Literal
 
+from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.queries.options import (
     Band,
@@ -86,6 +87,10 @@ def sensitivity(
     if known is not None:
         expected = Thresholds if of_threshold else Eigenvalues
         kind_of(expected).read(known, Place("known"))
+        if isinstance(known.source, PadSource) != isinstance(subject, Scene):
+            raise InputError("known: is the answer of another subject; that of this one is allowed")
+    if not of_threshold and (high is not None or low is not None):
+        raise InputError("high, low: are of thresholds; of='threshold' takes them")
     known_thresholds = known if isinstance(known, Thresholds) else None
     known_eigenvalues = known if isinstance(known, Eigenvalues) else None
     if isinstance(subject, Scene):
@@ -106,7 +111,7 @@ def sensitivity(
             return pad_root_sensitivity(subject, analyse(subject))
         source = known_eigenvalues.source
         assert isinstance(source, PadSource)
-        assert source.analysis is not None
+        assert source.analysis is not None  # every answer of eigenvalues has it
         return pad_root_sensitivity(subject.replace(mu=known_eigenvalues.value), source.analysis)
     from squeal.queries.systems.eigenvalues import system_eigenvalues
     from squeal.queries.systems.seat import note_of_seat_parameters, seat_parameters

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
 from squeal.linear.matrices import EPS, Array, dense, rank_of, state_matrices
-from squeal.linear.system import System, Term
+from squeal.linear.system import System
 from squeal.queries.options import Subject, refuse_options
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.systems.system_analysis import SystemAnalysis
@@ -124,29 +124,21 @@ def _ports_of_loop(system: System, loop: str, changes: dict[str, float]) -> _Por
     Raises InputError where K and C are not linear in it, or M depends on it.
     """
     parameters = system.values(changes | {loop: 0.0})
-    terms = [term for term in system.terms if loop in term.factor.names]
-    if not terms:
-        raise InputError(f"loop: no matrix of {system.name} depends on {loop}")
-    for term in terms:
-        _refuse_unless_linear(term, loop, parameters)
+    for term in system.terms:
+        factor = term.factor
+        # a bound of its second derivative on both sides of 0: that of a linear factor is 0
+        if loop in factor.names and factor.curvature(parameters, loop, low=-1.0, high=1.0) != 0.0:
+            words = f"is not linear in {loop}, which is no gain then"
+            raise InputError(f"loop: the factor {factor.text} {words}")
     mass, damping, stiffness = system.derivative(loop, parameters)
     if mass is not None:
         raise InputError(f"loop: M of {system.name} depends on {loop}; K and C alone may")
     zero = np.zeros((system.n, system.n))
-    slopes = []
-    for matrix in (stiffness, damping):
-        slopes.append(zero if matrix is None else dense(matrix))
+    slopes = [zero if matrix is None else dense(matrix) for matrix in (stiffness, damping)]
     forces, measured = _factored(np.hstack(slopes))
+    if not forces.size:
+        raise InputError(f"loop: no matrix of {system.name} depends on {loop} at these parameters")
     return _Ports(forces, *np.hsplit(measured, 2))
-
-
-def _refuse_unless_linear(term: Term, loop: str, parameters: dict[str, float]) -> None:
-    """Raises InputError where a parameter does not enter a factor linearly."""
-    # a bound of its second derivative on both sides of 0: that of a linear factor is 0
-    if term.factor.curvature(parameters, loop, low=-1.0, high=1.0) != 0.0:
-        raise InputError(
-            f"loop: the factor {term.factor.text} is not linear in {loop}, which is no gain then"
-        )
 
 
 def _factored(matrix: Array) -> tuple[Array, Array]:

@@ -66,7 +66,7 @@ def thresholds(
         As `sweep` takes them. A system of more than 400 rows needs a band or a region.
     high : float, optional
         Upper end of the range; left out, 2 of `mu`, or the subject's own value if that is larger.
-        Another parameter needs it unless its own value is above 2.
+        Of another parameter twice its own value, which must be above 0 then.
     low : float, optional
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
@@ -133,17 +133,18 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     # also where a coordinate is free, which `roots_and_verdict` lets pass; B3 has no branch
     if path is not None and hides_slow_roots(reduce(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
-    answer = _without_proof(scene, high, system, path)
     if prove is False:
-        return answer
+        return _without_proof(scene, high, system, path, step_ends=())
     # a bound of |lambda| without friction and damping, rad/s
     fastest = math.sqrt(float(np.linalg.norm(np.linalg.solve(M, K), 2)))
-    judged, refuted_at = _judged(scene, path, answer, fastest)
-    if refuted_at is None:  # the list is proved, or open
-        return judged
-    answer_again = _without_proof(scene, high, system, path, [refuted_at])
-    judged_again, refuted_again_at = _judged(scene, path, answer_again, fastest)
-    return judged_again if refuted_again_at is None else judged
+    step_ends: list[float] = []  # the friction at which the referee refuted an earlier list
+    for _ in range(2):  # the last answer stands, also if it is refuted
+        answer = _without_proof(scene, high, system, path, step_ends)
+        answer, refuted_at = _judged(scene, path, answer, fastest)
+        if refuted_at is None:  # the list is proved, or open
+            break
+        step_ends.append(refuted_at)
+    return answer
 
 
 def _without_proof(
@@ -151,7 +152,7 @@ def _without_proof(
     high: float,
     system: SystemFunction,
     path: Path | None,
-    step_ends: Sequence[float] = (),
+    step_ends: Sequence[float],
 ) -> Thresholds:
     """Locate the thresholds of a pad; the referee is not asked.
 
@@ -415,11 +416,11 @@ def _verdict_at_start(analysis: SystemAnalysis, low: float) -> str | None:
     from squeal.queries.systems.roots import system_roots
 
     file = analysis.file
-    system = file.system
-    changes = {system.parameter: low}
+    system = file.system.replace({file.system.parameter: low})
     data = data_of(file, system)
     add_errors = error_bounds(file, system)
-    return system_roots(system, analysis.selection, changes, add_errors, data).verdict
+    roots = system_roots(system, analysis.selection, add_errors=add_errors, data=data)
+    return roots.verdict
 
 
 def _counted_not_proved(answer: Thresholds) -> Thresholds:

@@ -160,8 +160,9 @@ class Findings(Answer):
             whirl = self._whirl(self.eigenvalues.value, mode.root)
             words = f"{whirl} whirl, " * bool(whirl) + "no other mode meets it: "
         text = f"{words}{balance}."
-        if self.energy.part_shares:
-            text += f" Where its energy is: {self.energy.place(number_of_mode)}."
+        place = self.energy.place(number_of_mode)
+        if place:
+            text += f" Where its energy is: {place}."
         return text
 
     @property

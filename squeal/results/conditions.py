@@ -220,7 +220,10 @@ class Conditions(Answer):
         extent = f", {self.extent}" if self.extent else ""
         worst = self.worst
         if worst is None:
-            return f"No unstable mode at {self.solved} conditions{extent}"
+            # an open verdict: a mode may grow that was not found, or by less than its error
+            is_open = any(not condition.verdict for condition in self.conditions)
+            found = " was found" if is_open else ""
+            return f"No unstable mode{found} at {self.solved} conditions{extent}"
         fastest = worst.modes[0]
         return (
             f"Unstable at {self.unstable} of {self.solved} conditions{extent}: the worst "

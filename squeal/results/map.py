@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.errors import InputError
 from squeal.io.writing import Answer, Column, Panel, Table, in_order, picked, plain
 from squeal.results.columns import parameter_heading
 from squeal.results.sources import Source
@@ -139,6 +140,8 @@ class Map(Answer):
     def curves(self) -> Table:
         """A row for each point of each curve on which stability is lost.
 
+        Raises InputError for a map that was computed without curves.
+
         Examples
         --------
         >>> import squeal
@@ -149,6 +152,8 @@ class Map(Answer):
         >>> sorted({row["kind"] for row in found.curves().records()})
         ['flutter']
         """
+        if "threshold_curve" not in self.details:
+            raise InputError("curves: were not computed; map(..., curves=True) does so")
         rows = []
         for number, curve in enumerate(self.details["threshold_curve"], 1):
             for point, hertz in zip(curve["points"], curve["frequency_hz"], strict=True):

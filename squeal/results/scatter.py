@@ -36,7 +36,8 @@ class Sample:
         Of a threshold the critical friction, NaN if there is none in the range; of growth the
         largest real part of the roots in the band, 1/s.
     kind : str or None
-        What happens there: flutter, divergence or the like; of growth the verdict.
+        What happens there: flutter, divergence or the like; of growth the verdict, None where that
+        of a reduced system, whose roots nobody counted, is not that something grows.
     frequency_hz : float or None
         Frequency of the mode that loses stability, or that grows fastest.
     unstable : int or None

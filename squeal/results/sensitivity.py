@@ -207,10 +207,13 @@ class Sensitivity(Answer):
         is_near = STEP * self.condition**2 >= 1.0
         lines = []
         for i in np.flatnonzero(is_near & (np.imag(self.at) >= 0.0)).tolist():
-            lines.append(
-                f"mode {numbers[i]} nearly coalesces with another one: its derivatives hold for "
-                f"changes far below {number(100 * self.condition[i] ** -2, 2)} %"
-            )
+            line = f"mode {numbers[i]} coalesces with another one: it has no derivatives"
+            if self.condition[i] < math.inf:
+                line = (
+                    f"mode {numbers[i]} nearly coalesces with another one: its derivatives hold "
+                    f"for changes far below {number(100 * self.condition[i] ** -2, 2)} %"
+                )
+            lines.append(line)
         return [self.table(), "\n".join([*lines, self.note])]
 
     def without(self, names: Collection[str], note: str) -> Sensitivity:

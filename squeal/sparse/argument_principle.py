@@ -19,12 +19,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.sparse.factor import Factor, factorise_at
-from squeal.sparse.quadratic import (
-    Bools,
-    ComplexArray,
-    Quadratic,
-    report,
-)
+from squeal.sparse.quadratic import Bools, ComplexArray, Quadratic, report
 
 DAMPED = 0.25  # a band holds roots whose real part is at most this share of its upper end
 NODES = (8, 16, 32)  # on a circle, until they resolve the quotient

@@ -25,11 +25,7 @@ from squeal.sparse.contact_seat import (
     pair_directions,
     seat_contacts,
 )
-from squeal.sparse.quadratic import (
-    Array,
-    Changes,
-    ComplexArray,
-)
+from squeal.sparse.quadratic import Array, Changes, ComplexArray
 from squeal.sparse.reduced_basis import root_error_bounds
 
 if TYPE_CHECKING:
@@ -338,22 +334,24 @@ def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Com
 def _merged_parameters(bodies: Sequence[Component], overrides: Changes) -> dict[str, float]:
     """The defaults, over them the parameters of all components, over these the overrides.
 
-    Raises InputError where matrices of two components depend on a parameter of one name that has
-    another value in each, and no override settles it.
+    A value that matrices of a component depend on counts before one that none does. Raises
+    InputError where matrices of two components depend on a parameter of one name that has another
+    value in each, and no override settles it.
     """
     parameters = dict(ASSEMBLY_DEFAULTS)
     used: set[str] = set()  # parameters that matrices depend on
     for body in bodies:
-        for key in (used & body.system.names) - overrides.keys():
-            value = body.system.parameters[key]
-            if parameters[key] != value:
+        names = body.system.names
+        for key, value in body.system.parameters.items():
+            if key not in used:
+                parameters[key] = value
+            elif key in names and key not in overrides and parameters[key] != value:
                 raise InputError(
                     f"components: the parameter {key} is {value:g} in {body.name} and "
                     f"{parameters[key]:g} in another component; matrices of both depend on it, and "
                     "it must be one number"
                 )
-        parameters |= body.system.parameters
-        used |= body.system.names
+        used |= names
     return parameters | dict(overrides)
 
 

@@ -19,14 +19,9 @@ from squeal.linear.damping import structure_stiffness
 from squeal.linear.matrices import EPS, is_sparse, norm_of
 from squeal.linear.system import Matrix, Term, TermSystem
 from squeal.numerics.differentiation import Formula
-from squeal.schema import Place, refuse_unit
+from squeal.schema import ANY, POSITIVE, Place, refuse_unit
 from squeal.sparse.factor import Factor, factorise
-from squeal.sparse.quadratic import (
-    Array,
-    Changes,
-    ComplexArray,
-    Indices,
-)
+from squeal.sparse.quadratic import Array, Changes, ComplexArray, Indices
 from squeal.sparse.reduced_basis import term_weights
 
 if TYPE_CHECKING:
@@ -84,18 +79,22 @@ class Component:
     residual_flexibility: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
+        n = self.system.n
         kinds = {"nodes": str, "directions": int, "places": float, "load": float}
         for name, kind in kinds.items():
             entries = getattr(self, name)
             if entries is None:
                 continue
-            refuse_unit(entries, Place(self.name, name))
+            at = Place(self.name, name)
+            refuse_unit(entries, at)
             values: NDArray = np.asarray(entries).astype(kind)
-            if len(values) != self.system.n:
-                raise InputError(
-                    f"{self.name}: {name}: {len(values)} rows are not allowed; the matrices have "
-                    f"{self.system.n}"
+            shape = (n, 3) if name == "places" else (n,)
+            if values.shape != shape:
+                raise at.refuse(
+                    f"an array {values.shape} is not allowed; the matrices have {n} rows, and it "
+                    f"must be {shape}"
                 )
+            ANY.check(values, Place(self.name), name)
             object.__setattr__(self, name, values)
         unknown = self.directions[~np.isin(self.directions, (-1, 0, 1, 2))]
         if len(unknown):
@@ -110,7 +109,8 @@ class Component:
 
     def rows_of(self, nodes: ArrayLike) -> Indices:
         """The rows (m, 3) of nodes (m,) for displacements along x, y and z, -1 where a node has no
-        such row. Raises InputError for a node that is none of the component's.
+        such row. Raises InputError for a node that is none of the component's, and where several
+        rows are one displacement.
 
         Examples
         --------
@@ -128,8 +128,15 @@ class Component:
         if np.any(is_unknown):
             raise InputError(f"{requested[is_unknown][0]} is no node of {self.name}")
         rows = np.full((len(labels), 3), -1)
-        moving = np.flatnonzero(self.directions >= 0)
-        rows[label_of_row[moving], self.directions[moving]] = moving
+        moving = np.flatnonzero((self.directions >= 0) & (self.nodes != ""))
+        where = (label_of_row[moving], self.directions[moving])
+        rows[where] = moving
+        hidden = moving[rows[where] != moving]  # behind another row of the same node and direction
+        if len(hidden):
+            raise InputError(
+                f"{self.name}: several rows move the node {self.nodes[hidden[0]]} along "
+                f"{'xyz'[self.directions[hidden[0]]]}; one may"
+            )
         return rows[position]
 
     def places_of(self, nodes: ArrayLike) -> Array:
@@ -153,7 +160,7 @@ class Component:
         return self.places[first_row[np.searchsorted(labels, np.asarray(nodes).astype(str))]]
 
     def rotating(
-        self, axis: ArrayLike, speed: str, values: Changes, preloaded: bool = False
+        self, axis: ArrayLike, speed: str | float, values: Changes, preloaded: bool = False
     ) -> Component:
         """The component seen from a frame that turns with it at constant speed.
 
@@ -166,7 +173,7 @@ class Component:
         axis : array_like (3,)
             Of the rotation, in its sense, of any length above 0.
         speed : str
-            Formula of the speed in rad/s.
+            Formula of the speed in rad/s, or a number.
         values : mapping of str to float
             The parameters that the formula names.
         preloaded : bool
@@ -192,7 +199,7 @@ class Component:
 
         cross = self._cross_product(axis)
         squared = csc_array(cross @ cross)
-        formula = Formula(speed)
+        formula = Formula(str(speed))
         coriolis: list[Term] = []
         softening: list[Term] = []
         for term in self.system.M:
@@ -253,8 +260,8 @@ class Component:
         nodes : array_like
             Labels of the nodes that stay: those of contact, mounts, and where it is observed.
         cutoff : float
-            Highest frequency in Hz of the normal modes with these nodes held; twice the highest
-            one of interest.
+            Highest frequency in Hz of the normal modes with these nodes held, above 0; twice the
+            highest one of interest.
 
         Returns
         -------
@@ -265,7 +272,8 @@ class Component:
         Raises
         ------
         InputError
-            For an unknown node, or if these nodes do not hold the component.
+            For an unknown node, a cutoff that is not above 0, or if these nodes do not hold the
+            component.
 
         Examples
         --------
@@ -277,6 +285,7 @@ class Component:
         """
         from scipy.sparse import block_diag
 
+        POSITIVE.read(cutoff, Place(self.name, "cutoff"))
         self.rows_of(nodes)  # which refuses unknown ones
         is_boundary = np.isin(self.nodes, np.asarray(nodes).astype(str))
         boundary = np.flatnonzero(is_boundary)
@@ -341,7 +350,8 @@ class Component:
             factor = factorise(inner_K)
             squares, modes = _real_modes(inner_K, inner_M, factor, cutoff)
             # a square that may be rounding of zero: of a motion that no spring holds
-            if np.any(squares <= 4 * EPS * len(interior) * norm_of(inner_K) / norm_of(inner_M)):
+            rounding = 4 * EPS * len(interior) * norm_of(inner_K)
+            if np.any(squares * norm_of(inner_M) <= rounding):
                 raise ZeroDivisionError  # refused below, as a singular K is
         except ZeroDivisionError:
             raise InputError(

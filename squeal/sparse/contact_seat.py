@@ -19,18 +19,16 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.matrices import EPS, divisor, is_sparse
 from squeal.linear.system import Matrix, TermSystem
 from squeal.numerics.differentiation import Formula
-from squeal.schema import Place, refuse_unit
+from squeal.schema import ANY, POSITIVE, Kind, Number, Place, refuse_unit
 from squeal.sparse.components import Component
 from squeal.sparse.contact_faces import ContactPoints, Labels
 from squeal.sparse.factor import factorise
-from squeal.sparse.quadratic import (
-    Array,
-    Bools,
-    Changes,
-)
+from squeal.sparse.quadratic import Array, Bools, Changes
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
+
+EXPONENT = Number(0.0, 0.99, low_allowed=True)  # at 1 a contact would be infinitely soft
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,12 +61,13 @@ class Contact:
     gap : float or array_like (m,)
         What is between the nodes beside their places, in m: wear and machined height.
     exponent, reference : float
-        Of the normal stiffness by pressure (Pa; N without `area`); 0 is a constant stiffness.
+        Of the normal stiffness by pressure (Pa; N without `area`); 0, up to 0.99, is a constant
+        stiffness.
     bonded : bool
         True for a joint, whose pairs cannot open.
     friction, factor : str
-        Formulas of the parameters: the coefficient of friction and the factor of the normal
-        stiffness. That of the tangential one is the parameter `tangential`.
+        Formulas of the parameters, or numbers: the coefficient of friction and the factor of the
+        normal stiffness. That of the tangential one is the parameter `tangential`.
     speed : str, optional
         Formula of the sliding speed: m/s where `sliding` is constant, rad/s about `axis`. It turns
         friction with the direction of sliding: across it a pair that carries N in the seat is
@@ -97,14 +96,19 @@ class Contact:
     exponent: float = 0.0
     reference: float = 1.0
     bonded: bool = False
-    friction: str = "mu"
-    factor: str = "contact"
-    speed: str = ""
-    slope: str = "0"
+    friction: Any = "mu"
+    factor: Any = "contact"
+    speed: Any = ""
+    slope: Any = "0"
 
     def __post_init__(self) -> None:
+        at = Place(f"contact {self.name}")
         for name, value in vars(self).items():
-            refuse_unit(value, Place(f"contact {self.name}", name))
+            refuse_unit(value, at / name)
+        for name in ("friction", "factor", "speed", "slope"):  # formulas, of which some are numbers
+            object.__setattr__(self, name, str(getattr(self, name)))
+        EXPONENT.read(self.exponent, at / "exponent")
+        POSITIVE.read(self.reference, at / "reference")
         if self.sliding is not None or self.axis is not None:
             return
         if self.speed:
@@ -142,7 +146,7 @@ class Contact:
 
     def located(self, bodies: Mapping[str, Component]) -> Contact:
         """The contact with its pairs as ContactPoints, searched by distance if need be. Raises
-        InputError for unknown components, and without a pair.
+        InputError for unknown components, without a pair, and for arrays of another length.
 
         Examples
         --------
@@ -158,6 +162,7 @@ class Contact:
         if len(bodies.keys() & {*self.between}) != 2:
             raise InputError(f"is not allowed; it must be two of {', '.join(bodies)}")
         if isinstance(self.pairs, ContactPoints):
+            self._require_arrays_of(len(self.pairs))
             return self
         pairs = np.asarray(self.pairs)
         if not pairs.ndim:
@@ -165,7 +170,28 @@ class Contact:
             pairs = _nearest_pairs(bodies[first], bodies[second], self.pairs)
         if pairs.ndim != 2 or pairs.shape[1] != 2 or not len(pairs):
             raise InputError("pairs: there is none; labels (m, 2) or a greater distance are needed")
+        self._require_arrays_of(len(pairs))
         return replace(self, pairs=ContactPoints.at_nodes(pairs.astype(str)))
+
+    def _require_arrays_of(self, count: int) -> None:
+        """Raises InputError for what is neither one number, or one vector (3,), nor one for each of
+        so many pairs, and for numbers out of their range."""
+        numbers: dict[str, Kind] = dict.fromkeys(("stiffness", "tangential", "gap"), ANY)
+        numbers["area"] = POSITIVE
+        for name in (*numbers, "normal", "sliding", "axis", "through"):
+            given = getattr(self, name)
+            if given is None:
+                continue
+            values = np.asarray(given, dtype=float)
+            shape = () if name in numbers else (3,)
+            if values.shape not in (shape, (count, *shape)):
+                needed = "a number" if name in numbers else "a vector (3,)"
+                raise InputError(
+                    f"{name}: an array {values.shape} is not allowed; it must be {needed}, or one "
+                    f"for each of {count} pairs"
+                )
+            for value in values.ravel().tolist():
+                numbers.get(name, ANY).read(value, Place(name))
 
 
 def _nearest_pairs(first: Component, second: Component, distance: float) -> NDArray[np.str_]:

@@ -35,13 +35,7 @@ from squeal.linear.matrices import (
     zero_roots,
 )
 from squeal.linear.system import Matrix
-from squeal.sparse.quadratic import (
-    ComplexArray,
-    Indices,
-    Roots,
-    eigenvalues_of,
-    quadratic,
-)
+from squeal.sparse.quadratic import ComplexArray, Indices, Roots, eigenvalues_of, quadratic
 
 ROUNDING = 64 * EPS
 """The share of |K| that rounding of K does to a motion that it does not hold."""

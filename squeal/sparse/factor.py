@@ -252,7 +252,7 @@ def factorise_at(
     """
     with suppress(ZeroDivisionError):
         return value, factorise(problem.at(value), single, reusable)
-    shifted = value + 1e-6 * (1 + 0.5j) * (abs(value) or problem.frequency_scale)
+    shifted = value + 1e-6 * (1 + 0.5j) * (abs(value) or problem.frequency_scale or 1.0)
     with suppress(ZeroDivisionError):
         return shifted, factorise(problem.at(shifted), reusable=reusable)
     raise ComputationError(

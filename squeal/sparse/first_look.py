@@ -83,8 +83,9 @@ class Structure:
     def __init__(self, frictionless_problem: Quadratic, highest: float) -> None:
         K = _symmetric_part(frictionless_problem.K)
         self.M = _symmetric_part(frictionless_problem.M)
-        if not abs(K).max():
-            raise InputError("K: is zero without friction; real modes need a structure")
+        for name, matrix in {"K": K, "M": self.M}.items():
+            if not abs(matrix).max():
+                raise InputError(f"{name}: is zero without friction; real modes need a structure")
         self.shift = highest**2 / 2
         self.F = (K - self.shift * self.M).tocsc()
 

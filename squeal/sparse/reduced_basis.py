@@ -25,15 +25,7 @@ from numpy.typing import NDArray
 from squeal.linear.matrices import EPS, divisor
 from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.quadratic import (
-    Array,
-    Bools,
-    Changes,
-    ComplexArray,
-    Roots,
-    projected,
-    report,
-)
+from squeal.sparse.quadratic import Array, Bools, Changes, ComplexArray, Roots, projected, report
 
 SKETCH = 48  # random vectors that estimate a residual within a factor of two
 DROPPED = 1e-8  # of the largest singular value of a pencil: smaller ones are left out
@@ -325,19 +317,24 @@ class ReducedBasis:
             truncation=S.T @ R - inside,
             uncertainty=share * np.outer(np.linalg.norm(S, axis=0), np.linalg.norm(R, axis=0)),
         )
-        sketched = _sketched_residuals(sketch.residual, right, weights)
-        residuals = np.linalg.norm(sketched, axis=0)
         return ModesWithErrors(
             roots=Roots(values, x / lengths, y),
-            residuals=residuals / divisor(weighted_norms(weights, sketch.norms)),
+            residuals=estimated_backward_errors(sketch.residual, sketch.norms, right, weights),
             errors=bounds.errors,
         )
 
 
-def weighted_norms(weights: NDArray, norms: Array) -> Array:
-    """The sum (m,) of the norms (terms,) of the full terms, each times its |weight| (terms, m)."""
+def estimated_backward_errors(
+    sketch: NDArray, norms: Array, vectors: ComplexArray, weights: NDArray
+) -> Array:
+    """Backward errors (m,) in the full problem of vectors (k, m), from their sketched residuals.
+
+    They are relative to the sum of the norms (terms,) of the full terms, each times its |weight|
+    (terms, m): a bound of the norm of the sum of the terms. `sketch`: see `_sketched_residuals`.
+    """
     sizes = np.abs(weights)
-    return np.sum(sizes * norms[:, None], axis=0, where=sizes > 0.0)
+    bounds = np.sum(sizes * norms[:, None], axis=0, where=sizes > 0.0)
+    return np.linalg.norm(_sketched_residuals(sketch, vectors, weights), axis=0) / divisor(bounds)
 
 
 def _sketched_residuals(sketch: NDArray, vectors: ComplexArray, weights: NDArray) -> ComplexArray:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.matrices import divisor, norm_of
+from squeal.linear.matrices import norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
@@ -43,9 +43,9 @@ from squeal.sparse.quadratic import (
 from squeal.sparse.reduced_basis import (
     SKETCH,
     ReducedBasis,
+    estimated_backward_errors,
     random_vectors,
     term_weights,
-    weighted_norms,
 )
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ class Reduction:
     `vectors` (n, d) are orthonormal, `system` is dense (d, d) with the parameters of the full one;
     `samples` are where the full problem was solved, `worst` is the largest backward error in the
     full problem of a root, over all values; `spurious` counts the roots of the reduced system alone
-    at the samples, over all of them. `factor` is of P at the first sample.
+    at the samples, over all of them.
     """
 
     system: TermSystem
@@ -118,8 +118,9 @@ class Reduction:
         self.scaled = scaled
         self.region = region
         self.vectors: Array = np.zeros((scaled.n, 0))
-        self.factor: Factor | None = None
-        self._factor_at: tuple[Changes, complex] | None = None
+        # of the first sample with a root: its parameters, a value near its roots, and P factorised
+        # there
+        self._factorised: tuple[Changes, complex, Factor] | None = None
         self.samples: tuple[Changes, ...] = ()
         self.worst = np.inf
         self.spurious = 0
@@ -166,35 +167,31 @@ class Reduction:
         if roots is None:
             modes = modes_in(problem, region, certify=False, start=self.vectors, exact=GOOD_ENOUGH)
             roots = modes.roots
-            if self.factor is None and modes.near is not None and len(roots.values):
-                self.factor = modes.near.factor
-                self._factor_at = (changes, modes.near.shift)
+            if self._factorised is None and modes.near is not None and len(roots.values):
+                self._factorised = (changes, modes.near.shift, modes.near.factor)
                 self.extend(modes.near.vectors)
         self.extend(np.hstack([roots.right, roots.left]))
 
     def _corrected(self, problem: Quadratic, region: Rectangle) -> Roots | None:
-        """Roots in a region from the basis and the first factor; None where these do not reach."""
-        if self.factor is None or not self.size or not self._reaches(problem):
+        """Roots in a region from the basis and the first factor; None without that, where the basis
+        may miss one, and where corrections do not converge."""
+        if self._factorised is None:
             return None
-        exact = TOLERANCE / 3
-        roots = corrected_roots(problem, self.factor, self.vectors, region, exact, exact)
-        if roots is None or not len(roots.values):  # an empty list proves nothing: search anew
-            return None
-        return roots
-
-    def _reaches(self, problem: Quadratic) -> bool:
-        """True if the basis misses no root of the problem at some parameters in the region."""
-        assert self.factor is not None
-        assert self._factor_at is not None
-        changes, shift = self._factor_at
+        changes, shift, factor = self._factorised
         M, C, K = self.system.at(changes)
         complement = Complement(
             basis=self.vectors,
             projected=shift * (shift * M + (0.0 if C is None else C)) + K,
             matrix=self.scaled.at(changes).at(shift),
-            factor=self.factor,
+            factor=factor,
         )
-        return complement.contraction_in(self.region, problem) < CONTRACTS
+        if not complement.contraction_in(self.region, problem) < CONTRACTS:
+            return None
+        exact = TOLERANCE / 3
+        roots = corrected_roots(problem, factor, self.vectors, region, exact, exact)
+        if roots is None or not len(roots.values):  # an empty list proves nothing: search anew
+            return None
+        return roots
 
     @property
     def size(self) -> int:
@@ -247,13 +244,9 @@ class Reduction:
         return roots_at(M, C, K, computed[self.region.contains(computed)], left, stiffness)
 
     def residuals(self, roots: Roots, changes: Changes) -> Array:
-        """Backward errors (m,) in the full problem of roots of the reduced one, estimated.
-
-        They are relative to the sum of the norms of the terms, a bound of that of their sum.
-        """
+        """Backward errors (m,) in the full problem of roots of the reduced one, estimated."""
         weights = term_weights(self.system, self.system.values(changes), roots.values)
-        sketched = np.einsum("trd,tm,dm->rm", self._sketch, weights, roots.right, optimize=True)
-        return np.linalg.norm(sketched, axis=0) / divisor(weighted_norms(weights, self._norms))
+        return estimated_backward_errors(self._sketch, self._norms, roots.right, weights)
 
     def modes(self, changes: Changes, left: bool = False) -> EstimatedModes:
         """The roots in the region without those that are none of the full problem, with left

@@ -434,3 +434,38 @@ def test_components_in_other_units_are_named(brake, tmp_path, mass, length, word
     table.write_text("\n".join(moved))
     with pytest.warns(InputWarning, match=words), suppress(InputError, ComputationError):
         squeal.read_system(folder / "assembly.yaml")
+
+
+def test_a_component_that_was_reduced_before_moves_beside_one_reduced_now(tmp_path):
+    K = 2 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1)
+    np.savez(tmp_path / "m.npz", np.eye(6))
+    np.savez(tmp_path / "k.npz", K)
+    nodes = "".join(f"{i},z,{i},0,0\n" for i in range(1, 7))
+    (tmp_path / "n.csv").write_text("node,dof,x,y,z\n" + nodes)
+    (tmp_path / "c.yaml").write_text(
+        "M: {file: m.npz}\nK: {file: k.npz}\ncoordinates: {file: n.csv}\n"
+    )
+    (tmp_path / "pairs.csv").write_text("first,second\n6,1\n")
+    (tmp_path / "load.csv").write_text("node,dof,force\n1,z,-5\n")
+
+    def assembly(file, disc):
+        (tmp_path / file).write_text(
+            f"cutoff: 0.15\ncomponents:\n  disc: {disc}\n"
+            "  pad: {file: c.yaml, load: {file: load.csv}}\n"
+            "contact:\n  - {between: [disc, pad], pairs: {file: pairs.csv}, normal: [0, 0, 1], "
+            "stiffness: 2.0, friction: 0}\n"
+        )
+        return tmp_path / file
+
+    both = assembly("both.yaml", "{file: c.yaml}")
+    assert main(["export", str(both), "--output", str(tmp_path / "small")]) == 0
+    reduced = "{rows: 6, cutoff: 0.15, residual_flexibility: small/disc/flexibility.mtx}"
+    one = assembly("one.yaml", f"{{file: small/disc/system.yaml, reduced: {reduced}}}")
+    moved = {}
+    for name, path in {"both": both, "one": one}.items():
+        file = squeal.read_system(path)
+        shape = squeal.eigenvalues(file).eigenvalues[0].right
+        moved[name] = np.abs(file.coordinates.displacements(shape)[:, 2])
+    # the pad, and of the disc what its file still has: its node in contact
+    assert moved["one"][-6:] == pytest.approx(moved["both"][-6:])
+    assert moved["one"].max() == pytest.approx(moved["both"].max())

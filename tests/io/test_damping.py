@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csc_array, diags_array
 
 import squeal
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
 from squeal.io.system_files import read_system
 from squeal.linear.damping import damped
 from squeal.linear.system import Term, TermSystem
@@ -111,6 +111,18 @@ def test_modes_of_a_large_system_are_damped_by_rows_of_their_own(table):
     assert found.certified
     ratios = [root.damping_ratio for root in found.eigenvalues]
     assert ratios == pytest.approx(np.append(what.value, 0.0))
+
+
+def test_modes_of_a_large_system_that_a_table_misses_are_warned_of(monkeypatch):
+    monkeypatch.setattr("squeal.linear.damping.MOST_DENSE", 100)
+    n = 150
+    hertz = np.arange(1.0, n + 1.0)
+    K = Term(csc_array(diags_array((2 * np.pi * hertz) ** 2)))
+    system = TermSystem((Term(csc_array(diags_array(np.ones(n)))),), (), (K,))
+    with pytest.warns(InputWarning, match="modes above 64 Hz are not damped") as warned:
+        _, (what,) = damped(system, ratios=lambda f: np.full_like(f, 0.01))
+    assert what.value == pytest.approx(np.full(64, 0.01))
+    assert len(warned) == 1
 
 
 MODULUS = "K: {file: a.mtx, modulus: {file: table.csv}}"

@@ -205,7 +205,7 @@ def plates(tmp_path):
         nodes = [(x, y, low) for x, y in places] + [(x, y, low + 1) for x, y in places]
         deck = ["*NODE", *(f"{i},{x},{y},{z}" for i, (x, y, z) in enumerate(nodes, 1))]
         deck += ["*ELEMENT,TYPE=C3D8,ELSET=E", "7,1,2,3,4,5,6,7,8"]
-        deck += ["*SURFACE,NAME=LOW", "E,S1", "*SURFACE,NAME=HIGH", "7,S2"]
+        deck += ["*SURFACE,NAME=LOW", "E,S1", "*SURFACE,NAME=HIGH", "7,S2", "E,S2"]
         (tmp_path / f"{name}.inp").write_text("\n".join(deck))
         table = ["node,dof,x,y,z"]
         for i, (x, y, z) in enumerate(nodes, 1):

@@ -9,7 +9,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import spsolve
 
 import squeal
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
 from squeal.io.loads import pressure_load, read_load
 from squeal.io.system_files import read_system
 from squeal.sparse.contact_faces import Surface, forces_of_pressure
@@ -127,6 +127,10 @@ def assembly(folder, load):
         ("{file: load.inp}", ["*DSLOAD", "HIGH,P,2.0e6"]),
         ("{file: load.inp, factor: pressure/2}", ["*DLOAD", "E,P2,1.0", "7,p2,1.0"]),
         ("{file: load.inp, factor: pressure/4}", ["*CLOAD", "N,3,-1."]),
+        (  # a node that is twice in a set takes one force
+            "{file: load.inp, factor: pressure/4}",
+            ["*NSET,NSET=TWICE", "N,N", "*CLOAD", "TWICE,3,-1."],
+        ),
     ],
 )
 def test_an_assembly_takes_a_pressure(cube, load, deck):
@@ -145,6 +149,7 @@ def test_an_assembly_takes_a_pressure(cube, load, deck):
         (["*STATIC"], r"no load; \*CLOAD, \*DLOAD, \*DSLOAD are read"),
         (["*CLOAD", "99,3,1."], "99 is neither a node of other nor a set of such"),
         (["*CLOAD", "E,3,1."], "E is neither a node of other nor a set of such"),
+        (["*CLOAD", "7,5,1."], "5 is not read; it must be 1 to 3, a force"),
         (["*CLOAD", "7,3"], "where, which and how much are needed"),
         (["*CLOAD", "7,3,one"], "one"),
         (["*CLOAD,AMPLITUDE=A", "7,3,1."], "AMPLITUDE=A is not read"),
@@ -181,3 +186,18 @@ def test_a_load_may_hold_nodes_where_they_are(cube):
 def test_a_load_has_either_a_file_or_a_surface(cube, load):
     with pytest.raises(InputError, match=r"is not allowed beside file|missing"):
         squeal.read_system(assembly(cube, load))
+
+
+def test_rows_of_a_load_are_those_of_the_matrices_beside_supports(tmp_path):
+    np.savez(tmp_path / "m.npz", np.eye(3))
+    np.savez(tmp_path / "k.npz", np.diag([1.0, 1e20, 2.0]))
+    (tmp_path / "n.csv").write_text("node,dof,x,y,z\n1,z,0,0,0\n2,z,1,0,0\n3,z,2,0,0\n")
+    (tmp_path / "load.csv").write_text("row,force\n2,-5\n3,-7\n")
+    (tmp_path / "s.yaml").write_text(
+        "M: {file: m.npz}\nK: {file: k.npz}\ncoordinates: {file: n.csv}\n"
+    )
+    with pytest.warns(InputWarning, match="the first is row 2"):
+        file = read_system(tmp_path / "s.yaml")
+    body = squeal.Component(file.system, ["1", "3"], [2, 2])
+    load = read_load(tmp_path / "load.csv", body, file.coordinates)
+    assert load.tolist() == [0.0, -7.0]

@@ -152,7 +152,13 @@ WRONG = [
     (CELLS, [CELLS[0], CELLS[1].replace(",5,", ",15,")], "8 different nodes"),
     (CELLS, [CELLS[0], CELLS[1].replace("hexahedron", "brick")], "hexahedron"),
     (NODES, NODES[1:], "no column"),
+    (NODES, ["node,dof,x,y,z,z", *NODES[1:]], "2 columns z; one is allowed"),
     (NODES, [line.replace("fixed", "x") for line in NODES], "28 lines"),
+    (
+        NODES,
+        [NODES[0]] + [line.replace(",y,", ",x,") for line in NODES[1:]],
+        "2 rows for the displacement of the",
+    ),
 ]
 
 

@@ -110,3 +110,18 @@ def test_a_threshold_of_a_band_with_damping_of_what_is_light():
         assert point.kind == "flutter"
         assert point.mu == pytest.approx(0.75 * (1 + 2e-4), abs=1e-10)
         assert point.interval[0] <= 0.75 * (1 + 2e-4) <= point.interval[1]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("stiffness", [1.25, 1.3])
+def test_stiffness_that_cancels_to_nothing_has_a_threshold_with_an_interval(stiffness):
+    # beside a node without mass the mass has the stiffness 1 - 1/(stiffness - mu)
+    def system(mu):
+        return np.diag([1.0, 0.0]), None, np.array([[1.0, -1.0], [-1.0, stiffness - mu]])
+
+    (point,) = thresholds(system, 0.5).points
+    low, high = point.interval
+    assert point.kind == "divergence"
+    assert point.converged
+    assert low <= stiffness - 1.0 <= high
+    assert high - low < 1e-13

@@ -96,3 +96,26 @@ def test_whether_two_roots_meet_within_a_step_that_is_not_halved(sign, share):
     assert link.meet == ([] if sign > 0 else [[0, 1]])
     if sign > 0:
         assert link.after.roots[link.order] == pytest.approx(link.before.roots, abs=1e-12)
+
+
+def test_onsets_are_read_below_mu_also_from_thresholds_of_a_longer_range():
+    # three pairs of modes that couple by friction; each onset by a search up to mu alone
+    K1 = np.triu(np.random.default_rng(3).uniform(0.0, 1.0, (6, 6)), 1)
+    K0 = np.diag([1.0, 1.3, 2.0, 2.3, 4.0, 4.3])
+
+    def system(mu):
+        return np.eye(6), None, K0 + mu * (K1 - K1.T)
+
+    longer = thresholds(system, 2.0)
+    for mu in (0.1, 0.4, 1.0, 1.5):
+        expected = [mode.onset for mode in unstable_modes(system, mu, thresholds(system, mu))]
+        found = [mode.onset for mode in unstable_modes(system, mu, longer)]
+        assert found == pytest.approx(expected, rel=1e-9)
+    assert expected == pytest.approx([0.16838590161, 0.20458726627, 1.00317097282])
+
+
+def test_a_system_without_stiffness_has_vectors_and_no_threshold():
+    result = thresholds(lambda mu: (np.eye(2), None, np.zeros((2, 2))), 1.0)
+    assert result.points == []
+    (search,) = result.searched
+    assert np.array_equal(search.continuation.at(1.0).right, np.eye(2))

@@ -1,13 +1,16 @@
 """Systems of terms: sums, exact derivatives, damping, dense and sparse alike."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, csc_matrix, diags_array
 
 import squeal
 from squeal.errors import InputError
 from squeal.linear import complex_eigenvalues, thresholds
 from squeal.linear.damping import damped, structure_stiffness
+from squeal.linear.digits import rounding_of_sums
 from squeal.linear.matrices import dense, is_sparse
 from squeal.linear.paths import continued
 from squeal.linear.system import (
@@ -204,3 +207,54 @@ def test_masked_entries_are_no_numbers():
     with pytest.raises(InputError, match="masked"):
         Term(masked)
     assert Term(np.ma.masked_equal(np.eye(2), 7.0)).matrix.tolist() == np.eye(2).tolist()
+
+
+@pytest.mark.parametrize("factor", ["1/3", "mu/3", "3", "mu"])
+def test_rounding_of_a_factor_is_that_of_its_numbers_in_fractions(factor):
+    entries = np.random.default_rng(0).uniform(1.0, 2.0, 400)
+    # two terms: the rounding of products counts beside that of the factor
+    system = TermSystem(
+        (Term(np.eye(20)),),
+        (),
+        (Term(entries.reshape(20, 20), Formula(factor)), Term(np.zeros((20, 20)))),
+        {"mu": 1.1},
+    )
+    mu = Fraction(1.1)
+    exact = {"1/3": Fraction(1, 3), "mu/3": mu / 3, "3": Fraction(3), "mu": mu}
+    bounds = rounding_of_sums(system)[2].ravel()
+    for entry, computed, bound in zip(entries, system.at()[2].ravel(), bounds, strict=True):
+        assert abs(Fraction(computed) - exact[factor] * Fraction(entry)) <= Fraction(bound)
+
+
+def test_sparse_matrices_of_the_older_kind_are_taken_as_arrays():
+    # as scipy.io.mmread returns them
+    K = diags_array([np.arange(1.0, 6.0)], offsets=[0])
+    friction = csc_matrix((np.ones(4), (np.arange(4), np.arange(1, 5))), shape=(5, 5))
+    answers = []
+    for kind in (csc_array, csc_matrix):
+        system = squeal.System(
+            kind(np.eye(5)), kind(0.01 * np.eye(5)), {"1": kind(K), "mu": kind(friction)}
+        )
+        assert isinstance(system.K[0].matrix, csc_array)
+        answers.append(str(squeal.thresholds(system, high=0.2, band=(0.2, 0.4))))
+    assert answers[0] == answers[1]
+
+
+def test_a_support_without_a_label_is_called_by_its_row():
+    with pytest.warns(UserWarning, match=r"the first is row 4$"):
+        system = squeal.System(np.eye(4), K=np.diag([1.0, 2.0, 3.0, 1e22]), labels=np.array(["x"]))
+    assert system.row_names == ["x", "q2", "q3"]
+
+
+def test_a_frequency_that_is_replaced_is_held():
+    K = {"1": [[1.0]], "frequency": [[2.0]]}
+    following = squeal.System([[1.0]], [[0.1]], K)
+    held = following.replace({"frequency": 4.0})
+    assert (following.follows, held.follows) == (("frequency",), ())
+    roots = squeal.eigenvalues(held).eigenvalues
+    assert roots[0].value == pytest.approx(-0.05 + 1j * np.sqrt(9.0 - 0.05**2))
+
+
+def test_a_parameter_may_have_the_name_of_a_greek_letter():
+    system = squeal.System([[1.0]], K={"1": [[1.0]], "Ω": [[2.0]]}, parameter="Ω")
+    assert system(0.5)[2].item() == 2.0

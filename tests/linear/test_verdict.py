@@ -15,6 +15,7 @@ from squeal.linear import (
     unstable_modes,
     verdict,
 )
+from squeal.linear.eigen import Eigenvalue, growing
 from squeal.linear.matrices import invariants
 from squeal.linear.verdicts import decide
 from tests.known import affine, coupled
@@ -207,3 +208,12 @@ def test_growth_beside_a_strong_damper_is_listed(strong):
 def test_no_roots_have_no_verdict():
     with pytest.raises(InputError, match="roots: there are none; at least one is required"):
         decide([], 1e-9)
+
+
+def test_a_pair_that_is_proved_to_grow_is_one_mode_however_close_to_the_real_axis():
+    vector = np.ones(1, complex)
+    pair = [
+        Eigenvalue(0.1 + sign * 1e-9j, vector, vector, 0.0, 1.0, rounding=1e-3, grows=True)
+        for sign in (1, -1)
+    ]
+    assert [mode.kind for mode in growing(pair)] == ["flutter"]

@@ -82,3 +82,10 @@ def test_amplitudes_of_sines_are_found_by_spectrum_and_by_range():
     t = np.arange(0.0, 40.0, 0.25)
     signals = np.array([3.0 + 2.0 * np.sin(t), -0.1 * np.cos(t + 1.0), 0.0 * t, t]).T
     assert swing(signals) == pytest.approx([2.0, 0.1, 0.0, t[-1] / 2], rel=1e-4)
+
+
+def test_the_range_of_a_motion_that_only_falls_ends_at_its_samples():
+    # nearly straight, and exp(-t) cos(t + 0.3), which is greatest before its first sample
+    t = np.linspace(0.0, 1.0, 21)
+    signals = np.array([-t - 1e-4 * t**2, np.exp(-t) * np.cos(t + 0.3)]).T
+    assert swing(signals) == pytest.approx((signals[0] - signals[-1]) / 2)

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import squeal
+from squeal.errors import InputError
 from squeal.io.scene import read_scene
+from squeal.model.pad import PARAMETERS
 from squeal.plots import maps
 from squeal.plots.coupling import sweep_drawing
 from squeal.plots.style import save
@@ -51,6 +53,21 @@ def test_a_map_of_one_value_is_not_the_grey_of_no_value():
     panel = maps.map_drawing("b3", found, (1.0, 1.5)).figure.axes[0]
     (cells,) = panel.collections
     assert np.ma.count(cells.get_array()) == 8  # where there is none grey shows through
+
+
+def test_a_row_of_values_is_drawn_as_cells_and_a_map_without_curves_says_so():
+    axes = Axis("mu", 0.1, 0.9, 1), Axis("k1", 1.9e7, 2.1e7, 3)
+    found = squeal.map(read_scene(B3), axes, quantity="growth")
+    (cells,) = maps.map_drawing("b3", found, (0.3, 2e7)).figure.axes[0].collections
+    assert cells.get_array().size == 3
+    with pytest.raises(InputError, match="curves=True"):
+        found.curves()
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_each_parameter_of_a_pad_has_a_symbol(name):
+    text = maps.symbol(name).replace("\\", "")
+    assert [letter for letter in text if letter.isalnum()] == [*name.replace("_", "")]
 
 
 def test_areas_are_drawn_and_their_shares_said(tmp_path):

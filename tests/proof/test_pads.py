@@ -11,8 +11,9 @@ import pytest
 from benchmarks.random_pads import examine
 from benchmarks.random_pads import scene_of as random_scene
 from squeal.equilibrium.damping import damped_model, without_friction
-from squeal.io.scene import Damping
+from squeal.io.scene import Damping, Scene
 from squeal.model.equations import linearise
+from squeal.model.pad import Pad
 from squeal.proof.branches import BITS, PadBranch
 from squeal.proof.pads import Claim, _count_in_right_half_plane, _growing_count, prove_pad
 from squeal.proof.signs import signs
@@ -33,6 +34,15 @@ def digits():
 def branch(scene, high: float) -> PadBranch:
     _, start, _ = without_friction(scene)
     return PadBranch(damped_model(scene), start, 0.0, high)
+
+
+def stiff_scene(**changes) -> Scene:
+    """A line contact that is much stiffer than the springs, touched by one edge."""
+    pad = Pad(
+        m=0.2, w=0.04, h=0.014, k1=5767.0, k2=26700.0, k_c=1.7e9, L1=0.8, L2=0.8, alpha1=1.21,
+        alpha2=2.474, mu=0.3, F_n=61.8, y0=-0.02, theta0=0.02,
+    )  # fmt: skip
+    return Scene("B2", pad.replace(**changes))
 
 
 def as_mpf(ball) -> mp.mpf:
@@ -135,6 +145,25 @@ def test_the_first_loss_of_stability_of_a_nonlinear_pad_is_proved(digits):
     ((low, high),) = right.places
     assert mp.mpf(low) <= onset <= mp.mpf(high)
     assert high - low < 1e-14
+
+
+@pytest.mark.parametrize("changes", [{}, {"k_c": 1.7e8}, {"F_n": 70.0}])
+def test_hard_contact_hides_no_threshold_from_its_interval(digits, changes):
+    """Partial contact that presses so little that an ulp of y is 1e-11 of the friction.
+
+    The discriminant at 50 digits vanishes in each interval.
+    """
+    scene = stiff_scene(**changes)
+    answer = critical_friction(scene, prove=True)
+    assert answer.certified, answer.proof_line
+    assert len(answer.crossings) == 2
+    path = answer.source.branch
+    for one in answer.crossings:
+        z, state = path.at(one.mu)
+        exact = Exact(scene, state)
+        guess = path.statics.to_si(z)
+        _, mu = exact.critical(lambda q, mu, e=exact: discriminant(e.cubic(q, mu)), guess, one.mu)
+        assert one.interval[0] <= mu <= one.interval[1]
 
 
 @pytest.mark.parametrize(

@@ -384,3 +384,15 @@ def test_what_is_free_within_the_data_only_is_no_proof_that_it_is_marginal(M, C,
     n = len(M)
     A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
     assert judge(M, C, K, np.linalg.eigvals(A), None, "marginal").status != "proved"
+
+
+def test_a_tie_of_flutter_and_divergence_is_no_free_motion(flint):
+    """The roots 1 and 1 +- 2i: the answer named motions that neither grow nor decay."""
+    C = np.diag([0.0, -2.0])
+    K = np.diag([-1.0, 5.0])
+    roots = [1.0, -1.0, 1.0 + 2.0j, 1.0 - 2.0j]
+    proof = prove_roots(Quadratic.of(np.eye(2), C, K), RootList.of(roots, 1e-9, "flutter"))
+    assert proof.status == "open"
+    assert proof.reason == "the verdict may be divergence or flutter"
+    assert proof.where is not None
+    assert abs(proof.where.real - 1.0) < 1e-9

@@ -1,14 +1,15 @@
 """Discs whose centres move with the parameter, against exact roots within the interval."""
 
 import itertools
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from squeal.proof.balls import Balls, Quadratic
+from squeal.proof.balls import Balls, Quadratic, half_widths
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import Failure, growing_of
-from squeal.proof.ranges import Term, Terms, bounds_between
+from squeal.proof.ranges import Term, Terms, bounds_between, middle_and_half
 from squeal.proof.segments import Expansion, bases, near_diagonal, tallies_of_squares
 
 pytest.importorskip("flint")
@@ -123,3 +124,40 @@ def test_a_pair_that_meets_is_decided_by_its_discriminant():
             assert not isinstance(found, Failure)
             counts.append(growing_of(tallies_of_squares(found, half)))
         assert ((0, 0) if side > 0.0 else (2, 2)) in counts
+
+
+@pytest.mark.parametrize("digits", [1, 10, 16, 17])
+def test_what_digits_allow_holds_every_number_that_prints_so(digits):
+    """The double lies up to half an ulp from the decimal number; 17 digits left that out."""
+    rng = np.random.default_rng(3)
+    for exponent in rng.integers(-300, 300, 50).tolist():
+        number = Fraction(int(rng.integers(10 ** (digits - 1), 10**digits)))
+        unit = Fraction(10) ** exponent
+        entry = np.array([float(number * unit)])
+        width = Fraction(float(half_widths(entry, f"{digits} digits")[0]))
+        for end in (number - Fraction(1, 2), number + Fraction(1, 2)):
+            assert abs(end * unit - Fraction(float(entry[0]))) <= width
+
+
+def test_underflow_of_a_midpoint_widens_a_large_radius():
+    """No double is half of three times the smallest; what is lost vanished beside 1e-200."""
+    balls = Balls(np.array([[1.5e-323]]), np.array([[1e-200]])).scaled(-1)
+    lost = abs(Fraction(float(balls.mid[0, 0])) - Fraction(1.5e-323) / 2)
+    assert Fraction(float(balls.rad[0, 0])) >= Fraction(1e-200) / 2 + lost > Fraction(1e-200) / 2
+
+
+def test_an_interval_reaches_both_its_ends():
+    """Half the width was taken about a middle that is rounded by half an ulp."""
+    low = 1.0
+    high = 1.0 + 45 * np.finfo(float).eps
+    middle, half = middle_and_half(low, high)
+    assert Fraction(middle) - Fraction(half) <= Fraction(low)
+    assert Fraction(middle) + Fraction(half) >= Fraction(high)
+
+
+def test_two_equal_roots_without_a_coupling_are_no_obstacle():
+    """At mu = 0 two rows do not feel the third: the motion of their vectors was 0/0."""
+    coupling = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0]])
+    stiffness = [Term(np.diag([4.0, 4.0, 9.0])), Term(1e-3 * coupling, lambda mu: mu)]
+    terms = Terms([Term(np.eye(3))], [], stiffness)
+    assert not bounds_between(terms, -1e-6, 1e-6, rate=1e-6).doubtful

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from scipy.linalg import eigh
-from scipy.sparse import block_diag, csc_array
+from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 import squeal
 from squeal.errors import ComputationError, InputError, InputWarning
@@ -196,5 +196,13 @@ def test_rows_of_k_without_an_entry_are_named():
     K = csc_array(np.diag([1.0, 2.0, 0.0]))
     K.eliminate_zeros()
     found = squeal.check(squeal.System(csc_array(np.eye(3)), K=K))
-    assert "1 rows without an entry, the first is row 3" in found.checks["K"]
+    assert "1 row without an entry, the first is row 3" in found.checks["K"]
     assert found.free == 1
+
+
+@pytest.mark.parametrize("modes", [380, 401, 1000])
+def test_nearly_all_modes_of_a_large_system_are_given(modes):
+    frequencies = np.linspace(1.0, 100.0, 402)
+    system = squeal.System(eye_array(402), K=diags_array(frequencies**2))
+    found = 2 * np.pi * np.array(squeal.check(system, modes=modes).frequencies_hz)
+    assert found == pytest.approx(frequencies[:modes], rel=1e-9)

@@ -8,6 +8,7 @@ import pytest
 import squeal
 from squeal.cli.main import main
 from squeal.errors import InputError
+from squeal.queries.compare import Mode, pairing_costs
 
 N = 6
 SYSTEM = "M: {M}\nK: {K}\nparameters: {{p: 0.0}}\nparameter: p\ncoordinates: {{file: nodes.csv}}\n"
@@ -55,6 +56,10 @@ def test_mac_refuses_rows_with_other_labels():
     assert squeal.mac(frame, frame)[0, 0] == pytest.approx(1.0)
     with pytest.raises(squeal.InputError, match="labels of their rows"):
         squeal.mac(frame, frame.loc[["y", "x"]])
+    series = frame["mode 1"]
+    assert squeal.mac(series, series)[0, 0] == pytest.approx(1.0)
+    with pytest.raises(squeal.InputError, match="labels of their rows"):
+        squeal.mac(series, series.loc[["y", "x"]])
 
 
 def test_shuffled_frequencies_find_their_modes_and_leave_the_others(chain):
@@ -154,3 +159,26 @@ def test_of_two_modes_of_one_frequency_the_test_hears_that_which_grows(tmp_path,
     assert pairs.pairs[0].reference == "squeal"
     assert pairs.pairs[0].damping_ratio < 0.0
     assert len(pairs.warnings) == 1
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 1e-4, 1e-10])
+def test_shapes_outweigh_growth_at_every_tolerance(tmp_path, tolerance):
+    """Two modes of one frequency on two nodes; the test measured that which decays."""
+    C = "[[0.2, 0], [0, -0.2]]"
+    system = "M: [[1, 0], [0, 1]]\nC: {}\nK: [[4, 0], [0, 4]]\ncoordinates: {{file: nodes.csv}}\n"
+    (tmp_path / "pair.yaml").write_text(system.format(C))
+    (tmp_path / "nodes.csv").write_text("node,dof,x,y,z\na,x,0,0,0\nb,x,1,0,0\n")
+    found = squeal.eigenvalues(squeal.read_system(tmp_path / "pair.yaml"))
+    hertz = found.eigenvalues[0].frequency_hz
+    (tmp_path / "test.csv").write_text(f"name,frequency_hz,a:x,b:x\nT,{hertz!r},1,0\n")
+    pair, _ = squeal.compare(found, tmp_path / "test.csv", tolerance).pairs
+    assert pair.mac == pytest.approx(1.0)
+    assert pair.damping_ratio == pytest.approx(0.05)
+
+
+def test_a_mode_that_does_not_vibrate_is_near_to_none_that_does():
+    modes = [
+        Mode(name, hertz, None, np.empty(0, complex)) for name, hertz in (("0", 0.0), ("1", 0.05))
+    ]
+    differences = pairing_costs(modes, modes, 0.1).difference
+    assert differences == pytest.approx(np.array([[0.0, 1.0], [-1.0, 0.0]]))

@@ -12,6 +12,7 @@ import squeal
 from squeal.cli.main import main
 from squeal.errors import InputError
 from squeal.examples.brake import solid_brake
+from squeal.results.conditions import Condition, Conditions, ModeAtCondition
 from tests.conftest import ROOT, SCENES
 
 PAD = squeal.read_scene(ROOT / "squeal" / "examples" / "pad.yaml")
@@ -295,3 +296,14 @@ def test_the_command_refuses_in_one_sentence(axes, words, tmp_path, capsys, monk
     typed = [part for axis in axes for part in ("--axis", axis)]
     assert main(["conditions", "pad.yaml", *typed]) == 2
     assert words in capsys.readouterr().err
+
+
+def test_what_is_open_is_not_said_to_be_stable():
+    row = ModeAtCondition(100.0, -0.1, 1e-4, grows=False)
+    for verdict, words in (
+        ("stable", "No unstable mode at 1"),
+        (None, "No unstable mode was found"),
+    ):
+        one = Condition({"mu": 0.3}, verdict, (row,))
+        found = Conditions("brake", {"mu": (0.3,)}, (one,), tolerance=0.1)
+        assert found.conclusion.startswith(words)

@@ -248,3 +248,13 @@ def test_the_example_has_the_critical_speeds_and_the_limit_of_ross(tmp_path):
     assert speeds(report.critical, "straight") == pytest.approx(expected, rel=1e-9)
     assert report.thresholds.first.mu == pytest.approx(14.99495882, rel=1e-9)
     assert "(143.2 rpm): forward whirl begins to grow at 262.5 Hz" in report.loss
+
+
+def test_a_mass_that_vanishes_at_one_speed_is_refused():
+    """Its motion has no finite root there, and two at other speeds."""
+    mass = {"1": np.diag([1.0, 0.0]), "speed": np.diag([0.0, 1e-3])}
+    gyroscopic = {"speed": [[0.0, 2.0], [-2.0, 0.0]]}
+    system = squeal.System(mass, gyroscopic, np.diag([12.0, 12.0]), parameter="speed")
+    with pytest.raises(InputError, match="singular at all speeds of the range, or at none"):
+        squeal.critical_speeds(system, 20.0)
+    assert squeal.critical_speeds(system, 20.0, low=1.0).speeds[0] == 1.0

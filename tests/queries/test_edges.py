@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_array, diags_array, eye_array
 
 import squeal
 from squeal.errors import InputError, InputWarning
@@ -94,3 +95,34 @@ def test_the_largest_part_of_a_vector_is_positive_in_the_units_of_the_caller(see
         largest = root.right[np.argmax(np.abs(root.right))]
         assert largest.real > 0.0
         assert abs(largest.imag) <= 1e-12 * largest.real
+
+
+def test_a_reduced_sweep_of_the_lowest_modes_says_what_growth_it_leaves_out():
+    """lambda^2 + 10 lambda + 1 - 3 mu = 0 diverges at 1/3, by 0.19 1/s at 1."""
+    slow = squeal.System([[1.0]], [[10.0]], {"1": [[1.0]], "mu": [[-3.0]]})
+    answer = squeal.sweep(slow, [0.0, 1.0], modes=1, method="reduced")
+    assert 0.0 < answer.basis["growth_limit"] < 0.19
+    assert f"grow by more than {answer.basis['growth_limit']:.4g} 1/s are left out" in str(answer)
+
+
+def test_a_first_look_answers_for_its_own_system_and_roots_alone():
+    n = 402
+    coupling = csc_array(([1.0, -1.0], ([0, 1], [1, 0])), shape=(n, n))
+    systems = []
+    for highest in (100.0, 50.0):
+        K = {"1": diags_array(np.linspace(1.0, highest, n) ** 2), "mu": coupling}
+        systems.append(squeal.System(eye_array(n), {"1": 1e-3 * eye_array(n)}, K))
+    first, second = systems
+    band = (0.1, 0.25)
+    look = squeal.sweep(first, [0.0, 0.2], band=band)
+    assert look.is_first_look
+    estimated = squeal.eigenvalues(first, at=0.1, band=band, look=look)
+    stiffness = np.linspace(1.0, 100.0, n)[:2] ** 2
+    squares = np.linalg.eigvals([[stiffness[0], 0.1], [-0.1, stiffness[1]]])
+    omega = np.sqrt(squares.min() - 0.0005**2)
+    assert estimated.eigenvalues[0].value.imag == pytest.approx(omega, rel=1e-8)
+    proved = squeal.eigenvalues(first, at=0.1, band=band, look=look, prove=True)
+    assert proved.count == len(proved.eigenvalues)  # which no first look counts
+    for subject, asked in ((second, band), (first, (0.2, 0.25))):
+        with pytest.raises(InputError, match="look: must be a sweep of this system"):
+            squeal.eigenvalues(subject, at=0.1, band=asked, look=look)

@@ -337,6 +337,33 @@ def test_terms_over_a_sweep_sum_to_each_root_and_move_it_as_differences_say():
         assert by_friction == pytest.approx(slope.real, rel=1e-5, abs=1e-6)
 
 
+def test_a_mode_that_begins_without_oscillation_keeps_its_terms():
+    """q'' - c q' + (mu - 1) q = 0 diverges below mu = 1, and is fed by its damper above."""
+    c = 0.1
+    one = squeal.System([[1.0]], [[-c]], {"1": [[-1.0]], "mu": [[1.0]]})
+    found = squeal.energy_sweep(squeal.sweep(one, [0.5, 1.5, 2.0]))
+    values, rates, terms = found.growth_of(1)
+    real_root = c / 2 + np.sqrt((c / 2) ** 2 + 0.5)
+    assert values == [0.5, 1.5, 2.0]
+    assert rates == pytest.approx([real_root, c / 2, c / 2])
+    assert terms["C: 1"] == pytest.approx([np.nan, c / 2, c / 2], nan_ok=True)
+
+
+def test_parts_store_no_energy_of_a_mode_that_does_not_oscillate():
+    overdamped = squeal.System([[1.0]], [[3.0]], [[1.0]])
+    found = squeal.energy(squeal.eigenvalues(overdamped), parts={"mass": [0]})
+    assert found.place(1) == ""
+
+
+def test_a_sweep_without_modes_has_a_figure_that_says_so(tmp_path):
+    chain = squeal.System(EYE, K={"1": STIFF, "mu": TURN})
+    swept = squeal.sweep(chain, [0.0, 1.0], band=(100.0, 200.0))
+    found = squeal.energy_sweep(swept)
+    found.save(tmp_path / "none.svg")
+    assert "no mode" in (tmp_path / "none.svg").read_text("utf-8")
+    assert not found.plot(ax=found.plot()).get_lines()
+
+
 def test_modes_have_the_numbers_of_the_sweep():
     """Two modes whose frequencies cross keep their numbers and their damping."""
     K = {"1": np.diag([100.0, 144.0]), "p": np.diag([100.0, 0.0])}

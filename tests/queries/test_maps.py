@@ -1,6 +1,7 @@
 """Maps point by point against the queries of single pads; curves between verdicts, closed forms."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -180,6 +181,33 @@ def test_growth_and_frequency_are_those_of_the_dominant_eigenvalue(stem, damping
             assert frequency[i, j] == pytest.approx(abs(top.imag) / math.tau, rel=1e-6)
         else:
             assert np.isnan(frequency[i, j])
+
+
+def test_rounding_of_undamped_roots_is_no_growth_where_ratios_are_zero():
+    undamped = read_scene(ROOT / "examples" / "pad.yaml")
+    scene = replace(undamped, damping=Damping(ratios=(0.0, 0.0, 0.0)))
+    axes = Axis("mu", 0.0, 1.0, 5), Axis("k1", 1e7, 3e7, 5)
+    answer = stability_map(scene, axes, "growth")
+    is_marginal = answer.codes == NAMES.index("marginal")
+    assert is_marginal.any()
+    assert not is_marginal.all()
+    assert np.all(answer.quantity[2][is_marginal] == 0.0)
+    frequency = stability_map(scene, axes, "frequency").quantity[2]
+    assert np.array_equal(np.isnan(frequency), is_marginal)
+
+
+def test_an_undamped_pad_beside_damped_ones_flutters_at_its_own_frequency():
+    """Friction does not fall where mu_s = mu_k, and the pad has no damping there."""
+    falls = scene_of("b1-c").pad.replace(mu=None, mu_s=0.3, mu_k=0.3, v_ref=2.0, V=5.0)
+    scene = replace(scene_of("b1-c"), pad=falls)
+    alone = PadStack.of(scene, ("mu_k",), np.array([[0.3]]))
+    beside = PadStack.of(scene, ("mu_k",), np.array([[0.3, 0.2]]))
+    hertz = []
+    for stack in (alone, beside):
+        equilibria, _ = stack.at_mu()
+        A, B = stack.matrices(np.arange(stack.n), equilibria)
+        hertz.append(stack.frequency_at_onset(A, B)[0])
+    assert hertz[1] == pytest.approx(hertz[0], rel=1e-9)
 
 
 def test_values_that_could_not_be_decided_are_named_in_the_record(monkeypatch, recwarn):

@@ -11,12 +11,16 @@ from scipy.special import ndtri
 import squeal
 from squeal import Term
 from squeal.errors import ComputationError, InputError, InputWarning
+from squeal.examples.brake import solid_brake, write_parts
+from squeal.linear.moduli import Tabulated
 from squeal.numerics.differentiation import Formula
 from squeal.queries.parameter_space import Outcome, ParameterSpace
+from squeal.queries.sample_journal import digest_of_question
 from squeal.queries.scatter import scatter
 from tests.queries.test_advise import SCENE, first
 
 COUNT = 24
+ONE = csc_array([[1.0]])
 MU_MAX = 0.6  # twice the threshold
 DRAWN: dict = {"spreads": {"h": {"relative": 0.03}}, "samples": COUNT, "rng": 3, "high": MU_MAX}
 
@@ -121,6 +125,24 @@ def test_growth_and_propensity_of_each_sample_are_those_of_the_closed_form(rows)
     assert list(answer.values) == sorted(answer.values)
 
 
+@pytest.mark.parametrize(("name", "kind"), [("pressure", InputError), ("mu", InputWarning)])
+def test_the_held_seat_of_contact_is_no_secret(tmp_path, name, kind):
+    """No matrix of joined components holds the pressure that seats their contact."""
+    write_parts(tmp_path, solid_brake(500))
+    joined = squeal.read_system(tmp_path / "assembly.yaml")
+    with pytest.raises(kind, match="seat"):
+        scatter(joined, {name: {"within": 0.1}}, 8, of="growth", band=(500.0, 3000.0))
+
+
+def test_a_journal_knows_the_numbers_of_a_table():
+    digests = set()
+    for last in (2.0, 3.0):
+        bearing = Tabulated(Formula("1"), "x", "bearing.csv", "kxx", (0.0, 1.0), (1.0, last))
+        system = squeal.TermSystem(M=(Term(ONE),), K=(Term(ONE, bearing),), parameters={"x": 0.5})
+        digests.add(digest_of_question(system, ()))
+    assert len(digests) == 2
+
+
 @pytest.mark.parametrize("rows", [2, 500])
 @pytest.mark.parametrize("c", [0.0, 0.05])
 def test_each_threshold_is_that_of_the_closed_form(rows, c):
@@ -136,6 +158,14 @@ def test_each_threshold_is_that_of_the_closed_form(rows, c):
         b = 2.0
         exact = np.sqrt((a - b) ** 2 / 4 + c**2 * (a + b) / 200)
         assert row.value == pytest.approx(exact, rel=1e-8)
+
+
+def test_of_some_roots_only_growth_is_a_verdict():
+    kinds = {}
+    for rows in (3, 500):  # all roots, and those of a reduced system
+        found = scatter(pair(rows), {"mu": {"between": (0.3, 0.8)}}, 16, of="growth", band=(1, 4))
+        kinds[rows] = {row.kind for row in found.rows}
+    assert kinds == {3: {"marginal", "flutter"}, 500: {None, "flutter"}}
 
 
 def test_a_parameter_has_one_name_in_all_tables():
@@ -231,6 +261,8 @@ def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
         ({"spreads": {"k_c": {"relative": 0.1}}}, "k_c is no parameter here"),
         ({"spreads": {"mu": {"relative": 0.1}}}, "mu is varied to find its threshold"),
         ({"samples": 100, "design": "sobol"}, "a power of 2 for the design sobol, such as 128"),
+        ({"samples": 999_999, "design": "sobol"}, "such as 524288"),
+        ({"high": 0.1}, "at least mu = 0.4"),
         ({"band": (1.0, 2.0)}, "band: is not allowed with a scene"),
         ({"of": "noise"}, "one of threshold, growth"),
     ],

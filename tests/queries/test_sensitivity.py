@@ -7,7 +7,7 @@ import pytest
 
 import squeal
 from squeal.equilibrium.damping import normalised_damping, normalised_damping_slope
-from squeal.errors import ComputationError
+from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, Scene
 from squeal.queries.pads.equilibrium import analyse, branch_system
 from squeal.queries.pads.sensitivity import of_threshold
@@ -60,6 +60,29 @@ def test_slopes_of_eigenvalues_are_differences_through_the_whole_chain(name, dam
         sides, h = both_sides(scene, parameter)
         up, down = (analyse(side).spectrum.values for side in sides)
         assert np.abs((up - down) / (2 * h) - slopes).max() * h < 3e-9 * size, parameter
+
+
+@pytest.mark.parametrize("damping", ["ratios", "rayleigh", "matrix"])
+def test_a_moment_of_inertia_that_follows_moves_the_damping_once(damping):
+    """I left out follows m, w and h: dimensions and differences through the whole chain."""
+    scene = scene_of("b1-b", damping=DAMPINGS[damping], I=None)
+    values = analyse(scene).spectrum.values
+    slopes = of_eigenvalues(scene)
+    for parameter in ("m", "w", "h"):
+        sides, h = both_sides(scene, parameter)
+        up, down = (analyse(side).spectrum.values for side in sides)
+        assert np.abs((up - down) / (2 * h) - slopes[parameter]).max() * h < 1e-9 * abs(values[-1])
+    if damping == "ratios":  # all rates follow the square root of stiffness over mass
+        assert scene.pad.m * slopes["m"] == pytest.approx(-values / 2, rel=1e-9)
+
+
+def test_mass_alone_does_not_move_a_threshold_of_modal_damping():
+    """With I left out it slows all motions alike."""
+    scene = scene_of("b1-c", damping=DAMPINGS["ratios"], I=None, **COUPLED)
+    loss = critical_friction(scene).first
+    dmu, hertz = of_threshold(scene, loss)["m"]
+    assert abs(dmu) * scene.pad.m < 1e-9 * loss.mu
+    assert hertz * scene.pad.m == pytest.approx(-loss.frequency_hz / 2, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["b1-d", "b2-c"])
@@ -172,3 +195,16 @@ def test_falling_friction_makes_modes_of_an_undamped_pad_grow_from_the_start():
     (point,) = found.points
     assert (point.mu, point.kind) == (0.0, "flutter")
     assert point.frequency_hz == pytest.approx(hertz[0], rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [({"high": 1.0}, "are of thresholds"), ({"known": True}, "answer of another subject")],
+)
+def test_what_belongs_to_another_question_is_refused(options, words):
+    scene = scene_of("b3", **COUPLED)
+    one = squeal.System([[1.0]], K=[[4.0]])
+    if "known" in options:
+        options = {"known": squeal.eigenvalues(one)}
+    with pytest.raises(InputError, match=words):
+        squeal.sensitivity(scene, **options)

@@ -160,6 +160,11 @@ def test_what_is_no_loop_is_refused_in_a_sentence():
         (squeal.System({"mu": [[1.0]]}, K=[[1.0]], parameters={"mu": 1.0}), "mu", "M of system"),
         (coupled(0.1), "nu", "nu: is no parameter; allowed are mu"),
         (squeal.System([[1.0]], K=[[1.0]]), "mu", "no matrix of system depends on mu"),
+        (
+            squeal.System([[1.0]], K={"1": [[1.0]], "mu*p": [[1.0]]}, parameters={"p": 0.0}),
+            "mu",
+            "no matrix of system depends on mu at these parameters",
+        ),
         (scene_of("b3"), "mu", "loop: is not allowed with a scene"),
     ):
         with pytest.raises(InputError, match=words):

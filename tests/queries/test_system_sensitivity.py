@@ -58,6 +58,17 @@ def test_a_divergence_and_what_has_no_derivative():
         found = squeal.sensitivity(column, "threshold")
         assert found.kind == "divergence"
         assert found.slopes["k"] == pytest.approx([1.0, 0.0], abs=1e-12)
+    basis = np.linalg.qr(np.arange(9.0).reshape(3, 3) ** 2 - 4.0)[0]
+    for turned in (np.eye(3), basis):  # two motions are lost at once, each by its own stiffness
+        own, other, stiff = (np.outer(shape, shape) for shape in turned.T)
+        K = (3 * stiff, (own, "k"), (other, "l"), (-0.7 * (own + other), "mu"))
+        for C in (None, np.eye(3)):
+            pair = system_of(np.eye(3), C, K, {"k": 1.0, "l": 1.0})
+            with pytest.raises(ComputationError, match="several modes cross"):
+                squeal.sensitivity(pair, "threshold")
+    both = system_of(np.eye(2), None, (np.eye(2), (-np.eye(2), "mu")), {})  # nothing holds at 1
+    with pytest.raises(ComputationError, match="several modes cross"):
+        squeal.sensitivity(both, "threshold")
     twice = np.kron(np.eye(2), TURN)
     system = system_of(np.eye(4), (), (np.diag([2.0, 1.0, 2.0, 1.0]), (twice, "mu")), {"k": 0.0})
     with pytest.raises(ComputationError, match="several modes cross"):
@@ -118,6 +129,8 @@ def test_modes_near_a_coalescence_are_named():
         assert found.condition == pytest.approx([1 / np.sqrt(1 - share**2)] * 4, rel=1e-6)
         assert words in str(found)
         assert bool(words) == ("nearly" in str(found))
+    met = squeal.sensitivity(squeal.System(np.eye(2), K=[[2, 1], [0, 2]], parameters={"mu": 0.0}))
+    assert "mode 1 coalesces with another one: it has no derivatives" in str(met)
 
 
 def test_a_change_whose_file_names_fewer_rows_stands_where_the_system_has_them(tmp_path):

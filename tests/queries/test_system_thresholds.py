@@ -225,6 +225,14 @@ def test_a_chart_over_a_parameter_that_no_matrix_uses_is_refused():
         squeal.map(disc_and_pad("plain"), (Axis("mu", 0.0, 1.0, 2), Axis("kc", 1e6, 2e6, 2)))
 
 
+def test_a_chart_over_the_frequency_of_each_root_is_refused():
+    stiffer_with_frequency = {"1 + omega": np.eye(2), "mu": [[0.0, 1.0], [-1.0, 0.0]]}
+    system = squeal.System(np.eye(2), K=stiffer_with_frequency)
+    axes = Axis("mu", 0.0, 1.0, 2), Axis("omega", 0.0, 1.0, 2)
+    with pytest.raises(InputError, match="omega: is not allowed in a chart, each root has its own"):
+        squeal.map(system, axes, band=(0.1, 1.0))
+
+
 def test_growth_that_no_crossing_explains_is_not_certified(monkeypatch):
     monkeypatch.setattr(critical, "crossings_along", lambda *_: ((), ()))
     block, pushed = (coupled(mu)[2] for mu in (0.0, 1.0))  # flutters from mu = 3/4 on
@@ -299,6 +307,28 @@ def test_a_region_that_ends_on_the_real_axis_holds_divergence(region):
     assert found.first.kind == "divergence"
     assert found.first.mu == pytest.approx(1.5, rel=1e-12)
     assert [crossing.changes_verdict for crossing in found.crossings] == [True]
+
+
+@pytest.mark.parametrize("prove", [None, False])
+@pytest.mark.parametrize("region", [(-1, 1, -3, -0.5), (-1, 1, -3, 0.5)])
+def test_a_region_below_the_real_axis_is_refused_by_every_question(region, prove):
+    """A pair flutters at 3/4, of which the region holds the conjugate alone."""
+    pair = squeal.System(np.eye(2), K={"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]})
+    with pytest.raises(InputError, match="conjugates, which are no motions"):
+        squeal.thresholds(pair, 1.0, region=region, prove=prove)
+    with pytest.raises(InputError, match="conjugates, which are no motions"):
+        squeal.sweep(pair, [0.0, 1.0], region=region, method="reduced")
+
+
+@pytest.mark.parametrize("own", [0.0, 1000.0])
+def test_the_verdict_at_the_start_is_that_of_the_digits_there(own):
+    """At p = 0 nothing is rounded; at 1000 six digits leave the small decay open."""
+    coupled_by_p = {"1": np.diag([1.0, 1.5]), "p": [[0.0, 1.23456], [1.11111, 0.0]]}
+    damping = 1e-6 * np.eye(2)
+    system = squeal.System(np.eye(2), damping, coupled_by_p, parameters={"p": own}, parameter="p")
+    exact, rounded = system.K
+    system = replace(system, K=(exact, replace(rounded, digits=6)))
+    assert squeal.thresholds(system, 0.01, low=0.0).verdict == "stable"
 
 
 @pytest.mark.parametrize("region", [(0.0625, 3, 0.5, 3), (-3, -0.0625, 0.5, 3)])

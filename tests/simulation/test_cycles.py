@@ -52,6 +52,21 @@ def cycle(answer) -> Cycle:
     return answer.source[1]
 
 
+def test_the_scene_has_its_own_value_exactly(monkeypatch):
+    monkeypatch.setattr("squeal.queries.cycles.MOST", 1)
+    k1 = HAMMERS.pad.k1
+    ends = [share * k1 for share in np.arange(2.1, 4.0, 1e-3).tolist()]
+    high = next(end for end in ends if k1 / end * end != k1)
+    found = squeal.cycles(HAMMERS, ("k1", 0.9 * k1, high))
+    assert found.orbits[found.own].value == k1
+    assert any(str(part).startswith("sliding at k1 = ") for part in found.parts())
+
+
+def test_sliding_without_an_equilibrium_is_said_in_words():
+    rest = Cycles("B1", "mu", reason="none", sliding=((0.5, None),))
+    assert rest.parts()[-1] == "sliding at mu = 0.5: no equilibrium"
+
+
 def test_a_cycle_closes_and_volume_shrinks_as_damping_says(shooting, cycle):
     assert cycle.gap < 1e-9
     assert cycle.trivial == pytest.approx(1.0, abs=1e-5)

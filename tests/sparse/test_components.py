@@ -172,6 +172,13 @@ def test_errors_hold_of_components_that_turn():
         ({"pairs": np.zeros((0, 2))}, "pairs"),
         ({"normal": (0, 0, 0)}, "no length"),
         ({"sliding": (0, 0, 2)}, "parallel"),
+        ({"stiffness": [1.0, 2.0]}, "stiffness: an array .* or one for each of 1 pairs"),
+        ({"gap": np.zeros((1, 1))}, "gap: an array"),
+        ({"normal": (0, 1)}, "normal: an array .* must be a vector"),
+        ({"area": 0.0}, "area: 0.0 is not allowed; it must be a finite number above 0"),
+        ({"tangential": np.nan}, "tangential: nan"),
+        ({"exponent": 1.0}, "exponent: 1.0"),
+        ({"reference": 0.0}, "reference: 0.0"),
     ],
 )
 def test_what_cannot_be_joined_is_refused(change, words):
@@ -204,6 +211,64 @@ def test_one_name_has_one_value_in_all_components(other):
     with pytest.raises(InputError, match=r"the parameter E is .* in b and 1 in another component"):
         squeal.assemble(bodies, [contact])
     assert squeal.assemble(bodies, [contact], {"E": 3.0}).system.parameters["E"] == 3.0
+
+
+def test_a_parameter_that_no_matrix_of_a_component_needs_leaves_another_one_its_value():
+    """Where friction acts inside one body, the other one's mu of 0 replaced it."""
+    K = {"1": [[3.0]], "mu": [[1.0]]}
+    a = squeal.Component(squeal.System([[1.0]], K=K, parameters={"mu": 0.4}, name="a"), [1], [2])
+    b = squeal.Component(squeal.System([[1.0]], K=[[0.0]], name="b"), [1], [2], load=[-1.0])
+    contact = squeal.Contact(("a", "b"), [(1, 1)], Z, 2.0, friction="0")
+    for bodies in ([a, b], [b, a]):
+        system = squeal.assemble(bodies, [contact]).system
+        assert system.parameters["mu"] == 0.4
+        assert sorted(system.at()[2].diagonal()) == pytest.approx([2.0, 5.4])
+
+
+def test_numbers_serve_for_formulas():
+    places = [[0.0, 0.0, 0.0]] * 2
+    a = squeal.Component(squeal.System(np.eye(2), K=np.eye(2), name="a"), [1, 1], [0, 2], places)
+    load = [0.0, -1.0]
+    b = squeal.Component(squeal.System(np.eye(2), K=np.eye(2), name="b"), [1, 1], [0, 2], load=load)
+    joined = []
+    for friction, speed, slope in ((0.3, 2, -0.1), ("0.3", "2", "-0.1")):
+        contact = squeal.Contact(
+            ("a", "b"), [(1, 1)], Z, 2.0, sliding=(1, 0, 0), friction=friction, speed=speed,
+            slope=slope,
+        )  # fmt: skip
+        joined.append(squeal.assemble([a, b], [contact]).system.at())
+    for of_numbers, of_texts in zip(*joined, strict=True):
+        assert np.array_equal(of_numbers, of_texts)
+    turned = [a.rotating((0, 1, 0), speed, {}).system.at()[1] for speed in (2.0, "2.0")]
+    assert np.array_equal(*turned)
+
+
+@pytest.mark.parametrize("cutoff", [0.0, -1.0, np.inf, np.nan])
+def test_a_cutoff_that_is_no_frequency_is_refused(cutoff):
+    chain = squeal.Component(squeal.System(np.eye(2), K=np.eye(2)), [1, 2], [0, 0])
+    with pytest.raises(InputError, match=r"cutoff: .* must be a finite number above 0"):
+        chain.reduced([2], cutoff)
+
+
+def test_a_component_without_mass_inside_keeps_its_static_stiffness():
+    """Two springs of 1 in a row."""
+    system = squeal.System(np.diag([0.0, 1.0]), K=[[2.0, -1.0], [-1.0, 1.0]])
+    small = squeal.Component(system, [1, 2], [0, 0]).reduced([2], cutoff=1.0)
+    assert small.system.at()[2] == pytest.approx(np.array([[0.5]]))
+
+
+def test_rows_of_one_displacement_are_refused():
+    twice = squeal.Component(squeal.System(np.eye(2), K=np.eye(2), name="a"), [7, 7], [1, 1])
+    with pytest.raises(InputError, match="a: several rows move the node 7 along y"):
+        twice.rows_of([7])
+
+
+def test_an_array_of_a_component_has_its_rows():
+    system = squeal.System(np.eye(2), K=np.eye(2))
+    with pytest.raises(InputError, match=r"places: an array \(2, 2\) is not allowed"):
+        squeal.Component(system, [1, 2], [0, 0], places=np.zeros((2, 2)))
+    with pytest.raises(InputError, match=r"load\.entry 1: nan"):
+        squeal.Component(system, [1, 2], [0, 0], load=[0.0, np.nan])
 
 
 def test_a_node_that_only_turns_lies_where_its_rows_say():

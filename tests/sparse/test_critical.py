@@ -8,16 +8,12 @@ import squeal
 from squeal.errors import ComputationError, InputError
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
-from squeal.sparse import crossings
+from squeal.sparse import singular_stiffness as static
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.crossings import (
-    CrossingGuess,
-    axis_crossing,
-    crossings_along,
-    singular_stiffness,
-)
+from squeal.sparse.crossings import CrossingGuess, axis_crossing, crossings_along
 from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import reduce_system
+from squeal.sparse.singular_stiffness import singular_stiffness
 from tests import large
 from tests.known import affine
 
@@ -113,7 +109,7 @@ def test_every_place_where_the_stiffness_is_singular(diagonal, ends, exact):
 
 
 def test_a_change_of_sign_that_is_not_located_is_said(monkeypatch):
-    monkeypatch.setattr(crossings, "singular_between", lambda *_: None)
+    monkeypatch.setattr(static, "singular_between", lambda *_: None)
     system = affine(np.eye(2), np.diag([1.0, 9.0]), np.diag([-1.0, 0.0]), 0.1 * np.eye(2))
     found, (text,) = singular_stiffness(ScaledSystem(system), [0.0, 2.0])
     assert not found

@@ -217,3 +217,13 @@ def test_one_row_is_reduced_whatever_the_band_holds(stiffness, band):
 def test_a_wrong_number_of_workers_is_refused(workers):
     with pytest.raises(InputError, match="workers"):
         squeal.sweep(BRAKE, [0.1], BAND, workers=workers)
+
+
+@pytest.mark.parametrize("part", ["M", "K"])
+def test_real_modes_need_mass_and_stiffness(part):
+    matrices = {"M": np.eye(30), "C": np.eye(30), "K": np.diag(np.arange(1.0, 31.0))}
+    matrices[part] = np.zeros((30, 30))
+    M, C, K = matrices.values()
+    system = squeal.System(M, C, {"1": K, "mu": np.eye(30, k=1)}, parameters={"mu": 0.1})
+    with pytest.raises(InputError, match=f"{part}: is zero without friction; real modes need a"):
+        squeal.sweep(system, [0.0, 0.5], region=(-2.0, 1.0, -1e-3, 1.0), method="modal")

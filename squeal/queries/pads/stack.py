@@ -346,8 +346,8 @@ class PadStack:
         """Compute the eigenvalue (n,) of largest real part of each pad at its own friction, rad/s.
 
         It is NaN without an equilibrium; the second array (n,) of bool says where it is unknown
-        whether there is one. Without damping, real parts of the size of rounding (next to a
-        coalescence, of its square root) are set to zero.
+        whether there is one. A real part above zero is set to zero where the verdict calls it
+        rounding.
         """
         equilibria, unknown = self.at_mu()
         existing = np.flatnonzero(equilibria.exists)
@@ -355,15 +355,16 @@ class PadStack:
         if B is None:  # lambda^2 are the eigenvalues of -A
             values = np.sqrt(-np.linalg.eigvals(A).astype(complex))
             values = np.where(values.real < 0.0, -values, values)
-            size = np.abs(values).max(axis=1, keepdims=True)
-            values.real[values.real <= 1e-8 * size] = 0.0  # the square root of rounding
         else:
             form, _ = first_order(A, B, frequency_scale=1.0)
             values = np.linalg.eigvals(form).astype(complex)
         # of those with the largest real part the one of largest frequency
         leading = np.lexsort((np.abs(values.imag), values.real), axis=1)[:, -1]
+        roots = values[np.arange(existing.size), leading]
+        is_rounding = np.isin(verdicts(A, B), STABLE_OR_MARGINAL) & (roots.real > 0.0)
+        roots.real[is_rounding] = 0.0
         fastest = np.full(self.n, np.nan, dtype=complex)
-        fastest[existing] = values[np.arange(existing.size), leading] / self.statics.units.time
+        fastest[existing] = roots / self.statics.units.time
         return fastest, unknown
 
     def _intervals(self, mu_max: float) -> _Intervals:
@@ -581,20 +582,20 @@ class PadStack:
         units; B None without damping.
         """
         rows = np.arange(len(A))
-        if B is None or not B.any():
-            squares = np.linalg.eigvals(A).astype(complex)  # of the three frequencies
-            i, j = np.triu_indices(3, 1)  # the three pairs of them
-            # real parts alone: once a pair has coalesced its squares are conjugates, whose
-            # imaginary parts tell how far beyond the onset they are
-            nearest = np.argmin(np.abs((squares[:, i] - squares[:, j]).real), axis=1)
-            first = np.sqrt(squares[rows, i[nearest]])
-            second = np.sqrt(squares[rows, j[nearest]])
-            omega = (first + second).real / 2
-        else:
-            form, _ = first_order(A, B, frequency_scale=1.0)
+        squares = np.linalg.eigvals(A).astype(complex)  # of the three frequencies without damping
+        i, j = np.triu_indices(3, 1)  # the three pairs of them
+        # real parts alone: once a pair has coalesced its squares are conjugates, whose imaginary
+        # parts tell how far beyond the onset they are
+        nearest = np.argmin(np.abs((squares[:, i] - squares[:, j]).real), axis=1)
+        first = np.sqrt(squares[rows, i[nearest]])
+        second = np.sqrt(squares[rows, j[nearest]])
+        omega = (first + second).real / 2
+        if B is not None:
+            damped = B.any(axis=(1, 2))
+            form, _ = first_order(A[damped], B[damped], frequency_scale=1.0)
             roots = np.linalg.eigvals(form)
             growth = np.where(roots.imag > 0.0, roots.real, -np.inf)
-            omega = roots.imag[rows, np.argmax(growth, axis=1)]
+            omega[damped] = roots.imag[np.arange(len(roots)), np.argmax(growth, axis=1)]
         return omega / self.statics.units.time / (2 * np.pi)
 
 

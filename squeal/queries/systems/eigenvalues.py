@@ -155,23 +155,40 @@ def _shapes(system: System, roots: SystemRoots) -> dict[str, Any] | None:
 def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> SystemRoots:
     """Compute the selected roots by the solver that serves the system, and have them judged.
 
-    Of a large system whose earlier sweep `look` was a first look they are estimates on its basis.
+    Of a large system whose earlier sweep `look` was a first look they are estimates on its basis,
+    unless a proof is requested.
     Other systems are solved. The referee judges small ones unless `prove` is False, and bands of
-    larger ones if it is True.
+    larger ones if it is True. Raises InputError for a first look at other roots.
     """
     file = analysis.file
     system = analysis.system
-    if look is not None and isinstance(look.source, SystemSource) and not is_small(system):
-        reduction = look.source.reduction
-        if isinstance(reduction, FirstLook):
+    if look is not None and not prove and not is_small(system):
+        source = look.source
+        if isinstance(source, SystemSource) and isinstance(source.reduction, FirstLook):
+            _refuse_look_at_others(source, analysis)
             changes = {system.parameter: system.parameters[system.parameter]}
-            return roots_of_first_look(reduction, analysis.selection, changes)
+            return roots_of_first_look(source.reduction, analysis.selection, changes)
     data = None if prove is False else data_of(file, system)
     add_errors = error_bounds(file, system)
     roots = system_roots(system, analysis.selection, add_errors=add_errors, data=data)
     if prove and not is_small(system):
         return with_band_proof(file, analysis.selection, roots)
     return roots
+
+
+def _refuse_look_at_others(look: SystemSource, analysis: SystemAnalysis) -> None:
+    """Raise InputError for a sweep of another system, or of other roots, than those in question.
+
+    The free parameter may have another value, the others not.
+    """
+    system = analysis.system
+    swept = look.file.system
+    at_same_value = swept.values({system.parameter: system.parameters[system.parameter]})
+    is_same_system = swept.parts == system.parts and at_same_value == system.parameters
+    if not is_same_system or look.selection != analysis.selection:
+        raise InputError(
+            "look: must be a sweep of this system, with the same band, region or modes"
+        )
 
 
 def _outside(analysis: SystemAnalysis, roots: SystemRoots) -> tuple[complex, ...] | None:

@@ -41,24 +41,18 @@ def error_bounds(
 def data_of(file: SystemFile, system: TermSystem) -> Data | None:
     """How precisely the referee may take the entries of M, C and K for known.
 
-    The first case that applies:
+    None where it does not judge all roots: of large systems, of matrices that follow the frequency,
+    and of reduced components, whose matrices nobody gave. Else half an ulp (half a unit in the last
+    place of a double), and beside that
 
-    - reduced components: None, since nobody gave their matrices, so that nothing is proved of them;
-    - matrices that follow the frequency, which the referee does not judge: half an ulp (half a unit
-      in the last place of a double), the least that is ever assumed;
-    - files with few digits: half a unit of the last digit beside that;
-    - a large system: half an ulp;
-    - a small one: the rounding of sums of terms beside half an ulp, if anything was rounded.
+    - of files with few digits half a unit of the last digit;
+    - of others the rounding of sums of terms, if anything was rounded.
     """
-    if file.assembly is not None and file.assembly.reduction:
+    if not is_small(system) or (file.assembly is not None and file.assembly.reduction):
         return None
-    if system.follows:
-        return Data()
     if has_digits(system):
         fewest = min(term.digits for term in system.terms if term.digits is not None)
         return Data(f"{fewest} digits", tuple(X.toarray() for X in data_errors(system)))
-    if not is_small(system):
-        return Data()
     radii = rounding_of_sums(system)
     if not any(radius.any() for radius in radii):
         return Data()  # each entry is one given number, known to half an ulp
@@ -135,8 +129,13 @@ def thresholds_as_known(
     """Withdraw the certificate of thresholds where something was assumed of the system.
 
     Likewise where the digits of files leave the verdict at the lower end of the range open; the
-    answer then has no verdict there.
+    answer then has no verdict there. A note says that a proof is one of the entries as written.
     """
+    if has_digits(file.system):
+        note = (
+            f"entries are taken as written: more than {digits_of_files(file)} may move thresholds"
+        )
+        answer = replace(answer, notes=(*answer.notes, note))
     reason = _open_at(file, selection, answer.low)
     doubts = list(file.assumptions)
     if reason:

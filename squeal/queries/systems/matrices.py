@@ -63,7 +63,8 @@ def system_checks(system: TermSystem) -> dict[str, str]:
     entries_of_row = np.diff(csr_array(K).indptr)
     empty = np.flatnonzero(entries_of_row == 0)
     if empty.size:
-        checks["K"] += f", {empty.size} rows without an entry, the first is row {empty[0] + 1}"
+        count = "1 row" if empty.size == 1 else f"{empty.size} rows"
+        checks["K"] += f", {count} without an entry, the first is row {empty[0] + 1}"
     if C is not None and norm_of(C):
         checks["C"] = "symmetric" if is_symmetric(C) else "not symmetric"
     return checks

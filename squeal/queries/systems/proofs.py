@@ -235,18 +235,30 @@ def refereed(
         return _with_roots_of_referee(arrays, system, roots, sharpest_proof, data)
     if proof.status == "proved" and not all(root.residual <= ACCEPTED for root in roots):
         # the solver failed: its roots lie far from those that they are proved to stand for
-        only_verdict = _only_verdict(proof)
         enclosed = _roots_of_pieces(arrays, proof.pieces)
-        enclosed_proof = _proof_of(system, enclosed, only_verdict)
-        if enclosed_proof.status == "proved" and only_verdict is not None:
-            return _as_proved(enclosed, (only_verdict, BY_REFEREE), enclosed_proof, data)
+        proved = _if_proved(system, enclosed, proof, data)
+        if proved is not None:
+            return proved
     if sharpest_proof.reason == NOT_TOLD_APART:
-        only_verdict = _only_verdict(sharpest_proof)
         centred = _at_centres(roots, sharpest_proof.pieces)
-        centred_proof = _proof_of(system, centred, only_verdict)
-        if centred_proof.status == "proved" and only_verdict is not None:
-            return _as_proved(centred, (only_verdict, BY_REFEREE), centred_proof, data)
+        proved = _if_proved(system, centred, sharpest_proof, data)
+        if proved is not None:
+            return proved
     return _as_proved(roots, verdict, proof, data)
+
+
+def _if_proved(
+    system: Quadratic, moved: EigenvalueTuple, proof: Proof, data: Data
+) -> RefereedRoots | None:
+    """Judge roots that were moved into the pieces of a proof, and the only verdict that it leaves.
+
+    None unless the referee proves both.
+    """
+    only_verdict = _only_verdict(proof)
+    proof_of_moved = _proof_of(system, moved, only_verdict)
+    if only_verdict is None or proof_of_moved.status != "proved":
+        return None
+    return _as_proved(moved, (only_verdict, BY_REFEREE), proof_of_moved, data)
 
 
 def _with_roots_of_referee(

@@ -17,7 +17,6 @@ from squeal.io.processes import one_thread
 from squeal.io.writing import picked
 from squeal.linear.continuation import ProblemClass, problem_class_of
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import norm_of
 from squeal.linear.roots import ordered
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
@@ -129,12 +128,11 @@ def first_look_for_thresholds(
     - where the projection fails or does not converge, or has no trained basis of few modes.
     """
     region = selection.rectangle
-    has_mass = any(norm_of(term.matrix) for term in system.M)
-    is_suited = system.real and bool(system.C) and has_mass and not system.follows
+    is_suited = system.real and bool(system.C) and not system.follows
     if region is None or region.low_imag <= 0.0 or not is_suited:
         return None
-    # it fails for a system that has no value without friction (InputError), one that is singular
-    # there (ZeroDivisionError), and a basis with a motion without mass (LinAlgError)
+    # it fails for a system that has no value without friction, or no mass (InputError), one that is
+    # singular there (ZeroDivisionError), and a basis with a motion without mass (LinAlgError)
     with one_thread(), suppress(InputError, ZeroDivisionError, np.linalg.LinAlgError):
         first_look = FirstLook(ScaledSystem(system), region, values).build()
         matrices = [first_look.system.arrays(changes) for changes in values]
@@ -232,11 +230,11 @@ def without_left_vectors(
 
 
 def growth_limit(selection: EigenvalueSelection, region: Rectangle) -> float | None:
-    """The growth rate, 1/s, up to which the roots of a band were searched in its region.
+    """The growth rate, 1/s, up to which roots were searched, of a band or of the lowest modes.
 
-    None where no band was selected: the bounds of a region are stated by the user.
+    None of a region, whose bounds the user states.
     """
-    return None if selection.band is None else region.high_real
+    return None if selection.region is not None else region.high_real
 
 
 def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dict[str, Any] | None:

@@ -83,7 +83,7 @@ class SystemRoots:
     others : tuple of Eigenvalue
         Further roots of the region, beside the lowest ones that were selected.
     growth_limit : float or None
-        Of a band: roots that grow faster, 1/s, were not searched.
+        Roots that grow faster, 1/s, were not searched; None without a limit of growth alone.
     outside : tuple of complex or None
         Growing roots outside of the region, the fastest first: all of a small system, of a large
         one those that the search met. None if it met none, which does not say that none exists.
@@ -180,7 +180,6 @@ def system_roots(
         If the roots cannot be computed.
     """
     selection = selection or EigenvalueSelection()
-    _refuse_conjugates(selection.region, system.real)
     if is_small(system):
         roots = _roots_of_matrices(system.arrays(changes), selection, add_errors, data)
         return roots.lowest(selection.modes)
@@ -204,23 +203,6 @@ def system_roots(
         with_modes = replace(selection, modes=modes)
         return _roots_of_matrices(system.arrays(changes), with_modes, add_errors).lowest(modes)
     return roots.lowest(modes)
-
-
-def _refuse_conjugates(region: Rectangle | None, real: bool) -> None:
-    """Raise InputError for a region with more below the real axis than above it.
-
-    There lie conjugates of motions that it does not hold; of complex matrices no motions at all.
-    """
-    if region is None:
-        return
-    low = region.low_imag
-    high = region.high_imag
-    if high <= 0.0 or (real and high < -low):
-        raise InputError(
-            f"region: {low:g} < Im < {high:g} is not allowed: below the real axis lie conjugates, "
-            f"which are no motions of their own; the same roots have {max(-high, 0.0):g} < Im < "
-            f"{-low:g}"
-        )
 
 
 def _lowest_roots(problem: Quadratic, modes: int, add_errors: AddErrors | None) -> SystemRoots:

@@ -3,7 +3,6 @@ that vary parameters: it is computed at one value, and held at the others."""
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +14,7 @@ from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.known import with_doubts
 from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
+from squeal.schema import Place
 from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly
 from squeal.sparse.contact_seat import Contact
 
@@ -87,6 +87,13 @@ def note_of_seat_parameters(file: SystemFile) -> str:
     return "; ".join(notes)
 
 
+def warn_of_held_seat(file: SystemFile, verb: str) -> None:
+    """Warn of what an answer over several parameters misses while contact keeps its seat."""
+    for note in (seat_note(file), note_of_seat_parameters(file)):
+        if note:
+            Place(verb).warn(note)
+
+
 def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
     """Add the note on the seat to thresholds, which were located with the seat held.
 
@@ -103,9 +110,11 @@ def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
         if doubt:
             doubts.append(doubt)
     if not doubts:
-        along_range = np.linspace(answer.low, answer.high, SEATED).tolist()
-        each = (doubt_of_seat(file, value) for value in along_range)
-        doubts = list(itertools.islice(filter(None, each), 1))  # the first of them
+        for value in np.linspace(answer.low, answer.high, SEATED).tolist():
+            doubt = doubt_of_seat(file, value)
+            if doubt:
+                doubts.append(doubt)
+                break
     noted = replace(answer, seat=(note, *doubts))
     return with_doubts(noted, doubts) if doubts else noted
 

@@ -38,6 +38,8 @@ ITERATIONS = 3
 """How often the inverse and its adjoint are applied for singular vectors."""
 NEAR = 1e-6
 """The relative distance within which a root has to lie from the point where it is said to cross."""
+ROUNDED = 1e-12
+"""Of the sizes of its terms: up to it y^H K x is zero to rounding, so that a root is zero."""
 Located = TypeVar("Located", CriticalPoint, Crossing)
 
 
@@ -354,10 +356,11 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     Raises
     ------
     ComputationError
-        If no root crosses there, or two do.
+        If no root crosses there, which at zero is not checked, or two do.
     """
     system = scaled.system
-    problem = scaled.at({system.parameter: value, **system.frequency(abs(root))})
+    changes = {system.parameter: value, **system.frequency(abs(root))}
+    problem = scaled.at(changes)
     _, factor = factorise_at(problem, root)  # next to the root where P is exactly singular
 
     def solve(b: NDArray, adjoint: bool) -> NDArray:
@@ -380,13 +383,20 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
         of_y = np.abs(np.sum(y.conj() * (X @ y), axis=0))
         return np.sqrt(of_x * of_y)
 
-    # a root that lies dz away has y^H P x = dz y^H (2 z M + C) x: here dz is at most NEAR |z|;
-    # what has no mass is damped
-    by_mass = 2 * abs(root) ** 2 * magnitude(problem.M)
-    by_damping = abs(root) * magnitude(problem.C)
-    crosses_here = residual <= NEAR * np.maximum(by_mass, by_damping)
-    if root and crosses_here.sum() != 1:  # at zero a root and its mirror image meet
-        crosses = "several modes cross" if crosses_here.any() else "no mode crosses"
+    if root:
+        # a root that lies dz away has y^H P x = dz y^H (2 z M + C) x: here dz is at most NEAR |z|;
+        # what has no mass is damped
+        by_mass = 2 * abs(root) ** 2 * magnitude(problem.M)
+        by_damping = abs(root) * magnitude(problem.C)
+        largest = NEAR * np.maximum(by_mass, by_damping)
+    else:  # a root at zero has no size: K x is zero to rounding of its terms, which may cancel
+        of_parameter = abs(value) * abs(scaled.slope(system.parameter, changes, root))
+        sizes = (abs(problem.K) + of_parameter) @ np.abs(x)
+        largest = ROUNDED * np.sum(np.abs(y) * sizes, axis=0)
+    crosses_here = residual <= largest
+    none_crosses = bool(root) and not crosses_here.any()
+    if none_crosses or crosses_here.sum() > 1:
+        crosses = "no mode crosses" if none_crosses else "several modes cross"
         where = f"{system.parameter} = {value:.9g}, {abs(root) / (2 * np.pi):.6g} Hz"
         raise ComputationError(f"{crosses} the imaginary axis at {where}: no derivative is known")
     scale = scaled.scale  # of the rows and columns: back to the coordinates of the system

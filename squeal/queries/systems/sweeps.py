@@ -169,7 +169,7 @@ def _roots_of_full(
     """
     system = file.system.replace({file.system.parameter: value})
     PROGRESS.get()(f"{system.parameter} = {value:g}")
-    data = data_of(file, system) if is_judged and is_small(system) else None
+    data = data_of(file, system) if is_judged else None
     solved = system_roots(system, selection, add_errors=error_bounds(file, system), data=data)
     tracked = []
     for root in solved.computed:

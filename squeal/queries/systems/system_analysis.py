@@ -16,9 +16,10 @@ from squeal.io.system import SystemFile
 from squeal.linear.damping import frictionless
 from squeal.linear.matrices import why_no_mass
 from squeal.linear.system import System, TermSystem
+from squeal.queries.options import Band
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.matrices import ALL_ROWS, is_symmetric
-from squeal.queries.systems.reduced import basis_of, reduced_for
+from squeal.queries.systems.reduced import reduced_for
 from squeal.results.sources import EigenvalueSelection
 from squeal.schema import Place
 from squeal.sparse.argument_principle import Rectangle
@@ -28,8 +29,6 @@ from squeal.sparse.reduction import Reduction
 
 SERVED = 9  # values at which a reduced system has to be good
 ABOVE_CUTOFF = 1.000001  # share of the cutoff of components from which on a region exceeds it
-
-Band = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -78,6 +77,8 @@ class SystemAnalysis:
             band = (0.0, assembly.cutoff)
         rectangle = None if region is None else Rectangle(*region)
         selection = EigenvalueSelection(band, rectangle, modes)
+        if rectangle is not None:
+            _refuse_conjugates(rectangle, file.system.real)
         if not is_small(file.system):
             _check_memory(file.system, memory)
         selected = selection.rectangle
@@ -151,7 +152,7 @@ class SystemAnalysis:
 
     def reduced(
         self, values: Sequence[float] | None, method: str = "reduced", most: int = SERVED
-    ) -> tuple[Reduction, dict[str, Any] | None]:
+    ) -> Reduction:
         """Reduce the system to the selected roots.
 
         Parameters
@@ -162,25 +163,32 @@ class SystemAnalysis:
             As of `reduced_for`.
         most : int
             At so many of the values, evenly spaced, the reduced system is required to be good.
-
-        Returns
-        -------
-        reduction : Reduction
-            The reduced system.
-        basis : dict or None
-            What a JSON object says of it.
         """
         parameter = self.system.parameter
         if values is None:
             values = [self.system.parameters[parameter]]
         index = np.linspace(0, len(values) - 1, min(most, len(values)))
         changes = [{parameter: values[round(k)]} for k in index.tolist()]
-        reduction = reduced_for(self.system, self.selection, changes, method)
-        return reduction, basis_of(reduction, self.selection)
+        return reduced_for(self.system, self.selection, changes, method)
 
 
-def _check_memory(system: TermSystem, limit: float | None = None) -> None:
-    """Refuse a system that does not fit into `limit` bytes; into what is free if left out.
+def _refuse_conjugates(region: Rectangle, real: bool) -> None:
+    """Raise InputError for a region with more below the real axis than above it.
+
+    There lie conjugates of motions that it does not hold; of complex matrices no motions at all.
+    """
+    low = region.low_imag
+    high = region.high_imag
+    if high <= 0.0 or (real and high < -low):
+        raise InputError(
+            f"region: {low:g} < Im < {high:g} is not allowed: below the real axis lie conjugates, "
+            f"which are no motions of their own; the same roots have {max(-high, 0.0):g} < Im < "
+            f"{-low:g}"
+        )
+
+
+def _check_memory(system: TermSystem, limit: float | None) -> None:
+    """Refuse a system that does not fit into `limit` bytes; into what is free if it is None.
 
     It needs one sparse factorisation and one Krylov subspace. Their sizes were measured on
     three-dimensional solids; a full matrix takes what its entries need. Raises ComputationError.

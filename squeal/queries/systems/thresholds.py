@@ -41,12 +41,13 @@ from squeal.results.columns import basis_text
 from squeal.results.sources import EigenvalueSelection, SystemSource
 from squeal.results.thresholds import MISSED, Thresholds
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.crossings import CrossingGuess, coalescences, crossings_along, singular_stiffness
+from squeal.sparse.crossings import CrossingGuess, coalescences, crossings_along
 from squeal.sparse.dispersive import DispersiveReduction
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS
 from squeal.sparse.reduction import Reduction
+from squeal.sparse.singular_stiffness import singular_stiffness
 
 STEPS = 13  # values at which a reduced system has to be good
 COUNTED_ROWS = 20_000  # larger systems are not counted again between their thresholds

@@ -1,0 +1,184 @@
+"""Where K becomes singular along a parameter: a real root passes zero, a static loss of stability.
+
+Such a root may come from far above a band and leave it again between two values of the parameter,
+so that no spectrum shows it. Signs of det K at the ends of a part of the range show an odd number
+of roots that pass in it. That none passes is shown by 1 - K(middle)^-1 K, which contracts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.linear.matrices import EPS
+from squeal.sparse.crossings import NEWTON_STEPS, CrossingGuess
+from squeal.sparse.eigensolver import enlarged
+from squeal.sparse.factor import Factor, factorise
+from squeal.sparse.quadratic import ScaledSystem
+from squeal.sparse.reduction import Complement
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
+SHORTEST_PART = 2.0**-10  # of the range: shorter parts are not halved
+PARTS = 200  # that are examined at most
+CONTRACTS = 0.4  # below 1, since few powers of T may underestimate its contraction
+EXACT = 1e-12  # of null vectors: what they add less is left out
+
+
+def singular_stiffness(
+    scaled: ScaledSystem, values: Sequence[float]
+) -> tuple[list[CrossingGuess], list[str]]:
+    """Where K of real matrices becomes singular over the free parameter: a real root passes zero.
+
+    The range is halved, as far as the constants allow, into parts at whose ends the determinant has
+    the same sign and in which 1 - K(middle)^-1 K contracts. A singular K that was located is cut
+    out of its part.
+
+    Parameters
+    ----------
+    scaled : ScaledSystem
+        The full system, real.
+    values : sequence of float
+        Of the parameter, rising: the ends of the range, and others at which a K that is not linear
+        in the parameter is looked at too.
+
+    Returns
+    -------
+    crossings : list of CrossingGuess
+        With omega 0, in no order.
+    unclear : list of str
+        A sentence for each change of sign that was not located.
+    """
+    stiffness = _SweptStiffness(scaled, values)
+    span = values[-1] - values[0]
+    edge = 1e-6 * span  # what is cut out on either side of a singular K
+    crossings: list[CrossingGuess] = []
+    unclear: list[str] = []
+    parts = [(values[0], values[-1])]
+    for a, b in parts:  # the list grows in the loop
+        close = []  # K is nearly singular at an end of the part
+        for known in crossings:
+            if min(abs(known.value - a), abs(known.value - b)) <= 2 * edge:
+                close.append(known)
+        contracts = stiffness.contracts(a, b, close)
+        if contracts and not close:  # no sign can have changed
+            continue
+        changes = stiffness.sign(a) * stiffness.sign(b) < 0.0
+        if contracts and not changes:
+            continue
+        shortest = edge if changes else SHORTEST_PART * span
+        is_last = b - a <= shortest or len(parts) >= PARTS
+        crossing = None
+        if changes or is_last:
+            crossing = singular_between(scaled, a, b, edge)
+        if crossing and all(abs(crossing.value - known.value) > edge for known in crossings):
+            crossings.append(crossing)
+            if a < crossing.value - edge:
+                parts.append((a, crossing.value - edge))
+            if crossing.value + edge < b:
+                parts.append((crossing.value + edge, b))
+        elif not is_last:
+            middle = stiffness.middle(a, b)
+            parts += [(a, middle), (middle, b)]
+        elif changes:
+            where = f"{stiffness.name} = {a:.6g} and {b:.6g}"
+            unclear.append(f"a real root passes zero between {where} and was not located")
+    return crossings, unclear
+
+
+class _SweptStiffness:
+    """K over the free parameter: signs of its determinant, and where it cannot be singular."""
+
+    def __init__(self, scaled: ScaledSystem, values: Sequence[float]) -> None:
+        self.scaled = scaled
+        self.name = scaled.system.parameter
+        self._signs: dict[float, float] = {}
+        slopes = set()
+        for value in values:
+            p = scaled.system.values({self.name: value})
+            slopes.add(tuple(term.factor.slope(p, self.name) for term in scaled.system.K))
+        # K that is linear in the parameter differs most from that of the middle at the ends
+        self._inner_values = values if len(slopes) > 1 else ()
+
+    def at(self, value: float) -> csc_array:
+        """K at a value of the parameter."""
+        return self.scaled.at({self.name: value}).K
+
+    @staticmethod
+    def middle(a: float, b: float) -> float:
+        """A value between two others where K hardly is singular by chance."""
+        return a + 0.4871 * (b - a)
+
+    def sign(self, value: float) -> float:
+        """The sign of det K; 0 where it is singular, as that of rigid bodies."""
+        if value not in self._signs:
+            self._signs[value] = self._computed_sign(value)
+        return self._signs[value]
+
+    def _computed_sign(self, value: float) -> float:
+        try:
+            factor = Factor(self.at(value))
+        except ZeroDivisionError:
+            return 0.0
+        pivots = np.abs(factor.lu.U.diagonal())
+        if pivots.min() <= 2 * EPS * pivots.max():
+            return 0.0
+        return math.copysign(1.0, math.cos(factor.logarithm().imag))
+
+    def contracts(self, a: float, b: float, close: Sequence[CrossingGuess]) -> bool:
+        """True if K is regular from a to b: 1 - K(middle)^-1 K contracts at all values that were
+        tried, apart from the null vectors of singular K close to the ends."""
+        basis = np.zeros((self.scaled.n, 0))
+        if close:
+            columns: list[NDArray] = []
+            for crossing in close:
+                columns += [crossing.right, crossing.left]
+            basis = enlarged(basis, np.column_stack(columns), EXACT)
+        K = self.at(self.middle(a, b))
+        try:
+            factor = factorise(K)
+        except ZeroDivisionError:
+            return False
+        complement = Complement(basis, basis.T @ (K @ basis), K, factor)
+        tried = [a, b, *(value for value in self._inner_values if a < value < b)]
+        return all(complement.contraction(self.at(p)) < CONTRACTS for p in tried)
+
+
+def singular_between(
+    scaled: ScaledSystem, low: float, high: float, near: float
+) -> CrossingGuess | None:
+    """Where K of real matrices is singular between two values of the free parameter, with its unit
+    null vectors x, y.
+
+    By Newton's method on y' K(p) x = 0 from the middle, until a step is far below `near`; None if
+    it leaves the interval or does not converge.
+    """
+    name = scaled.system.parameter
+    value = (low + high) / 2
+    x, y = np.random.default_rng(1).standard_normal((2, scaled.n))
+    for _ in range(NEWTON_STEPS):
+        K = scaled.at({name: value}).K
+        slope = scaled.slope(name, {name: value}, 0.0)
+        with suppress(ZeroDivisionError), np.errstate(all="ignore"):
+            factor = factorise(K)
+            # inverse iteration: null vectors of K + m dK/dp for the smallest m; where K is exactly
+            # singular x and y stay as they were
+            for _ in range(3):
+                x = factor.solve(slope @ x)
+                y = factor.solve(slope.T @ y, transposed=True)
+                x = x / np.linalg.norm(x)
+                y = y / np.linalg.norm(y)
+        with np.errstate(all="ignore"):
+            step = -float(y @ (K @ x)) / float(y @ (slope @ x) or np.nan)
+        value += step
+        if not low < value < high:  # NaN too
+            return None
+        if abs(step) <= 1e-3 * near:
+            return CrossingGuess(value, 0.0, x, y)
+    return None
