@@ -173,7 +173,7 @@ def _system_sweep(
         method = "full" if is_small(system) else "modal"
     reduction = None
     if method != "full":
-        reduction, _ = analysis.reduced(values, method, most=CHECKED)
+        reduction = analysis.reduced(values, method, most=CHECKED)
     steps, losses, reference = track_modes(
         analysis.file, analysis.selection, values, reduction, workers
     )

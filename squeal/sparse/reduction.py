@@ -151,6 +151,7 @@ class Reduction:
             M=tuple(terms[:end_of_M]),
             C=tuple(terms[end_of_M:end_of_C]),
             K=tuple(terms[end_of_C:]),
+            labels=(),  # of rows that the basis has not
         )
         sketch = np.array([images.T @ new for images in self._probed])
         self._sketch = np.concatenate([self._sketch, sketch], axis=2)

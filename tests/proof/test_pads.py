@@ -157,13 +157,17 @@ def test_hard_contact_hides_no_threshold_from_its_interval(digits, changes):
     answer = critical_friction(scene, prove=True)
     assert answer.certified, answer.proof_line
     assert len(answer.crossings) == 2
+    assert isinstance(answer.source, PadSource)
     path = answer.source.branch
-    for one in answer.crossings:
-        z, state = path.at(one.mu)
+    for crossing in answer.crossings:
+        z, state = path.at(crossing.mu)
         exact = Exact(scene, state)
-        guess = path.statics.to_si(z)
-        _, mu = exact.critical(lambda q, mu, e=exact: discriminant(e.cubic(q, mu)), guess, one.mu)
-        assert one.interval[0] <= mu <= one.interval[1]
+
+        def of_cubic(q, mu, exact=exact):
+            return discriminant(exact.cubic(q, mu))
+
+        _, mu = exact.critical(of_cubic, path.statics.to_si(z), crossing.mu)
+        assert crossing.interval[0] <= mu <= crossing.interval[1]
 
 
 @pytest.mark.parametrize(
