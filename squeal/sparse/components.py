@@ -315,6 +315,7 @@ class Component:
                 M=_projected(self.system.M, basis),
                 C=_projected(self.system.C, basis),
                 K=_projected(self.system.K, basis),
+                labels=(),  # of rows that the basis has not
             ),
             nodes=[*self.nodes[boundary], *[""] * modes],
             directions=[*self.directions[boundary], *[-1] * modes],
