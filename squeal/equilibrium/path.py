@@ -139,11 +139,15 @@ class Path:
         for node in np.flatnonzero((branch.z[3] == mu) & (branch.kind != NodeKind.POINT)):
             before = branch.touching[:, node - 1]
             changed = np.flatnonzero(before != branch.touching[:, node])
-            error = max(error, self._error_at(branch.z[:, node, None], before, changed))
+            error = max(error, self._rounding_of_mu(branch.z[:, node, None], before, changed))
         return float(error)
 
-    def _error_at(self, z: np.ndarray, before: np.ndarray, changed: np.ndarray) -> float:
-        """How far rounding may move the mu of a change of contact or a fold, by first order.
+    def _rounding_of_mu(self, z: np.ndarray, before: np.ndarray, changed: np.ndarray) -> float:
+        """How far rounding may move the mu of a change of contact or a fold, to first order.
+
+        Four conditions determine the node: the balance of x, y and theta, and a gap that vanishes;
+        at a fold the three of the balance alone. Rounding of the coefficients and loads moves them,
+        and `weights` say how far mu moves with each.
 
         Parameters
         ----------
@@ -172,7 +176,8 @@ class Path:
         f = net_loads(np, shifted, law, q, touching[:, 0])
         shifted_gaps = law.gaps(shifted, pose(np, q))
         rows = [f.x, f.y, f.moment / statics.model.pad.w, *(shifted_gaps[i] for i in changed)]
-        rates = np.imag(np.broadcast_arrays(*rows)) / STEP
+        rates = np.imag(np.broadcast_arrays(*rows)) / STEP  # (conditions, coefficients)
+        # each load has a rounding of its own, of the size that its coefficient gives it
         loads = rates[:, [Coefficients._fields.index(name) for name in OF_LOADS]]
         shift = np.abs(weights @ rates).sum() + (np.abs(weights) @ np.abs(loads)).sum()
         below_top = 0.0 if changed.size else self._below(z, touching)

@@ -6,15 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from squeal.linear.continuation import (
-    DAMPED,
-    UNDAMPED,
-    ComplexArray,
-    Continuation,
-    SpectrumAtParameter,
-)
+from squeal.linear.continuation import DAMPED, UNDAMPED, Continuation, SpectrumAtParameter
 from squeal.linear.matrices import Array, Change, dense
 from squeal.linear.moduli import Modulus, Tabulated
+from squeal.linear.roots import ComplexArray
 from squeal.linear.steps import Step
 from squeal.linear.system import SystemFunction, TermSystem
 from squeal.numerics.differentiation import Formula
@@ -32,13 +27,18 @@ class Factor:
     values: dict[str, float]
     change: Change
 
-    def largest_curvature(self, low: float, high: float) -> float:
-        """A bound of |its second derivative| from low to high."""
-        return float(self.formula.curvature(self.values, self.name, low, high))
+    def deviation(self, low: float, high: float) -> float:
+        """By how much it may deviate from a straight line between two values of the parameter.
 
-    def slope_size(self, p: float) -> float:
-        """|its first derivative| at a value."""
-        return float(abs(self.formula.slope(self.values | {self.name: p}, self.name)))
+        0 if its slope changes by at most a quarter of itself, so that roots move as by a straight
+        factor; inf if no bound is known.
+        """
+        curvature = self.formula.curvature(self.values, self.name, low, high)
+        slopes = [self.formula.slope(self.values | {self.name: p}, self.name) for p in (low, high)]
+        length = high - low
+        if 4 * curvature * length <= min(map(abs, slopes)):
+            return 0.0
+        return float(curvature * length**2 / 8)
 
 
 def factors_of(system: SystemFunction) -> list[Factor]:
@@ -66,23 +66,14 @@ def factors_of(system: SystemFunction) -> list[Factor]:
 def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool:
     """True if a factor bends so much within a step that roots may do what its ends do not tell.
 
-    A factor whose slope changes over the step by at most a quarter of itself moves the roots as a
-    straight one does. Another one may deviate from the straight line through its ends by at most
-    curvature length^2 / 8: at both ends it is estimated what so much more or less of the factor
-    does to the roots there. Systems of more than 40 rows, whose range is proved on request only,
-    need this guard.
+    At both ends it is estimated what its deviation from a straight line, more or less of it, does
+    to the roots there. Systems of more than 40 rows, whose range is proved on request only, need
+    this guard.
     """
-    before = step.before
-    after = step.after
-    length = after.value - before.value
-    curvature = factor.largest_curvature(before.value, after.value)
-    if not curvature < np.inf:  # no bound is known
-        return True
-    smaller_slope = min(factor.slope_size(before.value), factor.slope_size(after.value))
-    if 4 * curvature * length <= smaller_slope:
-        return False
-    deviation = curvature * length**2 / 8
-    for state in (before, after):
+    deviation = factor.deviation(step.before.value, step.after.value)
+    if deviation in (0.0, np.inf):
+        return deviation > 0.0
+    for state in (step.before, step.after):
         couplings = continuation.couplings(state, factor.change)
         if _may_leave_line(state, couplings, deviation):
             return True

@@ -37,11 +37,10 @@ from squeal.linear.matrices import (
     reduce,
     unit_diagonal,
 )
-from squeal.linear.roots import left_vectors, root_rounding, square_roots
+from squeal.linear.roots import ComplexArray, left_vectors, root_rounding, square_roots
 from squeal.linear.system import SystemFunction, matrices_of, with_slopes
 from squeal.linear.verdicts import DIVERGENCE, FLUTTER, Codes, UnstableCount, kinds
 
-ComplexArray = NDArray[np.complex128]
 Bools = NDArray[np.bool_]
 Matrices = tuple[Array, Array, Array]
 """M, C and K at one value of the parameter, or their derivatives."""
@@ -58,60 +57,8 @@ class ProblemClass(StrEnum):
 UNDAMPED, GYROSCOPIC, DAMPED = ProblemClass
 
 
-@dataclass(frozen=True)
-class ContinuationOptions:
-    """What a continuation and a search for thresholds may cost, and when they are in doubt.
-
-    A threshold that is missed calls for more `steps`, or for a smaller `doubt`.
-
-    Attributes
-    ----------
-    steps : int
-        Values at which the eigenvalues are computed first; large systems take fewer.
-    depth : int
-        How often a step may be divided.
-    budget : int
-        Values in all, of systems of up to 60 rows; larger ones take fewer.
-    doubt : float
-        A root is matched if the slopes at both ends of a step predict its change to this share.
-    root_tolerance : float
-        Of |z|: how much the slopes may miss in any case. Frequencies that differ by no more than
-        this share may be of one root.
-    mode_overlap : float
-        The product of vectors in `Step.same_mode` beyond which two roots are one mode.
-    mode_overlap_with_slopes : float
-        The same if their slopes agree too.
-    difference_step : float
-        Of the range: the step of a difference that stands for a derivative.
-    event_tolerance : float
-        Of the range: events within four times this coincide, unless the counts between them agree;
-        of the value of an event: a narrower interval has converged.
-    rounding_deviations : float
-        Standard deviations of rounding that an interval holds.
-    widest_interval : float
-        Of the range: the widest interval that is not in doubt.
-    division_share : float
-        Of a step: where it is divided; not in the middle, as thresholds often lie at round numbers.
-    newton_steps : int
-        Steps of Newton's method at most, and half of the corrections to an invariant subspace.
-    small_rows : int
-        Rows up to which systems are stacked, and SciPy's loading is not worth while.
-    """
-
-    steps: int = 24
-    depth: int = 12
-    budget: int = 1500
-    doubt: float = 0.25
-    root_tolerance: float = 1e-3
-    mode_overlap: float = 0.8
-    mode_overlap_with_slopes: float = 0.5
-    difference_step: float = 1e-6
-    event_tolerance: float = 1e-9
-    rounding_deviations: float = 4.0
-    widest_interval: float = 1e-4
-    division_share: float = 0.4837
-    newton_steps: int = 12
-    small_rows: int = 40
+SMALL_ROWS = 40
+"""Rows up to which systems are stacked, and SciPy's loading is not worth while."""
 
 
 Numbers = NDArray | complex
@@ -369,12 +316,10 @@ class Continuation:
         system: SystemFunction,
         low: float,
         high: float,
-        options: ContinuationOptions | None = None,
     ) -> None:
         self.system = system
         self.low = low
         self.high = high
-        self.options = options or ContinuationOptions()
         # not at round values, at which an entry may be zero that is none elsewhere
         inner_values = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
         samples = matrices_of(system, inner_values)
@@ -463,8 +408,7 @@ class Continuation:
 
     def _standard_problems(self, ps: Sequence[float]) -> list[StandardProblem]:
         """The standard eigenproblem at each value."""
-        difference_step = self.options.difference_step
-        at_values = with_slopes(self.system, ps, self.low, self.high, difference_step)
+        at_values = with_slopes(self.system, ps, self.low, self.high)
         return [self._standard_problem(matrices, slopes) for matrices, slopes in at_values]
 
     def standard_problem(self, p: float) -> StandardProblem:
@@ -513,7 +457,7 @@ class Continuation:
     def prepare(self, ps: Iterable[float]) -> None:
         """Compute the states at several values together, if that saves time."""
         new = [p for p in dict.fromkeys(ps) if p not in self._states]
-        if new and self.size <= self.options.small_rows:
+        if new and self.size <= SMALL_ROWS:
             problems = self._standard_problems(new)
             matrices = np.array([problem.A for problem in problems])
             roots, right = _eigenvectors(matrices, self._components)

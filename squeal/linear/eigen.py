@@ -13,13 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.linear.matrices import (
-    EPS,
-    Array,
-    Reduced,
-    components,
-    reduce,
-)
+from squeal.linear.matrices import EPS, Array, Reduced, components, reduce
 from squeal.linear.roots import ComplexArray, Roots, dependence, ordered, roots_of
 from squeal.linear.verdicts import ACCEPTED, GROWING, VERDICTS, kinds
 

@@ -15,14 +15,17 @@ from squeal.linear.continuation import (
     GYROSCOPIC,
     UNDAMPED,
     Bools,
-    ComplexArray,
     Continuation,
     hermite_cubic,
     zeros_between,
 )
 from squeal.linear.local_roots import LocalRoots, roots_near
 from squeal.linear.matrices import Array
-from squeal.linear.steps import Guess, RootPair, Step
+from squeal.linear.roots import ComplexArray
+from squeal.linear.steps import DOUBT, Guess, RootPair, Step
+
+DIVISION_SHARE = 0.4837
+"""Of a step: where it is divided; not in the middle, as thresholds often lie at round numbers."""
 
 
 def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float | None]:
@@ -55,7 +58,7 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
     crosses_nothing = known & (_is_clear_of_line(step, passes_zero) | stays_on_line)
     # others cross alone if their path is a cubic, else together with a second one
     change = np.maximum(np.abs((step.ends.later_z - step.ends.z).real), step.highest - step.lowest)
-    is_cubic = np.abs(step.deviation.real) <= step.options.doubt * change
+    is_cubic = np.abs(step.deviation.real) <= DOUBT * change
     single = known & ~crosses_nothing & is_cubic
     guesses: list[Guess] = []
     for k in np.flatnonzero(single).tolist():
@@ -67,7 +70,7 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
     for k in doubtful:  # the best there is if no step can be divided any more
         guesses += _crossings_of_one(step, k, known=False)
     if doubtful:
-        return guesses, step.options.division_share
+        return guesses, DIVISION_SHARE
     may_turn = known
     if problem is not DAMPED:  # zero of Re z, which the cubics are of, is passed on the real axis
         may_turn = known & _stays_real(step)

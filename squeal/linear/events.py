@@ -30,9 +30,13 @@ from squeal.linear.continuation import (
     ProblemClass,
     exponents,
 )
-from squeal.linear.local_roots import EventFunction, LocalRoots, roots_near
+from squeal.linear.local_roots import NEWTON_STEPS, EventFunction, LocalRoots, roots_near
 from squeal.linear.matrices import EPS, norm_of
 from squeal.linear.steps import Guess
+
+EVENT_TOLERANCE = 1e-9
+"""Of the range: events within four times this coincide, unless the counts between them agree; of
+the value of an event: a narrower interval has converged."""
 
 
 @dataclass(frozen=True)
@@ -145,7 +149,7 @@ def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
     start = min(max(guess.value, low), high)
     p = start
     roots = roots_near(continuation, p, guess.root, guess.right, guess.left)
-    for _ in range(continuation.options.newton_steps):
+    for _ in range(NEWTON_STEPS):
         function = roots.event_function(guess.coalesces)
         slope = function.slope
         if slope == 0.0 or not np.isfinite(slope):

@@ -16,12 +16,18 @@ from numpy.typing import NDArray
 
 from squeal.linear.continuation import (
     DAMPED,
+    SMALL_ROWS,
     UNDAMPED,
     Continuation,
     ProblemClass,
     StandardProblem,
 )
 from squeal.linear.matrices import EPS, Array, norm_of
+
+NEWTON_STEPS = 12
+"""Steps of Newton's method at most, and half of the corrections to an invariant subspace."""
+ROUNDING_DEVIATIONS = 4.0
+"""Standard deviations of rounding that an interval holds."""
 
 
 class EventFunction(NamedTuple):
@@ -182,8 +188,8 @@ def roots_near(
         # A is real: real vectors; not the real parts alone, which two conjugate columns share
         right = right.real + right.imag
         left = left.real + left.imag
-    solve, solve_adjoint = _solvers(A - shift * np.eye(len(A)), continuation.options.small_rows)
-    most_steps = 2 * continuation.options.newton_steps
+    solve, solve_adjoint = _solvers(A - shift * np.eye(len(A)), SMALL_ROWS)
+    most_steps = 2 * NEWTON_STEPS
     X = _invariant_subspace(A, size, right, solve, most_steps)
     Y = _invariant_subspace(A.conj().T, size, left, solve_adjoint, most_steps)
     inverse = np.linalg.inv(Y.conj().T @ X) @ Y.conj().T
@@ -194,7 +200,7 @@ def roots_near(
     subspace_error = np.abs(inverse @ (A @ (correction - X @ (inverse @ correction))))
     # independent roundings in the entries of A: their variances add up
     entry_error = EPS * np.sqrt(np.abs(inverse) ** 2 @ (sizes**2 @ np.abs(X) ** 2))
-    error = continuation.options.rounding_deviations * (entry_error + subspace_error)
+    error = ROUNDING_DEVIATIONS * (entry_error + subspace_error)
     count = len(block)
     mean = np.trace(block) / count
     mean_slope = np.trace(block_slope) / count

@@ -6,13 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from squeal.linear.matrices import (
-    ROUNDING,
-    Array,
-    Reduced,
-    first_order,
-    invariants,
-)
+from squeal.linear.matrices import ROUNDING, Array, Reduced, first_order, invariants
 from squeal.linear.roots import roots_of
 from squeal.linear.verdicts import DIVERGENCE, FLUTTER, MARGINAL, STABLE, VERDICTS, Codes, decide
 

@@ -18,14 +18,13 @@ from squeal.linear.continuation import (
     GYROSCOPIC,
     UNDAMPED,
     Continuation,
-    ContinuationOptions,
     SpectrumAtParameter,
     hermite_cubic,
 )
 from squeal.linear.eigen import UnstableMode, complex_eigenvalues, growing
 from squeal.linear.events import Crossing
 from squeal.linear.roots import ComplexArray, assigned, ordered
-from squeal.linear.steps import Step, closest_pairs, squared_ends
+from squeal.linear.steps import ROOT_TOLERANCE, Step, closest_pairs, squared_ends
 from squeal.linear.system import SystemFunction, matrices_at
 from squeal.linear.thresholds import Thresholds
 from squeal.linear.verdicts import FLUTTER
@@ -71,7 +70,6 @@ class Link(NamedTuple):
 
 def links(
     at: Callable[[float], SpectrumAtParameter],
-    options: ContinuationOptions,
     a: float,
     b: float,
     budget: Iterator[int],
@@ -86,8 +84,6 @@ def links(
     ----------
     at : function
         The state at a value.
-    options : ContinuationOptions
-        When roots are one mode.
     a, b : float
         The two values.
     budget : iterator
@@ -101,18 +97,18 @@ def links(
     if not (len(order) and len(after.roots)):
         yield Link(before, after, order, order >= 0, [])
         return
-    step = Step(before, after, options)
+    step = Step(before, after)
     rows = np.flatnonzero(~step.same_mode.any(axis=1))  # roots of unknown mode before
     columns = np.flatnonzero(~step.same_mode.any(axis=0))  # and after
     is_doubtful = len(rows) > 0 and len(columns) > 0
     if is_doubtful and depth:
-        close_before = _all_close(before.roots[rows], options)
-        close_after = _all_close(after.roots[columns], options)
+        close_before = _all_close(before.roots[rows])
+        close_after = _all_close(after.roots[columns])
         middle = (a + b) / 2
         may_halve = not (close_before and close_after) and middle not in (a, b)
         if may_halve and next(budget, None) is not None:
-            yield from links(at, options, a, middle, budget, depth - 1)
-            yield from links(at, options, middle, b, budget, depth - 1)
+            yield from links(at, a, middle, budget, depth - 1)
+            yield from links(at, middle, b, budget, depth - 1)
             return
     known = np.asarray(step.same_mode.any(axis=1))
     order[known] = step.same_mode.argmax(axis=1)[known]
@@ -177,20 +173,18 @@ def _pairs_with_smooth_mean(step: Step, order: Indices, rows: list[int]) -> Iter
     """
     before = step.before.roots
     after = step.after.roots
-    near = step.options.root_tolerance
-
     remaining = {k for k in rows if order[k] >= 0}
     for pair in closest_pairs(sorted(remaining), before, after[order]):
         mean = before[pair].mean()
         later_mean = after[order[pair]].mean()
-        if remaining.issuperset(pair) and abs(later_mean - mean) <= near * abs(mean):
+        if remaining.issuperset(pair) and abs(later_mean - mean) <= ROOT_TOLERANCE * abs(mean):
             remaining -= set(pair)
             yield pair
 
 
-def _all_close(roots: ComplexArray, options: ContinuationOptions) -> bool:
+def _all_close(roots: ComplexArray) -> bool:
     """True if each root has another one so near that no shorter step tells them apart."""
-    near = np.abs(roots[:, None] - roots) <= options.root_tolerance * np.abs(roots)
+    near = np.abs(roots[:, None] - roots) <= ROOT_TOLERANCE * np.abs(roots)
     return bool(np.all(near.sum(axis=1) > 1))
 
 
@@ -234,7 +228,7 @@ def track_modes(
     tracker = _ModeTracker(at(values[0]))
     numbers = [tracker.numbers]
     for a, b in itertools.pairwise(values):
-        for link in links(at, ContinuationOptions(), a, b, budget):
+        for link in links(at, a, b, budget):
             tracker.advance(link)
         numbers.append(tracker.numbers)
     return numbers, tracker.losses
@@ -318,9 +312,7 @@ def mode_numbers_at(state: SpectrumAtParameter, ids: Indices, values: ComplexArr
     for half_plane in (values.imag > 0.0, values.imag < 0.0):
         if half_plane.any():  # so that two close eigenvalues get two different modes
             nearest[half_plane] = assigned(distances[half_plane])
-    allowed = np.maximum(
-        ContinuationOptions().root_tolerance * np.abs(z), 4 * state.rounding[nearest]
-    )
+    allowed = np.maximum(ROOT_TOLERANCE * np.abs(z), 4 * state.rounding[nearest])
     return np.where(distances[np.arange(len(z)), nearest] <= allowed, ids[nearest], 0)
 
 
@@ -443,7 +435,7 @@ def _onset_before(path: Sequence[_PathState], k: int, result: Thresholds) -> flo
         later_continuation, after = path[i]
         hertz = after.omegas[k] / (2 * np.pi)
         if continuation is later_continuation:
-            order = Step(before, after, continuation.options).order
+            order = Step(before, after).order
             k = int(np.argsort(order)[k])  # the inverse of `order`: the index before
         else:  # beyond a jump
             k = int(np.argmin(np.abs(before.exponents - after.exponents[k])))

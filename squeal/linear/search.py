@@ -21,20 +21,23 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.bends import bends_within, factors_of
-from squeal.linear.continuation import (
-    DAMPED,
-    UNDAMPED,
-    Continuation,
-    ContinuationOptions,
-    SpectrumAtParameter,
-)
-from squeal.linear.event_guesses import guesses_of, window_guesses
-from squeal.linear.events import Event, bracket_by_sign, locate_event
-from squeal.linear.steps import Guess, Step, may_exchange_partner, near_coalescences
+from squeal.linear.continuation import DAMPED, UNDAMPED, Continuation, SpectrumAtParameter
+from squeal.linear.event_guesses import DIVISION_SHARE, guesses_of, window_guesses
+from squeal.linear.events import EVENT_TOLERANCE, Event, bracket_by_sign, locate_event
+from squeal.linear.steps import ROOT_TOLERANCE, Guess, Step, may_exchange_partner, near_coalescences
 from squeal.linear.system import SystemFunction, TermSystem
 from squeal.linear.verdicts import UnstableCount
 
 Interval = tuple[float, float]
+STEPS = 24
+"""Values at which the eigenvalues are computed first, of systems of up to 60 rows; larger ones take
+fewer. More of them find thresholds that are missed."""
+BUDGET = 1500
+"""Values in all, alike."""
+DEPTH = 12
+"""How often a step may be divided."""
+WIDEST_INTERVAL = 1e-4
+"""Of the range: the widest interval that is not in doubt."""
 
 
 class RequiredCrossing(NamedTuple):
@@ -99,18 +102,15 @@ class SearchResult:
         return [self.continuation.low, *values, self.continuation.high]
 
 
-def search(
-    system: SystemFunction, low: float, high: float, options: ContinuationOptions | None = None
-) -> SearchResult:
+def search(system: SystemFunction, low: float, high: float) -> SearchResult:
     """All events for low <= p <= high, in clusters of coincident ones.
 
     The range is divided into steps, and these again, until the roots at both ends of each are
     matched. What may cross is located, and the counts of growing roots between the events decide
     where the search has to look again.
     """
-    options = options or ContinuationOptions()
-    continuation = Continuation(system, low, high, options)
-    count, budget = _affordable(continuation.size, options)
+    continuation = Continuation(system, low, high)
+    count, budget = _affordable(continuation.size)
     values = [low]
     for k in range(1, count):  # uneven, as thresholds often lie at round numbers
         values.append(low + (k + 0.0371 * (1 + k % 3)) / count * (high - low))
@@ -118,7 +118,7 @@ def search(
     continuation.prepare(values)
     refinement = _AdaptiveRefinement(continuation, budget)
     for a, b in itertools.pairwise(values):
-        refinement.refine(a, b, options.depth)
+        refinement.refine(a, b)
     refinement.guesses += _meetings_at_end(continuation.at(high), width=1e-6 * (high - low))
     refinement.locate_events()
     clusters = refinement.clusters()
@@ -130,16 +130,16 @@ def search(
     return replace(result, doubts=tuple(_doubts(result, refinement.unresolved)))
 
 
-def _affordable(rows: int, options: ContinuationOptions) -> tuple[int, int]:
+def _affordable(rows: int) -> tuple[int, int]:
     """How many steps a search takes first, and how many values in all it may compute.
 
     rows: of the matrix A, as each value costs rows^3.
     """
     if rows <= 60:
-        return max(options.steps, 2), options.budget
+        return STEPS, BUDGET
     if rows <= 150:
-        return max(int(options.steps * (2 / 3)), 2), options.budget // 4
-    return max(int(options.steps * (5 / 12)), 2), options.budget // 16
+        return STEPS * 2 // 3, BUDGET // 4
+    return STEPS * 5 // 12, BUDGET // 16
 
 
 class _AdaptiveRefinement:
@@ -166,23 +166,22 @@ class _AdaptiveRefinement:
         self.budget = budget
         self.range = continuation.high - continuation.low
         # events closer than this coincide
-        self.merge_distance = 4 * continuation.options.event_tolerance * self.range
+        self.merge_distance = 4 * EVENT_TOLERANCE * self.range
         self.guesses: list[Guess] = []
         self.events: list[Event] = []
         self.located: list[Event] = []
         self.unresolved = False
         self.factors = factors_of(continuation.system)
 
-    def refine(self, low: float, high: float, depth: int) -> None:
+    def refine(self, low: float, high: float, depth: int = DEPTH) -> None:
         """Match all roots from low to high, in steps as short as that takes, and collect guesses.
 
         `depth` is how often the step may still be divided.
         """
         continuation = self.continuation
-        options = continuation.options
         before = continuation.at(low)
         after = continuation.at(high)
-        step = Step(before, after, options)
+        step = Step(before, after)
         guesses, division = guesses_of(step, (low == continuation.low, high == continuation.high))
         meetings = list(near_coalescences(before, after))
         is_bent = any(bends_within(continuation, step, factor) for factor in self.factors)
@@ -198,7 +197,7 @@ class _AdaptiveRefinement:
             budget /= 2  # half of it is left for steps whose roots are not matched
         is_spent = len(continuation.states) >= budget
         if is_bent or is_crowded:
-            division = options.division_share
+            division = DIVISION_SHARE
         if division is not None and depth > 0 and not is_spent:
             middle = low + division * (high - low)
             if low < middle < high:
@@ -348,8 +347,8 @@ class _AdaptiveRefinement:
             if changes and len(twins) == len(changes):  # of equal subsystems, all at one place
                 return twins
         if is_coarse:  # a finer range was refined within a coarse one: it is only divided
-            self.refine(a, division, continuation.options.depth)
-            self.refine(division, b, continuation.options.depth)
+            self.refine(a, division)
+            self.refine(division, b)
             self.locate_events()
         return [
             *self.resolve_events(a, division, limits),
@@ -386,7 +385,7 @@ class _AdaptiveRefinement:
         pieces = [(p, q) for p, q in itertools.pairwise(cuts) if p < q]
         for p, q in pieces:
             if not p <= low <= q:  # not the piece of the coincident events
-                self.refine(p, q, continuation.options.depth)
+                self.refine(p, q)
         self.locate_events()
         resolved: list[Event] = []
         for p, q in pieces:
@@ -401,7 +400,7 @@ class _AdaptiveRefinement:
         """
         clearance = max(1e-10 * self.range, _resolution(a, b))
         fewer, more = self._counts_at_ends(a, b)
-        candidates = [a + self.continuation.options.division_share * (b - a)]
+        candidates = [a + DIVISION_SHARE * (b - a)]
         for event in inside:
             candidates += [event.interval[0] - clearance, event.interval[1] + clearance]
         for p in candidates:
@@ -428,7 +427,7 @@ class _AdaptiveRefinement:
         Of several it is the narrowest, with an interval that holds all: equal subsystems may cross
         there. None if there is none.
         """
-        tolerance = self.continuation.options.root_tolerance
+        tolerance = ROOT_TOLERANCE
         low = a - self.merge_distance
         high = b + self.merge_distance
         candidates = []
@@ -554,7 +553,7 @@ def _midpoints(continuation: Continuation, clusters: Sequence[Sequence[Event]]) 
     lasts = [low, *(cluster[-1].value for cluster in clusters)]
     nexts = [*(cluster[0].value for cluster in clusters), high]
     midpoints = [(a + b) / 2 for a, b in zip(lasts, nexts, strict=True)]
-    if clusters and high - lasts[-1] <= continuation.options.event_tolerance * (high - low):
+    if clusters and high - lasts[-1] <= EVENT_TOLERANCE * (high - low):
         beyond = high + 1e-6 * (high - low)
         with suppress(InputError, ComputationError, ValueError, ArithmeticError):
             continuation.at(beyond)  # there may be none, beyond a fold
@@ -585,7 +584,7 @@ def _rests_at_start(continuation: Continuation, omega: float) -> bool:
     state = continuation.at(continuation.low)
     if omega == 0.0:  # a real root, which passes zero
         return bool(np.any(np.abs(state.roots) <= state.rounding))
-    near = np.abs(state.omegas - omega) <= continuation.options.root_tolerance * omega
+    near = np.abs(state.omegas - omega) <= ROOT_TOLERANCE * omega
     resting = near & state.on_line
     if continuation.problem is DAMPED:
         return bool(resting.any())
@@ -615,7 +614,7 @@ def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[E
 
     def rate(event: Event) -> float:
         """The largest rate (1/s) of a root of the event's frequency, -inf if none grows."""
-        near = continuation.options.root_tolerance * max(event.omega, float(state.omegas.min()))
+        near = ROOT_TOLERANCE * max(event.omega, float(state.omegas.min()))
         has_frequency = np.abs(state.omegas - event.omega) <= near
         return float(np.max(rates[has_frequency & (rates > 0)], initial=-np.inf))
 
@@ -641,7 +640,7 @@ def _doubts(result: SearchResult, is_unresolved: bool) -> Iterator[str]:
     counts = result.unstable_counts
     if is_unresolved:
         yield "the search ran out of values; a narrower range needs fewer"
-    widest = continuation.options.widest_interval * (continuation.high - continuation.low)
+    widest = WIDEST_INTERVAL * (continuation.high - continuation.low)
     for k, cluster in enumerate(result.clusters):
         # below and above the cluster
         if not counts_consistent(cluster, counts[k], counts[k + 1]):

@@ -23,18 +23,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.linear.continuation import (
-    DAMPED,
-    Bools,
-    ComplexArray,
-    ContinuationOptions,
-    SpectrumAtParameter,
-    hermite_cubic,
-)
-from squeal.linear.matrices import (
-    Array,
-)
-from squeal.linear.roots import assigned
+from squeal.linear.continuation import DAMPED, Bools, SpectrumAtParameter, hermite_cubic
+from squeal.linear.matrices import Array
+from squeal.linear.roots import ComplexArray, assigned
+
+DOUBT = 0.25
+"""A root is matched if the slopes at both ends of a step predict its change to this share; a
+smaller one finds thresholds that are missed."""
+ROOT_TOLERANCE = 1e-3
+"""Of |z|: how much the slopes may miss in any case. Frequencies that differ by no more than this
+share may be of one root."""
+MODE_OVERLAP = 0.8
+"""The product of vectors in `Step.same_mode` beyond which two roots are one mode."""
+MODE_OVERLAP_WITH_SLOPES = 0.5
+"""The same if their slopes agree too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -405,12 +407,9 @@ class Step:
         Extremes of these cubics within the step.
     """
 
-    def __init__(
-        self, before: SpectrumAtParameter, after: SpectrumAtParameter, options: ContinuationOptions
-    ) -> None:
+    def __init__(self, before: SpectrumAtParameter, after: SpectrumAtParameter) -> None:
         self.before = before
         self.after = after
-        self.options = options
         length = after.value - before.value
         slope_sums = before.slopes[:, None] + after.slopes
         slope_changes = before.slopes[:, None] - after.slopes
@@ -428,9 +427,7 @@ class Step:
         z, dz, later_z, later_dz = self.ends
         self.deviation = later_z - z - (dz + later_dz) / 2
         self.rounding = np.maximum(before.rounding, after.rounding[self.order])
-        allowed = np.maximum(
-            options.doubt * np.abs(later_z - z), options.root_tolerance * np.abs(z)
-        )
+        allowed = np.maximum(DOUBT * np.abs(later_z - z), ROOT_TOLERANCE * np.abs(z))
         self.matched = np.abs(self.deviation) <= allowed + 4 * self.rounding
         self.matched &= self.order >= 0
         self.cubic = hermite_cubic(z.real, dz.real, later_z.real, later_dz.real)
@@ -449,7 +446,6 @@ class Step:
         """
         before = self.before
         after = self.after
-        options = self.options
 
         def products(left_of: SpectrumAtParameter, right_of: SpectrumAtParameter) -> Array:
             """|y^H x| of the left vectors of one end with the right vectors of another."""
@@ -460,10 +456,10 @@ class Step:
                 products(before, before).diagonal(), products(after, after).diagonal()
             )
             overlap = products(before, after) * products(after, before).T / norms
-        allowed = options.doubt * np.abs(after.roots - before.roots[:, None])
-        allowed = np.maximum(allowed, options.root_tolerance * np.abs(before.roots)[:, None])
-        same = overlap > options.mode_overlap
-        same |= (overlap > options.mode_overlap_with_slopes) & (self.mismatch <= allowed)
+        allowed = DOUBT * np.abs(after.roots - before.roots[:, None])
+        allowed = np.maximum(allowed, ROOT_TOLERANCE * np.abs(before.roots)[:, None])
+        same = overlap > MODE_OVERLAP
+        same |= (overlap > MODE_OVERLAP_WITH_SLOPES) & (self.mismatch <= allowed)
         only_one_before = same.sum(axis=0) == 1
         only_one_after = same.sum(axis=1) == 1
         return same & only_one_before & only_one_after[:, None]
@@ -502,9 +498,9 @@ class Step:
         """True if the slopes at both ends predict how a quantity changes over the step.
 
         ends: its value before the step, its slope there times the length of the step, and both
-        after it; size: what a change is small against, see `ContinuationOptions.root_tolerance`.
+        after it; size: what a change is small against, see `ROOT_TOLERANCE`.
         """
         before, before_slope, after, after_slope = ends
-        allowed = self.options.doubt * max(abs(after - before), self.options.root_tolerance * size)
+        allowed = DOUBT * max(abs(after - before), ROOT_TOLERANCE * size)
         deviation = after - before - (before_slope + after_slope) / 2
         return bool(abs(deviation) <= allowed)

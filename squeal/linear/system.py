@@ -601,12 +601,12 @@ def matrices_of(system: SystemFunction, ps: Sequence[float]) -> list[tuple[Array
 
 
 def with_slopes(
-    system: SystemFunction, ps: Sequence[float], low: float, high: float, difference: float = 1e-6
+    system: SystemFunction, ps: Sequence[float], low: float, high: float
 ) -> list[tuple[Any, Any]]:
     """M, C and K, and their derivatives by the parameter, at each value; as `matrices_of`.
 
-    Derivatives of a System are exact; of another function they are differences over
-    `difference` times the range from low to high, one-sided at its ends.
+    Derivatives of a System are exact; of another function they are differences over a millionth of
+    the range from low to high, one-sided at its ends.
 
     >>> system = lambda p: (np.eye(1), None, np.array([[1 + p * p]]))
     >>> [((_, C, K), (_, _, dK))] = with_slopes(system, [1.0], 0.0, 2.0)
@@ -621,7 +621,7 @@ def with_slopes(
             slopes.append([zero if dX is None else dense(dX) for dX in changes])
         return list(zip(matrices_of(system, ps), slopes, strict=True))
     inside = np.clip(ps, low, high)
-    step = difference * (high - low)
+    step = 1e-6 * (high - low)
     before = np.maximum(low, inside - step)
     after = np.minimum(high, inside + step)
     # (3 m, 3, n, n), in one call: a system with `many` computes all values together

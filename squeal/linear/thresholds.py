@@ -22,19 +22,12 @@ from squeal.linear.continuation import (
     GYROSCOPIC,
     UNDAMPED,
     Continuation,
-    ContinuationOptions,
     SpectrumAtParameter,
     hermite_cubic,
 )
-from squeal.linear.events import Crossing, Event, hertz_of, locate_event
+from squeal.linear.events import EVENT_TOLERANCE, Crossing, Event, hertz_of, locate_event
 from squeal.linear.matrices import LightMassError
-from squeal.linear.search import (
-    SearchResult,
-    fastest_first,
-    hull,
-    required_crossings,
-    search,
-)
+from squeal.linear.search import SearchResult, fastest_first, hull, required_crossings, search
 from squeal.linear.steps import Guess
 from squeal.linear.system import SystemFunction
 from squeal.linear.verdicts import GROWING
@@ -88,7 +81,6 @@ def thresholds(
     mu_max: float,
     breakpoints: Iterable[float] = (),
     mu_min: float = 0.0,
-    options: ContinuationOptions | None = None,
 ) -> Thresholds:
     """All thresholds of system(mu) -> (M, C, K) for mu_min <= mu <= mu_max, sorted.
 
@@ -107,8 +99,6 @@ def thresholds(
     breakpoints : iterable of float
         Values of mu where the system may jump, at a change of contact for instance; it is asked
         for values next to them, never at them.
-    options : ContinuationOptions
-        Steps, budget and tolerances.
 
     Returns
     -------
@@ -145,7 +135,7 @@ def thresholds(
         low = float(np.nextafter(a, b)) if a in jumps else a
         high = float(np.nextafter(b, a)) if b in jumps else b
         try:
-            part = search(system, low, high, options)
+            part = search(system, low, high)
         except MatrixError as error:
             completed = completed_to_second_order(system, first)
             if completed is not None:
@@ -154,7 +144,7 @@ def thresholds(
                 system = StaticCondensation(system, first)
             else:
                 raise
-            part = search(system, low, high, options)
+            part = search(system, low, high)
         if parts:
             before = parts[-1].continuation
             below = before.at(before.high)
@@ -364,7 +354,7 @@ def _at_cluster(part: SearchResult, change: VerdictChange) -> VerdictChange:
     Such a cluster ends growth of the kind below and begins growth of the kind above.
     """
     continuation = part.continuation
-    near = 4 * continuation.options.event_tolerance * (continuation.high - continuation.low)
+    near = 4 * EVENT_TOLERANCE * (continuation.high - continuation.low)
     required = {(change.below, -1), (change.above, 1)}
     for k, cluster in enumerate(part.clusters):
         value = cluster[0].value
@@ -574,8 +564,7 @@ def _critical_point(
     if change.cluster is not None:
         events = part.clusters[change.cluster]
         low, high = hull(events)
-        tolerance = part.continuation.options.event_tolerance
-        is_narrow = high - low <= tolerance * max(abs(change.value), 1e-300)
+        is_narrow = high - low <= EVENT_TOLERANCE * max(abs(change.value), 1e-300)
         converged = is_narrow and all(each.converged for each in events)
     if event is None:
         omega = _omega_without_event(part, change, (low, high))

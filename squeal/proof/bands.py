@@ -99,6 +99,12 @@ def judge_modes(
         The range of Im lambda that the list covers, rad/s.
     rate : float
         Growth or decay (1/s) above which roots are not listed.
+
+    Returns
+    -------
+    Proof
+        `proved`, `open` or `refuted`, with a bound of the distance of each printed root from a root
+        (m,) and, unless refuted, the pieces that overlap the range.
     """
     roots = np.asarray(values, dtype=complex).reshape(-1)
     pieces = []
@@ -118,7 +124,8 @@ def judge_modes(
     for number, piece in enumerate(pieces):
         listed = int(np.count_nonzero(piece_numbers == number))
         centre = complex(piece.centres[0])
-        sizes = np.abs(piece.centres) * (1.0 + 8.0 * EPS)
+        sizes = np.abs(piece.centres) * (1.0 + 8.0 * EPS)  # at least, rounding included
+        # wholly in the searched disc, in which no root is without a piece
         is_counted = bool(np.all(sizes + piece.radii < band.radius))
         if is_counted and listed > piece.count:
             reason = "a root is listed that is none"
@@ -132,7 +139,7 @@ def judge_modes(
         elif piece.side == "unknown":
             open_reason = "whether this mode grows is not known"
             open_at = centre
-        if piece.side not in ("grows", "axis"):
+        if piece.side not in ("grows", "axis"):  # a root that is not known to grow, nor to rest
             growth_below = max(growth_below, piece.high)
     if open_reason:
         return Proof(

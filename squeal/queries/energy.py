@@ -443,7 +443,7 @@ def slopes_of(
     frozen: TermSystem | None = None,
     system: TermSystem | None = None,
 ) -> list[ComplexArray]:
-    """Compute the derivatives of roots by the relative size of each term, from both vectors.
+    """Compute how fast each root moves as one term grows by a share of itself, the others held.
 
     Parameters
     ----------
@@ -468,11 +468,13 @@ def slopes_of(
         totals[term.part] = scaled if total is None else total + scaled
         only_this = {"M": None, "C": None, "K": None, term.part: scaled}
         changes[f"term {k}"] = tuple(only_this.values())
+    # where matrices follow the frequency of a root they move on with it: by their derivatives by
+    # the frequency `at_own_frequency` makes total derivatives of these at a held one
     if frozen is not None and system is not None:
         changes |= {name: frozen.derivative(name) for name in system.follows}
     slopes, _ = sensitivities((totals["M"], totals["C"], totals["K"]), changes, roots)
     if system is not None:
-        slopes = at_own_frequency(system, slopes, np.imag)
+        slopes = at_own_frequency(system, slopes, frequency_slope=np.imag)
     return [slopes[f"term {k}"] for k in range(len(terms))]
 
 

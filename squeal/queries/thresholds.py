@@ -16,7 +16,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.linear import GROWING, CriticalPoint, Crossing, SystemFunction
 from squeal.linear import thresholds as located_thresholds
-from squeal.linear.continuation import ContinuationOptions
+from squeal.linear.events import EVENT_TOLERANCE
 from squeal.linear.matrices import checked, reduce
 from squeal.linear.roots import STIFF, ComplexArray, hides_slow_roots
 from squeal.linear.system import TermSystem
@@ -291,7 +291,7 @@ def _widened_by_rounding(located: Located, path: Path) -> Located:
     interval = (located.mu - error, located.mu + error)
     if isinstance(located, Crossing):
         return replace(located, interval=interval)
-    converged = 2 * error <= ContinuationOptions.event_tolerance * located.mu
+    converged = 2 * error <= EVENT_TOLERANCE * located.mu
     return replace(located, interval=interval, converged=converged)
 
 

@@ -9,8 +9,7 @@ import pytest
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 import squeal
-from squeal.linear import thresholds
-from squeal.linear.continuation import ContinuationOptions
+from squeal.linear import search, thresholds
 from squeal.queries.systems.thresholds import system_thresholds
 from squeal.results.sources import EigenvalueSelection
 from tests.known import affine
@@ -169,7 +168,7 @@ def test_windows_where_three_modes_cross_at_nearly_one_place(seed, spread):
     assert [x.mu for x in found.crossings] == pytest.approx(where_roots_meet(K0, K1), rel=1e-7)
 
 
-def test_a_search_that_runs_out_of_values_is_not_certified():
+def test_a_search_that_runs_out_of_values_is_not_certified(monkeypatch):
     """A pair changes its partner within a window: with 50 values that gap is not found."""
     K0 = np.diag([2.98619, 2.486542, 2.503232])
     K1 = (
@@ -177,9 +176,9 @@ def test_a_search_that_runs_out_of_values_is_not_certified():
         / 1e3
     )
     known = pytest.approx(where_roots_meet(K0, K1), rel=1e-7)
-    for budget in (50, ContinuationOptions().budget):
-        options = ContinuationOptions(budget=budget)
-        found = thresholds(affine(np.eye(3), K0, K1), 1.0, options=options)
+    for budget in (50, search.BUDGET):
+        monkeypatch.setattr(search, "BUDGET", budget)
+        found = thresholds(affine(np.eye(3), K0, K1), 1.0)
         assert found.certified == ([x.mu for x in found.crossings] == known)
 
 

@@ -41,7 +41,7 @@ def test_slopes_are_those_of_differences(form, n, rng):
 
 def _between(matrices, low, high):
     along = Continuation(matrices, -9.0, 9.0)
-    step = Step(along.at(low), along.at(high), along.options)
+    step = Step(along.at(low), along.at(high))
     return along, guesses_of(step, (False, False))[0]
 
 

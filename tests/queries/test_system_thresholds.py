@@ -9,7 +9,6 @@ from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 import squeal
 from squeal.errors import InputError
-from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems import all_roots
@@ -279,8 +278,8 @@ def test_an_answer_of_too_few_values_says_why_it_is_in_doubt(monkeypatch):
     K = {"1": np.diag(np.arange(1.0, 7.0)), "mu": A}
     system = squeal.System(np.eye(6), 0.01 * np.eye(6), K, {"mu": 1.0})
     full = squeal.thresholds(system)
-    options = ContinuationOptions(steps=2, budget=3)
-    monkeypatch.setattr("squeal.linear.search.ContinuationOptions", lambda: options)
+    monkeypatch.setattr("squeal.linear.search.STEPS", 2)
+    monkeypatch.setattr("squeal.linear.search.BUDGET", 3)
     few = squeal.thresholds(system, prove=False)
     assert (full.certified, full.details["doubts"]) == (True, [])
     assert few.certified is False

@@ -33,7 +33,7 @@ def track(system: SystemFunction, mus: Iterable[float]) -> ComplexArray:
     budget = itertools.count()  # of halvings, without end
     for a, b in itertools.pairwise(values):
         roots = rows[-1]
-        for link in links(continuation.at, continuation.options, a, b, budget):
+        for link in links(continuation.at, a, b, budget):
             index = link.order[index]
             before = roots
             roots = link.after.exponents[index]

@@ -12,7 +12,7 @@ import numpy as np
 from squeal.errors import InputError
 from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
-from squeal.linear.continuation import ContinuationOptions, SpectrumAtParameter
+from squeal.linear.continuation import SMALL_ROWS, SpectrumAtParameter
 from squeal.linear.paths import Loss, continued
 from squeal.linear.roots import ordered
 from squeal.queries.mode_numbers import assign_mode_numbers
@@ -120,7 +120,7 @@ def track_modes(
 
     at: Callable[[float], SpectrumAtParameter] = spectrum_at
     all_roots = reduction is None and selection.rectangle is None
-    if all_roots and small and system.real and system.n <= ContinuationOptions.small_rows:
+    if all_roots and small and system.real and system.n <= SMALL_ROWS:
         # few rows: the continuation of all roots, which knows where they cross and coalesce
         with suppress(InputError):  # where M is singular
             at = continued(system, rising).at

@@ -20,8 +20,8 @@ from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
 from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.continuation import (
+    SMALL_ROWS,
     Continuation,
-    ContinuationOptions,
     ProblemClass,
     SpectrumAtParameter,
     problem_class_of,
@@ -211,7 +211,7 @@ def _all_roots_are_followed(system: TermSystem, selection: EigenvalueSelection, 
         return False
     if selection.rectangle is None:
         return True
-    if system.n > ContinuationOptions.small_rows:
+    if system.n > SMALL_ROWS:
         return False  # to follow all roots would cost more than to follow those of the band
     M, _, _ = system(low)
     is_regular = ILL * np.linalg.cond(unit_diagonal(dense(M))) < 1.0
@@ -483,7 +483,6 @@ class BandContinuation(Continuation):
         self.low = low
         self.high = high
         self.roots = roots
-        self.options = ContinuationOptions()
         self.problem = ProblemClass.DAMPED
         self._states = {}
 
