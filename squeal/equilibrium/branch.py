@@ -373,12 +373,18 @@ class _Front(NamedTuple):
     def corrected(self, start: np.ndarray, surface: np.ndarray | None) -> _Corrected:
         """Equilibria near start (4, k) that satisfy one condition more, by Newton's method.
 
-        The conditions are surfaces (points + 5, k), see `Statics.surface_step`; None are folds.
+        Parameters
+        ----------
+        start : array (4, k)
+            Places of all k branches of the front.
+        surface : array (points + 5, k) or None
+            The condition of each, a surface as `Statics.surface_step` takes it; None for folds,
+            where the determinant of the balance vanishes.
         """
         on = 1.0 * self.touching
-        rows = self.ahead * self.scale
 
         def step_from(z: np.ndarray, i: np.ndarray) -> Step:
+            """The step from places (4, j) of the branches i (j,) that have not converged yet."""
             statics = self.statics
             touching = on
             conditions = surface
@@ -391,11 +397,13 @@ class _Front(NamedTuple):
                 return statics.fold_step(z, touching)
             return statics.surface_step(z, touching, conditions)
 
-        natural_length = 1.0 / self.scale[0]
-        z, derivatives, good = newton(step_from, start, natural_length)
+        displacement_under_load = 1.0 / self.scale[0]
+        z, derivatives, converged = newton(step_from, start, unit=displacement_under_load)
         with np.errstate(all="ignore"):
-            along = self.statics.null_vectors(derivatives, rows)
-            return _Corrected(z, _unit(along * self.scale), derivatives[-1], good)
+            # of both tangents of a branch the one that goes on ahead
+            tangent = self.statics.null_vectors(derivatives, rows=self.ahead * self.scale)
+            condition_slope = derivatives[-1]
+            return _Corrected(z, _unit(tangent * self.scale), condition_slope, converged)
 
     def events_passed(self, curve: np.ndarray, fold: bool) -> Callable[[np.ndarray], np.ndarray]:
         """A function of the share of curves (4, 4, k): which events have been passed there.
@@ -422,7 +430,9 @@ class _Front(NamedTuple):
     ) -> tuple[_Corrected, np.ndarray]:
         """The fold, or the first of the other events, on each of k steps, and its number (k,).
 
-        Halving shows which event is first and where; Newton's method locates it to rounding.
+        Halving of an interval of the share of the curve shows which event is first and about where;
+        Newton's method then locates it to rounding. `good` of the places is false where that fails,
+        or where the event found is not the first one on the step.
 
         Parameters
         ----------
@@ -435,7 +445,6 @@ class _Front(NamedTuple):
         fold : bool
             Whether folds are located, or the other events.
         """
-        branches = np.arange(self.owner.size)
         passed = self.events_passed(curve, fold)
         before = low
         behind = high
@@ -451,8 +460,10 @@ class _Front(NamedTuple):
         if fold:
             event = np.full(event.size, self.fold)
         else:
+            # another event behind its place: this was not the first one
             others = self.statics.events_behind(z, 1.0 * self.touching, self.mu_max)
-            others[event, branches] = False  # another one behind: this was not the first event
+            others[event, np.arange(event.size)] = False
+            # a gap has to pass zero in the sense that changes the contact
             rate = (slope * tangent / self.scale).sum(axis=0)  # of the event function, along it
             is_gap = event < self.tilted
             good &= ~others.any(axis=0) & ((rate > 0.0) | ~is_gap)

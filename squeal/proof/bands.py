@@ -141,20 +141,12 @@ def judge_modes(
             open_at = centre
         if piece.side not in ("grows", "axis"):  # a root that is not known to grow, nor to rest
             growth_below = max(growth_below, piece.high)
-    if open_reason:
-        return Proof(
-            status="open",
-            by="enclosure",
-            growth_below=growth_below,
-            reason=open_reason,
-            where=open_at,
-            errors=errors,
-            pieces=tuple(pieces),
-        )
     return Proof(
-        status="proved",
+        status="open" if open_reason else "proved",
         by="enclosure",
         growth_below=growth_below,
+        reason=open_reason,
+        where=open_at,
         errors=errors,
         pieces=tuple(pieces),
     )

@@ -468,8 +468,11 @@ class PadBranch:
     ) -> Cell | None:
         """A cell by Krawczyk's operator: the box is widened until its image lies within.
 
-        A box e of deviations has the image |Y F(P)| + |1 - Y J(P + box)| e. Raises ArithmeticError
-        or ValueError where a ball to be divided by holds zero.
+        Deviations from the polynomials P within a box (half widths b) are mapped to deviations of
+        at most |Y F(P)| + |1 - Y J(P + box)| b, bounds over all |t| <= 1. Where that is below b the
+        box holds exactly one equilibrium at each t, within the image. Arguments as of
+        `_cell_around`. Raises ArithmeticError or ValueError where a ball to be divided by holds
+        zero.
         """
         others = _other_unknowns(pivot)
         newton = self._newton(guess, pivot, middle, state)
@@ -498,9 +501,18 @@ class PadBranch:
                     contraction[i, j] = _absolute_bound(int(i == j) - product)
             image = upper(residuals + contraction @ box, 8)
             if np.all(image < box):
-                unique_within = radii.copy()
-                radii[others] = image
-                return Cell(state, pivot, middle, half, centre, unique_within, radii, slopes)
+                closer = np.zeros(4)
+                closer[others] = image
+                return Cell(
+                    state=state,
+                    pivot=pivot,
+                    middle=middle,
+                    half=half,
+                    centre=centre,
+                    unique_within=radii,
+                    radii=closer,
+                    slopes=slopes,  # over the wider box, hence over the closer one
+                )
             if not np.all(image < 2.0 * box):  # too far for a wider box to catch it
                 return None
             box = 2.0 * image

@@ -145,7 +145,8 @@ def _orthonormal(X: NDArray, is_real: bool) -> NDArray:
     if is_real and np.iscomplexobj(X):
         spanning = np.hstack([X.real, X.imag])
     spanning = spanning / np.maximum(np.linalg.norm(spanning, axis=0), 1e-300)
-    # of nearly parallel columns the differences count as much as the mean
+    # all k left vectors, however small the singular values: of nearly parallel columns the small
+    # differences give directions, too
     left, _, _ = np.linalg.svd(spanning, full_matrices=False)
     return left[:, :k]
 

@@ -51,26 +51,16 @@ class BandProof:
         many roots as discs. Those that reach beyond the band may hold fewer.
     reason : str
         Why nothing is proved; empty where something is.
-    core : int
-        Rows of the core.
     """
 
     radius: float
     pieces: tuple[Piece, ...] = ()
     reason: str = ""
-    core: int = 0
 
     @property
     def is_proved(self) -> bool:
         """True if the pieces hold."""
         return not self.reason
-
-    @property
-    def growth_below(self) -> float:
-        """A rate (1/s) that no root of the band exceeds, infinity if nothing is proved."""
-        if not self.is_proved:
-            return np.inf
-        return max((piece.high for piece in self.pieces), default=-np.inf)
 
 
 class _Inertia(NamedTuple):
@@ -169,7 +159,7 @@ def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -
     N = csc_array(metric + diags_array(extra))
     reason = _singular_values_above(N, K, MX, MY, sigma)
     if reason:
-        return BandProof(radius, reason=reason, core=k)
+        return BandProof(radius, reason=reason)
 
     # between U and W the smallest singular value of P(lambda) is at least that of K, less what
     # lambda^2 M + lambda (alpha M + beta K + C') takes of it
@@ -179,7 +169,7 @@ def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -
     # N is a sum in floating point; it misses by no more than EPS / share of itself
     smallest -= 32.0 * (EPS / share) * (sigma + radius * abs(damping.alpha))
     if not smallest > 0.0:
-        return BandProof(radius, reason="damping beyond the core is too large", core=k)
+        return BandProof(radius, reason="damping beyond the core is too large")
 
     # the Schur complement differs from Y' P X by at most (couplings of Y) (of X) / smallest
     floor = ((share - 4.0 * EPS) * diagonal + extra) * (1.0 - 8.0 * EPS)  # N >= diag(floor)
@@ -188,7 +178,7 @@ def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -
     couplings_of_Y = _couplings(transposed, Y, MY, floor, radius)
     core_error = upper(np.outer(couplings_of_Y, couplings_of_X) / smallest, 8)
     if not (_is_regular(Y, MX) and _is_regular(X, MY)):
-        return BandProof(radius, reason="left and right vectors are nearly orthogonal", core=k)
+        return BandProof(radius, reason="left and right vectors are nearly orthogonal")
     core_M = _projected(Y, M, X)
     core_C = Balls.exact(np.zeros((k, k)))  # without damping exactly zero
     if C.nnz:
@@ -197,8 +187,8 @@ def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -
     core_K = Balls(projected_K.mid, upper(projected_K.rad + core_error, 2))
     pieces = enclose(Quadratic(core_M, core_C, core_K))
     if isinstance(pieces, Failure):
-        return BandProof(radius, reason=pieces.reason, core=k)
-    return BandProof(radius, _pieces_in_band(pieces, radius), core=k)
+        return BandProof(radius, reason=pieces.reason)
+    return BandProof(radius, _pieces_in_band(pieces, radius))
 
 
 def _pieces_in_band(pieces: list[Piece], radius: float) -> tuple[Piece, ...]:
@@ -344,7 +334,8 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
     of_factors = 0.5 * (rows + columns) * inverse_weights
     # symmetric, so that its rows do for its columns
     of_doubt = _row_product(doubt, 1.0 / weights, _most_in_a_row(doubt) + 1) / weights
-    # a row has n entries, each a sum of `terms` products that may lose TINY, times a pivot or not
+    # what underflows: each of n entries of a row of L D L' sums `terms` products, each of which may
+    # lose TINY, in L D L' itself or in L, which a pivot then multiplies
     underflow = n * terms * TINY * (1.0 + np.max(np.abs(pivots))) / np.min(weights) ** 2
     error = float(upper(np.max(of_factors) + np.max(of_doubt) + underflow, terms + 8))
     if not np.isfinite(error):

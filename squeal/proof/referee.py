@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -89,7 +89,7 @@ class Proof:
     verdicts : frozenset of str
         The verdicts that are possible.
     pieces : tuple of Piece
-        What is known of all roots; empty if some component has no enclosure.
+        What is known of the roots, without those of components that have no enclosure.
     """
 
     status: Status
@@ -259,9 +259,14 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
         return exact_proof
     # the given doubles refute it, others within the data may not
     if has_free_motions:
-        return _open(finding, FREE, exact_proof.where, exact_proof.errors)
-    reason = f"{LAST_DIGITS}: {exact_proof.reason}"
-    return _open(exact, reason, exact_proof.where, exact_proof.errors)
+        return replace(
+            proof,
+            status="open",
+            reason=FREE,
+            where=exact_proof.where,
+            errors=exact_proof.errors,
+        )
+    return replace(exact_proof, status="open", reason=f"{LAST_DIGITS}: {exact_proof.reason}")
 
 
 def unstable_count(system: Quadratic) -> Count:
@@ -286,23 +291,6 @@ def _growing_counts(finding: Finding, n: int) -> tuple[int, int]:
     if finding.failure is not None:
         most = 2 * n
     return least, most
-
-
-def _open(finding: Finding, reason: str, where: complex | None, errors: Floats) -> Proof:
-    """A proof that is open for a reason, with what the finding says nevertheless."""
-    proof = Proof(
-        status="open",
-        by=finding.by,
-        data=finding.data,
-        reason=reason,
-        where=where,
-        errors=errors,
-        pieces=tuple(finding.pieces),
-    )
-    if finding.failure is not None:
-        return proof
-    growth = growth_bound(finding.deciding)
-    return replace(proof, growth_below=growth, verdicts=possible_verdicts(finding.deciding))
 
 
 def growth_bound(pieces: Sequence[Piece]) -> float:
@@ -348,18 +336,22 @@ def judge_finding(finding: Finding, answer: RootList) -> Proof:
     failure = finding.failure
     if failure is not None:
         unproved = np.full(len(answer.values), math.inf)
-        return _open(finding, failure.reason, where=None, errors=unproved)
+        return Proof(
+            status="open",
+            by=finding.by,
+            data=finding.data,
+            reason=failure.reason,
+            errors=unproved,
+            pieces=tuple(finding.pieces),
+        )
     with np.errstate(all="ignore"):
         comparison = _compare(finding.pieces, answer)
     verdicts = possible_verdicts(finding.deciding)
-    proof = Proof(
-        status=comparison.status,
+    proof = replace(
+        comparison,
         by=finding.by,
         growth_below=growth_bound(finding.deciding),
         data=finding.data,
-        reason=comparison.reason,
-        where=comparison.where,
-        errors=comparison.errors,
         verdicts=verdicts,
         pieces=tuple(finding.pieces),
     )
@@ -382,15 +374,6 @@ def judge_finding(finding: Finding, answer: RootList) -> Proof:
     return replace(proof, status="open", reason=reason, where=complex(fastest.centres[0]))
 
 
-class _ListComparison(NamedTuple):
-    """Status of a list of roots, its reason, the root concerned, and the proved errors (m,)."""
-
-    status: Status
-    reason: str
-    where: complex | None
-    errors: Floats
-
-
 def _groups(
     pieces: Sequence[Piece], centres: NDArray[np.complex128], radii: Floats
 ) -> NDArray[np.intp]:
@@ -407,8 +390,10 @@ def _groups(
     return group_of
 
 
-def _compare(pieces: Sequence[Piece], answer: RootList) -> _ListComparison:
+def _compare(pieces: Sequence[Piece], answer: RootList) -> Proof:
     """Match each listed value to a group of discs that meet, which holds as many roots as discs.
+
+    The proof is of the list alone: its status, reason, `where` and the proved errors.
 
     - Refuted: a value is not finite, the numbers of values and roots differ, a value has no disc
       within its error, or a group has fewer values within their errors than it has roots.
@@ -419,7 +404,7 @@ def _compare(pieces: Sequence[Piece], answer: RootList) -> _ListComparison:
     values = answer.values
     unproved = np.full(len(values), math.inf)
     if not (np.isfinite(values).all() and np.all(answer.errors >= 0.0)):
-        return _ListComparison("refuted", "a value of the list is not finite", None, unproved)
+        return Proof("refuted", reason="a value of the list is not finite", errors=unproved)
     centres = np.concatenate([np.zeros(0, complex), *(piece.centres for piece in pieces)])
     radii = np.concatenate([np.zeros(0), *(piece.radii for piece in pieces)])
     distances = np.abs(values[:, None] - centres)
@@ -430,9 +415,9 @@ def _compare(pieces: Sequence[Piece], answer: RootList) -> _ListComparison:
         if len(centres):
             gaps = distances.min(axis=0, initial=math.inf) - radii
             farthest = complex(centres[int(np.argmax(gaps))])
-        return _ListComparison("refuted", reason, farthest, unproved)
+        return Proof("refuted", reason=reason, where=farthest, errors=unproved)
     if not len(values):
-        return _ListComparison("proved", "", None, unproved)
+        return Proof("proved", errors=unproved)
     group_of = _groups(pieces, centres, radii)
     sizes = np.bincount(group_of)
     is_met = touching(values, answer.errors, centres, radii)  # values by discs
@@ -442,16 +427,17 @@ def _compare(pieces: Sequence[Piece], answer: RootList) -> _ListComparison:
     if unmatched.size:
         value = complex(values[unmatched[0]])
         reason = "no root lies within the error of a listed one"
-        return _ListComparison("refuted", reason, value, unproved)
+        return Proof("refuted", reason=reason, where=value, errors=unproved)
     short_of_values = np.flatnonzero(may_match.sum(axis=0) < sizes)
     if short_of_values.size:
         root = complex(centres[group_of == short_of_values[0]][0])
-        return _ListComparison("refuted", "a root is missing from the list", root, unproved)
+        reason = "a root is missing from the list"
+        return Proof("refuted", reason=reason, where=root, errors=unproved)
     nearest = group_of[np.argmin(distances - radii, axis=1)]
     miscounted = np.flatnonzero(np.bincount(nearest, minlength=len(sizes)) != sizes)
     if miscounted.size:
         root = complex(centres[group_of == miscounted[0]][0])
-        return _ListComparison("open", NOT_TOLD_APART, root, unproved)
+        return Proof("open", reason=NOT_TOLD_APART, where=root, errors=unproved)
     in_nearest = nearest[:, None] == group_of  # values by discs
     errors = upper(np.where(in_nearest, distances + radii, 0.0).max(axis=1, initial=0.0), 8)
     too_large = np.flatnonzero(errors > answer.errors)
@@ -459,5 +445,5 @@ def _compare(pieces: Sequence[Piece], answer: RootList) -> _ListComparison:
         excess = errors[too_large] - answer.errors[too_large]
         worst = complex(values[too_large[np.argmax(excess)]])
         reason = "a root is not known to the error of its listed value"
-        return _ListComparison("open", reason, worst, errors)
-    return _ListComparison("proved", "", None, errors)
+        return Proof("open", reason=reason, where=worst, errors=errors)
+    return Proof("proved", errors=errors)

@@ -243,7 +243,7 @@ def _structured(W: NDArray, mirror: NDArray[np.intp] | None) -> NDArray:
     """The part of W (n, n) that is real in real columns, and conjugate in conjugate ones."""
     if mirror is None or not np.iscomplexobj(W):
         return W
-    return (W + W[np.ix_(mirror, mirror)].conj()) / 2.0
+    return (W + W[mirror[:, None], mirror].conj()) / 2.0
 
 
 def inverse_excess(E: Floats) -> Floats | None:

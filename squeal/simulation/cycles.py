@@ -41,7 +41,7 @@ CRITICAL = 0.05  # most distance from the unit circle of a multiplier that cross
 AT_ONE = 0.99  # least real part of a multiplier near the unit circle that counts as near 1
 UNDECIDED = 1e-6  # least distance from 1 at which the largest multiplier decides stability
 
-VALUE = 7  # place of the parameter in the unknowns (z, T, value)
+PERIOD, VALUE = 6, 7  # places of the period and of the parameter in the unknowns (z, T, value)
 
 
 def deviations(model: PadModel, segment: Segment) -> np.ndarray:
@@ -202,41 +202,44 @@ class Shooting:
     def solve(
         self, guess: np.ndarray, direction: np.ndarray | None = None, passes: int = PASSES
     ) -> Point:
-        """The cycle next to a guess (z, T, value), and the direction of its branch.
+        """The cycle next to a guess (8,) = (z, T, value), and the unit direction of its branch.
 
-        The correction is orthogonal to `direction`, whose sense the branch's has; without one, the
-        value is held. Raises ComputationError where Newton's method does not converge.
+        Newton's method for eight equations: the ends of the motion meet (6), the state lies in a
+        plane across the motion of the guess (1), which chooses one state of the cycle, and the
+        whole correction is orthogonal to `direction` (8,) (1). Without a direction the value is
+        held instead; the branch's direction is then the one in which the value rises. Raises
+        ComputationError where Newton's method does not converge.
         """
-        e_value = np.eye(8)[VALUE]
-        orthogonal_to = e_value if direction is None else direction
-        # phase condition: of the states of a cycle the one in a plane across the guess's motion
-        phase = self._rates(guess[:6], guess[VALUE])
-        phase /= np.linalg.norm(phase)
+        orthogonal_to = np.eye(8)[VALUE] if direction is None else direction
+        across = self._rates(guess[:6], guess[VALUE])
+        across /= np.linalg.norm(across)
         x = guess.copy()
         for _ in range(passes):
-            state, period, value = x[:6], x[6], x[VALUE]
+            state = x[:6]
+            period = x[PERIOD]
+            value = x[VALUE]
             cycle = self.over(state, period, value)
             end = cycle.segment.end[:, 0]
             end_at_next_value = self.motion(state, period, value + DIFFERENCE).end[:, 0]
-            # rows: the ends meet, the state lies in the plane, the correction is orthogonal
-            J = np.zeros((8, 8))
+            J = np.zeros((8, 8))  # of the eight equations by the unknowns
             J[:6, :6] = cycle.monodromy - np.eye(6)
-            J[:6, 6] = self._rates(end, value)
+            J[:6, PERIOD] = self._rates(end, value)
             J[:6, VALUE] = (end_at_next_value - end) / DIFFERENCE
-            J[6, :6] = phase
+            J[6, :6] = across
             J[7] = orthogonal_to
             try:
                 if cycle.gap < CLOSED:
-                    tangent = np.linalg.solve(J, e_value)
+                    # along the branch all equations stay satisfied but the last, which rises by 1
+                    tangent = np.linalg.solve(J, np.eye(8)[7])
                     return Point(cycle, tangent / np.linalg.norm(tangent))
                 residual = np.zeros(8)
                 residual[:6] = end - state
-                residual[6] = phase @ (state - guess[:6])
+                residual[6] = across @ (state - guess[:6])
                 residual[7] = orthogonal_to @ (x - guess)
                 x = x - np.linalg.solve(J, residual)
             except np.linalg.LinAlgError:
                 break
-            if not (x[6] > 0.0 and np.all(np.isfinite(x))):
+            if not (x[PERIOD] > 0.0 and np.all(np.isfinite(x))):
                 break
         raise ComputationError("no periodic motion was found next to the guess")
 

@@ -99,10 +99,10 @@ def state_parameters(law: ContactLaw) -> tuple[Number, ...]:
     return tuple(hy.par[len(NAMES) + i] for i in range(law.points))
 
 
-def rising(heights: Sequence[Number], on: Touching) -> list[Number]:
+def rising(gaps: Sequence[Number], on: Touching) -> list[Number]:
     """Expressions that pass zero upwards where a contact point separates or touches."""
     expressions = []
-    for gap, touches in zip(heights, on, strict=True):
+    for gap, touches in zip(gaps, on, strict=True):
         sense = 2.0 * touches - 1.0  # 1 for a point that touches, else -1
         expressions.append(sense * gap - NEVER_ZERO)
     return expressions
@@ -168,31 +168,37 @@ class Machine:
         self.clear = 0.0
         law = code.law
         fp_type = code.fp_type
-        system, heights, limits = equations(law, state_parameters(law), code.terms)
-        how: dict[str, Any] = {
+        system, gaps, limits = equations(law, state_parameters(law), code.terms)
+        settings: dict[str, Any] = {
             "fp_type": fp_type,
             "tol": fp_type(code.tolerance),
-            "t_events": self._events(heights, limits),
+            "t_events": self._events(gaps, limits),
             "fast_math": code.regrouped,
             "compact_mode": law.points > UNROLLED or fp_type is not float,
         }
-        if fp_type is not float:  # the time goes into the numbers, which no processor has
-            how["opt_level"] = 0
+        if fp_type is not float:
+            # such numbers are slow by themselves: optimised code would only take longer to compile
+            settings["opt_level"] = 0
         adaptive = hy.taylor_adaptive
-        shape: tuple[int, ...] = ()
+        lanes: tuple[int, ...] = ()  # the last axis of heyoka's arrays, which a single motion lacks
         if code.lanes:
             adaptive = hy.taylor_adaptive_batch
-            shape = (code.lanes,)
-        state = np.full((6, *shape), fp_type(0.0))
+            lanes = (code.lanes,)
         count = len(NAMES) + law.points + term_count(code.terms)
-        self.ta = adaptive(system, state, pars=np.full((count, *shape), fp_type(1.0)), **how)
+        # any numbers, until `start` sets others
+        state = np.full((6, *lanes), fp_type(0.0))
+        parameters = np.full((count, *lanes), fp_type(1.0))
+        self.ta = adaptive(system, state, pars=parameters, **settings)
+        # views of heyoka's arrays, with one lane for a single motion; parts of them for callbacks
         self.pars = self.ta.pars.reshape(count, -1)
         self.state = self.ta.state.reshape(6, -1)
-        self._times = np.atleast_1d(self.ta.time)  # of lanes a view, too
-        self._columns = list(self.state.T)
-        self._on = list(self.pars[len(NAMES) : len(NAMES) + law.points])
+        self._times = np.atleast_1d(
+            self.ta.time
+        )  # a view of several lanes, whose callback reads it
+        self._columns = list(self.state.T)  # the state (6,) of each lane
+        self._on = list(self.pars[len(NAMES) : len(NAMES) + law.points])  # (lanes,) of each point
 
-    def _events(self, heights: list[Number], limits: list[Number]) -> list[hy.t_event]:
+    def _events(self, gaps: list[Number], limits: list[Number]) -> list[hy.t_event]:
         """heyoka's events: a change at each contact point, whose callback says whether the motion
         goes on, then the limits, which end it."""
         code = self.code
@@ -203,9 +209,9 @@ class Machine:
             change = self._change_in_a_lane
         events = []
         on = state_parameters(code.law)
-        for point, height in enumerate(rising(heights, on)):
+        for point, event_function in enumerate(rising(gaps, on)):
             contact_change = event(
-                height,
+                event_function,
                 direction=hy.event_direction.positive,
                 callback=change(point),
                 # once the contact has changed, the same gap passes zero in the other sense
