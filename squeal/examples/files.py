@@ -155,16 +155,14 @@ def write_rotor(folder: Path, _: Size) -> None:
     (home / "nodes.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def write_article(folder: Path, _: Size) -> None:
-    """The scenes of the article's cases."""
-    for scene in sorted((ARTICLE / "scenes").glob("*.yaml")):
-        shutil.copy(scene, folder)
+def _copied(source: Path) -> Callable[[Path, Size], None]:
+    """What writes the scenes and system files of a folder of the package."""
 
+    def write(folder: Path, _: Size) -> None:
+        for file in sorted(source.glob("*.yaml")):
+            shutil.copy(file, folder)
 
-def write_literature(folder: Path, _: Size) -> None:
-    """Small systems of the literature whose stability is known."""
-    for system in sorted((ARTICLE / "literature" / "systems").glob("*.yaml")):
-        shutil.copy(system, folder)
+    return write
 
 
 EXAMPLES = {
@@ -190,12 +188,12 @@ EXAMPLES = {
     ),
     "article": Example(
         "the scenes b1-a to b3 of the article's cases",
-        write_article,
+        _copied(ARTICLE / "scenes"),
         "squeal simulate b1-c.yaml",
     ),
     "literature": Example(
         "bicycle, drum brake, mode coupling, wing and Ziegler's column",
-        write_literature,
+        _copied(ARTICLE / "literature" / "systems"),
         "squeal thresholds bicycle.yaml --max 10",
     ),
 }

@@ -30,13 +30,13 @@ def energy_sweep_drawing(answer: EnergySweep, name: str) -> Drawing:
     return Drawing(figure, text, title, origin(__name__))
 
 
-def draw_terms(answer: EnergySweep, axes: Axes, mode: int, **look: Any) -> None:
+def draw_terms(answer: EnergySweep, axes: Axes, mode: int, **look: object) -> None:
     """Draw the growth of one mode and of its terms into an Axes; `look` goes to the lines."""
     values, rates, terms = answer.growth_of(mode)
-    of_mode: dict[str, Any] = {"color": "k", "linewidth": 1.6, "label": "growth rate"}
-    axes.plot(values, rates, **(of_mode | look))
+    of_mode: dict[str, Any] = {"color": "k", "linewidth": 1.6, "label": "growth rate", **look}
+    axes.plot(values, rates, **of_mode)
     for term, growth in terms.items():
-        of_term: dict[str, Any] = {"label": literal(term)}
-        axes.plot(values, growth, **(of_term | look))
+        of_term: dict[str, Any] = {"label": literal(term), **look}
+        axes.plot(values, growth, **of_term)
     axes.set_title(f"mode {mode}, {answer.frequency_of(mode):.4g} Hz", loc="left")
     axes.set(xlabel=symbol_of(answer.parameter), ylabel="growth rate [1/s]")

@@ -31,7 +31,7 @@ def scatter_drawing(scatter: Scatter, name: str) -> Drawing:
         quantity = f"critical {friction_symbol(scatter.name)}"
         share_name = "share unstable"
         kind = f"critical {scatter.name}"
-        where = f" at {limit:.4g}"
+        where = f" up to {limit:.4g}"
     heights = [1.0, 1.3]
     if scatter.indices:
         heights.append(0.25 + 0.16 * len(scatter.indices))

@@ -132,11 +132,8 @@ class Pairs(Answer):
     @property
     def names(self) -> dict[int, str]:
         """The names that the reference gives computed modes, by their numbers."""
-        names = {}
-        for pair in self.pairs:
-            if pair.mode and pair.reference:
-                names[int(pair.mode)] = str(pair.reference)
-        return names
+        pairs = self.pairs
+        return {int(p.mode): str(p.reference) for p in pairs if p.mode and p.reference}
 
     def table(self) -> Table:
         names = columns("reference reference_hz mode frequency_hz")
@@ -290,13 +287,10 @@ def _pair(reference: Mode | None, mode: Mode | None) -> Pair:
 
 def _check_rows(reference: Eigenvalues, computed: Eigenvalues) -> None:
     """Refuse answers whose shapes have different numbers of rows. Raises InputError."""
-    if not reference.eigenvalues or not computed.eigenvalues:
-        return
-    rows_of_reference = len(reference.eigenvalues[0].right)
-    rows = len(computed.eigenvalues[0].right)
-    if rows_of_reference != rows:
-        counts = f"{rows_of_reference} and {rows}"
-        raise InputError(f"compare: {counts} rows are not allowed; they must be the same")
+    for one, other in zip(reference.eigenvalues, computed.eigenvalues, strict=False):
+        if one.right.shape != other.right.shape:
+            rows = f"{len(one.right)} and {len(other.right)} rows"
+            raise InputError(f"compare: {rows} are not allowed; they must be the same")
 
 
 def _mac_of_modes(references: Sequence[Mode], modes: Sequence[Mode]) -> NDArray[np.float64]:

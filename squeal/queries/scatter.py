@@ -354,7 +354,10 @@ def _first_reason(rows: Sequence[Sample]) -> str:
 
 
 def _is_stable(row: Sample, of: Literal["threshold", "growth"], mu: float) -> bool:
-    """True if a computed sample is stable at the friction or free parameter `mu`, its own."""
+    """True if a computed sample is stable at its own friction or free parameter `mu`.
+
+    Of a threshold: up to it, since nothing is known of what follows the first loss.
+    """
     if of == "growth":
         return not row.unstable
     return math.isnan(row.value) or row.value > mu

@@ -225,10 +225,12 @@ class Conditions(Answer):
             found = " was found" if is_open else ""
             return f"No unstable mode{found} at {self.solved} conditions{extent}"
         fastest = worst.modes[0]
+        size = f"{fastest.frequency_hz:.4g} Hz, growth {fastest.growth_rate:.4g} 1/s"
+        if fastest.frequency_hz:  # of a divergence the ratio is -100 %, whatever its growth
+            size += f", damping {100 * fastest.damping_ratio:.2g} %"
         return (
             f"Unstable at {self.unstable} of {self.solved} conditions{extent}: the worst "
-            f"{fastest.frequency_hz:.4g} Hz, growth {fastest.growth_rate:.4g} 1/s, damping "
-            f"{100 * fastest.damping_ratio:.2g} %, at {at_parameters(worst.parameters)}"
+            f"{size}, at {at_parameters(worst.parameters)}"
         )
 
     def table(self) -> Table:

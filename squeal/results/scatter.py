@@ -118,7 +118,8 @@ class Scatter(Answer):
     failed : int
         Samples that could not be computed. Nothing is known of them, which widens all intervals.
     stable : float
-        Share of the computed samples that are stable at their own friction.
+        Share of the computed samples that are stable at their own friction; of thresholds, up to
+        it: what is stable again above a threshold does not count.
     interval : (float, float)
         Confidence interval of that share.
     indices : tuple of Index
@@ -277,7 +278,8 @@ class Scatter(Answer):
         """How many of the computed samples are stable, in a line, and what became of the others."""
         at = ""
         if self.name not in self.spreads:
-            at = f" at {self.name} = {number(self.mu)}"
+            words = "at" if self.of == "growth" else "up to"  # where stability is lost first
+            at = f" {words} {self.name} = {number(self.mu)}"
         low, high = self.interval
         line = f"stable{at}: {100 * self.stable:.1f} % of the samples "
         line += f"({100 * low:.1f} to {100 * high:.1f} %)"

@@ -253,9 +253,8 @@ class Sensitivity(Answer):
                 else:
                     derivatives.append(None)
             rows.append({"parameter": name, "unit": self.units[name], "eigenvalues": derivatives})
-        conditions: list[float | None] = []  # JSON cannot say infinite
-        for condition in np.asarray(self.condition).tolist():
-            conditions.append(None if condition == math.inf else condition)
+        values = np.asarray(self.condition).tolist()  # JSON cannot say infinite
+        conditions = [value if value < math.inf else None for value in values]
         return {"sensitivity": rows, "sensitivity_condition": conditions}
 
 

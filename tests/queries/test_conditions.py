@@ -78,6 +78,7 @@ def test_a_divergence_is_one_mode_over_all_conditions():
     assert (mode.low_hz, mode.high_hz) == (0.0, 0.0)
     assert mode.growth_rate == pytest.approx(3.0)
     assert [one.verdict for one in found.conditions] == ["marginal"] * 2 + ["divergence"] * 6
+    assert "the worst 0 Hz, growth 3 1/s, at p = 10" in found.conclusion
 
 
 def test_a_rotor_agrees_with_a_plain_loop_over_its_matrices():

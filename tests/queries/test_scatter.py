@@ -160,6 +160,17 @@ def test_each_threshold_is_that_of_the_closed_form(rows, c):
         assert row.value == pytest.approx(exact, rel=1e-8)
 
 
+def test_a_share_of_thresholds_is_stable_up_to_the_own_value():
+    """Flutter where 2.4 mu (1 - mu) > 1/2, so from 0.297 to 0.703; at 0.9 all is stable again."""
+    K = {"a": np.diag([1.0, 0.0]), "2": np.diag([0.0, 1.0])}
+    K["2.4*mu*(1 - mu)"] = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    system = squeal.System(np.eye(2), K=K, parameters={"a": 3.0, "mu": 0.9})
+    found = scatter(system, {"a": {"within": 0.02}}, 8, high=1.0)
+    assert "stable up to mu = 0.9: 0.0 % of the samples" in found.text()
+    grown = scatter(system, {"a": {"within": 0.02}}, 8, of="growth")
+    assert "stable at mu = 0.9: 100.0 % of the samples" in grown.text()
+
+
 def test_of_some_roots_only_growth_is_a_verdict():
     kinds = {}
     for rows in (3, 500):  # all roots, and those of a reduced system
