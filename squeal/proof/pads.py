@@ -450,7 +450,7 @@ def _ends_in_narrow(
     not all in the narrow one."""
     start = low_end(narrow.t_of(cell.middle + flint.arb(cell.half) * low))
     end = high_end(narrow.t_of(cell.middle + flint.arb(cell.half) * high))
-    return (start, end) if -1.0 <= start and end <= 1.0 else None
+    return (start, end) if start >= -1.0 and end <= 1.0 else None
 
 
 def _sign_within(pieces: Sequence[Sign], low: float, high: float) -> int:

@@ -157,12 +157,17 @@ def test_hard_contact_hides_no_threshold_from_its_interval(digits, changes):
     answer = critical_friction(scene, prove=True)
     assert answer.certified, answer.proof_line
     assert len(answer.crossings) == 2
+    assert isinstance(answer.source, PadSource)
     path = answer.source.branch
+    assert path is not None
     for one in answer.crossings:
         z, state = path.at(one.mu)
         exact = Exact(scene, state)
-        guess = path.statics.to_si(z)
-        _, mu = exact.critical(lambda q, mu, e=exact: discriminant(e.cubic(q, mu)), guess, one.mu)
+
+        def coalescence(q: Any, mu: Any, at: Exact = exact) -> Any:
+            return discriminant(at.cubic(q, mu))
+
+        _, mu = exact.critical(coalescence, path.statics.to_si(z), one.mu)
         assert one.interval[0] <= mu <= one.interval[1]
 
 
