@@ -192,7 +192,7 @@ class PadBranch:
         self.low = low
         self.high = high
         with flint.ctx.workprec(BITS):
-            pad = _pad_of_balls(model.pad)
+            pad = pad_of_balls(model.pad)
             # the friction that falls with the sliding speed, as `Pad.fall`; None if it is constant
             self.fall = pad.fall
             # the surface lies at the distance of the absolute gap or not, by the contact law
@@ -616,7 +616,7 @@ class PadBranch:
         given, whatever the gaps. None where a load is not finite.
         """
         unknowns = [Jet(v, unit) for v, unit in zip(point.tolist(), UNIT_SLOPES, strict=True)]
-        touches = _factors_of(state)
+        touches = factors_of(state)
         c = self.model.c._replace(mu=unknowns[FRICTION])  # doubles; `_c` has the same as balls
         try:
             loads = net_loads(Doubles, c, self.model.law, tuple(unknowns[:FRICTION]), touches)
@@ -631,7 +631,7 @@ class PadBranch:
 
     def _loads(self, unknowns: Sequence[Any], state: State) -> tuple[Any, ...]:
         """Loads (3) of balls, series or jets of the unknowns in one contact state."""
-        touches = _factors_of(state)
+        touches = factors_of(state)
         c = self._c._replace(mu=unknowns[FRICTION])
         return net_loads(Functions, c, self.model.law, tuple(unknowns[:FRICTION]), touches)
 
@@ -696,7 +696,7 @@ def _along(point: Floats, direction: Floats) -> list[Any]:
     return series
 
 
-def _factors_of(state: State) -> tuple[int, ...]:
+def factors_of(state: State) -> tuple[int, ...]:
     """1 of each contact point that touches, 0 of the others: factors of their forces."""
     return tuple(int(touches) for touches in state)
 
@@ -722,7 +722,7 @@ def _joined(cell: Cell, last: Cell | None) -> Cell | None:
     return None
 
 
-def _pad_of_balls(pad: Pad) -> Pad:
+def pad_of_balls(pad: Pad) -> Pad:
     """The pad with its numbers as exact balls."""
     new = copy(pad)
     for name, value in pad.given().items():

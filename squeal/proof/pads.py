@@ -394,14 +394,11 @@ class _BranchComparison:
             share = max(0.6 * (high - low), NEAR)  # somewhat more than half its width
             value_of_pivot = cell.middle + cell.half * (low + high) / 2.0
             narrow = self.branch.narrow(cell, middle=value_of_pivot, half=cell.half * share)
-            if narrow is not None:
-                # the same values of the pivot, rounded outwards, so that parts leave no gap
-                start = low_end(narrow.t_of(cell.middle + flint.arb(cell.half) * low))
-                end = high_end(narrow.t_of(cell.middle + flint.arb(cell.half) * high))
-            if narrow is None or start < -1.0 or end > 1.0:
+            ends = None if narrow is None else _ends_in_narrow(narrow, cell, low, high)
+            if narrow is None or ends is None:
                 refined.append(Part(cell, low, high, growing=None, folds=part.folds))
-            else:
-                refined += self._parts_between(narrow, start, end, narrowings)
+                continue
+            refined += self._parts_between(narrow, *ends, narrowings)
         return refined
 
     def _matrices(self, cell: Cell) -> tuple[list[list[Polynomial]], list[list[Polynomial]]]:
@@ -444,6 +441,16 @@ class _BranchComparison:
 def _t_interval(part: Part) -> Ball:
     """A ball of all t of a part."""
     return flint.arb(part.low).union(flint.arb(part.high))
+
+
+def _ends_in_narrow(
+    narrow: Cell, cell: Cell, low: float, high: float
+) -> tuple[float, float] | None:
+    """An interval of t of a narrow cell that covers t from low to high of a cell; None if that is
+    not all in the narrow one."""
+    start = low_end(narrow.t_of(cell.middle + flint.arb(cell.half) * low))
+    end = high_end(narrow.t_of(cell.middle + flint.arb(cell.half) * high))
+    return (start, end) if start >= -1.0 and end <= 1.0 else None
 
 
 def _sign_within(pieces: Sequence[Sign], low: float, high: float) -> int:

@@ -169,7 +169,7 @@ def _pad_condition(scene: Scene, changes: Changes) -> _Solved:
     except ComputationError as error:
         return _Solved(Condition(changes, reason=str(error)), ())
     roots = analysis.spectrum.eigenvalues
-    return _solved(changes, roots, analysis.judgement.verdict, analysis.admissible)
+    return _solved(changes, roots, analysis.verdict, analysis.admissible)
 
 
 def _system_conditions(

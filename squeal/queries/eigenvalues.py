@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from squeal.io.scene import Scene
 from squeal.io.writing import number
@@ -17,13 +19,20 @@ from squeal.queries.options import (
     Subject,
     refuse_options,
 )
-from squeal.queries.pads.equilibrium import analyse, branch_system
+from squeal.queries.pads.equilibrium import (
+    MATRIX_DIGITS,
+    analyse,
+    branch_system,
+    damping_errors,
+)
+from squeal.results.columns import OPEN
 from squeal.results.eigenvalues import COORDINATES, Eigenvalues, mode_shapes, shape_rows
 from squeal.results.sources import PadAnalysis, PadSource
 from squeal.results.sweep import Sweep
 from squeal.schema import Positive, public
 
-MATRIX_DIGITS = "12 digits"  # to which those of an equilibrium are taken to be known
+if TYPE_CHECKING:  # scenes start without the referee
+    from squeal.queries.systems.proofs import Data
 
 
 @public
@@ -98,22 +107,25 @@ def eigenvalues(
 def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
     """Compute the eigenvalues about the sliding equilibrium of a scene, and the verdict on them.
 
-    With `prove` the referee judges the verdict. It takes the matrices as known to 12 digits, since
-    they are computed at an equilibrium that is itself computed.
+    With `prove` the referee judges the verdict. It takes the matrices as known to 12 digits, or to
+    the errors that rounding of the equilibrium leaves in them where these are larger.
     """
     analysis = analyse(scene)
     roots = tuple(analysis.spectrum.eigenvalues)
-    verdict: str | None = analysis.judgement.verdict
-    criterion = str(analysis.judgement)
+    verdict = analysis.verdict
+    criterion = str(analysis.judgement) if verdict is not None else f"{OPEN}{analysis.doubt}"
     certified = all(root.residual <= ACCEPTED for root in roots)
     proof = None
     proof_line = ""
     if prove:
-        from squeal.queries.systems.proofs import Data, refereed  # no other question needs it
+        from squeal.queries.systems.proofs import Statement, refereed  # no other question needs it
 
-        roots, (verdict, criterion), statement = refereed(
-            analysis.matrices, roots, (verdict, criterion), Data(words=MATRIX_DIGITS)
-        )
+        if analysis.errors is None:
+            statement = Statement("open", by=None, reason=analysis.doubt)
+        else:
+            roots, (verdict, criterion), statement = refereed(
+                analysis.matrices, roots, (verdict, criterion), _data(scene, analysis)
+            )
         certified = statement.status == "proved"
         proof = statement.to_dict()
         proof_line = statement.words
@@ -137,6 +149,25 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
         proof=proof,
         proof_line=proof_line,
     )
+
+
+def _data(scene: Scene, analysis: PadAnalysis) -> Data:
+    """How precisely the referee may take the entries of M, C and K for known.
+
+    They are computed at an equilibrium that is itself computed: to `MATRIX_DIGITS`, or to their
+    errors where an entry is known worse.
+    """
+    from squeal.proof.balls import half_widths
+    from squeal.queries.systems.proofs import Data
+
+    assert analysis.errors is not None
+    C_error, K_error = analysis.errors
+    errors = np.zeros((3, 3)), C_error + damping_errors(scene), K_error
+    widths = [half_widths(X, MATRIX_DIGITS) for X in analysis.matrices]
+    if all(np.all(error <= width) for error, width in zip(errors, widths, strict=True)):
+        return Data(MATRIX_DIGITS)
+    radii = tuple(np.maximum(error, width) for error, width in zip(errors, widths, strict=True))
+    return Data(MATRIX_DIGITS, radii, keeps_structure=False)
 
 
 def _details(analysis: PadAnalysis) -> dict[str, Any]:

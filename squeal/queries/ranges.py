@@ -22,7 +22,7 @@ from squeal.linear.system import Term as SystemTerm
 from squeal.linear.system import TermSystem
 from squeal.model.equations import PadModel
 from squeal.numerics.differentiation import Formula
-from squeal.proof import AS_GIVEN, HALF_ULP
+from squeal.proof import AS_GIVEN, HALF_ULP, NO_BALLS
 from squeal.queries.systems.proofs import Statement, as_complex, dense_matrices
 from squeal.results.columns import OPEN
 
@@ -32,7 +32,6 @@ if TYPE_CHECKING:  # scenes start without the referee
     from squeal.proof.referee import Count, Proof
     from squeal.queries.systems.all_roots import MotionRates
 
-NO_BALLS = "python-flint is not installed (`pip install 'squeal[proof]'` brings it)"
 RATE = 1e-6  # of a root: slower growth is not excluded by a proof
 WIDEST_RATE = 1e-3  # of the slowest motion: where no less can be excluded nothing is proved
 WIDTH = 1e-10  # of a threshold: by how much the interval is widened in which it is proved

@@ -147,7 +147,7 @@ def _step(mu: float, analysis: PadAnalysis) -> Step:
         value=mu,
         roots=spectrum.values,
         residuals=np.array([root.residual for root in spectrum.eigenvalues]),
-        verdict=analysis.judgement.verdict,
+        verdict=analysis.verdict,
         contact=analysis.contact,
         admissible=analysis.admissible,
         rounding=spectrum.rounding,

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias
 
+import numpy as np
+
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear import Judgement, Spectrum
@@ -19,6 +21,7 @@ if TYPE_CHECKING:  # pads start without the solvers of large systems
     from squeal.sparse.argument_principle import Rectangle
     from squeal.sparse.reduction import Reduction
 
+NOT_ENCLOSED = "rounding hides whether there is an equilibrium, or how it touches the surface"
 LOWEST = 20  # modes of a larger system where nothing else is selected
 
 
@@ -28,7 +31,8 @@ class PadAnalysis:
 
     q = (x, y, theta) in SI units; R_n is None for B3, which is linearised about the origin.
     on_branch: the equilibrium is reached from the one without friction; warnings: a sentence for
-    each reason why it is none that the model means.
+    each reason why it is none that the model means. errors: how far the entries of C and K (3, 3)
+    may be off, damping in C left aside; doubt: why nobody knows that, else empty.
     """
 
     model: str
@@ -41,6 +45,13 @@ class PadAnalysis:
     judgement: Judgement
     on_branch: bool = True
     warnings: tuple[str, ...] = ()
+    errors: tuple[np.ndarray, np.ndarray] | None = field(default=None, repr=False)
+    doubt: str = ""
+
+    @property
+    def verdict(self) -> str | None:
+        """The verdict; None where rounding hides the equilibrium that it would be about."""
+        return None if self.doubt == NOT_ENCLOSED else self.judgement.verdict
 
     @property
     def admissible(self) -> bool:

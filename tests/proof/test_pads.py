@@ -159,15 +159,16 @@ def test_hard_contact_hides_no_threshold_from_its_interval(digits, changes):
     assert len(answer.crossings) == 2
     assert isinstance(answer.source, PadSource)
     path = answer.source.branch
-    for crossing in answer.crossings:
-        z, state = path.at(crossing.mu)
+    assert path is not None
+    for one in answer.crossings:
+        z, state = path.at(one.mu)
         exact = Exact(scene, state)
 
-        def of_cubic(q, mu, exact=exact):
-            return discriminant(exact.cubic(q, mu))
+        def coalescence(q: Any, mu: Any, at: Exact = exact) -> Any:
+            return discriminant(at.cubic(q, mu))
 
-        _, mu = exact.critical(of_cubic, path.statics.to_si(z), crossing.mu)
-        assert crossing.interval[0] <= mu <= crossing.interval[1]
+        _, mu = exact.critical(coalescence, path.statics.to_si(z), one.mu)
+        assert one.interval[0] <= mu <= one.interval[1]
 
 
 @pytest.mark.parametrize(

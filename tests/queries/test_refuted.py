@@ -2,14 +2,21 @@
 
 from fractions import Fraction
 
+import mpmath as mp
 import numpy as np
 import pytest
 from scipy import sparse
 
 import squeal
+from squeal.io.scene import Scene
 from squeal.linear.moduli import Modulus
 from squeal.linear.system import Term
+from squeal.model.contact import State
 from squeal.numerics.differentiation import Formula
+from squeal.results.sources import PadSource
+from squeal.schema import Place
+from tests.conftest import scene_of
+from tests.exact import Exact
 
 
 @pytest.mark.parametrize("damping", [0.3, 3e7, 3e15])
@@ -387,3 +394,71 @@ def test_copies_of_a_root_on_the_imaginary_axis_are_not_split_by_an_end_there(da
     copies = [root for root in found.eigenvalues if abs(root.value - 6j) < 1e-5]
     assert len(copies) in (0, 2)
     assert not (found.certified and found.verdict is None)
+
+
+def light_touch(mu):
+    """A pad on a stiff surface, which it leaves with one edge near mu = 0.757148."""
+    # fmt: off
+    pad = {
+        "m": 0.2, "w": 0.04, "h": 0.014, "k1": 1485.0, "k2": 48961.0, "k_c": 1.7e10, "L1": 0.8,
+        "L2": 0.8, "alpha1": 0.045, "alpha2": 2.893, "mu": mu, "F_n": 181.8, "y0": 0.02,
+        "theta0": 0.02,
+    }
+    # fmt: on
+    document = {"model": "B2", "parameters": pad, "formulation": {"line_force": "mean"}}
+    return Scene.from_dict(document, Place("light touch"))
+
+
+def exact_roots(scene, state, guess):
+    """The roots about the exact equilibrium in a contact state, and its gaps."""
+    exact = Exact(scene, state)
+    q = exact.equilibrium(guess, scene.pad.mu)
+    roots = []
+    for square in exact.squares(q, scene.pad.mu):
+        roots += [mp.sqrt(-square), -mp.sqrt(-square)]
+    return roots, exact.gaps(q)
+
+
+@pytest.mark.parametrize("mu", [0.757, 0.757148258, 0.75714826, 0.7571483])
+def test_contact_that_doubles_hide_is_judged_as_it_is(mu):
+    """The penetration is 1e-9 m at y = 0.02 m: at 50 digits one edge is off and a pair grows."""
+    scene = light_touch(mu)
+    found = squeal.eigenvalues(scene)
+    q = found.details["equilibrium"]
+    guess = [q["x"], q["y"], q["theta"]]
+    with mp.workdps(50):
+        holding = []
+        for state in (State(True, True), State(True, False)):
+            roots, gaps = exact_roots(scene, state, guess)
+            if [gap < 0 for gap in gaps] == list(state):
+                holding.append(roots)
+        (roots,) = holding
+        grows = max(root.real for root in roots) > 1e-20
+        assert found.certified
+        assert found.verdict == ("flutter" if grows else "marginal")
+        for root in found.eigenvalues:
+            off = min(abs(exact - root.value) for exact in roots)
+            assert off <= root.rounding
+    (step,) = squeal.sweep(scene, [mu]).steps
+    (condition,) = squeal.conditions(scene, {"mu": [mu]}).conditions
+    assert step.verdict == condition.verdict == found.verdict
+
+
+@pytest.mark.parametrize("mu", [1.1314856, 1.131485631, 1.13148563171])
+def test_roots_beside_a_fold_lie_within_their_errors(mu):
+    """There K hangs on digits of the friction that the equilibrium in doubles does not have."""
+    scene = scene_of("b2-d").replace(mu=mu)
+    found = squeal.eigenvalues(scene)
+    assert found.certified
+    assert isinstance(found.source, PadSource)
+    assert found.source.analysis is not None
+    state = found.source.analysis.state
+    q = found.details["equilibrium"]
+    with mp.workdps(50):
+        guess = [q["x"], q["y"], q["theta"]]
+        exact, gaps = exact_roots(scene, state, guess)
+        assert [gap < 0 for gap in gaps] == list(state)
+        for root in found.eigenvalues:
+            assert min(abs(one - root.value) for one in exact) <= root.rounding
+    (step,) = squeal.sweep(scene, [mu]).steps
+    assert np.array_equal(step.roots, found.values)

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
-from squeal.equilibrium.damping import damped_model
+from squeal.equilibrium.damping import (
+    damped_model,
+    normalised_damping,
+    normalised_damping_slope,
+    without_friction,
+)
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.linear import Judgement, Spectrum, SystemFunction
@@ -14,13 +21,106 @@ from squeal.linear.eigen import spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce
 from squeal.linear.roots import STIFF, hides_slow_roots
 from squeal.linear.verdicts import decide
+from squeal.model.contact import State
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
-from squeal.results.sources import PadAnalysis
+from squeal.proof import NO_BALLS
+from squeal.results.sources import NOT_ENCLOSED, PadAnalysis
+
+if TYPE_CHECKING:  # pads start without the referee
+    from squeal.proof.equilibria import EnclosedEquilibrium
+
+MATRIX_DIGITS = "12 digits"
+"""To which the entries of a pad's matrices are taken to be known, unless they are known worse."""
+ROUNDING = 32.0 * EPS  # of modes and functions of a matrix (3, 3), as a share of its norm
 
 
 def at_equilibrium(model: PadModel, equilibrium: Equilibrium) -> Linearisation:
     """The linearisation of a model about one of its equilibria."""
     return linearise(model, np.array(equilibrium.q), equilibrium.state)
+
+
+class KnownLinearisation(NamedTuple):
+    """The matrices about an equilibrium, and how well they are known.
+
+    Attributes
+    ----------
+    matrices : Linearisation
+        M, C and K.
+    errors : tuple of 2 array (3, 3), or None
+        How far the entries of C (of falling friction) and of K may be off; None if nobody knows.
+    moved : EnclosedEquilibrium or None
+        The equilibrium that takes the place of the given one, where doubles know that too vaguely.
+    doubt : str
+        Why no errors are known.
+    """
+
+    matrices: Linearisation
+    errors: tuple[np.ndarray, np.ndarray] | None = None
+    moved: EnclosedEquilibrium | None = None
+    doubt: str = ""
+
+
+def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLinearisation:
+    """Linearise about an equilibrium, and bound what its rounding makes of the matrices.
+
+    Where that costs the entries some of `MATRIX_DIGITS` digits, or hides the contact state, the
+    equilibrium that the referee encloses takes the place of the given one.
+    """
+    from squeal.proof.balls import Balls, half_widths, upper
+    from squeal.proof.equilibria import enclosed_equilibrium
+
+    matrices = linearise(model, np.array(q), state)
+    try:
+        enclosed = enclosed_equilibrium(model, q, state)
+    except ImportError:
+        return KnownLinearisation(matrices, doubt=NO_BALLS)
+    if enclosed is None:
+        return KnownLinearisation(matrices, doubt=NOT_ENCLOSED)
+    damping = np.zeros((3, 3)) if model.damping is None else np.array(model.damping)
+    C = Balls.exact(damping)
+    if not enclosed.C.is_zero:  # friction falls with speed, which damps x' alone
+        summed = C.plus(enclosed.C)
+        C = Balls(summed.mid, summed.rad * (enclosed.C.mid != 0.0))
+    known = C, enclosed.K
+    errors = []
+    has_digits = enclosed.state == state
+    for X, ball in zip((matrices.C, matrices.K), known, strict=True):
+        error = np.where(ball.mid == X, ball.rad, upper(np.abs(X - ball.mid) + ball.rad, 2))
+        has_digits = has_digits and bool(np.all(error <= half_widths(ball.mid, MATRIX_DIGITS)))
+        errors.append(error)
+    if has_digits:
+        return KnownLinearisation(matrices, (errors[0], errors[1]))
+    moved = Linearisation(matrices.M, C.mid, enclosed.K.mid)
+    return KnownLinearisation(moved, (C.rad, enclosed.K.rad), enclosed)
+
+
+def damping_errors(scene: Scene) -> np.ndarray:
+    """How far the entries (3, 3) of a scene's damping matrix may be off, to first order.
+
+    Ratios and Rayleigh's factors make it of the stiffness without friction, whose own error is
+    taken along. Infinite where that is not known, or where two modes of one frequency have
+    different ratios.
+    """
+    damping = scene.damping
+    if damping is None or damping.matrix is not None:
+        return np.zeros((3, 3))
+    model, q, state = without_friction(scene)
+    M, _, K_given = linearise(model, q, state)
+    known = known_linearisation(model, q, state)
+    if known.errors is None or (known.moved is not None and known.moved.state != state):
+        return np.full((3, 3), np.inf)
+    root = np.sqrt(np.outer(np.diag(M), np.diag(M)))
+    A = K_given / root
+    B, _ = normalised_damping(damping, A)
+    dA = (np.abs(K_given - known.matrices.K) + known.errors[1]) / root
+    dA += ROUNDING * np.linalg.norm(A, 2)
+    error = ROUNDING * np.linalg.norm(B, 2) * np.ones((3, 3))
+    for i, j in zip(*np.triu_indices(3), strict=True):
+        change = np.zeros((3, 3))
+        change[i, j] = change[j, i] = 1.0
+        slope = normalised_damping_slope(damping, A, change)
+        error += np.abs(slope) * max(dA[i, j], dA[j, i])
+    return np.where(np.isfinite(error), error * root, np.inf)
 
 
 def analyse(scene: Scene) -> PadAnalysis:
@@ -39,17 +139,19 @@ def analyse(scene: Scene) -> PadAnalysis:
 
 def analyse_about_origin(model: PadModel) -> PadAnalysis:
     """Eigenvalues of a linear model, in full contact about the origin, and the verdict."""
-    matrices = about_origin(model)
-    spectrum, judgement = roots_and_verdict(*matrices)
+    known = known_linearisation(model, np.zeros(3), model.full)
+    spectrum, judgement = roots_and_verdict(*known.matrices)
     return PadAnalysis(
         model=model.name,
         q=(0.0, 0.0, 0.0),
         R_n=None,
         state=model.full,
         how="about the origin, full contact",
-        matrices=matrices,
+        matrices=known.matrices,
         spectrum=spectrum,
         judgement=judgement,
+        errors=known.errors,
+        doubt=known.doubt,
     )
 
 
@@ -58,17 +160,21 @@ def analyse_equilibrium(model: PadModel, equilibrium: Equilibrium, how: str) -> 
 
     how: the way in which the equilibrium was found, in words.
     """
-    matrices = at_equilibrium(model.replace(mu=equilibrium.mu), equilibrium)
-    spectrum, judgement = roots_and_verdict(*matrices)
+    at = model.replace(mu=equilibrium.mu)
+    known = known_linearisation(at, equilibrium.q, equilibrium.state)
+    spectrum, judgement = roots_and_verdict(*known.matrices)
+    place = known.moved or equilibrium
     return PadAnalysis(
         model=model.name,
-        q=equilibrium.q,
-        R_n=equilibrium.R_n,
-        state=equilibrium.state,
+        q=place.q,
+        R_n=place.R_n,
+        state=place.state,
         how=how,
-        matrices=matrices,
+        matrices=known.matrices,
         spectrum=spectrum,
         judgement=judgement,
+        errors=known.errors,
+        doubt=known.doubt,
         on_branch=equilibrium.on_branch,
         warnings=equilibrium.warnings,
     )

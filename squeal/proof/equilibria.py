@@ -1,0 +1,189 @@
+"""One equilibrium of a pad, enclosed at its friction, and the matrices about it as balls.
+
+A pad that presses lightly on a stiff surface has a penetration that is a small difference of its
+place and of the surface, and near a fold the place hangs on the last digits of the friction:
+doubles know neither. Newton's method at twice their digits finds the place, Krawczyk's operator
+(see `branches`) proves it, and K follows over the whole box around it. Needs python-flint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from squeal.model.contact import State
+from squeal.model.equations import PadModel, net_loads
+from squeal.model.pad import Coefficients, coefficients, pose
+from squeal.proof.balls import Ball, Balls, middle_and_radius
+from squeal.proof.branches import BITS, FRICTION, UNIT_SLOPES, factors_of, pad_of_balls
+from squeal.proof.jets import Functions, Jet
+
+try:
+    import flint
+except ImportError:  # an extra
+    flint = None
+
+STEPS = 12
+"""Steps of Newton's method at most; from the digits of doubles three or four suffice."""
+FAR = 1e-3
+"""An equilibrium farther from the given one, as a share of the largest coordinate, is another."""
+BOXES = 4
+"""How many boxes, each wider than the last, are tried."""
+
+
+class EnclosedEquilibrium(NamedTuple):
+    """An equilibrium q = (x, y, theta), SI units, that exists in its contact state and is unique
+    nearby; its normal reaction; K and C (3, 3) about it, C of falling friction alone."""
+
+    q: tuple[float, float, float]
+    state: State
+    R_n: float
+    K: Balls
+    C: Balls
+
+
+def enclosed_equilibrium(model: PadModel, q: ArrayLike, state: State) -> EnclosedEquilibrium | None:
+    """The equilibrium near an approximate one at the model's friction; None if none is proved.
+
+    Where the gaps belong to another contact state than the given one, that one is tried. Of two
+    equilibria beside a fold the one is meant that has the sign of det K at the given place. A
+    linear model is taken about the origin, whatever acts there.
+
+    Parameters
+    ----------
+    model : PadModel
+        The pad, its friction a double.
+    q : array_like (3,)
+        Approximately x, y (m) and theta (rad).
+    state : State
+        The contact state there, which may be wrong where a gap is next to nothing.
+
+    Raises
+    ------
+    ImportError
+        Without python-flint.
+    """
+    if flint is None:
+        raise ImportError("pads need python-flint", name="flint")
+    with flint.ctx.workprec(BITS):
+        near = _Neighbourhood(model, np.asarray(q, float))
+        if model.linear:
+            return near.about([flint.arb(0)] * FRICTION, model.full)
+        tried: set[State] = set()
+        while state not in tried:
+            tried.add(state)
+            try:
+                box = near.box(state)
+            except (ArithmeticError, ValueError):  # a singular matrix, or a pole of the law
+                return None
+            if box is None:
+                return None
+            gaps = near.gaps(box)
+            if any(gap.contains(0) for gap in gaps):
+                return None
+            state_of_gaps = State(*(bool(gap < 0) for gap in gaps))
+            if state_of_gaps == state:
+                return near.about(box, state)
+            state = state_of_gaps
+        return None
+
+
+class _Neighbourhood:
+    """The balance of a pad around a given place, in balls."""
+
+    def __init__(self, model: PadModel, given: np.ndarray) -> None:
+        pad = pad_of_balls(model.pad)
+        self.law = model.law
+        self.c: Coefficients = coefficients(Functions, pad, model.law.absolute_gap)
+        self.fall = pad.fall
+        self.given = given
+        lever = float(model.pad.w)
+        size = float(np.max(np.abs(given) * (1.0, 1.0, lever)))
+        self.sizes = size / np.array([1.0, 1.0, lever])
+        """What counts as a large x, y and theta (3,)."""
+
+    def gaps(self, box: Sequence[Ball]) -> list[Ball]:
+        """The gaps of the contact points over a box of places."""
+        return [flint.arb(gap) for gap in self.law.gaps(self.c, pose(Functions, tuple(box)))]
+
+    def balance(self, place: Sequence[Ball], state: State) -> list[Jet]:
+        """Loads (3) with their slopes by x, y, theta and mu."""
+        unknowns = [*place, self.c.mu]
+        jets = [Jet(u, unit) for u, unit in zip(unknowns, UNIT_SLOPES, strict=True)]
+        c = self.c._replace(mu=jets[FRICTION])
+        loads = net_loads(Functions, c, self.law, tuple(jets[:FRICTION]), factors_of(state))
+        return [Jet.of(load) for load in loads]
+
+    def box(self, state: State) -> list[Ball] | None:
+        """Balls (3) that hold exactly one equilibrium of a contact state; None if none is found.
+
+        The box is widened until Krawczyk's operator maps it into itself.
+        """
+        place = [flint.arb(v) for v in self.given.tolist()]
+        sign_at_given = _slopes(self.balance(place, state)).det()
+        for _ in range(STEPS):
+            loads = self.balance(place, state)
+            slopes = _middles(_slopes(loads))
+            step = slopes.solve(flint.arb_mat(3, 1, [flint.arb(f.value).mid() for f in loads]))
+            place = [(u - step[i, 0]).mid() for i, u in enumerate(place)]
+            sizes = self.sizes.tolist()
+            if all(abs(step[i, 0]) <= 2.0 ** (8 - BITS) * sizes[i] for i in range(3)):
+                break
+        if any(abs(u - g) > FAR * s for u, g, s in zip(place, self.given, self.sizes, strict=True)):
+            return None
+        loads = self.balance(place, state)
+        slopes = _middles(_slopes(loads))
+        if not slopes.det() * sign_at_given > 0:
+            return None
+        Y = _middles(slopes.inv())
+        shift = Y * flint.arb_mat(3, 1, [flint.arb(f.value) for f in loads])
+        one = flint.arb_mat(3, 3, [int(i == j) for i in range(3) for j in range(3)])
+        radii = [2 * abs(shift[i, 0]).upper() + 2.0**-BITS * self.sizes[i] for i in range(3)]
+        for _ in range(BOXES):
+            around = [u + flint.arb(0, r) for u, r in zip(place, radii, strict=True)]
+            contraction = one - Y * _slopes(self.balance(around, state))
+            image = []
+            for i in range(3):
+                moved = sum((abs(contraction[i, j]) * radii[j] for j in range(3)), flint.arb(0))
+                image.append((abs(shift[i, 0]) + moved).upper())
+            if all(new < old for new, old in zip(image, radii, strict=True)):
+                return [u + flint.arb(0, r) for u, r in zip(place, image, strict=True)]
+            radii = [4 * r for r in radii]
+        return None
+
+    def about(self, box: Sequence[Ball], state: State) -> EnclosedEquilibrium:
+        """The equilibrium in a box, and the matrices about all places of the box."""
+        loads = self.balance(box, state)
+        slopes = _slopes(loads)
+        C = flint.arb_mat(3, 3)
+        if self.fall is not None:
+            share, rate = self.fall
+            for i, load in enumerate(loads):
+                C[i, 0] = -flint.arb(load.slopes[FRICTION]) * self.c.mu * share * rate
+        R_n, _ = self.law.normal(self.c, pose(Functions, tuple(box)), factors_of(state))
+        x, y, theta = (float(ball.mid()) for ball in box)
+        reaction = float(flint.arb(R_n).mid())
+        return EnclosedEquilibrium((x, y, theta), state, reaction, _balls(-slopes), _balls(C))
+
+
+def _slopes(loads: Sequence[Jet]) -> Any:
+    """The slopes (3, 3) of loads by x, y and theta, as a matrix of balls."""
+    return flint.arb_mat([[flint.arb(s) for s in load.slopes[:FRICTION]] for load in loads])
+
+
+def _middles(A: Any) -> Any:
+    """The midpoints (3, 3) of a matrix of balls."""
+    return flint.arb_mat([[A[i, j].mid() for j in range(3)] for i in range(3)])
+
+
+def _balls(A: Any) -> Balls:
+    """A matrix of balls (3, 3) in doubles."""
+    mid = np.zeros((3, 3))
+    rad = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            mid[i, j], rad[i, j] = middle_and_radius(A[i, j])
+    return Balls(mid, rad)
