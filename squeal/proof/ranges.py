@@ -467,14 +467,14 @@ def total(bounds: Sequence[CountBounds]) -> CountBounds:
 
     The reason is that of the first component whose count is open.
     """
-    reasons = [component.reason for component in bounds if component.least < component.most]
-    return CountBounds(
-        least=sum(component.least for component in bounds),
-        most=sum(component.most for component in bounds),
-        doubtful=sum(component.doubtful for component in bounds),
-        not_decaying=sum(component.not_decaying for component in bounds),
-        reason=reasons[0] if reasons else "",
-    )
+    numbers = np.zeros(4, dtype=int)  # the fields of `CountBounds` in their order
+    reason = ""
+    for component in bounds:
+        numbers += np.array(component[:4])
+        if not reason and component.least < component.most:
+            reason = component.reason
+    least, most, doubtful, not_decaying = numbers.tolist()
+    return CountBounds(least, most, doubtful, not_decaying, reason)
 
 
 def prove_thresholds(
@@ -554,5 +554,5 @@ def prove_thresholds(
                 return range_proof.refuted(bounds, sum(unstable), beside)
         proof = range_proof.between(a, b, unstable)
         if proof.status != "proved":
-            return proof
-    return Proof("proved", "enclosure", growth_below, data=terms.data)
+            break
+    return proof
