@@ -284,15 +284,11 @@ def critical_speeds(
     if not orders or any(order <= 0.0 for order in orders):
         raise InputError("orders: must be numbers above 0")
     reduction = None
-    rows = system.n
     if not is_small(system):
         reduction = analysis.reduced(np.linspace(low, high, SAMPLES).tolist())
-        rows = reduction.system.n
-    steps = STEPS
-    if rows > FEW_ROWS:
-        steps = FEW_STEPS
-    speeds = np.linspace(low, high, steps + 1)
     diagram = CampbellDiagram(analysis.file, system, reduction)
+    steps = STEPS if diagram.system.n <= FEW_ROWS else FEW_STEPS
+    speeds = np.linspace(low, high, steps + 1)
     critical = []
     for order in orders:
         for speed, rank in diagram.crossings(speeds, order):
@@ -328,8 +324,7 @@ def _at_one_speed(places: Sequence[tuple[float, int]], near: float) -> list[tupl
     """
     joined: list[tuple[float, int]] = []
     for speed, mode in sorted(places):
-        at = speed
         if joined and speed - joined[-1][0] <= near:
-            at = joined[-1][0]
-        joined.append((at, mode))
+            speed = joined[-1][0]
+        joined.append((speed, mode))
     return joined

@@ -104,9 +104,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     codes = np.reshape([names.index(verdict) for verdict in verdicts], shape).astype(np.int8)
     growth = np.reshape([rate for _, rate in cells], shape)
     basis = basis_of(reduction, selection) or analysis.joined
-    notes = [basis_text(basis)] if basis else []
-    if analysis.file.assembly is not None:
-        notes.append(seat_note(analysis.file))
+    notes = [basis_text(basis) if basis else "", seat_note(analysis.file)]
     return Map(
         name=system.name,
         axes=axes,
@@ -129,12 +127,14 @@ def _check_names(system: System, axes: tuple[Axis, Axis]) -> None:
     names = [axis.name for axis in axes]
     system.values(dict.fromkeys(names, 0.0))  # refuses what is no parameter
     for name in names:
+        words = ""
         if name not in system.names:
             used = ", ".join(sorted(system.names)) or "no parameter"
             words = f"no matrix depends on it; {used} does"
+        elif name in system.follows:
+            words = "each root has its own"
+        if words:
             raise InputError(f"{name}: is not allowed in a chart, {words}")
-        if name in system.follows:
-            raise InputError(f"{name}: is not allowed in a chart, each root has its own")
 
 
 def _points(axes: tuple[Axis, Axis], values: list[np.ndarray]) -> list[dict[str, float]]:

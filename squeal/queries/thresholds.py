@@ -133,13 +133,13 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     # also where a coordinate is free, which `roots_and_verdict` lets pass; B3 has no branch
     if path is not None and hides_slow_roots(reduce(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
-    if prove is False:
-        return _without_proof(scene, high, system, path, step_ends=())
     # a bound of |lambda| without friction and damping, rad/s
     fastest = math.sqrt(float(np.linalg.norm(np.linalg.solve(M, K), 2)))
     step_ends: list[float] = []  # the friction at which the referee refuted an earlier list
     for _ in range(2):  # the last answer stands, also if it is refuted
         answer = _without_proof(scene, high, system, path, step_ends)
+        if prove is False:
+            break
         answer, refuted_at = _judged(scene, path, answer, fastest)
         if refuted_at is None:  # the list is proved, or open
             break
@@ -238,8 +238,7 @@ def _judged(
         assert at_rest is not None
         start = np.array(at_rest.q)
         fold = path.fold
-    losses = [point.mu for point in answer.points if point.kind in GROWING]
-    first_loss = losses[0] if losses else None
+    first_loss = next((point.mu for point in answer.points if point.kind in GROWING), None)
     statement, intervals = pad_statement(
         damped_model(scene), start, answer.crossings, answer.high, first_loss, fastest, fold
     )

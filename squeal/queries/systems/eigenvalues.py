@@ -34,7 +34,7 @@ from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues, mode_shapes, shape_rows
 from squeal.results.sources import SystemSource
 from squeal.results.sweep import Sweep
-from squeal.sparse.argument_principle import Disc, Rectangle
+from squeal.sparse.argument_principle import Disc
 from squeal.sparse.first_look import FirstLook
 
 ONSET_ROWS = 40
@@ -66,34 +66,16 @@ def system_eigenvalues(
         Whether the referee (`squeal.proof`) judges the roots. Left out, it judges all roots of a
         small system; with True also the modes of a band of a larger one.
     """
-    if at is None:
-        return _eigenvalues(analysis, look, prove)
-    analysis.warn_of_unused_parameter()
-    system = analysis.system.replace({analysis.system.parameter: at})
-    # the assembly in the file keeps the contact of the system's own value: the answer says so, and
-    # how contact would differ if it were seated at this one
-    file = replace(analysis.file, system=system)
-    return _eigenvalues(
-        replace(analysis, file=file),
-        look,
-        prove,
-        contact_note=seat_note(file),
-        contact_doubt=doubt_of_seat(file, at),
-    )
-
-
-def _eigenvalues(
-    analysis: SystemAnalysis,
-    look: Sweep | None,
-    prove: bool | None,
-    contact_note: str = "",
-    contact_doubt: str = "",
-) -> Eigenvalues:
-    """Compute the roots at the system's own parameters, and put the answer together.
-
-    look, prove: as of `system_eigenvalues`. contact_note: at which value of the parameter contact
-    was closed, empty if at the present one; contact_doubt: how it differs at the present one.
-    """
+    contact_note = ""  # at which value of the parameter contact was closed
+    contact_doubt = ""  # how it differs at the present one
+    if at is not None:
+        analysis.warn_of_unused_parameter()
+        at_value = analysis.system.replace({analysis.system.parameter: at})
+        # the assembly in the file keeps the contact of the system's own value: the answer says so,
+        # and how contact would differ if it were seated at this one
+        analysis = replace(analysis, file=replace(analysis.file, system=at_value))
+        contact_note = seat_note(analysis.file)
+        contact_doubt = doubt_of_seat(analysis.file, at)
     file = analysis.file
     system = analysis.system
     roots = _roots(analysis, look, prove)
@@ -200,15 +182,6 @@ def _outside(analysis: SystemAnalysis, roots: SystemRoots) -> tuple[complex, ...
     return tuple(root for root in roots.outside if abs(root) < cutoff)
 
 
-def _region_entry(region: Rectangle | Disc | None) -> dict[str, float] | None:
-    """A region as JSON holds it: the radius of a disc, or the four ends of a rectangle."""
-    if region is None:
-        return None
-    if isinstance(region, Disc):
-        return {"radius": region.radius}
-    return dict(vars(region))
-
-
 def _details(
     analysis: SystemAnalysis,
     roots: SystemRoots,
@@ -222,12 +195,17 @@ def _details(
     """
     file = analysis.file
     system = analysis.system
+    region = None
+    if isinstance(roots.region, Disc):  # around zero
+        region = {"radius": roots.region.radius}
+    elif roots.region is not None:
+        region = dict(vars(roots.region))
     details: dict[str, Any] = {
         "rows": system.n,
         "parameters": system.given,
         "matrices": matrix_list(file),
         "checks": system_checks(system),
-        "region": _region_entry(roots.region),
+        "region": region,
         "basis": analysis.joined,
         "damped": [damped._asdict() for damped in file.damped],
         "fastest_outside": None,

@@ -114,10 +114,9 @@ def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> 
     large systems, of which not all roots are known.
     """
     system = file.system.replace({file.system.parameter: value})
-    add_errors = error_bounds(file, system)
-    if add_errors is None or not has_digits(system) or not is_small(system):
+    if not has_digits(system) or not is_small(system):
         return ""
-    roots = system_roots(system, selection, add_errors=add_errors)
+    roots = system_roots(system, selection, add_errors=error_bounds(file, system))
     if roots.verdict is not None:
         return ""
     return open_by_digits(file, roots.computed).removeprefix(OPEN)
@@ -176,12 +175,10 @@ def sweep_as_known(file: SystemFile, selection: EigenvalueSelection, answer: Swe
     """
     steps = []
     for step in answer.steps:
-        certified = step.certified
-        verdict = step.verdict
-        is_of_reduced_system = certified is None  # nothing counts the roots of a reduced system
-        if is_of_reduced_system and _open_at(file, selection, step.value):
-            verdict = None
-        if file.assumptions and not is_of_reduced_system:
-            certified = False
-        steps.append(replace(step, certified=certified, verdict=verdict))
+        if step.certified is None:  # of a reduced system, whose roots nothing counts
+            if _open_at(file, selection, step.value):
+                step = replace(step, verdict=None)
+        elif file.assumptions:
+            step = replace(step, certified=False)
+        steps.append(step)
     return replace(answer, steps=tuple(steps))

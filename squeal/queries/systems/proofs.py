@@ -79,11 +79,6 @@ class Data:
         """Whether the entries are known to all digits of a double, or are sums of such entries."""
         return self.words == HALF_ULP
 
-    @property
-    def is_rounded(self) -> bool:
-        """Whether the radii are those of rounding in sums of terms, not those of printed digits."""
-        return self.radii is not None and self.is_half_ulp
-
     def around(self, M: NDArray, C: NDArray | None, K: NDArray) -> Quadratic:
         """The system in ball arithmetic: each entry is an interval of all values it may have.
 
@@ -172,13 +167,6 @@ NOT_COUNTED = Statement(
 )
 
 
-def counted(agrees: bool) -> Statement:
-    """The statement of an argument-principle count, where the referee does not apply."""
-    if agrees:
-        return Statement("counted", "count")
-    return Statement("open", "count", reason="no count agrees, others may be missing")
-
-
 class RefereedRoots(NamedTuple):
     """Roots with their proved errors, the verdict on them, and what is proved of the list."""
 
@@ -224,7 +212,7 @@ def refereed(
     # entries that are rounded sums may leave a wrong list open: taken for exact they may refute it.
     # What they prove then is not used, since the true entries are not known so well
     sharpest_proof = proof
-    if proof.status == "open" and data.is_rounded:
+    if proof.status == "open" and data.is_half_ulp and data.radii is not None:
         sharpest_proof = _proof_of(Data().around(*arrays), roots, verdict[0])
     if sharpest_proof.status == "refuted":
         warnings.warn(
@@ -279,17 +267,17 @@ def _with_roots_of_referee(
     data : Data
         How precisely the entries of the matrices are known.
     """
-    open_verdict = (None, f"{OPEN}{refutation.reason}")
+    verdict: VerdictAndCriterion = (None, f"{OPEN}{refutation.reason}")
     only_verdict = _only_verdict(refutation)
     enclosed = _roots_of_pieces(matrices, refutation.pieces)
     proof = _proof_of(system, enclosed, only_verdict)
     nothing_was_enclosed = not enclosed and proof.status != "proved"
     if proof.status == "refuted" or nothing_was_enclosed:
         statement = Statement("open", proof.by, data=proof.data, reason=refutation.reason)
-        return RefereedRoots(refuted, open_verdict, statement)
-    if only_verdict is None:
-        return _as_proved(enclosed, open_verdict, proof, data)
-    return _as_proved(enclosed, (only_verdict, BY_REFEREE), proof, data)
+        return RefereedRoots(refuted, verdict, statement)
+    if only_verdict is not None:
+        verdict = (only_verdict, BY_REFEREE)
+    return _as_proved(enclosed, verdict, proof, data)
 
 
 def _proof_of(system: Quadratic, roots: EigenvalueTuple, verdict: str | None) -> Proof:

@@ -27,7 +27,6 @@ from squeal.queries.systems.proofs import (
     EigenvalueTuple,
     Statement,
     VerdictAndCriterion,
-    counted,
     exact_spectrum,
     refereed,
 )
@@ -133,7 +132,11 @@ class SystemRoots:
             return Statement("open", by, reason="; ".join(self.doubts))
         if self.judged_by is not None:
             return self.judged_by
-        return NOT_COUNTED if self.count is None else counted(self.certified)
+        if self.count is None:
+            return NOT_COUNTED
+        if self.certified:
+            return Statement("counted", "count")
+        return Statement("open", "count", reason="no count agrees, others may be missing")
 
     def lowest(self, modes: int | None) -> SystemRoots:
         """The roots with the first `modes` of them selected, all if None.

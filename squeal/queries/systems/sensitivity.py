@@ -393,10 +393,10 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
         of_parameter = abs(value) * abs(scaled.slope(system.parameter, changes, root))
         sizes = (abs(problem.K) + of_parameter) @ np.abs(x)
         largest = ROUNDED * np.sum(np.abs(y) * sizes, axis=0)
+        largest[0] = np.inf  # one passes zero, which is not checked
     crosses_here = residual <= largest
-    none_crosses = bool(root) and not crosses_here.any()
-    if none_crosses or crosses_here.sum() > 1:
-        crosses = "no mode crosses" if none_crosses else "several modes cross"
+    if crosses_here.sum() != 1:
+        crosses = "several modes cross" if crosses_here.any() else "no mode crosses"
         where = f"{system.parameter} = {value:.9g}, {abs(root) / (2 * np.pi):.6g} Hz"
         raise ComputationError(f"{crosses} the imaginary axis at {where}: no derivative is known")
     scale = scaled.scale  # of the rows and columns: back to the coordinates of the system
