@@ -532,8 +532,8 @@ def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
     """
     rigid = _rigid_limit(problem)
     scale = _lowest_frequency_scale(problem, rigid)
-    # not at zero, where P is singular if a rigid body is free; not near the lowest roots either,
-    # since the subspace has to reach as far on the other side of zero
+    # not at zero, where P is singular if a rigid body is free; but close to it beside the lowest
+    # roots, since the subspace has to reach as far on the other side of zero
     shift = SHIFT_OF_LOWEST * scale
 
     def enough(values: ComplexArray, reach: float) -> bool:

@@ -237,6 +237,7 @@ class FirstLook(Reduction):
             for estimated in at_samples:
                 sizes = np.abs(estimated.roots.values)
                 is_off = estimated.errors > GOOD * sizes
+                # those of right vectors, then those of left ones
                 corrections.append(estimated.corrections[:, np.tile(is_off, 2)])
                 shares.append(np.max(estimated.errors / sizes, initial=0.0))
                 residuals.append(np.max(estimated.residuals, initial=0.0))
@@ -433,7 +434,7 @@ class FirstLook(Reduction):
         near = all_values[self.wide.contains(all_values)]
         is_estimated = near != 0.0  # the root 0 of a rigid body is exact
         if deciding and len(near):
-            is_estimated &= near_axis(near, self.error, MARGIN)
+            is_estimated &= near_axis(near, decay=self.error, gap=MARGIN)
         projected = self._roots_with_errors(changes, near[is_estimated])
         z = projected.roots.values
         errors = projected.errors

@@ -296,7 +296,7 @@ class ReducedBasis:
         if `deciding`, those alone on which stability may depend."""
         roots = self._roots_in(self.estimated_region, changes)
         if deciding and len(roots.values):
-            roots = roots.select(near_axis(roots.values, COARSE, COARSE))
+            roots = roots.select(near_axis(roots.values, decay=COARSE, gap=COARSE))
         values = roots.values
         x, y = self.in_projection(roots.right, roots.left)
         lengths = np.linalg.norm(x, axis=0)

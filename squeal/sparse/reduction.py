@@ -189,7 +189,7 @@ class Reduction:
         if not complement.contraction_in(self.region, problem) < CONTRACTS:
             return None
         exact = TOLERANCE / 3
-        roots = corrected_roots(problem, factor, self.vectors, region, exact, exact)
+        roots = corrected_roots(problem, factor, self.vectors, region, exact=exact, accepted=exact)
         if roots is None or not len(roots.values):  # an empty list proves nothing: search anew
             return None
         return roots
