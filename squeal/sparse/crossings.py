@@ -363,8 +363,8 @@ def crossings_along(
         for a, b in itertools.pairwise(values):
             shortest = SHORTEST_STEP * (high - low)
             for guess in search_on_part.between(a, b, shortest):
-                # from scaled coordinates of the reduced system to those of the projection, and of the
-                # full system
+                # from scaled coordinates of the reduced system to those of the projection, then to
+                # those of the full system
                 vectors = reduced.in_projection(scale * guess.right, scale * guess.left)
                 right, left = multiply(reduction.vectors, np.array(vectors, dtype=complex).T).T
                 try:
