@@ -30,6 +30,7 @@ def visible(text: str) -> str:
 
 
 def _escaped(text: str, kept: str = "\t") -> str:
+    """A text with escapes for what cannot be printed, but for the characters `kept`."""
     return "".join(c if c.isprintable() or c in kept else ascii(c)[1:-1] for c in text)
 
 

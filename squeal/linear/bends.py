@@ -6,15 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from squeal.linear.continuation import (
-    DAMPED,
-    UNDAMPED,
-    ComplexArray,
-    Continuation,
-    SpectrumAtParameter,
-)
+from squeal.linear.continuation import DAMPED, UNDAMPED, Continuation, SpectrumAtParameter
 from squeal.linear.matrices import Array, Change, dense
 from squeal.linear.moduli import Modulus, Tabulated
+from squeal.linear.roots import ComplexArray
 from squeal.linear.steps import Step
 from squeal.linear.system import SystemFunction, TermSystem
 from squeal.numerics.differentiation import Formula

@@ -15,13 +15,13 @@ from squeal.linear.continuation import (
     GYROSCOPIC,
     UNDAMPED,
     Bools,
-    ComplexArray,
     Continuation,
     hermite_cubic,
     zeros_between,
 )
 from squeal.linear.local_roots import LocalRoots, roots_near
 from squeal.linear.matrices import Array
+from squeal.linear.roots import ComplexArray
 from squeal.linear.steps import DOUBT, Guess, RootPair, Step
 
 DIVISION_SHARE = 0.4837

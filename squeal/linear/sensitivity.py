@@ -154,7 +154,7 @@ class Singular(NamedTuple):
 
     @staticmethod
     def of(matrices: Change, root: complex) -> Singular:
-        """P of dense matrices at a root, from its singular values.
+        """P of dense matrices of at least two rows at a root, from its singular values.
 
         Its rows must be of one magnitude, so scaled, as the smallest singular value is compared
         with the largest. Raises ComputationError where P is regular: there is no root.

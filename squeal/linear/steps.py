@@ -23,15 +23,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.linear.continuation import (
-    DAMPED,
-    Bools,
-    ComplexArray,
-    SpectrumAtParameter,
-    hermite_cubic,
-)
+from squeal.linear.continuation import DAMPED, Bools, SpectrumAtParameter, hermite_cubic
 from squeal.linear.matrices import Array
-from squeal.linear.roots import assigned
+from squeal.linear.roots import ComplexArray, assigned
 
 DOUBT = 0.25
 """A root is matched if the slopes at both ends of a step predict its change to this share; a

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.linear.continuation import ComplexArray, SpectrumAtParameter
+from squeal.linear.continuation import SpectrumAtParameter
 from squeal.linear.paths import Indices, Loss, mode_numbers, mode_numbers_at, track_modes
+from squeal.linear.roots import ComplexArray
 from squeal.results.sweep import Step
 
 MANY = 10**6
