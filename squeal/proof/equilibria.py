@@ -26,6 +26,8 @@ try:
 except ImportError:  # an extra
     flint = None
 
+Matrix = Any
+"""A `flint.arb_mat`."""
 STEPS = 12
 """Steps of Newton's method at most; from the digits of doubles three or four suffice."""
 FAR = 1e-3
@@ -169,17 +171,17 @@ class _Neighbourhood:
         return EnclosedEquilibrium((x, y, theta), state, reaction, _balls(-slopes), _balls(C))
 
 
-def _slopes(loads: Sequence[Jet]) -> Any:
+def _slopes(loads: Sequence[Jet]) -> Matrix:
     """The slopes (3, 3) of loads by x, y and theta, as a matrix of balls."""
     return flint.arb_mat([[flint.arb(s) for s in load.slopes[:FRICTION]] for load in loads])
 
 
-def _middles(A: Any) -> Any:
+def _middles(A: Matrix) -> Matrix:
     """The midpoints (3, 3) of a matrix of balls."""
     return flint.arb_mat([[A[i, j].mid() for j in range(3)] for i in range(3)])
 
 
-def _balls(A: Any) -> Balls:
+def _balls(A: Matrix) -> Balls:
     """A matrix of balls (3, 3) in doubles."""
     mid = np.zeros((3, 3))
     rad = np.zeros((3, 3))
