@@ -109,5 +109,6 @@ def _export_reduced(given: argparse.Namespace, subject: "SystemFile") -> _Export
     if reduction.spurious:
         words = f"the reduced system has {reduction.spurious} roots that the full one has not"
         warnings.warn(words, InputWarning, stacklevel=2)
-    files = write_system(given.output, reduction.system, given.format)
-    return _Exported(reduction.system, files, basis=basis)
+    system = reduction.system_with_origin
+    files = write_system(given.output, system, given.format)
+    return _Exported(system, files, basis=basis)

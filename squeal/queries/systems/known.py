@@ -11,7 +11,12 @@ import numpy as np
 
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
-from squeal.linear.digits import data_errors, has_digits, known_to_digits, rounding_of_sums
+from squeal.linear.digits import (
+    data_errors,
+    has_digits,
+    known_to_digits,
+    rounding_of_sums,
+)
 from squeal.linear.matrices import dense
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
@@ -55,8 +60,8 @@ def data_of(file: SystemFile, system: TermSystem) -> Data | None:
     if system.follows:
         return Data()
     if has_digits(system):
-        fewest = min(term.digits for term in system.terms if term.digits is not None)
-        return Data(f"{fewest} digits", tuple(X.toarray() for X in data_errors(system)))
+        errors = tuple(X.toarray() for X in data_errors(system))
+        return Data(f"{system.digits} digits", errors)
     if not is_small(system):
         return Data()
     radii = rounding_of_sums(system)

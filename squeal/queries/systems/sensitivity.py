@@ -15,10 +15,11 @@ from scipy.sparse import csc_array
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.formats.matrix_file import MatrixFile
-from squeal.io.matrices import OTHER_ROWS, on_rows, read_matrix
+from squeal.io.matrices import OTHER_ROWS, on_rows, precision_of_file, read_matrix
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING, CriticalPoint, Crossing
 from squeal.linear.matrices import Array, Change, given_matrix
+from squeal.linear.precision import precision_of_floats, short_floats
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.linear.system import Term, TermSystem, labels_of, refuse_other_labels
 from squeal.numerics.differentiation import Formula
@@ -65,6 +66,7 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
     system = file.system
     parts = {"M": list(system.M), "C": list(system.C), "K": list(system.K)}
     parameters = dict(system.parameters)
+    assumptions: tuple[str, ...] = ()
     for name, changes in matrices.items():
         at = Place("matrices", NAME.read(name, Place("matrices")))
         if name in system.parameters:
@@ -74,14 +76,21 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
                 raise (at / part).refuse("is not allowed; it must be one of M, C, K")
             with (at / part).named():
                 added = given
+                precision = None
                 if isinstance(given, str | Path):
-                    added = _on_rows_of(system, read_matrix(given))
+                    content = read_matrix(given)
+                    added = _on_rows_of(system, content)
+                    precision = precision_of_file(content, added)
+                    assumptions += content.assumptions
                 _refuse_frame_of_other_rows(system, given)
                 matrix = given_matrix(added, real=part == "M")
+                if precision is None:
+                    precision = precision_of_floats(matrix, short_floats(given))
             if matrix.shape != (system.n, system.n):
                 words = f"shape {matrix.shape} is not allowed; the system has {system.n} rows"
                 raise (at / part).refuse(words)
-            parts[part].append(Term(matrix, Formula(name)))
+            digits, errors = precision
+            parts[part].append(Term(matrix, Formula(name), digits, errors=errors))
         parameters[name] = 0.0
     return replace(
         system,
@@ -89,7 +98,7 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
         C=tuple(parts["C"]),
         K=tuple(parts["K"]),
         parameters=parameters,
-    )
+    ).assuming(*assumptions)
 
 
 def _refuse_frame_of_other_rows(system: TermSystem, given: object) -> None:
