@@ -119,7 +119,7 @@ def test_assumptions_are_texts_of_the_user_too(tmp_path):
     (tmp_path / "s.yaml").write_text(text)
     assert_not_certified(squeal.read_system(tmp_path / "s.yaml"), "the bolts are left out", 1.0)
     (tmp_path / "s.yaml").write_text(text.replace("[the bolts are left out]", "none"))
-    with pytest.raises(squeal.InputError, match="assumptions: none"):
+    with pytest.raises(squeal.InputError, match="assumptions: 'none'"):
         squeal.read_system(tmp_path / "s.yaml")
 
 
@@ -192,7 +192,7 @@ def test_errors_of_other_rows_are_refused(tmp_path):
     (tmp_path / "s.yaml").write_text(
         "M: [[1.0]]\nK:\n  - {matrix: [[4.0]], digits: 6, errors: K0.npz}\n"
     )
-    with pytest.raises(squeal.InputError, match=r"K\.errors: K0.npz is not allowed; it must have 1"):
+    with pytest.raises(squeal.InputError, match=r"K\.errors: K0.npz is not allowed"):
         squeal.read_system(tmp_path / "s.yaml")
 
 
@@ -283,6 +283,7 @@ def test_floats_of_single_precision_leave_a_verdict_open(tmp_path, suffix):
     # it grows where k22 - k11 < 2; half an ulp of each is 2^-23 in single precision
     K = np.array([[2.0, 1.0], [-1.0, 4.0 - 2.0**-22]], dtype=np.float32)
     assert K[1, 1] == 4.0 - 2.0**-22
+    subject: squeal.System | squeal.SystemFile
     if suffix == "memory":
         subject = squeal.System(np.eye(2, dtype=np.float32), K=K)
     else:

@@ -17,7 +17,7 @@ from squeal.linear.digits import (
     known_to_digits,
     rounding_of_sums,
 )
-from squeal.linear.matrices import dense
+from squeal.linear.matrices import Array, dense
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.proofs import Data, EigenvalueTuple
@@ -51,7 +51,7 @@ def data_of(file: SystemFile, system: TermSystem) -> Data | None:
     - reduced components: None, since nobody gave their matrices, so that nothing is proved of them;
     - matrices that follow the frequency, which the referee does not judge: half an ulp (half a unit
       in the last place of a double), the least that is ever assumed;
-    - files with few digits: half a unit of the last digit beside that;
+    - files with few digits: half a unit of the last digit beside that, and rounding of sums;
     - a large system: half an ulp;
     - a small one: the rounding of sums of terms beside half an ulp, if anything was rounded.
     """
@@ -60,7 +60,12 @@ def data_of(file: SystemFile, system: TermSystem) -> Data | None:
     if system.follows:
         return Data()
     if has_digits(system):
-        errors = tuple(X.toarray() for X in data_errors(system))
+        errors: tuple[Array, ...] = tuple(X.toarray() for X in data_errors(system))
+        if is_small(system):
+            of_sums = rounding_of_sums(system)
+            errors = tuple(
+                by_data + by_sum for by_data, by_sum in zip(errors, of_sums, strict=True)
+            )
         return Data(f"{system.digits} digits", errors)
     if not is_small(system):
         return Data()
@@ -134,27 +139,18 @@ def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> 
     return open_by_digits(file, roots.computed).removeprefix(OPEN)
 
 
-def thresholds_as_known(
-    file: SystemFile, selection: EigenvalueSelection, answer: Thresholds
-) -> Thresholds:
+def thresholds_as_known(file: SystemFile, answer: Thresholds) -> Thresholds:
     """Withdraw the certificate of thresholds where something was assumed of the system.
 
-    Likewise where the digits of files leave the verdict at the lower end of the range open; the
-    answer then has no verdict there. A note says that a proof is one of the entries as written.
+    Where its files have few digits a note says what these do to the thresholds.
     """
     if has_digits(file.system):
-        note = (
-            f"entries are taken as written: more than {digits_of_files(file)} may move thresholds"
-        )
-        answer = replace(answer, notes=(*answer.notes, note))
-    reason = _open_at(file, selection, answer.low)
-    doubts = list(file.assumptions)
-    if reason:
-        doubts.append(reason)
-    if not doubts:
+        words = f"intervals include what {digits_of_files(file)} leave open"
+        if answer.crossings or answer.points:
+            answer = replace(answer, notes=(*answer.notes, words))
+    if not file.assumptions:
         return answer
-    doubted = with_doubts(answer, doubts)
-    return replace(doubted, verdict=None if reason else answer.verdict)
+    return with_doubts(answer, file.assumptions)
 
 
 def with_doubts(answer: Thresholds, doubts: Sequence[str]) -> Thresholds:
