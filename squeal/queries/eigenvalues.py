@@ -23,7 +23,7 @@ from squeal.results.sources import PadAnalysis, PadSource
 from squeal.results.sweep import Sweep
 from squeal.schema import Positive, public
 
-MATRIX_DIGITS = "12 digits"  # to which those of an equilibrium are taken to be known
+MATRIX_DIGITS = 12  # to which those of an equilibrium are taken to be known
 
 
 @public
@@ -112,7 +112,7 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
         from squeal.queries.systems.proofs import Data, refereed  # no other question needs it
 
         roots, (verdict, criterion), statement = refereed(
-            analysis.matrices, roots, (verdict, criterion), Data(words=MATRIX_DIGITS)
+            analysis.matrices, roots, (verdict, criterion), Data(words=f"{MATRIX_DIGITS} digits")
         )
         certified = statement.status == "proved"
         proof = statement.to_dict()

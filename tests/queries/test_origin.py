@@ -15,6 +15,7 @@ from squeal.linear.damping import damped
 from squeal.linear.system import Term, TermSystem, sum_of_terms, without_supports
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.matrices import write_components, write_system
+from squeal.queries.systems.sensitivity import with_matrices
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*no matrix depends on")
 FORMATS = ("mtx", "npz", "mat")
@@ -305,3 +306,55 @@ def test_whole_numbers_of_single_precision_are_exact():
     assert system.digits is None
     found = squeal.eigenvalues(system)
     assert (found.verdict, found.certified) == ("marginal", True)
+
+
+def friction_of_six_digits(folder, keys=""):
+    (folder / "k1.mtx").write_text(
+        HEAD + "2 2\n0.00000e+00\n-3.33333e+00\n3.33333e+00\n0.00000e+00\n"
+    )
+    (folder / "s.yaml").write_text(
+        "M: [[1, 0], [0, 1]]\nK: [{matrix: [[2, 0], [0, 4]]}, {file: k1.mtx, factor: mu}]\n" + keys
+    )
+    return squeal.read_system(folder / "s.yaml")
+
+
+def test_a_threshold_is_proved_in_an_interval_that_holds_those_of_all_data(tmp_path):
+    """Coalescence at mu f = 1, where f is 3.33333 to half a unit of its last digit."""
+    located = squeal.thresholds(friction_of_six_digits(tmp_path), 1.0)
+    assert (located.certified, located.proof["data"]) == (True, "6 digits")
+    (crossing,) = located.crossings
+    low, high = crossing.interval
+    assert low < 1 / 3.333335 < 1 / 3.333325 < high
+    assert high - low < 20 * (1 / 3.333325 - 1 / 3.333335)
+    assert "the 6 digits of k1.mtx" in str(located)
+
+
+def test_thresholds_that_are_counted_have_intervals_that_hold_those_of_all_data(tmp_path):
+    """The same with damping, against thresholds of systems whose friction lies within the digits."""
+    system = friction_of_six_digits(tmp_path, "C: [[0.1, 0], [0, 0.1]]\n").system
+    rng = np.random.default_rng(1)
+    located = squeal.thresholds(system, 1.0, prove=False)
+    (crossing,) = located.crossings
+    low, high = crossing.interval
+    assert high - low < 1e-4
+    for _ in range(5):
+        f = 3.33333 + 5e-6 * rng.uniform(-1, 1)
+        K1 = [[0.0, f], [-f, 0.0]]
+        other = squeal.System(np.eye(2), C=0.1 * np.eye(2), K={"1": np.diag([2.0, 4.0]), "mu": K1})
+        (exact,) = squeal.thresholds(other, 1.0, prove=False).crossings
+        assert low <= exact.mu <= high
+
+
+def test_where_the_start_is_open_no_threshold_is_certified(tmp_path):
+    """A mode grows at every value as written, by 1.3e-3 1/s, and no line would name it."""
+    located = squeal.thresholds(squeal.read_system(six_digits(tmp_path)), 1.0)
+    assert (located.verdict, located.certified) == (None, False)
+    assert "the verdict at mu = 0 is open" in located.proof["reason"]
+    assert "proved" not in str(located)
+
+
+def test_digits_of_a_changed_matrix_go_into_the_system(tmp_path):
+    (tmp_path / "k.mtx").write_text(SIX_DIGITS)
+    system = squeal.System(np.eye(2), K=np.diag([2.0, 4.0]))
+    changed = with_matrices(squeal.SystemFile(system), {"d": {"K": tmp_path / "k.mtx"}})
+    assert changed.K[-1].digits == 6
