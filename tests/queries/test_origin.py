@@ -330,7 +330,7 @@ def test_a_threshold_is_proved_in_an_interval_that_holds_those_of_all_data(tmp_p
 
 
 def test_thresholds_that_are_counted_have_intervals_that_hold_those_of_all_data(tmp_path):
-    """The same with damping, against thresholds of systems whose friction lies within the digits."""
+    """The same with damping, against systems whose friction lies within the digits."""
     system = friction_of_six_digits(tmp_path, "C: [[0.1, 0], [0, 0.1]]\n").system
     rng = np.random.default_rng(1)
     located = squeal.thresholds(system, 1.0, prove=False)
