@@ -18,7 +18,8 @@ from squeal.cli.streams import steps
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
 from squeal.io.writing import aligned_text
-from squeal.queries.pads.equilibrium import analyse
+from squeal.linear.system import Term
+from squeal.queries.pads.equilibrium import DIGITS, analyse
 from squeal.queries.systems.matrices import write_assembly, write_system
 from squeal.queries.systems.reduced import basis_of
 from squeal.queries.systems.system_analysis import SystemAnalysis
@@ -85,7 +86,8 @@ def _export_pad(given: argparse.Namespace, scene: Scene) -> _Exported:
     scene_name = f"{name}, a scene with six roots"
     refuse(given, "method", "band", "region", "values", beside=scene_name)
     M, C, K = analyse(scene).matrices
-    system = squeal.System(M, C if C.any() else None, K, name=Path(name).stem)
+    mass, damping, stiffness = ((Term(X, digits=DIGITS),) for X in (M, C, K))
+    system = squeal.System(mass, damping if C.any() else (), stiffness, name=Path(name).stem)
     # another friction has another equilibrium, and so other matrices
     note = f"linearised at mu = {scene.pad.mu:g}; the matrices depend on no parameter"
     files = write_system(given.output, system, given.format, reference=note)
@@ -110,6 +112,7 @@ def _export_reduced(given: argparse.Namespace, subject: "SystemFile") -> _Export
     if reduction.spurious:
         words = f"the reduced system has {reduction.spurious} roots that the full one has not"
         warnings.warn(words, InputWarning, stacklevel=2)
-    files = write_system(given.output, reduction.system, given.format)
+    system = reduction.system_with_origin
+    files = write_system(given.output, system, given.format)
     basis = basis_of(reduction, analysis.selection)
-    return _Exported(reduction.system, files, basis=basis)
+    return _Exported(system, files, basis=basis)

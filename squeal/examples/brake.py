@@ -503,7 +503,7 @@ def _body(brake: SolidBrake, name: str, selected: NDArray[np.bool_]) -> Componen
     rows = np.flatnonzero(selected)
 
     def of_rows(terms: tuple[Term, ...]) -> tuple[Term, ...]:
-        return tuple(Term(term.matrix[rows][:, rows], term.factor) for term in terms)
+        return tuple(term.mapped(lambda X: X[rows][:, rows]) for term in terms)
 
     whole = brake.system
     system = TermSystem(of_rows(whole.M), of_rows(whole.C), of_rows(whole.K[:1]), name=name)

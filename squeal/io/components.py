@@ -147,7 +147,6 @@ def assembly_file(
     components: dict[str, _LocatedComponent] = {}
     origins: list[Origin] = []
     inputs: list[Path] = []
-    assumptions: list[str] = []
     for name, component in keys["components"].items():
         path = folder / component["file"]
         file = read_component(path)
@@ -156,8 +155,6 @@ def assembly_file(
         components[name] = _LocatedComponent(body, file.coordinates)
         for origin in file.origins:
             origins.append(origin._replace(part=f"{name}.{origin.part}"))
-        for assumption in file.assumptions:
-            assumptions.append(f"{name}: {assumption}")
         inputs += [path, *file.inputs]
         if "reduced" in component:
             inputs.append(folder / component["reduced"]["residual_flexibility"])
@@ -209,7 +206,6 @@ def assembly_file(
         inputs=tuple(inputs),
         coordinates=_joint_coordinates(located, assembly.components),
         assembly=assembly,
-        assumptions=tuple(assumptions),
     )
 
 

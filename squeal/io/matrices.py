@@ -26,6 +26,7 @@ from squeal.io.formats.matrix_file import (
 from squeal.io.matrix_formats import FORMATS, HEAD, Format
 from squeal.io.writing import write_whole
 from squeal.linear.matrices import given_matrix
+from squeal.linear.precision import Precision, precision_of_floats, short_floats
 from squeal.schema import Place
 
 FREE_MOTION = 1e-8  # of the diagonal: pivots below are those of a free body
@@ -80,7 +81,24 @@ def read_matrix(
         assumptions += (f"{path.name}: each entry of one half is taken for both",)
     if file.numbered:
         assumptions += (f"{path.name}: rows that share labels are told apart by their numbers",)
-    return replace(file, matrix=matrix, symmetric=False, form=name, assumptions=assumptions)
+    return replace(
+        file,
+        matrix=matrix,
+        symmetric=False,
+        form=name,
+        assumptions=assumptions,
+        floats=short_floats(file.matrix),
+    )
+
+
+def precision_of_file(file: MatrixFile, matrix: Matrix) -> Precision:
+    """How far entries may be off by the digits, or the floats, that a file holds.
+
+    matrix: that of the file (n, n), on the rows where it is used.
+    """
+    if file.digits is not None:
+        return Precision(file.digits)
+    return precision_of_floats(matrix, file.floats)
 
 
 def _format_of(path: Path) -> Format:

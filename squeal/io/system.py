@@ -16,8 +16,16 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from squeal.io.coordinates import Coordinates, read_coordinates, read_elements
+from squeal.io.digits import MOST as MOST_DIGITS
 from squeal.io.formats.matrix_file import MatrixFile
-from squeal.io.matrices import Matrix, OpenedFiles, aligned, all_labels, read_matrix
+from squeal.io.matrices import (
+    Matrix,
+    OpenedFiles,
+    aligned,
+    all_labels,
+    precision_of_file,
+    read_matrix,
+)
 from squeal.io.system_keys import MOST_ROWS, POWERS, SYSTEM, Document
 from squeal.io.tables import read_over_frequency
 from squeal.io.terms import (
@@ -31,6 +39,7 @@ from squeal.io.terms import (
 )
 from squeal.linear.damping import Damped, damped
 from squeal.linear.matrices import dense, reduce
+from squeal.linear.precision import Precision
 from squeal.linear.system import Term, TermSystem, supports_warning, without_supports
 from squeal.schema import Place
 
@@ -90,8 +99,6 @@ class SystemFile:
         What has damping that is not given as a matrix.
     assembly : Assembly or None
         What components were joined to.
-    assumptions : tuple of str
-        What was guessed, left out or united: nothing is certified after it.
 
     Examples
     --------
@@ -110,7 +117,11 @@ class SystemFile:
     coordinates: Coordinates | None = None
     damped: tuple[Damped, ...] = ()
     assembly: Any = field(default=None, repr=False)
-    assumptions: tuple[str, ...] = ()
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What was guessed, left out or approximated: nothing is certified after it."""
+        return self.system.assumptions
 
     def replaced(self, changes: Mapping[str, float]) -> SystemFile:
         """The file with other values of some parameters, at which components are seated anew.
@@ -138,7 +149,7 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
     parameter = swept_parameter(keys, at)
     terms = terms_of(keys, at, parameter)
     files = _read_files(terms, folder)
-    assumptions: list[str] = []
+    assumptions = [*keys.get("assumptions", ())]
     for file in files:
         assumptions += file.assumptions
     assumptions += _compare_labels(at, terms, files)
@@ -160,7 +171,7 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
             parameter,
             keys.get("name") or Path(at.source).stem,
             labels=tuple(labels),
-        )
+        ).assuming(*assumptions)
         if not POWERS.keys().isdisjoint(keys):
             mass = dense(system.at()[0])
             reduce(mass, None, np.zeros_like(mass))  # refuses a mass that is not positive definite
@@ -180,7 +191,6 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
         inputs=_input_files(keys, terms, folder),
         coordinates=coordinates,
         damped=(*made.damping.records, *damping_records),
-        assumptions=tuple(dict.fromkeys([*assumptions, *system.assumptions])),
     )
 
 
@@ -215,6 +225,7 @@ def _make_terms(
             )
         formula = formula_of(term)
         factor = factor_of(term, formula, folder, parameter)
+        digits, errors = _precision_of(term, matrix, file, folder)
         origin = Origin(
             part=term.part,
             file=term.keys.get("file", ""),
@@ -223,15 +234,40 @@ def _make_terms(
             form=file.form,
             labelled=bool(file.labels),
             key=term.keys.get("key", ""),
-            digits=file.digits,
+            digits=digits,
         )
         made.origins.append(origin)
         of_part = made.of_part[term.matrix_part]  # K4, structural damping, counts as K
         index = len(of_part)  # of the term in its part
-        made.damping.add(term, index, matrix, formula, file.digits)
-        of_part.append(Term(matrix, factor, file.digits))
+        made_term = Term(matrix, factor, digits, term.keys.get("rounding", 0.0), errors)
+        made.damping.add(term, index, made_term, formula)
+        of_part.append(made_term)
     made.of_part["C"] += made.damping.terms
     return made
+
+
+def _precision_of(term: TermKeys, matrix: Matrix, file: MatrixFile, folder: Path) -> Precision:
+    """How far the entries of a term may be off, by its keys and by its file.
+
+    matrix: of the term (n, n), on the rows of the system. Raises InputError for errors of other
+    rows, and for negative ones.
+    """
+    of_file = precision_of_file(file, matrix)
+    if "digits" not in term.keys:
+        return of_file
+    digits = min(term.keys["digits"], of_file.digits or MOST_DIGITS)
+    if "errors" not in term.keys:
+        # of the fewer digits, whichever gives them
+        return of_file if digits == of_file.digits else Precision(digits)
+    here = term.at / "errors"
+    with here.named():
+        errors = read_matrix(folder / term.keys["errors"]).matrix
+    if np.iscomplexobj(errors) or errors.shape != matrix.shape or errors.min() < 0.0:
+        raise here.refuse(
+            f"{term.keys['errors']} is not allowed; it must have {matrix.shape[0]} rows of numbers "
+            "of at least 0"
+        )
+    return Precision(digits, errors)
 
 
 def _read_files(terms: Sequence[TermKeys], folder: Path) -> list[MatrixFile]:
@@ -352,8 +388,9 @@ def _input_files(keys: Document, terms: Sequence[TermKeys], folder: Path) -> tup
     names: list[str] = []
     tables: list[Document] = []
     for term in terms:
-        if "file" in term.keys:
-            names.append(term.keys["file"])
+        for key in ("file", "errors"):
+            if key in term.keys:
+                names.append(term.keys[key])
         for key in ("modulus", "table"):
             if key in term.keys:
                 tables.append(term.keys[key])

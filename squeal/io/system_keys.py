@@ -16,6 +16,7 @@ from squeal.schema import (
     Place,
     Several,
     Square,
+    Whole,
     row,
 )
 
@@ -61,6 +62,15 @@ TERM = Group({
     "table": Key(
         "quantity over a parameter, such as a bearing's stiffness over speed, which multiplies it "
         "too", TABLE, instead="modulus"),
+    "digits": Key(
+        "significant digits to which its entries are known, where more are written",
+        Whole(1, 15), default="what the file shows"),
+    "errors": Key(
+        "matrix file of how far each entry may be off, where that is not half a unit of the last "
+        "of its digits", TEXT, default="none", needs=("digits",)),
+    "rounding": Key(
+        "how far rounding may have moved any entry of a matrix that was computed", NOT_NEGATIVE,
+        "that of the matrix", default="0"),
     "rayleigh": Key(
         "alpha of a term of M, beta of one of K, in place of those of the whole", NOT_NEGATIVE,
         "1/s, s"),
@@ -111,6 +121,9 @@ DAMPING = Group({
 SYSTEM = Group({
     "name": Key("what the system is called", TEXT, default="the name of the file"),
     "reference": Key("where it is from", TEXT, default="empty"),
+    "assumptions": Key(
+        "what was guessed, left out or approximated when it was made, as `export` writes it; "
+        "nothing is certified after it", Several(TEXT, "a list of texts"), default="none"),
     "parameters": Key(
         "named numbers", Named(ANY, "a mapping of names to finite numbers"), default="none"),
     "parameter": Key("the one that is swept", TEXT, default="mu"),

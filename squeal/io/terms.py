@@ -1,10 +1,9 @@
 """Terms of a system file: which there are, what multiplies each, and the damping that they name."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from keyword import iskeyword
 from pathlib import Path
 
-from squeal.io.matrices import Matrix
 from squeal.io.system_keys import POWERS, Document
 from squeal.io.tables import number_in, read_over_frequency, read_table
 from squeal.linear.damping import Damped
@@ -178,9 +177,8 @@ class TermDamping:
         self,
         term: TermKeys,
         index: int,
-        matrix: Matrix,
+        made: Term,
         formula: Formula,
-        digits: int | None,
     ) -> None:
         """Take the damping that a term names, so that the damping of the whole leaves it out.
 
@@ -190,12 +188,10 @@ class TermDamping:
             The keys of the term.
         index : int
             Its index among the terms of M, C or K.
-        matrix : csc_array or ndarray (n, n)
-            Its matrix, on the rows of the system.
+        made : Term
+            The term of the system that these keys make.
         formula : Formula
             What multiplies it, without tables and loss factors.
-        digits : int or None
-            The significant digits of its matrix.
         """
         name = f"{term.part}.{index + 1}"
         if term.part == "K4":
@@ -207,7 +203,7 @@ class TermDamping:
             self.indices[whole].add(index)
             self.records.append(Damped(name, "rayleigh", factor))
             product = Formula(f"{factor!r} * ({formula.text})", formula.place)
-            self.terms.append(Term(matrix.real, product, digits))
+            self.terms.append(replace(made, matrix=made.matrix.real, factor=product))
         if "structural" in term.keys:
             self.indices["structural"].add(index)
             self.records.append(Damped(name, "structural", scalar(str(term.keys["structural"]))))

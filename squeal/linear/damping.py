@@ -20,8 +20,8 @@ from squeal.errors import InputError, InputWarning
 from squeal.linear.matrices import EPS, SKEW, Array, norm_of
 from squeal.linear.moduli import Modulus
 from squeal.linear.real_modes import real_modes
-from squeal.linear.system import Matrix, System, Term
-from squeal.numerics.differentiation import Formula
+from squeal.linear.system import Matrix, System, Term, sum_of_terms
+from squeal.numerics.differentiation import ONE, Formula
 
 MOST_DENSE = 2000
 """Rows up to which modal damping is a full matrix of all modes."""
@@ -160,21 +160,43 @@ def damped(
         mass_terms = [i for i in range(len(system.M)) if i not in indices_left_out.get("M", ())]
         for i in mass_terms:
             factor = Formula(f"{alpha!r} * ({system.M[i].factor.text})")
-            C.append(Term(system.M[i].matrix, factor))
+            C.append(dataclasses.replace(system.M[i], factor=factor))
         describe("rayleigh", alpha, "M", mass_terms)
     if beta:
         stiffness, stiffness_terms = structure_stiffness(system, terms_left_out("rayleigh"))
-        C.append(Term(beta * stiffness))
+        C.append(_of_stiffness(system, stiffness_terms, beta, stiffness))
         describe("rayleigh", beta, "K", stiffness_terms)
     if structural:
         stiffness, stiffness_terms = structure_stiffness(system, terms_left_out("structural"))
-        K.append(Term(structural * stiffness, Modulus(imaginary=True)))
+        term = _of_stiffness(system, stiffness_terms, structural, stiffness)
+        K.append(dataclasses.replace(term, factor=Modulus(imaginary=True)))
         describe("structural", structural, "K", stiffness_terms)
     result = dataclasses.replace(system, C=tuple(C), K=tuple(K))
     if callable(ratios) or np.size(ratios):
         result, modes = _with_modal_damping(result, system, ratios)
         described.append(modes)
     return result, tuple(described)
+
+
+def _of_stiffness(
+    system: System, terms: Iterable[int], coefficient: float, stiffness: Matrix
+) -> Term:
+    """The term of a coefficient times the stiffness of the structure, known as its terms are.
+
+    terms: indices of the terms of K that the stiffness (n, n), as of `structure_stiffness`, is of.
+    """
+    parameters = frictionless(system)
+    parts = []
+    for i in terms:
+        # the real part of the product, and the symmetric part of that
+        weight = coefficient * abs(system.K[i].factor.value(parameters))
+        parts.append((weight, system.K[i].mapped(_symmetric_part, _symmetric_part)))
+    return sum_of_terms(coefficient * stiffness, ONE, parts)
+
+
+def _symmetric_part(matrix: Matrix) -> Matrix:
+    """(X + X') / 2 of a matrix X (n, n)."""
+    return (matrix + matrix.T) / 2
 
 
 def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tuple[System, Damped]:
@@ -238,8 +260,26 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
         # of the products and of the modes, which exact arithmetic must not take for given
         rounding = ROUNDED * n * EPS * norm_of(damping)
         term = Term(damping, rounding=rounding)
+        if undamped.digits is not None:
+            errors = np.full((n, n), _open_share(undamped, M, K) * norm_of(damping))
+            term = dataclasses.replace(term, digits=undamped.digits, errors=errors)
         return dataclasses.replace(system, C=(*system.C, term)), description
     return bordered(system, U), description
+
+
+def _open_share(system: System, M: Matrix, K: Matrix) -> float:
+    """The share of M and K that digits of data leave open, and so of damping that modes make.
+
+    M, K: mass and stiffness (n, n) without friction.
+    """
+    parameters = frictionless(system)
+    share = 0.0
+    for terms, total in ((system.M, M), (system.K, K)):
+        for term in terms:
+            errors = term.data_errors
+            if errors is not None:
+                share += abs(term.factor.value(parameters)) * norm_of(errors) / norm_of(total)
+    return share
 
 
 def bordered(system: System, U: Array, of_stiffness: bool = False) -> System:
@@ -254,9 +294,13 @@ def bordered(system: System, U: Array, of_stiffness: bool = False) -> System:
 
     def enlarged(term: Term) -> Term:
         """The term with rows and columns of zeros for the new unknowns."""
-        X = csc_array(term.matrix, copy=True)
-        X.resize((n + k, n + k))
-        return dataclasses.replace(term, matrix=X)
+
+        def resized(matrix: Matrix) -> csc_array:
+            X = csc_array(matrix, copy=True)
+            X.resize((n + k, n + k))
+            return X
+
+        return term.mapped(resized)
 
     M, C, K = (tuple(map(enlarged, terms)) for terms in system.parts)
     zeros = csc_array((n, n))

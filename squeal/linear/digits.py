@@ -26,32 +26,9 @@ from squeal.numerics.differentiation import Formula
 NEAR_ZERO = 0.25  # of |lambda|: a root that may move by more may be a double root at zero
 
 
-def half_units(matrix: Matrix, digits: int | None) -> csc_array:
-    """How far each entry of a matrix (n, n) may be off that was written with so many digits.
-
-    It is half a unit of the last significant digit, for real and imaginary part; zero if `digits`
-    is None: entries are exact.
-    """
-    X = csc_array(matrix)
-    if digits is None:
-        return csc_array(X.shape)
-
-    def half(numbers: Array) -> Array:
-        size = np.abs(numbers)
-        units = np.zeros_like(size)
-        filled = size > 0.0
-        units[filled] = 0.5 * 10.0 ** (np.floor(np.log10(size[filled])) + 1 - digits)
-        return units
-
-    units = half(X.data.real)
-    if np.iscomplexobj(X.data):
-        units = units + half(X.data.imag)
-    return csc_array((units, X.indices, X.indptr), shape=X.shape)
-
-
 def has_digits(system: TermSystem) -> bool:
     """True if some matrix of a system is known to so many digits only."""
-    return any(term.digits is not None for term in system.terms)
+    return system.digits is not None
 
 
 def data_errors(
@@ -63,9 +40,9 @@ def data_errors(
     for terms in system.parts:
         total = csc_array((system.n, system.n))
         for term in terms:
-            if term.digits is not None:
-                factor = abs(term.factor.value(parameters))
-                total = total + factor * half_units(term.matrix, term.digits)
+            errors_of_term = term.data_errors
+            if errors_of_term is not None:
+                total = total + abs(term.factor.value(parameters)) * errors_of_term
         errors.append(total)
     return errors[0], errors[1], errors[2]
 

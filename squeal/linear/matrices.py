@@ -79,7 +79,7 @@ def dense(matrix: Matrix) -> np.ndarray:
     return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)
 
 
-def _unwrapped(value: object) -> object:
+def unwrapped(value: object) -> object:
     """The sparse matrix in a data frame of sparse columns (pandas) or in a data array (xarray);
     anything else as it is."""
     columns: Any = getattr(value, "sparse", None)  # which a frame of dense columns has not
@@ -97,7 +97,7 @@ def given_matrix(value: object, name: str = "", real: bool = False) -> Matrix:
     Raises InputError, also for numbers that no double holds.
     """
     refuse_unit(value, Place(name or "matrix"))
-    given = _unwrapped(value)
+    given = unwrapped(value)
     if np.ma.is_masked(given):
         raise _refused(name, "has masked entries; a matrix of finite numbers is required")
     try:

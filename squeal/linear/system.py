@@ -23,6 +23,7 @@ from squeal.errors import InputError, meant, within_doubles
 from squeal.linear.matrices import Array, checked, dense, given_matrix, is_sparse
 from squeal.linear.matrices import Matrix as Matrix
 from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
+from squeal.linear.precision import half_units, precision_of_floats, short_floats
 from squeal.linear.supports import support_rows
 from squeal.numerics.differentiation import ONE, Formula
 from squeal.schema import ANY, TEXT, Place, instance, kind_of
@@ -53,6 +54,9 @@ class Term:
 
     `digits` are the significant digits to which its entries are known, None if they are exact.
     `rounding` is how far rounding may have moved its entries where it was computed from others.
+    `errors` (n, n) are how far digits of data leave each entry open where that is not half a unit
+    of its own last one, as of entries that were computed from such data. What makes a term from
+    others takes all three along: `mapped` and `sum_of_terms`.
 
     Examples
     --------
@@ -66,9 +70,78 @@ class Term:
     factor: Formula | Modulus | Tabulated = ONE
     digits: int | None = None
     rounding: float = 0.0
+    errors: Matrix | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "matrix", given_matrix(self.matrix).copy())
+        if self.errors is not None:
+            object.__setattr__(self, "errors", _sparse(self.errors))
+
+    @property
+    def data_errors(self) -> Matrix | None:
+        """How far digits of data leave each entry open (n, n), sparse; None of exact entries."""
+        if self.digits is None:
+            return None
+        return half_units(self.matrix, self.digits) if self.errors is None else self.errors
+
+    def mapped(
+        self,
+        change: Callable[[Matrix], Matrix],
+        size: Callable[[Matrix], Matrix] | None = None,
+        factor: Formula | None = None,
+    ) -> Term:
+        """The term with a linear map of its matrix, and what is known of the new entries.
+
+        Parameters
+        ----------
+        change : callable
+            The map, such as that to some of the rows.
+        size : callable, optional
+            A bound (n, n) of the map of all matrices whose entries have some sizes; of a map that
+            only moves entries it is left out.
+        factor : Formula, optional
+            Another factor than that of the term.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> term = Term(np.array([[1.23457, 0.0], [0.0, 1.0]]), digits=6)
+        >>> half = term.mapped(lambda X: X / 2, lambda X: X / 2)
+        >>> half.digits, half.data_errors.toarray()[0, 0].round(9)
+        (6, np.float64(2.5e-06))
+        """
+        errors = self.errors if size is None else self.data_errors
+        rounding = self.rounding
+        if errors is not None:
+            errors = (size or change)(errors)
+        if rounding and size is not None:
+            rounding *= float(np.max(dense(size(np.ones(self.matrix.shape)))))
+        return Term(change(self.matrix), factor or self.factor, self.digits, rounding, errors)
+
+
+def sum_of_terms(
+    matrix: Matrix, factor: Formula | Modulus | Tabulated, parts: Sequence[tuple[float, Term]]
+) -> Term:
+    """A term whose matrix (n, n) was summed from multiples of others, known as these are.
+
+    parts: the factor of each of these terms, and the term.
+    """
+    digits = [term.digits for _, term in parts if term.digits is not None]
+    errors: Matrix | None = None
+    for weight, term in parts:
+        of_term = term.data_errors
+        if of_term is not None:
+            of_term = abs(weight) * of_term
+            errors = of_term if errors is None else errors + of_term
+    rounding = sum(abs(weight) * term.rounding for weight, term in parts)
+    return Term(matrix, factor, min(digits, default=None), rounding, errors)
+
+
+def _sparse(matrix: Matrix) -> Matrix:
+    """The matrix (n, n) as a sparse array."""
+    from scipy.sparse import csc_array
+
+    return csc_array(matrix)
 
 
 SystemMatrix = ArrayLike | Sequence[object] | SparseMatrix | Mapping[str, object] | tuple[Term, ...]
@@ -101,7 +174,8 @@ class System:
         Which of `omega` and `frequency` are those of each root: those that factors depend on and
         `parameters` does not name.
     assumptions : tuple of str
-        What was guessed when it was made; nothing is certified after it.
+        What was guessed, left out or approximated when it was made; nothing is certified after it.
+        A system that is made from it has them too.
     labels : iterable of hashable
         Of the first rows or of all: those of data frames, or (node, degree of freedom) of files.
 
@@ -284,6 +358,12 @@ class System:
         return frozenset().union(*(term.factor.names for term in self.terms))
 
     @property
+    def digits(self) -> int | None:
+        """The significant digits of the matrix that is known to the fewest; None of doubles."""
+        digits = [term.digits for term in self.terms if term.digits is not None]
+        return min(digits, default=None)
+
+    @property
     def given(self) -> dict[str, float]:
         """The parameters, without the frequency where it is that of each root."""
         return {name: self.parameters[name] for name in self.parameters if name not in self.follows}
@@ -354,6 +434,20 @@ class System:
         """
         follows = tuple(name for name in self.follows if name not in changes)
         return dataclasses.replace(self, parameters=self.values(changes), follows=follows)
+
+    def assuming(self, *assumptions: str) -> System:
+        """The system with more assumptions, those that it has not yet; nothing is certified then.
+
+        Examples
+        --------
+        >>> reduced = System([[1.0]], K=[[4.0]]).assuming("it is reduced")
+        >>> reduced.assumptions, reduced.assuming("it is reduced").assumptions
+        (('it is reduced',), ('it is reduced',))
+        """
+        united = tuple(dict.fromkeys((*self.assumptions, *assumptions)))
+        if united == self.assumptions:
+            return self
+        return dataclasses.replace(self, assumptions=united)
 
     @property
     def covered(self) -> tuple[float, float]:
@@ -536,7 +630,8 @@ def _read_terms(
                     labels[f"columns of {name}"] = array_labels[1]
                 matrix = given_matrix(array, real=part == "M")
                 formula = Formula(TEXT.read(factor, Place("factor")))
-                terms.append(Term(matrix, formula))
+                digits, errors = precision_of_floats(matrix, short_floats(array))
+                terms.append(Term(matrix, formula, digits, errors=errors))
         parts[part] = tuple(terms)
     with Place("System").named():
         refuse_other_labels(labels)
@@ -658,9 +753,12 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
         return system, supports
     free = np.setdiff1d(np.arange(system.n), supports)
 
+    def rows_of(matrix: Matrix) -> Matrix:
+        sliced = matrix.tocsc() if is_sparse(matrix) else matrix
+        return sliced[free][:, free]
+
     def free_rows(term: Term) -> Term:
-        matrix = term.matrix.tocsc() if is_sparse(term.matrix) else term.matrix
-        return dataclasses.replace(term, matrix=matrix[free][:, free])
+        return term.mapped(rows_of)
 
     assumption = f"{supports.size} rows are taken for supports and left out"
     return (
@@ -669,9 +767,8 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
             M=tuple(map(free_rows, system.M)),
             C=tuple(map(free_rows, system.C)),
             K=tuple(map(free_rows, system.K)),
-            assumptions=(*system.assumptions, assumption),
             labels=tuple(system.labels[row] for row in free if row < len(system.labels)),
-        ),
+        ).assuming(assumption),
         supports,
     )
 

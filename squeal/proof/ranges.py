@@ -63,10 +63,14 @@ SLOW = 1e-6  # of half a gap, beside a threshold: there the roots that grow may 
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """A matrix (n, n) and the factor that multiplies it; None for one."""
+    """A matrix (n, n) and the factor that multiplies it; None for one.
+
+    `errors` (n, n) are how far each entry may be off beyond what `data` of `Terms` says.
+    """
 
     matrix: ArrayLike
     factor: Factor | None = None
+    errors: ArrayLike | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +102,11 @@ class Terms:
                 X = doubles(np.asarray(term.matrix))
                 if not X.imag.any():
                     X = X.real
-                matrices.append(Balls(X, half_widths(X, self.data)))
+                radii = half_widths(X, self.data)
+                if term.errors is not None:
+                    errors = np.asarray(term.errors)
+                    radii = np.where(errors > 0.0, upper(radii + errors, 2), radii)
+                matrices.append(Balls(X, radii))
         object.__setattr__(self, "_balls", balls)
 
     @property
@@ -130,7 +138,7 @@ class Terms:
     @property
     def is_undamped(self) -> bool:
         """True if C is zero at each value."""
-        return not any(X.mid.any() for X in self._balls["C"])
+        return all(X.is_zero for X in self._balls["C"])
 
     def components(self) -> list[Terms]:
         """The terms of each strong component of the pattern of all terms.
@@ -139,8 +147,9 @@ class Terms:
         those of the diagonal blocks.
         """
         pattern = np.zeros((self.n, self.n), dtype=bool)
-        for X in self._midpoints:
-            pattern |= X != 0.0
+        for matrices in self._balls.values():
+            for X in matrices:
+                pattern |= (X.mid != 0.0) | (X.rad > 0.0)
         components = []
         for rows in strong_components(pattern):
             M, C, K = (self._terms_of_block(name, rows) for name in "MCK")
@@ -152,7 +161,8 @@ class Terms:
         block = np.ix_(rows, rows)
         terms = []
         for term, X in zip(getattr(self, name), self._balls[name], strict=True):
-            terms.append(Term(X.mid[block], term.factor))
+            errors = None if term.errors is None else np.asarray(term.errors)[block]
+            terms.append(Term(X.mid[block], term.factor, errors))
         return terms
 
     def expanded(self, low: float, high: float) -> tuple[Expansion, Expansion, Expansion]:
@@ -187,7 +197,7 @@ class Terms:
             slopes.append(_multiplied(X, factor_slope))
             largest = float(np.nextafter(float(half_curvature.abs_upper()), np.inf))
             remainder = remainder + X.bound() * largest
-        is_used = sum((np.abs(X.mid) for X in matrices), zeros) > 0.0
+        is_used = sum((np.abs(X.mid) + X.rad for X in matrices), zeros) > 0.0
 
         def total(balls: list[Balls]) -> Balls:
             if not balls:

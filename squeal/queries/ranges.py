@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.errors import InputError
 from squeal.linear.events import Crossing
-from squeal.linear.matrices import dense
+from squeal.linear.matrices import Array, dense, divisor, norm_of
 from squeal.linear.moduli import Modulus, Tabulated
 from squeal.linear.system import Term as SystemTerm
 from squeal.linear.system import TermSystem
@@ -35,6 +36,8 @@ if TYPE_CHECKING:  # scenes start without the referee
 RATE = 1e-6  # of a root: slower growth is not excluded by a proof
 WIDEST_RATE = 1e-3  # of the slowest motion: where no less can be excluded nothing is proved
 WIDTH = 1e-10  # of a threshold: by how much the interval is widened in which it is proved
+WIDER = 4.0  # ... where data have few digits: by how much more at each attempt
+WIDENINGS = 8  # how many attempts are made
 VAGUE = 1e-3  # of the range: a wider interval may hold more than its threshold
 IS_VAGUE = "a threshold is known to an interval only that may hold more"
 BEYOND_FOLD = 1.05  # of the friction at a fold: how far a branch would be followed
@@ -227,15 +230,36 @@ def _terms(term: SystemTerm, system: TermSystem) -> Iterator[Term]:
 
     factor = term.factor
     matrix = dense(term.matrix)
+    errors = _errors_of(term)
     if isinstance(factor, Formula):
-        yield Term(matrix, _product([factor], system))
+        yield Term(matrix, _product([factor], system), errors)
         return
     assert isinstance(factor, Modulus)
     if factor.imaginary:
         matrix = 1j * matrix
-    yield Term(matrix, _product([factor.factor], system))
+    yield Term(matrix, _product([factor.factor], system), errors)
     if factor.loss is not None:
-        yield Term(1j * matrix, _product([factor.factor, factor.loss], system))
+        yield Term(1j * matrix, _product([factor.factor, factor.loss], system), errors)
+
+
+def _errors_of(term: SystemTerm) -> Array | None:
+    """How far entries (n, n) of a term may be off by digits of data and by rounding; None of
+    doubles that were given."""
+    errors = term.data_errors
+    if errors is None and not term.rounding:
+        return None
+    by_digits = 0.0 if errors is None else dense(errors)
+    return term.rounding + np.zeros(term.matrix.shape) + by_digits
+
+
+def _open_share(system: TermSystem) -> float:
+    """The largest share of the size of a matrix that digits of data leave open, 0 of doubles."""
+    shares = [0.0]
+    for term in system.terms:
+        errors = term.data_errors
+        if errors is not None:
+            shares.append(norm_of(errors) / divisor(norm_of(term.matrix)).item())
+    return max(shares)
 
 
 def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
@@ -309,11 +333,8 @@ def system_statement(
     from squeal.proof.ranges import SPENT, prove_thresholds
     from squeal.proof.referee import Proof
 
-    intervals = _intervals_of(crossings, low, high, WIDTH)
-    rises = [_rise_within(crossings, interval) for interval in intervals]
-
-    def prove(growth_below: float) -> Proof:
-        """Try to exclude growth by more than so much, 1/s, beside the listed crossings."""
+    def prove(intervals: Sequence[Interval], growth_below: float) -> Proof:
+        """Try to exclude growth by more than so much, 1/s, outside of the intervals."""
         if any(_has_table(term) for term in system.terms):
             return Proof("open", reason="tables over a parameter have no enclosure")
         try:
@@ -327,6 +348,7 @@ def system_statement(
         if not at_any_cost:
             states = 2 * system.n if system.C else system.n
             most = int(INTERVALS / (1.0 + (states / LARGE) ** 2))
+        rises = [_rise_within(crossings, interval) for interval in intervals]
         try:
             return prove_thresholds(
                 terms, low, high, intervals, growth_below, rises=rises, most=most
@@ -334,18 +356,36 @@ def system_statement(
         except InputError as error:  # a factor has no value somewhere
             return Proof("open", reason=str(error))
 
-    for rate in (rates.slowest_oscillation, rates.fastest):
-        proof = prove(min(RATE * rate, WIDEST_RATE * rates.slowest))
-        if proof.status != "open" or proof.reason == SPENT:
-            break  # one that is out of intervals will be so again
+    for share in _shares_of_intervals(system, crossings):
+        intervals = _intervals_of(crossings, low, high, share)
+        for rate in (rates.slowest_oscillation, rates.fastest):
+            proof = prove(intervals, min(RATE * rate, WIDEST_RATE * rates.slowest))
+            if proof.status != "open" or proof.reason == SPENT:
+                break  # one that is out of intervals will be so again
+        if proof.status != "open" or proof.reason in (SPENT, IS_VAGUE):
+            break
     statement = _statement_of(proof, system.parameter, low, high)
+    if system.digits is not None:
+        statement = replace(statement, data=f"{system.digits} digits")
     if proof.status != "proved":
         return statement, []
     return statement, intervals
 
 
+def _shares_of_intervals(system: TermSystem, crossings: Sequence[Crossing]) -> list[float]:
+    """By which shares of its value the interval of a crossing is widened, one after the other.
+
+    A threshold of data with few digits may lie farther off than rounding: how far the proof shows.
+    """
+    open_share = _open_share(system)
+    if not open_share or not crossings:
+        return [WIDTH]
+    return [WIDTH + open_share * WIDER**k for k in range(1, WIDENINGS + 1)]
+
+
 def _terms_in_balls(system: TermSystem) -> Terms:
-    """M, C and K as functions of the parameter, entries known to half a unit in the last place.
+    """M, C and K as functions of the parameter, entries known to half a unit in the last place, or
+    to the digits of their data.
 
     Raises ImportError without the library of ball arithmetic.
     """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Literal
 
 from squeal.linear.system import System
@@ -47,5 +46,4 @@ def reduce(
 
     analysis = SystemAnalysis.of(subject, band, region, memory=memory, progress=progress)
     reduction = analysis.reduced(None if values is None else list(values), method)
-    words = "a reduced system approximates the roots of its band or region"
-    return replace(reduction.system, assumptions=(*reduction.system.assumptions, words))
+    return reduction.system_with_origin

@@ -30,6 +30,7 @@ from squeal.queries.options import (
     upper_end,
 )
 from squeal.queries.pads.equilibrium import branch_system, roots_and_verdict
+from squeal.results.columns import OPEN
 from squeal.results.sources import EigenvalueSelection, PadSource
 from squeal.results.thresholds import MISSED, Thresholds
 from squeal.schema import Number, Place, Positive, public
@@ -355,12 +356,13 @@ def system_thresholds_with_proof(
     InputError
         For an empty range, and with `prove` for a system that cannot be proved.
     """
+    from squeal.linear.digits import has_digits
     from squeal.queries.ranges import PROVED_ROWS, SEARCHES
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.known import thresholds_as_known
     from squeal.queries.systems.matrices import ALL_ROWS
     from squeal.queries.systems.seat import thresholds_as_seated
-    from squeal.queries.systems.sensitivity import widened_by_reduction
+    from squeal.queries.systems.sensitivity import widened_by_digits, widened_by_reduction
     from squeal.queries.systems.thresholds import system_thresholds
     from squeal.queries.systems.verdicts import NO_ROOT
 
@@ -403,23 +405,35 @@ def system_thresholds_with_proof(
         answer = _counted_not_proved(answer)
     if analysis.joined:
         answer = widened_by_reduction(system, analysis.file.assembly, answer)
-    if is_small(system) and prove is not False and answer.verdict != NO_ROOT:
-        answer = replace(answer, verdict=_verdict_at_start(analysis, answer.low))
+    elif has_digits(system) and (answer.proof or {}).get("status") != "proved":
+        answer = widened_by_digits(system, answer)
     answer = thresholds_as_seated(analysis.file, answer)
-    return thresholds_as_known(analysis.file, selection, answer)
+    answer = thresholds_as_known(analysis.file, answer)
+    if is_small(system) and answer.verdict != NO_ROOT:
+        return _judged_at_start(analysis, answer, prove is not False)
+    return answer
 
 
-def _verdict_at_start(analysis: SystemAnalysis, low: float) -> str | None:
-    """The verdict at the lower end of the range, which the referee judges as for `eigenvalues`."""
-    from squeal.queries.systems.known import data_of, error_bounds
+def _judged_at_start(analysis: SystemAnalysis, answer: Thresholds, refereed: bool) -> Thresholds:
+    """The thresholds with the verdict at the lower end of the range, as `eigenvalues` gives it.
+
+    Where it is open nothing is certified: no list says what grows from there on. refereed: whether
+    the referee judges the roots there.
+    """
+    from squeal.queries.systems.known import data_of, error_bounds, open_by_digits, with_doubts
     from squeal.queries.systems.roots import system_roots
 
     file = analysis.file
-    system = file.system.replace({file.system.parameter: low})
-    data = data_of(file, system)
+    system = file.system.replace({file.system.parameter: answer.low})
+    data = data_of(file, system) if refereed else None
     add_errors = error_bounds(file, system)
     roots = system_roots(system, analysis.selection, add_errors=add_errors, data=data)
-    return roots.verdict
+    answer = replace(answer, verdict=roots.verdict)
+    if roots.verdict is not None or answer.certified is None:
+        return answer
+    reason = (open_by_digits(file, roots.computed) or roots.criterion).removeprefix(OPEN)
+    at_start = f"the verdict at {answer.parameter} = {answer.low:g} is open: {reason}"
+    return with_doubts(answer, [at_start])
 
 
 def _counted_not_proved(answer: Thresholds) -> Thresholds:

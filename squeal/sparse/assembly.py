@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike
 from squeal.errors import InputError, meant
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import is_sparse
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import Matrix, Term, TermSystem, sum_of_terms
 from squeal.linear.verdicts import assumed_rounding
 from squeal.numerics.differentiation import Formula
 from squeal.schema import Place
@@ -29,7 +30,7 @@ from squeal.sparse.quadratic import Array, Changes, ComplexArray
 from squeal.sparse.reduced_basis import root_error_bounds
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_array
+    from scipy.sparse import csc_array, csr_array
 
 ASSEMBLY_DEFAULTS = {"mu": 0.0, "contact": 1.0, "tangential": 1.0}  # parameters of every assembly
 
@@ -293,6 +294,7 @@ def assemble(
         parameters=all_parameters,
         parameter=parameter,
         name=name,
+        assumptions=_merged_assumptions(joined),
     )
     for contact in located:
         with Place(f"contact {contact.name}").named():
@@ -302,8 +304,8 @@ def assemble(
     springs: list[Term] = []
     dampers: list[Term] = []
     for pairs, static in zip(pair_sets, seats, strict=True):
-        springs += _contact_springs(pairs, static, is_large)
-        dampers += _contact_dampers(pairs, static, is_large)
+        springs += _contact_springs(pairs, static, is_large, structure.digits)
+        dampers += _contact_dampers(pairs, static, is_large, structure.digits)
     system = replace(structure, C=(*structure.C, *dampers), K=(*structure.K, *springs))
 
     def joined_at(changes: Changes) -> Assembly:
@@ -355,55 +357,86 @@ def _merged_parameters(bodies: Sequence[Component], overrides: Changes) -> dict[
     return parameters | dict(overrides)
 
 
+def _merged_assumptions(bodies: Sequence[Component]) -> tuple[str, ...]:
+    """What was assumed of each component, with its name."""
+    assumptions = []
+    for body in bodies:
+        assumptions += [f"{body.name}: {assumption}" for assumption in body.system.assumptions]
+    return tuple(assumptions)
+
+
 def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
     """Block-diagonal terms of M, C or K (part 0, 1 or 2) of all components, one for each formula.
 
     Components that have terms with the same formula share one term of the assembly.
     """
-    from scipy.sparse import block_diag, csc_array
+    from scipy.sparse import csc_array
 
     is_large = any(is_sparse(term.matrix) for body in bodies for term in body.system.terms)
-    blocks = {}
-    factors = {}
-    for k, body in enumerate(bodies):
+    rows = sum(body.system.n for body in bodies)
+    placed: dict[str, list[Term]] = {}
+    start = 0
+    for body in bodies:
         for term in body.system.parts[part]:
-            text = term.factor.text
-            if text not in factors:
-                factors[text] = term.factor
-                blocks[text] = [csc_array((b.system.n, b.system.n)) for b in bodies]
-            blocks[text][k] = blocks[text][k] + term.matrix
+            on_all_rows = term.mapped(partial(_on_rows, start=start, rows=rows))
+            placed.setdefault(term.factor.text, []).append(on_all_rows)
+        start += body.system.n
     terms = []
-    for text, factor in factors.items():
-        matrix = block_diag(blocks[text], "csc")
-        terms.append(Term(matrix if is_large else matrix.toarray(), factor))
+    for same in placed.values():
+        matrix = csc_array((rows, rows))
+        for term in same:
+            matrix = matrix + term.matrix
+        matrix = matrix if is_large else matrix.toarray()
+        terms.append(sum_of_terms(matrix, same[0].factor, [(1.0, term) for term in same]))
     return tuple(terms)
 
 
-def _contact_springs(pairs: PairDirections, static: StaticContact, is_large: bool) -> list[Term]:
+def _on_rows(matrix: Matrix, start: int, rows: int) -> csc_array:
+    """The sparse matrix (rows, rows) with another one on its diagonal, from row `start` on."""
+    from scipy.sparse import coo_array
+
+    entries = coo_array(matrix)
+    positions = (entries.row + start, entries.col + start)
+    return coo_array((entries.data, positions), shape=(rows, rows)).tocsc()
+
+
+def _contact_springs(
+    pairs: PairDirections, static: StaticContact, is_large: bool, digits: int | None
+) -> list[Term]:
     """Terms of K of the closed pairs: normal springs, tangential springs in both directions across
     the normal, and the friction along sliding that the normal springs cause.
 
     The tangential springs act on small motions about the seat, also along sliding: only the static
     solution of a sliding contact is without them.
+
+    digits: those of the components, to which a stiffness is known that depends on the pressure.
     """
     contact = pairs.contact
+    of_pressure = digits if contact.exponent else None
     tangential = static.closed * pairs.area * contact.tangential
     friction = f"({contact.friction}) * ({contact.factor})"
     # static.stiffness is zero where a pair is open, and does not hold the factor yet
-    springs = _coupling(pairs.normal, static.stiffness, pairs.normal, contact.factor, is_large)
+    springs = _coupling(
+        pairs.normal, static.stiffness, pairs.normal, contact.factor, is_large, of_pressure
+    )
     for direction in pairs.across:
         springs += _coupling(direction, tangential, direction, "tangential", is_large)
     # a pair that opens by u along the normal loses the friction mu k u along sliding
-    springs += _coupling(pairs.sliding, static.stiffness, pairs.normal, friction, is_large)
+    springs += _coupling(
+        pairs.sliding, static.stiffness, pairs.normal, friction, is_large, of_pressure
+    )
     return springs
 
 
-def _contact_dampers(pairs: PairDirections, static: StaticContact, is_large: bool) -> list[Term]:
+def _contact_dampers(
+    pairs: PairDirections, static: StaticContact, is_large: bool, digits: int | None
+) -> list[Term]:
     """Terms of C by friction of the static normal forces N.
 
     A small velocity across the sliding turns the direction of friction, which damps by mu N / speed
     there; one along it changes the coefficient, which damps by (d mu / d speed) N. The forces N
-    hold the factor of the normal stiffness already, and are zero where a pair is open.
+    hold the factor of the normal stiffness already, and are zero where a pair is open; they are
+    known to the digits of the components.
     """
     contact = pairs.contact
     dampers: list[Term] = []
@@ -411,23 +444,30 @@ def _contact_dampers(pairs: PairDirections, static: StaticContact, is_large: boo
         _, across = pairs.across  # the first direction is along sliding, the second beside it
         # radius: metres from the axis where `speed` is in rad/s, 1 where it is in m/s
         friction = f"({contact.friction}) / ({contact.speed})"
-        dampers += _coupling(across, static.forces / pairs.radius, across, friction, is_large)
+        forces = static.forces / pairs.radius
+        dampers += _coupling(across, forces, across, friction, is_large, digits)
     if contact.slope != "0":  # the default, of friction that does not depend on speed
         sliding = pairs.sliding
         # the slope is per m/s of sliding, about an axis too: no radius here
-        dampers += _coupling(sliding, static.forces, sliding, contact.slope, is_large)
+        dampers += _coupling(sliding, static.forces, sliding, contact.slope, is_large, digits)
     return dampers
 
 
 def _coupling(
-    force: csr_array, weights: Array, displacement: csr_array, factor: str, is_large: bool
+    force: csr_array,
+    weights: Array,
+    displacement: csr_array,
+    factor: str,
+    is_large: bool,
+    digits: int | None = None,
 ) -> list[Term]:
     """The term force^T diag(weights) displacement times a factor; none if the product is empty.
 
     Each of the m pairs measures a relative displacement of the rows, a row of `displacement`
-    (m, n), and answers with weight (m,) times it along its row of `force` (m, n).
+    (m, n), and answers with weight (m,) times it along its row of `force` (m, n). The weights are
+    known to so many `digits`.
     """
     if not force.nnz or not weights.any():
         return []
     product = force.T @ displacement.multiply(weights[:, None])
-    return [Term(product.tocsc() if is_large else product.toarray(), Formula(factor))]
+    return [Term(product.tocsc() if is_large else product.toarray(), Formula(factor), digits)]

@@ -7,7 +7,7 @@ above are represented by their static answer to the inertia of the constraint mo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -101,6 +101,9 @@ class Component:
             raise InputError(
                 f"{self.name}: directions: {unknown[0]} is not allowed; it must be 0, 1, 2 or -1"
             )
+        if self.cutoff < np.inf:
+            words = f"reduced to its modes up to {self.cutoff:g} Hz, which moves roots"
+            object.__setattr__(self, "system", self.system.assuming(words))
 
     @property
     def name(self) -> str:
@@ -200,18 +203,25 @@ class Component:
         cross = self._cross_product(axis)
         squared = csc_array(cross @ cross)
         formula = Formula(str(speed))
+
+        def product_with(J: csc_array, share: float) -> Callable[[Matrix], Matrix]:
+            """The map of a matrix X to share (X J + J X), dense if X is."""
+
+            def product(X: Matrix) -> Matrix:
+                total = share * (csc_array(X) @ J + J @ csc_array(X))
+                return total if is_sparse(X) else total.toarray()
+
+            return product
+
         coriolis: list[Term] = []
         softening: list[Term] = []
         for term in self.system.M:
-            mass = csc_array(term.matrix)
-            gyroscopic = mass @ cross + cross @ mass  # 2 G
-            centrifugal = (mass @ squared + squared @ mass) / 2.0  # -Z
-            if not is_sparse(term.matrix):
-                gyroscopic = gyroscopic.toarray()
-                centrifugal = centrifugal.toarray()
-            of_speed = f"({formula.text}) * ({term.factor.text})"
-            coriolis.append(Term(gyroscopic, Formula(of_speed)))
-            softening.append(Term(centrifugal, Formula(f"({formula.text}) * {of_speed}")))
+            once = Formula(f"({formula.text}) * ({term.factor.text})")
+            twice = Formula(f"({formula.text}) * {once.text}")
+            gyroscopic = product_with(cross, 1.0)  # 2 G
+            centrifugal = product_with(squared, 0.5)  # -Z
+            coriolis.append(term.mapped(gyroscopic, product_with(abs(cross), 1.0), once))
+            softening.append(term.mapped(centrifugal, product_with(abs(squared), 0.5), twice))
         # a name that is left out here may be a parameter of the system already
         needed = {name: values[name] for name in formula.names if name in values}
         stiffness = self.system.K
@@ -451,7 +461,11 @@ def _residual_flexibility(
 
 def _projected(terms: tuple[Term, ...], basis: Array) -> tuple[Term, ...]:
     """The terms V^T A V of a real basis V (n, d), with their factors."""
-    return tuple(Term(basis.T @ (term.matrix @ basis), term.factor) for term in terms)
+
+    def onto(V: Array) -> Callable[[Matrix], Matrix]:
+        return lambda A: V.T @ (A @ V)
+
+    return tuple(term.mapped(onto(basis), onto(np.abs(basis))) for term in terms)
 
 
 def _unit_columns(n: int, rows: Indices) -> Array:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.matrices import norm_of
+from squeal.linear.matrices import Matrix, norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
@@ -198,6 +198,28 @@ class Reduction:
     def size(self) -> int:
         """Number of vectors d."""
         return self.vectors.shape[1]
+
+    @property
+    def system_with_origin(self) -> TermSystem:
+        """The reduced system as others may take it, with what is known of where it comes from.
+
+        It is assumed to be one that approximates another, and its entries are known as far as the
+        projected ones of that are.
+        """
+        sizes = np.abs(self.scaled.scale[:, None] * self.vectors)
+
+        def bound(matrix: Matrix) -> Matrix:
+            return sizes.T @ (matrix @ sizes)
+
+        def projected(full: Sequence[Term], reduced: Sequence[Term]) -> tuple[Term, ...]:
+            terms = []
+            for term, small in zip(full, reduced, strict=True):
+                terms.append(replace(term.mapped(bound, bound), matrix=small.matrix))
+            return tuple(terms)
+
+        M, C, K = map(projected, self.scaled.system.parts, self.system.parts)
+        system = replace(self.system, M=M, C=C, K=K)
+        return system.assuming("a reduced system approximates the roots of its band or region")
 
     @property
     def path_reduction(self) -> ReducedBasis | Reduction:

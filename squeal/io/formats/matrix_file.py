@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,8 @@ class MatrixFile:
         The significant digits that entries were rounded to, None if they are exact or doubles.
     assumptions : tuple of str
         What was guessed of the matrix.
+    floats : dtype or None
+        The type of floats, shorter than doubles, that entries were rounded to.
     """
 
     matrix: csc_array = field(repr=False)
@@ -61,6 +63,7 @@ class MatrixFile:
     numbered: bool = False
     digits: int | None = None
     assumptions: tuple[str, ...] = ()
+    floats: np.dtype[Any] | None = None
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,8 @@ from squeal.io.formats.matrix_file import MatrixFile, UnbuiltMatrix, labelled_ma
 DMIG_FORMS = {"1": "square", "2": "rectangular", "6": "symmetric", "9": "rectangular"}
 SQUARE = "1"
 SYMMETRIC = "6"
+NUMBER = re.compile(r"[+-]?\d\.\d+[ED][+-]?\d+")  # of OP4 in text, where none may stand between
+SINGLE = {1: np.float32, 3: np.complex64}  # types of OP4 in single precision
 COMPLEX_TYPES = ("3", "4")  # single and double precision
 
 
@@ -122,13 +124,26 @@ def _dmig_entries(name: str, cards: list[list[str]]) -> list[tuple[str, ...]]:
     return entries
 
 
-def read_op4(path: Path) -> dict[str, csc_array]:
-    """The matrices of an OP4 file, their names in capitals as Nastran writes them."""
+def read_op4(path: Path) -> dict[str, MatrixFile]:
+    """The matrices of an OP4 file, their names in capitals as Nastran writes them.
+
+    Those of a text file have the digits that are written, binary ones of single precision its bits.
+    """
     with np.printoptions():  # pyyeti takes digits from all that NumPy prints
         from pyyeti.nastran import op4
 
-    matrices = op4.read(str(path), into="dct", sparse=True)
-    return {name.upper(): matrix for name, matrix in matrices.items()}
+    with path.open("rb") as stream:
+        is_binary = b"\0" in stream.read(64)
+    digits = None
+    if not is_binary:
+        digits = written_digits(match[0] for match in NUMBER.finditer(path.read_text("latin-1")))
+    matrices = {}
+    for name, (matrix, _, kind) in op4.load(str(path), into="dct", sparse=True).items():
+        stored = csc_array(matrix)
+        if is_binary and kind in SINGLE:
+            stored = stored.astype(SINGLE[kind])
+        matrices[name.upper()] = MatrixFile(stored, digits=digits)
+    return matrices
 
 
 def read_op2(path: Path) -> dict[str, NDArray]:

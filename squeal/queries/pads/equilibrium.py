@@ -29,7 +29,8 @@ from squeal.results.sources import NOT_ENCLOSED, PadAnalysis
 if TYPE_CHECKING:  # pads start without the referee
     from squeal.proof.equilibria import EnclosedEquilibrium
 
-MATRIX_DIGITS = "12 digits"
+DIGITS = 12
+MATRIX_DIGITS = f"{DIGITS} digits"
 """To which the entries of a pad's matrices are taken to be known, unless they are known worse."""
 ROUNDING = 32.0 * EPS  # of modes and functions of a matrix (3, 3), as a share of its norm
 

@@ -11,8 +11,13 @@ import numpy as np
 
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
-from squeal.linear.digits import data_errors, has_digits, known_to_digits, rounding_of_sums
-from squeal.linear.matrices import dense
+from squeal.linear.digits import (
+    data_errors,
+    has_digits,
+    known_to_digits,
+    rounding_of_sums,
+)
+from squeal.linear.matrices import Array, dense
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.proofs import Data, EigenvalueTuple
@@ -45,14 +50,16 @@ def data_of(file: SystemFile, system: TermSystem) -> Data | None:
     and of reduced components, whose matrices nobody gave. Else half an ulp (half a unit in the last
     place of a double), and beside that
 
-    - of files with few digits half a unit of the last digit;
-    - of others the rounding of sums of terms, if anything was rounded.
+    - of files with few digits half a unit of the last digit, and the rounding of sums of terms;
+    - of others the rounding of sums, if anything was rounded.
     """
     if not is_small(system) or (file.assembly is not None and file.assembly.reduction):
         return None
     if has_digits(system):
-        fewest = min(term.digits for term in system.terms if term.digits is not None)
-        return Data(f"{fewest} digits", tuple(X.toarray() for X in data_errors(system)))
+        errors: list[Array] = []
+        for by_digits, by_sums in zip(data_errors(system), rounding_of_sums(system), strict=True):
+            errors.append(by_digits.toarray() + by_sums)
+        return Data(f"{system.digits} digits", tuple(errors))
     radii = rounding_of_sums(system)
     if not any(radius.any() for radius in radii):
         return Data()  # each entry is one given number, known to half an ulp
@@ -122,27 +129,18 @@ def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> 
     return open_by_digits(file, roots.computed).removeprefix(OPEN)
 
 
-def thresholds_as_known(
-    file: SystemFile, selection: EigenvalueSelection, answer: Thresholds
-) -> Thresholds:
+def thresholds_as_known(file: SystemFile, answer: Thresholds) -> Thresholds:
     """Withdraw the certificate of thresholds where something was assumed of the system.
 
-    Likewise where the digits of files leave the verdict at the lower end of the range open; the
-    answer then has no verdict there. A note says that a proof is one of the entries as written.
+    Where its files have few digits a note says what these do to the thresholds.
     """
     if has_digits(file.system):
-        note = (
-            f"entries are taken as written: more than {digits_of_files(file)} may move thresholds"
-        )
-        answer = replace(answer, notes=(*answer.notes, note))
-    reason = _open_at(file, selection, answer.low)
-    doubts = list(file.assumptions)
-    if reason:
-        doubts.append(reason)
-    if not doubts:
+        words = f"intervals include what {digits_of_files(file)} leave open"
+        if answer.crossings or answer.points:
+            answer = replace(answer, notes=(*answer.notes, words))
+    if not file.assumptions:
         return answer
-    doubted = with_doubts(answer, doubts)
-    return replace(doubted, verdict=None if reason else answer.verdict)
+    return with_doubts(answer, file.assumptions)
 
 
 def with_doubts(answer: Thresholds, doubts: Sequence[str]) -> Thresholds:

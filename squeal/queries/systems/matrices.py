@@ -121,7 +121,7 @@ def write_system(
         For what the format does not hold; nothing is written then.
     """
     rows = []
-    document = _keys_of_parameters(system)
+    document = _keys_beside_matrices(system)
     with whole_folder(folder) as target:  # all files or none
         for part, terms in zip("MCK", system.parts, strict=True):
             for i, term in enumerate(terms):
@@ -135,6 +135,7 @@ def write_system(
                 }
                 rows.append(row)
                 entry = {"file": file} | _write_factor(target, f"{part}{i}.csv", term)
+                entry |= _write_precision(target, f"{part}{i}_errors.{suffix}", term)
                 is_structural_damping = isinstance(term.factor, Modulus) and term.factor.imaginary
                 if is_structural_damping:  # an imaginary stiffness, which has its own key
                     document.setdefault("damping", {}).setdefault("K4", []).append(entry)
@@ -144,9 +145,11 @@ def write_system(
     return rows
 
 
-def _keys_of_parameters(system: TermSystem) -> dict[str, Any]:
-    """The keys of a system file that give its name, its parameters and the free one of them."""
+def _keys_beside_matrices(system: TermSystem) -> dict[str, Any]:
+    """The keys of a system file beside its matrices: name, assumptions and parameters."""
     document: dict[str, Any] = {"name": system.name}
+    if system.assumptions:
+        document["assumptions"] = list(system.assumptions)
     parameters = {}
     for name, value in system.parameters.items():
         # a file without a free parameter is read with this one, which no matrix depends on
@@ -183,6 +186,22 @@ def _write_factor(folder: Path, file: str, term: Term) -> dict[str, Any]:
         table_keys = {"file": file, "column": factor.column, "over": factor.parameter}
         return {"factor": factor.factor.text, "table": table_keys}
     return {"factor": factor.text}
+
+
+def _write_precision(folder: Path, file: str, term: Term) -> dict[str, Any]:
+    """The keys of a system file that tell how far the entries of a term may be off.
+
+    Errors that its digits do not tell are written to `file` in the folder.
+    """
+    keys: dict[str, Any] = {}
+    if term.digits is not None:
+        keys["digits"] = term.digits
+        if term.errors is not None:
+            keys["errors"] = file
+            write_matrix(folder / file, term.errors, "errors")
+    if term.rounding:
+        keys["rounding"] = term.rounding
+    return keys
 
 
 def write_components(

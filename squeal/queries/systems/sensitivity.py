@@ -15,10 +15,12 @@ from scipy.sparse import csc_array
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.formats.matrix_file import MatrixFile
-from squeal.io.matrices import OTHER_ROWS, on_rows, read_matrix
+from squeal.io.matrices import OTHER_ROWS, on_rows, precision_of_file, read_matrix
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING, CriticalPoint, Crossing
+from squeal.linear.digits import data_errors
 from squeal.linear.matrices import Array, Change, given_matrix
+from squeal.linear.precision import precision_of_floats, short_floats
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.linear.system import Term, TermSystem, labels_of, refuse_other_labels
 from squeal.numerics.differentiation import Formula
@@ -40,6 +42,9 @@ NEAR = 1e-6
 """The relative distance within which a root has to lie from the point where it is said to cross."""
 ROUNDED = 1e-12
 """Of the sizes of its terms: up to it y^H K x is zero to rounding, so that a root is zero."""
+BY_DIGITS = "how far the digits of the data may move a threshold is not known"
+Residual = Callable[[TermSystem, Singular, complex], float]
+"""Bounds y^H P x at a crossing, from the system there, its vectors and the root (rad/s)."""
 Located = TypeVar("Located", CriticalPoint, Crossing)
 
 
@@ -65,6 +70,7 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
     system = file.system
     parts = {"M": list(system.M), "C": list(system.C), "K": list(system.K)}
     parameters = dict(system.parameters)
+    assumptions: tuple[str, ...] = ()
     for name, changes in matrices.items():
         at = Place("matrices", NAME.read(name, Place("matrices")))
         if name in system.parameters:
@@ -74,14 +80,21 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
                 raise (at / part).refuse("is not allowed; it must be one of M, C, K")
             with (at / part).named():
                 added = given
+                precision = None
                 if isinstance(given, str | Path):
-                    added = _on_rows_of(system, read_matrix(given))
+                    content = read_matrix(given)
+                    added = _on_rows_of(system, content)
+                    precision = precision_of_file(content, added)
+                    assumptions += content.assumptions
                 _refuse_frame_of_other_rows(system, given)
                 matrix = given_matrix(added, real=part == "M")
+                if precision is None:
+                    precision = precision_of_floats(matrix, short_floats(given))
             if matrix.shape != (system.n, system.n):
                 words = f"shape {matrix.shape} is not allowed; the system has {system.n} rows"
                 raise (at / part).refuse(words)
-            parts[part].append(Term(matrix, Formula(name)))
+            digits, errors = precision
+            parts[part].append(Term(matrix, Formula(name), digits, errors=errors))
         parameters[name] = 0.0
     return replace(
         system,
@@ -89,7 +102,7 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
         C=tuple(parts["C"]),
         K=tuple(parts["K"]),
         parameters=parameters,
-    )
+    ).assuming(*assumptions)
 
 
 def _refuse_frame_of_other_rows(system: TermSystem, given: object) -> None:
@@ -263,51 +276,89 @@ def widened_by_reduction(system: TermSystem, assembly: Assembly, answer: Thresho
     An interval becomes the whole range where that is not known. The thresholds are no longer
     certified: what was counted are roots of the reduced assembly.
     """
-    scaled = ScaledSystem(system)
 
-    def widened(located: Located) -> Located:
-        distance = math.inf  # where several modes cross at once
-        with suppress(ComputationError):
-            omega = 2 * np.pi * located.frequency_hz
-            distance = _shift_by_reduction(scaled, assembly, located.mu, omega)
-        low, high = located.interval
-        interval = (max(low - distance, answer.low), min(high + distance, answer.high))
-        return replace(located, interval=interval)
+    def residual(frozen: TermSystem, at: Singular, root: complex) -> float:
+        x = at.right[:, None]
+        y = at.left[:, None]
+        truncation = assembly.truncation_term([root], x, y, frozen.parameters)
+        return abs(truncation.value.item()) + abs(truncation.uncertainty.item())
 
+    widened = _widened(system, residual, answer)
     basis = assembly.reduction or {}
     doubts = [OF_THE_REDUCED, *(answer.details.get("doubts") or ())]
     return replace(
-        answer,
-        points=tuple(widened(point) for point in answer.points),
-        crossings=tuple(widened(crossing) for crossing in answer.crossings),
+        widened,
         certified=None if answer.certified is None else False,  # None: nothing was counted
         details={**answer.details, "doubts": doubts, "basis": basis},
         notes=(*answer.notes, basis_text(basis, errors=True)),
     )
 
 
-def _shift_by_reduction(
-    scaled: ScaledSystem, assembly: Assembly, value: float, omega: float
-) -> float:
-    """Bound how far the reduction of an assembly may move a crossing, in units of the parameter.
+def widened_by_digits(system: TermSystem, answer: Thresholds) -> Thresholds:
+    """Widen the intervals of thresholds by how far digits of data may move them, to first order.
 
-    The mode x with left vector y leaves a residual r = y^H P x in the full problem. The smallest
-    change of K that removes it is r y x^H / (|x| |y|)^2, whose phase is not known: the shifts by
-    its real and by its imaginary multiple are combined.
+    An interval becomes the whole range where that is not known, as where several modes cross at
+    once; the thresholds are no longer certified then.
+    """
+
+    def residual(frozen: TermSystem, at: Singular, root: complex) -> float:
+        """A bound |y|' |dP| |x| of what the digits leave open of y^H P x."""
+        x = np.abs(at.right)
+        y = np.abs(at.left)
+        dM, dC, dK = data_errors(frozen)
+        return float(y @ (abs(root) ** 2 * (dM @ x) + abs(root) * (dC @ x) + dK @ x))
+
+    widened = _widened(system, residual, answer)
+    whole = (answer.low, answer.high)
+    if not widened.certified or all(one.interval != whole for one in widened.crossings):
+        return widened
+    doubts = [BY_DIGITS, *(answer.details.get("doubts") or ())]
+    return replace(widened, certified=False, details={**answer.details, "doubts": doubts})
+
+
+def _widened(system: TermSystem, residual: Residual, answer: Thresholds) -> Thresholds:
+    """Widen the intervals of thresholds by how far a residual y^H P x may move each.
+
+    residual: a bound of it for the system at a crossing, its vectors there and the root in rad/s.
+    """
+    scaled = ScaledSystem(system)
+
+    def widened(located: Located) -> Located:
+        distance = math.inf  # where several modes cross at once
+        with suppress(ComputationError):
+            omega = 2 * np.pi * located.frequency_hz
+            distance = _shift(scaled, residual, located.mu, omega)
+        low, high = located.interval
+        interval = (max(low - distance, answer.low), min(high + distance, answer.high))
+        return replace(located, interval=interval)
+
+    return replace(
+        answer,
+        points=tuple(widened(point) for point in answer.points),
+        crossings=tuple(widened(crossing) for crossing in answer.crossings),
+    )
+
+
+def _shift(scaled: ScaledSystem, residual: Residual, value: float, omega: float) -> float:
+    """Bound how far a residual r = y^H P x may move a crossing, in units of the parameter.
+
+    The mode is x, its left vector y. The smallest change of K that removes the residual is
+    r y x^H / (|x| |y|)^2, whose phase is not known: the shifts by its real and by its imaginary
+    multiple are combined.
 
     Parameters
     ----------
     scaled : ScaledSystem
-        The reduced system.
-    assembly : Assembly
-        Its components, which know what was truncated.
+        The system.
+    residual : callable
+        As of `_widened`.
     value, omega : float
         The free parameter and the frequency (rad/s) at the crossing.
 
     Returns
     -------
     float
-        Infinite above the cutoff of the components, where the residual is not known.
+        Infinite where the residual is not known, as above the cutoff of components.
 
     Raises
     ------
@@ -318,13 +369,12 @@ def _shift_by_reduction(
     root = 1j * omega
     frozen = system.replace({system.parameter: value, **system.frequency(omega)})
     at = singular_at(scaled, value, root)
+    size = residual(frozen, at, root)
+    if not math.isfinite(size):
+        return math.inf
     x = at.right[:, None]
     y = at.left[:, None]
-    truncation = assembly.truncation_term([root], x, y, frozen.parameters)
-    residual = abs(truncation.value.item()) + abs(truncation.uncertainty.item())
-    if not math.isfinite(residual):  # beyond the cutoff
-        return math.inf
-    dK = residual * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
+    dK = size * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
     changes = {"real": (None, None, dK), "imaginary": (None, None, 1j * dK)}
     by_free_parameter = frozen.derivative(system.parameter)
     slopes = crossing_slopes(at, frozen.at(), by_free_parameter, changes)

@@ -229,7 +229,7 @@ def file_of(subject: object) -> SystemFile:
     if isinstance(subject, SystemFile):
         return subject
     if isinstance(subject, System):
-        return SystemFile(subject, assumptions=subject.assumptions)
+        return SystemFile(subject)
     if isinstance(subject, Assembly):
         return SystemFile(subject.system, assembly=subject)
     allowed = "it must be a System, an Assembly or what read_system gives"

@@ -1,0 +1,106 @@
+"""How far entries of a matrix may be off that were written with few digits or as short floats.
+
+A number with n significant digits is known to half a unit of the last one, a float of single
+precision to half a unit in the last place of its 24 bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.linear.matrices import Array, Matrix, is_sparse, unwrapped
+
+if TYPE_CHECKING:  # pads start without SciPy's sparse matrices
+    from scipy.sparse import csc_array
+
+
+class Precision(NamedTuple):
+    """To how many significant digits entries are known, and how far each may be off.
+
+    Attributes
+    ----------
+    digits : int or None
+        The digits, rounded down; None of doubles, and of entries that are exact.
+    errors : csc_array (n, n), or None
+        How far each entry may be off; None where it is half a unit of the last of these digits.
+    """
+
+    digits: int | None = None
+    errors: csc_array | None = None
+
+
+def half_units(matrix: Matrix, digits: int | None) -> csc_array:
+    """How far each entry of a matrix (n, n) may be off that was written with so many digits.
+
+    It is half a unit of the last significant digit, for real and imaginary part; zero if `digits`
+    is None: entries are exact.
+    """
+    from scipy.sparse import csc_array
+
+    if digits is None:
+        return csc_array(matrix.shape)
+
+    def half(numbers: Array) -> Array:
+        size = np.abs(numbers)
+        units = np.zeros_like(size)
+        filled = size > 0.0
+        units[filled] = 0.5 * 10.0 ** (np.floor(np.log10(size[filled])) + 1 - digits)
+        return units
+
+    return _errors(matrix, half)
+
+
+def short_floats(value: object) -> np.dtype[Any] | None:
+    """The type of floats, shorter than doubles, that the entries of a matrix were rounded to.
+
+    None of other numbers, and where every entry has at most half of the bits that the type holds,
+    such as whole numbers: these were not rounded.
+
+    >>> short_floats(np.array([[0.1]], dtype=np.float32))
+    dtype('float32')
+    >>> short_floats(np.array([[2.0, -0.5]], dtype=np.float32)), short_floats(np.array([[0.1]]))
+    (None, None)
+    """
+    given: Any = unwrapped(value)
+    entries: NDArray = np.asarray(given.data if is_sparse(given) else given)
+    if entries.dtype.kind not in "fc":
+        return None
+    parts = [entries.real, entries.imag] if entries.dtype.kind == "c" else [entries]
+    type_of_parts = parts[0].dtype
+    if type_of_parts.itemsize >= 8:
+        return None
+    few_bits = (np.finfo(type_of_parts).nmant + 1) // 2
+    for part in parts:
+        mantissas, _ = np.frexp(part.astype(float))
+        scaled = np.ldexp(mantissas, few_bits)
+        if np.any(scaled != np.round(scaled)):
+            return type_of_parts
+    return None
+
+
+def precision_of_floats(matrix: Matrix, floats: np.dtype[Any] | None) -> Precision:
+    """The precision of doubles (n, n) that stand for floats of a shorter type; None of doubles."""
+    if floats is None:
+        return Precision()
+
+    def half(numbers: Array) -> Array:
+        spacings = np.spacing(np.abs(numbers).astype(floats)).astype(float)
+        return np.where(numbers == 0.0, 0.0, spacings / 2.0)
+
+    digits = int((np.finfo(floats).nmant + 1) * np.log10(2.0))
+    return Precision(digits, _errors(matrix, half))
+
+
+def _errors(matrix: Matrix, half: Callable[[Array], Array]) -> csc_array:
+    """The errors of entries (n, n): `half` of their real parts and of their imaginary parts."""
+    from scipy.sparse import csc_array
+
+    X = csc_array(matrix)
+    units = half(X.data.real)
+    if np.iscomplexobj(X.data):
+        units = units + half(X.data.imag)
+    return csc_array((units, X.indices, X.indptr), shape=X.shape)

@@ -1,0 +1,360 @@
+"""What is known of where a system comes from goes with it: assumptions, and digits of its data.
+
+The tests of files hold two rows whose growth hangs on the last of six digits.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_array
+
+import squeal
+from squeal.cli.main import main
+from squeal.linear.damping import damped
+from squeal.linear.system import Term, TermSystem, sum_of_terms, without_supports
+from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.matrices import write_components, write_system
+from squeal.queries.systems.sensitivity import with_matrices
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*no matrix depends on")
+FORMATS = ("mtx", "npz", "mat")
+HEAD = "%%MatrixMarket matrix array real general\n"
+# k12 k21 = -1, k22 - k11 = 2 - 2e-5: it grows as written, by 1.3e-3 1/s, not within half a unit
+SIX_DIGITS = HEAD + "2 2\n2.00001e+00\n-1.00000e+00\n1.00000e+00\n3.99999e+00\n"
+
+
+def six_digits(folder, keys=""):
+    folder.mkdir(exist_ok=True)
+    (folder / "k.mtx").write_text(SIX_DIGITS)
+    (folder / "nodes.csv").write_text("node,dof,x,y,z\n1,1,0,0,0\n2,1,1,0,0\n")
+    text = "M: [[1, 0], [0, 1]]\nK: {file: k.mtx}\ncoordinates: {file: nodes.csv}\n"
+    (folder / "two.yaml").write_text(text + keys)
+    return folder / "two.yaml"
+
+
+def joined(folder, keys=""):
+    six_digits(folder)
+    (folder / "one.csv").write_text("node,dof,x,y,z\n1,1,1,0,0\n")
+    (folder / "one.yaml").write_text(
+        "M: [[1.0]]\nC: [[0.1]]\nK: [[3.0]]\ncoordinates: {file: one.csv}\n"
+    )
+    (folder / "pairs.csv").write_text("first,second\n2,1\n")
+    (folder / "joined.yaml").write_text(
+        f"components:\n  a: {{file: two.yaml{keys}}}\n  b: {{file: one.yaml}}\n"
+        "contact:\n  - {between: [a, b], pairs: {file: pairs.csv}, normal: [1, 0, 0],"
+        " stiffness: 1.0e-12, bonded: true}\n"
+    )
+    return folder / "joined.yaml"
+
+
+def one():
+    system = squeal.System([[1.0]], C=[[0.1]], K=[[1e4]], name="one")
+    return squeal.Component(system, ["a"], [0])
+
+
+def with_one(system):
+    """The system, joined by a weak bond to a body of its own."""
+    nodes = [str(i) for i in range(system.n)]
+    contact = squeal.Contact((system.name, "one"), [("0", "a")], (1, 0, 0), 1e-12, bonded=True)
+    return squeal.assemble([squeal.Component(system, nodes, [0] * system.n), one()], [contact])
+
+
+def assert_open_by_digits(subject):
+    found = squeal.eigenvalues(subject)
+    assert (found.verdict, found.certified, found.proof["data"]) == (None, False, "6 digits")
+    located = squeal.thresholds(subject, 1.0)
+    assert (located.verdict, located.certified) == (None, False)
+    assert located.proof["status"] == "open"
+
+
+def assert_not_certified(subject, reason, high=60.0):
+    found = squeal.eigenvalues(subject)
+    assert found.certified is False
+    assert found.proof["status"] == "open"
+    assert reason in found.proof["reason"]
+    located = squeal.thresholds(subject, high)
+    assert located.certified is False
+    assert reason in str(located)
+    assert not any(step.certified for step in squeal.sweep(subject, [0.0, 1.0]).steps)
+
+
+def shaft():
+    """Three slow whirling pairs and one at 100 Hz, which a circulatory force makes unstable."""
+    omega = 2 * np.pi * np.array([1.0, 1, 2, 2, 3, 3, 100, 100])
+    circulatory = np.zeros((8, 8))
+    circulatory[6, 7] = 1e3
+    circulatory[7, 6] = -1e3
+    return squeal.System(
+        np.eye(8),
+        C=0.4 * np.eye(8),
+        K={"1": np.diag(omega**2), "speed": circulatory},
+        parameters={"speed": 30.0},
+        parameter="speed",
+        name="shaft",
+    )
+
+
+@pytest.mark.parametrize("method", ["reduced", "modal"])
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_a_reduced_system_that_was_exported_is_not_certified(tmp_path, method, suffix):
+    folder = tmp_path / "full"
+    write_system(folder, shaft(), suffix)
+    words = ["export", str(folder / "system.yaml"), "--method", method, "--band", "0.5:3.5"]
+    assert main([*words, "--output", str(tmp_path / "out"), "--format", suffix]) == 0
+    read = squeal.read_system(tmp_path / "out" / "system.yaml")
+    assert_not_certified(read, "a reduced system approximates")
+    # exported again, and joined
+    write_system(tmp_path / "again", read.system, suffix)
+    assert_not_certified(squeal.read_system(tmp_path / "again" / "system.yaml"), "approximates")
+    assert_not_certified(with_one(replace(read.system, name="shaft")), "shaft: a reduced system")
+
+
+def test_a_reduced_system_is_not_certified_as_a_component():
+    reduced = squeal.reduce(shaft(), band=(0.5, 3.5), method="modal")
+    assert_not_certified(with_one(reduced), "shaft: a reduced system approximates")
+
+
+def test_assumptions_are_texts_of_the_user_too(tmp_path):
+    text = "M: [[1.0]]\nC: [[0.1]]\nK: [[4.0]]\nassumptions: [the bolts are left out]\n"
+    (tmp_path / "s.yaml").write_text(text)
+    assert_not_certified(squeal.read_system(tmp_path / "s.yaml"), "the bolts are left out", 1.0)
+    (tmp_path / "s.yaml").write_text(text.replace("[the bolts are left out]", "none"))
+    with pytest.raises(squeal.InputError, match="assumptions: 'none'"):
+        squeal.read_system(tmp_path / "s.yaml")
+
+
+def chain(rows):
+    K = 2.0 * np.eye(rows) - np.eye(rows, k=1) - np.eye(rows, k=-1)
+    system = squeal.System(np.eye(rows), C=0.01 * K, K=K, name="chain")
+    return squeal.Component(system, [str(i) for i in range(rows)], [0] * rows)
+
+
+def test_joined_components_that_were_reduced_are_not_certified(tmp_path):
+    """Up to 400 rows certified is true exactly where the status is proved."""
+    small = chain(12).reduced(["0"], cutoff=0.2)
+    assert_not_certified(small.system, "reduced to its modes up to 0.2 Hz", 1.0)
+    contact = squeal.Contact(("chain", "one"), [("0", "a")], (1, 0, 0), 1.0, bonded=True)
+    assert_not_certified(squeal.assemble([small, one()], [contact]), "chain: reduced to its", 1.0)
+    whole = squeal.assemble([chain(12), one()], [contact])
+    assert squeal.eigenvalues(whole).certified
+    cut = squeal.assemble([chain(12), one()], [contact], cutoff=0.2)
+    assert_not_certified(cut, "chain: reduced to its modes", 1.0)
+    write_components(tmp_path, [small], "npz")
+    assert_not_certified(
+        squeal.read_system(tmp_path / "chain" / "system.yaml"), "reduced to its modes", 1.0
+    )
+
+
+def test_digits_of_a_file_go_into_an_assembly(tmp_path):
+    assert_open_by_digits(squeal.read_system(six_digits(tmp_path)))
+    assert_open_by_digits(squeal.read_system(joined(tmp_path)))
+    turning = ", rotation: {axis: [0, 0, 1], speed: 0.0}"
+    assert_open_by_digits(squeal.read_system(joined(tmp_path, turning)))
+    system = squeal.read_system(six_digits(tmp_path)).system
+    assert_open_by_digits(with_one(system))
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_digits_of_a_file_are_exported(tmp_path, suffix):
+    system = squeal.read_system(six_digits(tmp_path)).system
+    write_system(tmp_path / "out", system, suffix)
+    assert_open_by_digits(squeal.read_system(tmp_path / "out" / "system.yaml"))
+    assembly = with_one(system)
+    write_system(tmp_path / "joined", assembly.system, suffix)
+    assert_open_by_digits(squeal.read_system(tmp_path / "joined" / "system.yaml"))
+
+
+def test_a_user_may_say_how_many_digits_are_known(tmp_path):
+    (tmp_path / "s.yaml").write_text(
+        "M: [[1, 0], [0, 1]]\nK:\n  - {matrix: [[2.00001, 1.0], [-1.0, 3.99999]], digits: 6}\n"
+    )
+    assert_open_by_digits(squeal.read_system(tmp_path / "s.yaml"))
+
+
+def test_errors_that_digits_do_not_tell_are_exported(tmp_path):
+    rng = np.random.default_rng(4)
+    system = replace(
+        shaft(),
+        K=(Term(rng.normal(size=(8, 8)), digits=6, errors=csc_array(rng.random((8, 8)))),),
+        C=(Term(np.eye(8), rounding=1e-9),),
+    )
+    write_system(tmp_path, system, "npz")
+    read = squeal.read_system(tmp_path / "system.yaml").system
+    assert read.K[0].digits == 6
+    assert np.array_equal(read.K[0].data_errors.toarray(), system.K[0].data_errors.toarray())
+    assert read.C[0].rounding == 1e-9
+    names = {path.name for path in squeal.read_system(tmp_path / "system.yaml").inputs}
+    assert "K0_errors.npz" in names
+
+
+def test_errors_of_other_rows_are_refused(tmp_path):
+    write_system(tmp_path, squeal.System(np.eye(3), K=np.eye(3)), "npz")
+    (tmp_path / "s.yaml").write_text(
+        "M: [[1.0]]\nK:\n  - {matrix: [[4.0]], digits: 6, errors: K0.npz}\n"
+    )
+    with pytest.raises(squeal.InputError, match=r"K\.errors: K0.npz is not allowed"):
+        squeal.read_system(tmp_path / "s.yaml")
+
+
+def rounded(rng, n, digits):
+    """A symmetric matrix (n, n) of so many digits, as a term."""
+    X = rng.normal(size=(n, n)) + n * np.eye(n)
+    words = [[f"{x:.{digits - 1}e}" for x in row] for row in (X + X.T) / 2]
+    return Term(np.array(words, dtype=float), digits=digits)
+
+
+def perturbed(rng, term):
+    """The term with each entry anywhere within half a unit of its last digit."""
+    shift = rng.uniform(-1, 1, size=term.matrix.shape) * term.data_errors.toarray()
+    return replace(term, matrix=term.matrix + (shift + shift.T) / 2, digits=None)
+
+
+def rayleigh(system):
+    return damped(system, rayleigh=(0.3, 2e-3))[0]
+
+
+def structural(system):
+    return damped(system, structural=0.02)[0]
+
+
+def modal(system):
+    return damped(system, ratios=0.02)[0]
+
+
+def turning(system):
+    component = squeal.Component(system, ["1", "1", "2", "2"], [0, 1, 0, 1])
+    return component.rotating((0, 0, 1), "speed", {"speed": 3.0}).system
+
+
+def in_assembly(system):
+    return with_one(replace(system, name="body")).system
+
+
+def held_at_the_last_row(system):
+    wall = Term(np.diag([0.0, 0.0, 0.0, 1e22]))
+    return without_supports(replace(system, K=(*system.K, wall)))[0]
+
+
+@pytest.mark.parametrize(
+    "change", [rayleigh, structural, modal, turning, in_assembly, held_at_the_last_row]
+)
+def test_entries_of_a_system_that_is_made_from_another_lie_within_their_errors(change):
+    """Of matrices anywhere within half a unit of their digits the new ones lie within theirs."""
+    rng = np.random.default_rng(7)
+    system = TermSystem((rounded(rng, 4, 5),), (), (rounded(rng, 4, 5), rounded(rng, 4, 7)))
+    made = change(system)
+    assert made.digits == 5
+    for _ in range(20):
+        M, K = (tuple(perturbed(rng, term) for term in part) for part in (system.M, system.K))
+        other = change(replace(system, M=M, K=K))
+        for term, exact in zip(made.terms, other.terms, strict=True):
+            difference = np.abs(exact.matrix - term.matrix)
+            errors = 0.0 if term.data_errors is None else term.data_errors.toarray()
+            assert np.all(difference <= errors + 1e-13 * np.abs(term.matrix).max())
+
+
+def test_a_term_that_is_summed_has_the_errors_of_all():
+    rng = np.random.default_rng(3)
+    parts = [(2.0, rounded(rng, 3, 6)), (-0.5, rounded(rng, 3, 4)), (1.0, Term(np.eye(3)))]
+    total = sum_of_terms(sum(w * term.matrix for w, term in parts), Formula("1"), parts)
+    assert total.digits == 4
+    expected = 2.0 * parts[0][1].data_errors + 0.5 * parts[1][1].data_errors
+    assert np.allclose(total.data_errors.toarray(), expected.toarray())
+
+
+def test_a_reduced_system_keeps_digits_and_earlier_assumptions():
+    rng = np.random.default_rng(5)
+    n = 6
+    K = Term(np.diag((2 * np.pi * np.arange(1, n + 1)) ** 2).round(4), digits=6)
+    system = TermSystem((Term(np.eye(n)),), (), (K,), assumptions=("the bolts are left out",))
+    reduced = squeal.reduce(system, band=(0.5, 2.5))
+    assert reduced.digits == 6
+    assert "the bolts are left out" in reduced.assumptions
+    # of any K within its digits the projection onto the same basis lies within the errors
+    basis = np.linalg.qr(rng.normal(size=(n, 2)))[0]
+    assert np.all(reduced.K[0].data_errors.toarray() > 0.0)
+    term = K.mapped(lambda X: basis.T @ X @ basis, lambda X: abs(basis).T @ X @ abs(basis))
+    shift = rng.uniform(-1, 1, (n, n)) * K.data_errors.toarray()
+    assert np.all(np.abs(basis.T @ shift @ basis) <= term.data_errors.toarray())
+
+
+@pytest.mark.parametrize("suffix", ["memory", "npy", "npz"])
+def test_floats_of_single_precision_leave_a_verdict_open(tmp_path, suffix):
+    # it grows where k22 - k11 < 2; half an ulp of each is 2^-23 in single precision
+    K = np.array([[2.0, 1.0], [-1.0, 4.0 - 2.0**-22]], dtype=np.float32)
+    assert K[1, 1] == 4.0 - 2.0**-22
+    subject: squeal.System | squeal.SystemFile
+    if suffix == "memory":
+        subject = squeal.System(np.eye(2, dtype=np.float32), K=K)
+    else:
+        if suffix == "npy":
+            np.save(tmp_path / "K.npy", K)
+        else:
+            np.savez(tmp_path / "K.npz", K=K)
+        (tmp_path / "s.yaml").write_text(f"M: [[1, 0], [0, 1]]\nK: {{file: K.{suffix}}}\n")
+        subject = squeal.read_system(tmp_path / "s.yaml")
+    found = squeal.eigenvalues(subject)
+    assert (found.verdict, found.certified, found.proof["data"]) == (None, False, "7 digits")
+    doubles = squeal.System(np.eye(2), K=K.astype(float))
+    assert squeal.eigenvalues(doubles).verdict == "flutter"
+
+
+def test_whole_numbers_of_single_precision_are_exact():
+    K = np.array([[2.0, -1.0], [-1.0, 2.0]], dtype=np.float32)
+    system = squeal.System(np.eye(2, dtype=np.float32), K=K)
+    assert system.digits is None
+    found = squeal.eigenvalues(system)
+    assert (found.verdict, found.certified) == ("marginal", True)
+
+
+def friction_of_six_digits(folder, keys=""):
+    (folder / "k1.mtx").write_text(
+        HEAD + "2 2\n0.00000e+00\n-3.33333e+00\n3.33333e+00\n0.00000e+00\n"
+    )
+    (folder / "s.yaml").write_text(
+        "M: [[1, 0], [0, 1]]\nK: [{matrix: [[2, 0], [0, 4]]}, {file: k1.mtx, factor: mu}]\n" + keys
+    )
+    return squeal.read_system(folder / "s.yaml")
+
+
+def test_a_threshold_is_proved_in_an_interval_that_holds_those_of_all_data(tmp_path):
+    """Coalescence at mu f = 1, where f is 3.33333 to half a unit of its last digit."""
+    located = squeal.thresholds(friction_of_six_digits(tmp_path), 1.0)
+    assert (located.certified, located.proof["data"]) == (True, "6 digits")
+    (crossing,) = located.crossings
+    low, high = crossing.interval
+    assert low < 1 / 3.333335 < 1 / 3.333325 < high
+    assert high - low < 20 * (1 / 3.333325 - 1 / 3.333335)
+    assert "the 6 digits of k1.mtx" in str(located)
+
+
+def test_thresholds_that_are_counted_have_intervals_that_hold_those_of_all_data(tmp_path):
+    """The same with damping, against systems whose friction lies within the digits."""
+    system = friction_of_six_digits(tmp_path, "C: [[0.1, 0], [0, 0.1]]\n").system
+    rng = np.random.default_rng(1)
+    located = squeal.thresholds(system, 1.0, prove=False)
+    (crossing,) = located.crossings
+    low, high = crossing.interval
+    assert high - low < 1e-4
+    for _ in range(5):
+        f = 3.33333 + 5e-6 * rng.uniform(-1, 1)
+        K1 = [[0.0, f], [-f, 0.0]]
+        other = squeal.System(np.eye(2), C=0.1 * np.eye(2), K={"1": np.diag([2.0, 4.0]), "mu": K1})
+        (exact,) = squeal.thresholds(other, 1.0, prove=False).crossings
+        assert low <= exact.mu <= high
+
+
+def test_where_the_start_is_open_no_threshold_is_certified(tmp_path):
+    """A mode grows at every value as written, by 1.3e-3 1/s, and no line would name it."""
+    located = squeal.thresholds(squeal.read_system(six_digits(tmp_path)), 1.0)
+    assert (located.verdict, located.certified) == (None, False)
+    assert "the verdict at mu = 0 is open" in located.proof["reason"]
+    assert "proved" not in str(located)
+
+
+def test_digits_of_a_changed_matrix_go_into_the_system(tmp_path):
+    (tmp_path / "k.mtx").write_text(SIX_DIGITS)
+    system = squeal.System(np.eye(2), K=np.diag([2.0, 4.0]))
+    changed = with_matrices(squeal.SystemFile(system), {"d": {"K": tmp_path / "k.mtx"}})
+    assert changed.K[-1].digits == 6
