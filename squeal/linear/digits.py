@@ -53,7 +53,7 @@ def rounding_of_sums(system: TermSystem) -> tuple[Array, Array, Array]:
     This comes on top of half a unit in the last place of each entry, which the callers allow for
     anyway, and is zero where nothing else was rounded. Terms that cancel leave a rounding of the
     size of the terms: it is computed exactly, from the errors of products and sums of doubles
-    (Dekker, Numer. Math. 18, 1971). Of complex terms it is a bound.
+    (Dekker, Numer. Math. 18, 1971). Where a term is complex it is a bound for all of them.
     """
     parameters = system.parameters
     errors = []
@@ -62,24 +62,30 @@ def rounding_of_sums(system: TermSystem) -> tuple[Array, Array, Array]:
         for term in terms:
             if term.factor.value(parameters) or _error_of_factor(term, parameters):
                 active.append(term)
+        is_real = all(_is_real(term, parameters) for term in active)
         total = np.zeros((system.n, system.n))
         error = np.zeros((system.n, system.n))
         for term in active:
             factor = term.factor.value(parameters)
-            error = error + abs(factor) * term.rounding
             matrix = dense(term.matrix)
-            if np.iscomplexobj(matrix) or isinstance(factor, complex):
+            error = error + abs(factor) * term.rounding
+            error = error + _error_of_factor(term, parameters) * np.abs(matrix)
+            if isinstance(factor, complex) or not is_real:
                 size = abs(factor) * np.abs(matrix)
                 error = error + 2.0 * (len(active) + 1) * EPS * size
                 continue
-            factor_error = _error_of_factor(term, parameters)
             product, product_error = _exact_product(factor, matrix)
             total, sum_error = _exact_sum(total, product)
-            error = error + np.abs(sum_error) + factor_error * np.abs(matrix)
+            error = error + np.abs(sum_error)
             if len(active) > 1:  # that of a single product is within the half unit
                 error = error + np.abs(product_error)
         errors.append(error * (1.0 + 8.0 * EPS))  # a bound in spite of rounding in these sums
     return errors[0], errors[1], errors[2]
+
+
+def _is_real(term: Term, parameters: Mapping[str, float]) -> bool:
+    """True if neither the matrix of a term nor its factor is complex."""
+    return not (np.iscomplexobj(term.matrix) or isinstance(term.factor.value(parameters), complex))
 
 
 def _error_of_factor(term: Term, parameters: Mapping[str, float]) -> float:

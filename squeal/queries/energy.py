@@ -31,11 +31,11 @@ from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, numbe
 from squeal.linear.damping import frictionless
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import SKEW, Array
+from squeal.linear.moduli import Modulus
 from squeal.linear.roots import ComplexArray
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import Term, TermSystem
 from squeal.model.equations import linearise
-from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.sensitivity import at_own_frequency
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import PadAnalysis, PadSource, SystemSource
@@ -413,7 +413,7 @@ def _role_of(part: str, term: Term, has_friction: bool) -> str:
         return "friction"
     if not is_symmetric:
         return "circulatory" if part == "K" else "unsymmetric mass"
-    if np.iscomplexobj(term.matrix) or not isinstance(term.factor, Formula):
+    if np.iscomplexobj(term.matrix) or isinstance(term.factor, Modulus):
         return "damping"
     return "stiffness" if part == "K" else "mass"
 

@@ -16,6 +16,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.linear import GROWING, CriticalPoint, Crossing, SystemFunction
 from squeal.linear import thresholds as located_thresholds
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.events import EVENT_TOLERANCE
 from squeal.linear.matrices import checked, reduce
 from squeal.linear.roots import STIFF, ComplexArray, hides_slow_roots
@@ -417,8 +418,9 @@ def system_thresholds_with_proof(
 def _judged_at_start(analysis: SystemAnalysis, answer: Thresholds, refereed: bool) -> Thresholds:
     """The thresholds with the verdict at the lower end of the range, as `eigenvalues` gives it.
 
-    Where it is open nothing is certified: no list says what grows from there on. refereed: whether
-    the referee judges the roots there.
+    Where it is open, and a root there may grow by more than the proof of the thresholds leaves out,
+    nothing is certified: no list says what grows from there on. refereed: whether the referee
+    judges the roots there.
     """
     from squeal.queries.systems.known import data_of, error_bounds, open_by_digits, with_doubts
     from squeal.queries.systems.roots import system_roots
@@ -431,9 +433,21 @@ def _judged_at_start(analysis: SystemAnalysis, answer: Thresholds, refereed: boo
     answer = replace(answer, verdict=roots.verdict)
     if roots.verdict is not None or answer.certified is None:
         return answer
+    left_out = (answer.proof or {}).get("growth_below")
+    if left_out is not None and _growth_bound(roots.eigenvalues) <= left_out:
+        return answer
     reason = (open_by_digits(file, roots.computed) or roots.criterion).removeprefix(OPEN)
     at_start = f"the verdict at {answer.parameter} = {answer.low:g} is open: {reason}"
     return with_doubts(answer, [at_start])
+
+
+def _growth_bound(roots: Sequence[Eigenvalue]) -> float:
+    """By how much (1/s) some of the roots may grow at most: by their errors, else their rounding."""
+    bound = -math.inf
+    for root in roots:
+        error = root.rounding if root.error is None else root.error
+        bound = max(bound, root.value.real + error)
+    return bound
 
 
 def _counted_not_proved(answer: Thresholds) -> Thresholds:

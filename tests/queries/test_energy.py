@@ -14,6 +14,9 @@ from squeal.cli.main import main
 from squeal.errors import InputError
 from squeal.examples.brake import solid_brake
 from squeal.io.system import SystemFile
+from squeal.linear.moduli import Tabulated
+from squeal.linear.system import Term
+from squeal.numerics.differentiation import ONE
 from squeal.queries.energy import named_terms, pad_terms
 from squeal.results.sources import PadSource
 from tests.conftest import ROOT
@@ -425,3 +428,11 @@ def test_terms_of_components_from_files_are_named_by_their_factors(capsys, monke
         ("K", "contact", "stiffness"),
         ("K", "(mu) * (contact)", "friction"),
     }
+
+
+def test_a_stiffness_from_a_table_is_a_stiffness():
+    table = Tabulated(ONE, "speed", "bearing.csv", "kxx", (0.0, 1.0), (1.0, 2.0))
+    K = (Term(np.array([[4.0]]), table),)
+    system = squeal.System(np.eye(1), K=K, parameters={"speed": 0.5})
+    roles = [term.role for term in named_terms(system, SystemFile(system))]
+    assert roles == ["mass", "stiffness"]

@@ -462,3 +462,24 @@ def test_roots_beside_a_fold_lie_within_their_errors(mu):
             assert min(abs(one - root.value) for one in exact) <= root.rounding
     (step,) = squeal.sweep(scene, [mu]).steps
     assert np.array_equal(step.roots, found.values)
+
+
+def test_real_terms_that_cancel_around_a_complex_one_leave_their_rounding():
+    """In doubles 1e16 + (1 + 0.3i) - 1e16 is 0.3i: the root is 0.9 times too far from its place."""
+    K = (
+        Term(np.array([[1e16]])),
+        Term(np.array([[1.0]]), Modulus(loss=Formula("0.3"))),
+        Term(np.array([[-1e16]])),
+    )
+    system = squeal.System((Term(np.eye(1)),), K=K)
+    found = squeal.eigenvalues(system)
+    assert (found.verdict, found.certified) == (None, False)
+
+
+def test_a_start_that_is_open_leaves_growth_that_no_threshold_names_uncertified():
+    """Six digits leave open whether the pair flutters; as written it does, at every value."""
+    K = [[2.00001, 1.0], [-1.0, 3.99999]]
+    system = squeal.System((Term(np.eye(2)),), K=(Term(np.array(K), digits=6),))
+    with pytest.warns(UserWarning, match="no matrix depends on mu"):
+        found = squeal.thresholds(system, 1.0)
+    assert (found.verdict, found.certified) == (None, False)
