@@ -442,7 +442,7 @@ def _judged_at_start(analysis: SystemAnalysis, answer: Thresholds, refereed: boo
 
 
 def _growth_bound(roots: Sequence[Eigenvalue]) -> float:
-    """By how much (1/s) some of the roots may grow at most: by their errors, else their rounding."""
+    """By how much (1/s) one of some roots may grow at most: by its error, else by its rounding."""
     bound = -math.inf
     for root in roots:
         error = root.rounding if root.error is None else root.error

@@ -11,7 +11,7 @@ import squeal
 from squeal.errors import InputError, InputWarning
 from squeal.linear import thresholds, unstable_modes
 from squeal.sparse.dense import dense_spectrum
-from tests.conftest import SCENES
+from tests.conftest import SCENES, scene_of
 from tests.known import affine
 
 
@@ -126,3 +126,14 @@ def test_a_first_look_answers_for_its_own_system_and_roots_alone():
     for subject, asked in ((second, band), (first, (0.2, 0.25))):
         with pytest.raises(InputError, match="look: must be a sweep of this system"):
             squeal.eigenvalues(subject, at=0.1, band=asked, look=look)
+
+
+def test_a_friction_beyond_every_range_is_named_as_it_was_given():
+    scene = scene_of("b1-a", mu=1e6)
+    with pytest.raises(InputError, match=r"^.*mu: 1e\+06 is beyond 1000"):
+        squeal.thresholds(scene)
+
+
+def test_a_vertical_face_is_refused_with_what_is_allowed():
+    with pytest.raises(InputError, match=r"theta0: .* below 1\.5708"):
+        scene_of("b1-a", theta0=np.pi / 2.0)
