@@ -55,7 +55,7 @@ _DIMENSIONS = {
 }  # fmt: skip
 _POSITIVE = schema.Number(low=0.0)
 _FROM_ZERO = schema.Number(low=0.0, low_allowed=True)
-_TURN = schema.Angle(low=-math.pi / 2, high=math.nextafter(math.pi / 2, 0.0))
+_TURN = schema.Angle(low=-math.pi / 2, high=math.pi / 2, high_allowed=False)
 
 
 def _field(
