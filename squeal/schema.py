@@ -145,26 +145,33 @@ NAME = Kind(
 
 
 class Number(Kind):
-    """A finite number above `low`, or from there on if `low_allowed`, up to `high`.
+    """A finite number above `low`, or from there on if `low_allowed`, up to `high`, or below that
+    unless `high_allowed`.
 
     range: the same in words.
     """
 
     def __init__(
-        self, low: float = -math.inf, high: float = sys.float_info.max, low_allowed: bool = False
+        self,
+        low: float = -math.inf,
+        high: float = sys.float_info.max,
+        low_allowed: bool = False,
+        high_allowed: bool = True,
     ) -> None:
         self.low = low
         self.high = high
         self.low_allowed = low_allowed
+        self.high_allowed = high_allowed
         above = "of at least" if low_allowed else "above"
         self.range = f" {above} {low:.6g}" if low > -math.inf else ""
         if high < sys.float_info.max:
-            self.range += f" and at most {high:.6g}"
+            self.range += f" and {'at most' if high_allowed else 'below'} {high:.6g}"
         super().__init__(f"a finite number{self.range}")
 
     def _holds(self, value: Value) -> Value:
         above = value >= self.low if self.low_allowed else value > self.low
-        return above & (value <= self.high)
+        below = value <= self.high if self.high_allowed else value < self.high
+        return above & below
 
     def check(self, value: Value, at: Place, name: str) -> None:
         """Refuse a number, or the first entry of an array, out of the range. Raises InputError.
@@ -199,8 +206,13 @@ Positive = Annotated[float, POSITIVE]
 class Angle(Number):
     """An angle: a number of radians, in a file also a formula of pi such as 0.75*pi or pi/2."""
 
-    def __init__(self, low: float = -math.inf, high: float = sys.float_info.max) -> None:
-        super().__init__(low, high)
+    def __init__(
+        self,
+        low: float = -math.inf,
+        high: float = sys.float_info.max,
+        high_allowed: bool = True,
+    ) -> None:
+        super().__init__(low, high, high_allowed=high_allowed)
         self.named += " (radians) or a multiple of pi such as 0.75*pi"
 
     def convert(self, value: Value) -> float | None:

@@ -53,7 +53,7 @@ _DIMENSIONS = {
     "kg": (1, 0, 0), "m": (0, 1, 0), "kg m^2": (1, 2, 0), "N/m": (1, 0, -2), "N": (1, 1, -2),
     "m/s": (0, 1, -1), "rad": (0, 0, 0), "1": (0, 0, 0),
 }  # fmt: skip
-_TURN = schema.Angle(low=-math.pi / 2, high=math.nextafter(math.pi / 2, 0.0))
+_TURN = schema.Angle(low=-math.pi / 2, high=math.pi / 2, high_allowed=False)
 
 
 def _field(

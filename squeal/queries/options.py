@@ -10,7 +10,7 @@ import numpy as np
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear.system import System
-from squeal.schema import Kind, Place, Whole
+from squeal.schema import Kind, Number, Place, Whole
 
 Progress = Callable[[str], None]
 Modes = Annotated[int, Whole(1, 10**6)]
@@ -28,6 +28,8 @@ SEED = Whole(0, 2**32 - 1)
 FRICTION = "mu"
 FRICTION_END = 2.0
 """Upper end of a range of the friction coefficient where none is given."""
+MU_MAX = Number(low=0.0, high=1000.0)
+"""The end of a range of the friction coefficient."""
 BEYOND_PRESENT = 2.0  # upper end of a range of another parameter, over its present value
 
 if TYPE_CHECKING:
@@ -72,7 +74,13 @@ def upper_end(subject: object, high: float | None) -> float:
     if high is not None:
         return high
     if isinstance(subject, Scene):
-        return max(FRICTION_END, subject.pad.mu)
+        mu = subject.pad.mu
+        if mu > MU_MAX.high:
+            raise InputError(
+                f"mu: {mu:g} is beyond {MU_MAX.high:g}, the end of the range at most; "
+                "give the largest friction that is meant as `high` (--max of a command)"
+            )
+        return max(FRICTION_END, mu)
     system = getattr(subject, "system", subject)
     if not isinstance(system, System):  # which is refused by who asks
         return FRICTION_END

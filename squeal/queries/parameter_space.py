@@ -20,8 +20,9 @@ from squeal.io.writing import picked, unit_word
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
+from squeal.queries.options import MU_MAX
 from squeal.queries.pads.stack import PadStack, parameters
-from squeal.queries.thresholds import MU_MAX, thresholds
+from squeal.queries.thresholds import thresholds
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Place
 

@@ -22,6 +22,7 @@ from squeal.linear.matrices import checked, reduce
 from squeal.linear.roots import STIFF, ComplexArray, hides_slow_roots
 from squeal.linear.system import TermSystem
 from squeal.queries.options import (
+    MU_MAX,
     Band,
     Progress,
     Region,
@@ -34,13 +35,12 @@ from squeal.queries.pads.equilibrium import branch_system, roots_and_verdict
 from squeal.results.columns import OPEN
 from squeal.results.sources import EigenvalueSelection, PadSource
 from squeal.results.thresholds import MISSED, Thresholds
-from squeal.schema import Number, Place, Positive, public
+from squeal.schema import Place, Positive, public
 
 if TYPE_CHECKING:  # pads start without the referee and the solvers of systems
     from squeal.queries.ranges import RangeStatement
     from squeal.queries.systems.system_analysis import SystemAnalysis
 
-MU_MAX = Number(low=0.0, high=1000.0)
 ADMISSIBLE_TO = 1e-9  # relative: to which the end of the admissible range is located
 NEAR_FOLD = 1e-9  # relative: closer to a fold rounding makes spurious thresholds
 GROWS_OUTSIDE = "what grows outside of the band or region may enter it while it grows"
