@@ -58,7 +58,6 @@ NEARER = 32.0  # each of these lies so many times nearer to where the steps ende
 INSIDE = 0.4629  # of a gap: where what grows is counted; roots often touch the axis half way
 ASIDE = 1e-3  # of a gap: how far from a threshold that is refuted the search looks again
 FIRST = 1e-8  # of the gap: a step beside a threshold
-SLOW = 1e-6  # of half a gap, beside a threshold: there the roots that grow may grow as little
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,31 +237,22 @@ class CountBounds(NamedTuple):
     """Bounds of numbers of roots, which hold at every value of an interval.
 
     least, most: how many grow; doubtful: of so many it is not certain that they grow, and they may
-    grow faster than a rate; not_decaying: at least so many grow, or decay by no more than that
-    rate; reason: why the count is open where it is. Of complex matrices only roots above the real
-    axis count, as two each.
+    grow faster than a rate; reason: why the count is open where it is. Of complex matrices only
+    roots above the real axis count, as two each.
     """
 
     least: int
     most: int
     doubtful: int
-    not_decaying: int
     reason: str = "what grows cannot be told from what does not"
 
     def allow(self, unstable: int) -> bool:
         """True if so many roots may grow."""
         return self.least <= unstable <= self.most
 
-    def prove(self, unstable: int, is_beside_threshold: bool = False) -> bool:
-        """True if so many roots grow, and others by no more than the rate.
-
-        Beside a threshold, where growth begins from nothing, those that grow may decay as little.
-        """
-        if self.doubtful or not self.allow(unstable):
-            return False
-        if is_beside_threshold:
-            return unstable <= self.not_decaying
-        return unstable == self.least
+    def prove(self, unstable: int) -> bool:
+        """True if so many roots grow for certain, and others by no more than the rate."""
+        return not self.doubtful and self.least == unstable <= self.most
 
 
 def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountBounds:
@@ -272,7 +262,7 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
     count keeps the best of their bounds. rate: see `CountBounds`, 1/s.
     """
     roots = 4 * terms.n  # complex ones may all lie above the real axis
-    best = CountBounds(least=0, most=roots, doubtful=roots, not_decaying=0)
+    best = CountBounds(least=0, most=roots, doubtful=roots)
     try:
         M, C, K = terms.expanded(low, high)
     except ValueError:
@@ -296,7 +286,6 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
                 is_hamiltonian = terms.is_symmetric and terms.is_skew
                 tallies = tallies_of_values(S, half, is_hamiltonian)
             least, most = growing_of(tallies)
-            not_decaying, _ = growing_of(tallies, rate=-rate)  # at least
             doubtful = 0
             for tally in tallies:
                 if tally.side != "grows" and tally.high > rate:
@@ -305,7 +294,6 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
                 least=max(best.least, least),
                 most=min(best.most, most),
                 doubtful=min(best.doubtful, doubtful),
-                not_decaying=max(best.not_decaying, not_decaying),
             )
             if not best.doubtful:
                 break
@@ -393,9 +381,7 @@ class _RangeProof:
         """
         narrowest = NARROWEST * max(abs(end - start), abs(start), abs(end))
         length = abs(end - start)
-        slow = 0.0  # so far from the start growth may be too slow to be seen
         if start not in self.ends:  # beside a threshold
-            slow = SLOW * length
             length = max(FIRST * length, narrowest)
         sense = 1.0 if end >= start else -1.0
         growth = MOST_GROWTH  # of the length, after a step that is proved
@@ -410,8 +396,7 @@ class _RangeProof:
             bounds = self._bounds_of(component, min(reached, step_end), max(reached, step_end))
             if not bounds.allow(unstable):
                 return middle
-            is_beside_threshold = abs(step_end - start) <= slow
-            if bounds.prove(unstable, is_beside_threshold):
+            if bounds.prove(unstable):
                 if step_end == end:
                     return None
                 reached = step_end
@@ -477,14 +462,14 @@ def total(bounds: Sequence[CountBounds]) -> CountBounds:
 
     The reason is that of the first component whose count is open.
     """
-    numbers = np.zeros(4, dtype=int)  # the fields of `CountBounds` in their order
+    numbers = np.zeros(3, dtype=int)  # the fields of `CountBounds` in their order
     reason = ""
     for component in bounds:
-        numbers += np.array(component[:4])
+        numbers += np.array(component[:3])
         if not reason and component.least < component.most:
             reason = component.reason
-    least, most, doubtful, not_decaying = numbers.tolist()
-    return CountBounds(least, most, doubtful, not_decaying, reason)
+    least, most, doubtful = numbers.tolist()
+    return CountBounds(least, most, doubtful, reason)
 
 
 def prove_thresholds(
@@ -499,11 +484,11 @@ def prove_thresholds(
     """Whether the number of growing roots changes in the printed intervals and nowhere else.
 
     Proved is that it differs between the gaps on both sides of each interval, where it is counted
-    inside, and that in each gap as many roots grow at every value, and others by no more
-    than `growth_below`; close to a threshold (`SLOW`) those that grow may decay as little. Refuted
-    is a value or interval at which another number grows for certain. `where` is a
-    value of the parameter: of a refuted list one at which a search for thresholds that are missing
-    has to look, beside a wrong one; of an open list one where the proof stopped.
+    inside, and that in each gap as many roots grow for certain at every value, and others by no
+    more than `growth_below`. Refuted is a value or interval at which another number grows for
+    certain. `where` is a value of the parameter: of a refuted list one at which a search for
+    thresholds that are missing has to look, beside a wrong one; of an open list one where the proof
+    stopped.
 
     Parameters
     ----------

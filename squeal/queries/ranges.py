@@ -36,8 +36,10 @@ if TYPE_CHECKING:  # scenes start without the referee
 RATE = 1e-6  # of a root: slower growth is not excluded by a proof
 WIDEST_RATE = 1e-3  # of the slowest motion: where no less can be excluded nothing is proved
 WIDTH = 1e-10  # of a threshold: by how much the interval is widened in which it is proved
-WIDER = 4.0  # ... where data have few digits: by how much more at each attempt
-WIDENINGS = 8  # how many attempts are made
+WIDER = 200.0  # ... where rounding hides growth beside it: by how much more at each attempt
+ATTEMPTS = 4
+WIDER_BY_DIGITS = 4.0  # ... where data have few digits
+ATTEMPTS_BY_DIGITS = 8
 VAGUE = 1e-3  # of the range: a wider interval may hold more than its threshold
 IS_VAGUE = "a threshold is known to an interval only that may hold more"
 BEYOND_FOLD = 1.05  # of the friction at a fold: how far a branch would be followed
@@ -364,6 +366,8 @@ def system_statement(
                 break  # one that is out of intervals will be so again
         if proof.status != "open" or proof.reason in (SPENT, IS_VAGUE):
             break
+        if not _is_beside(proof.where, intervals, VAGUE * (high - low)):
+            break  # there wider intervals do not help
     statement = _statement_of(proof, system.parameter, low, high)
     if system.digits is not None:
         statement = replace(statement, data=f"{system.digits} digits")
@@ -375,12 +379,23 @@ def system_statement(
 def _shares_of_intervals(system: TermSystem, crossings: Sequence[Crossing]) -> list[float]:
     """By which shares of its value the interval of a crossing is widened, one after the other.
 
-    A threshold of data with few digits may lie farther off than rounding: how far the proof shows.
+    Beside a threshold rounding may hide which roots grow, and one of data with few digits may lie
+    farther off: how far the proof shows.
     """
-    open_share = _open_share(system)
-    if not open_share or not crossings:
+    if not crossings:
         return [WIDTH]
-    return [WIDTH + open_share * WIDER**k for k in range(1, WIDENINGS + 1)]
+    open_share = _open_share(system)
+    if open_share:
+        powers = range(1, ATTEMPTS_BY_DIGITS + 1)
+        return [WIDTH + open_share * WIDER_BY_DIGITS**power for power in powers]
+    return [WIDTH * WIDER**power for power in range(ATTEMPTS)]
+
+
+def _is_beside(where: complex | None, intervals: Sequence[Interval], distance: float) -> bool:
+    """True if a value lies within a distance of one of the intervals."""
+    if where is None or isinstance(where, complex):
+        return False
+    return any(start - distance <= where <= stop + distance for start, stop in intervals)
 
 
 def _terms_in_balls(system: TermSystem) -> Terms:
