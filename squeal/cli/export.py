@@ -19,6 +19,7 @@ from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
 from squeal.io.writing import aligned_text
 from squeal.linear.system import Term
+from squeal.queries.eigenvalues import data_of_pad
 from squeal.queries.pads.equilibrium import DIGITS, analyse
 from squeal.queries.systems.matrices import write_assembly, write_system
 from squeal.queries.systems.reduced import basis_of
@@ -85,9 +86,18 @@ def _export_pad(given: argparse.Namespace, scene: Scene) -> _Exported:
     name = given.source.name
     scene_name = f"{name}, a scene with six roots"
     refuse(given, "method", "band", "region", "values", beside=scene_name)
-    M, C, K = analyse(scene).matrices
-    mass, damping, stiffness = ((Term(X, digits=DIGITS),) for X in (M, C, K))
-    system = squeal.System(mass, damping if C.any() else (), stiffness, name=Path(name).stem)
+    analysis = analyse(scene)
+    data = None if analysis.errors is None else data_of_pad(scene, analysis)
+    radii = (None, None, None) if data is None or data.radii is None else data.radii
+    parts: list[tuple[Term, ...]] = []
+    for X, errors in zip(analysis.matrices, radii, strict=True):
+        parts.append((Term(X, digits=DIGITS, errors=errors),))
+    mass, damping, stiffness = parts
+    if not analysis.matrices[1].any():
+        damping = ()
+    system = squeal.System(mass, damping, stiffness, name=Path(name).stem)
+    if data is None:
+        system = system.assuming(analysis.doubt)
     # another friction has another equilibrium, and so other matrices
     note = f"linearised at mu = {scene.pad.mu:g}; the matrices depend on no parameter"
     files = write_system(given.output, system, given.format, reference=note)

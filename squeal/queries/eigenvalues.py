@@ -124,7 +124,7 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
             statement = Statement("open", by=None, reason=analysis.doubt)
         else:
             roots, (verdict, criterion), statement = refereed(
-                analysis.matrices, roots, (verdict, criterion), _data(scene, analysis)
+                analysis.matrices, roots, (verdict, criterion), data_of_pad(scene, analysis)
             )
         certified = statement.status == "proved"
         proof = statement.to_dict()
@@ -151,7 +151,7 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
     )
 
 
-def _data(scene: Scene, analysis: PadAnalysis) -> Data:
+def data_of_pad(scene: Scene, analysis: PadAnalysis) -> Data:
     """How precisely the referee may take the entries of M, C and K for known.
 
     They are computed at an equilibrium that is itself computed: to `MATRIX_DIGITS`, or to their
