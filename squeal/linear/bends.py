@@ -1,4 +1,10 @@
-"""Whether factors of terms bend so much over a step that roots may do what its ends do not tell."""
+"""Whether factors of terms bend so much over a step that roots may do what its ends do not tell.
+
+A root z is -lambda^2 of an undamped system, -i lambda of an undamped gyroscopic one and lambda of
+any other, see `continuation`. The line on which nothing grows or decays is the real axis of the
+first two, the imaginary axis of the third. What cannot be told from the ends is that two roots meet
+on the line or that one crosses it.
+"""
 
 from __future__ import annotations
 
@@ -103,7 +109,9 @@ def _may_leave_line(state: SpectrumAtParameter, W: ComplexArray, deviation: floa
         return _may_cross_axis(state, deviation * np.abs(slopes.real), pulls)
     if _may_meet_on_line(state, pulls):
         return True
-    return state.problem is UNDAMPED and _real_root_may_pass_zero(state, deviation * np.abs(slopes))
+    if state.problem is UNDAMPED:
+        return _real_root_may_pass_zero(state, deviation * np.abs(slopes))
+    return False  # gyroscopic: real roots of either sign are frequencies
 
 
 def _may_cross_axis(state: SpectrumAtParameter, movements: Array, pulls: Array) -> bool:
@@ -119,7 +127,7 @@ def _may_cross_axis(state: SpectrumAtParameter, movements: Array, pulls: Array) 
 
 
 def _may_meet_on_line(state: SpectrumAtParameter, pulls: Array) -> bool:
-    """True if two roots of an undamped system, both on the line or conjugate, may meet on it.
+    """True if two roots of a system without damping, both on the line or conjugate, may meet on it.
 
     They may if four times their pull (m, m) exceeds their distance; roots that are one already are
     left out.
@@ -132,8 +140,8 @@ def _may_meet_on_line(state: SpectrumAtParameter, pulls: Array) -> bool:
 
 
 def _real_root_may_pass_zero(state: SpectrumAtParameter, movements: Array) -> bool:
-    """True if a real root s = -lambda^2 that is not zero may pass zero: within twice its movement
-    (m,)."""
+    """True if a real root z = -lambda^2 that is not zero may pass zero, where divergence begins:
+    it lies within twice its movement (m,)."""
     sizes = np.abs(state.roots)
     is_real = state.real & (sizes > state.rounding)
     return bool(np.any(2 * movements > sizes, where=is_real))

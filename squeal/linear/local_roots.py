@@ -3,6 +3,11 @@
 Two that come close are examined in the 2 x 2 problem of their invariant subspace. Its mean and the
 squared half difference d = ((z1 - z2) / 2)^2 stay smooth where the two coalesce, and are well
 conditioned there although neither root is.
+
+A root z is -lambda^2 of an undamped system, -i lambda of an undamped gyroscopic one and lambda of
+any other, see `continuation`. The line on which two meet is the real axis of the first two, the
+imaginary axis of the third. A single root crosses that imaginary axis; without damping it passes
+zero on the real one.
 """
 
 from __future__ import annotations

@@ -184,6 +184,7 @@ class Energy(Answer):
         return ", ".join(words for _, words in shares[:SPOKEN])
 
     def table(self) -> Table:
+        """What each term does to each mode, the fastest growing mode first."""
 
         def growth(row: Contribution) -> str:
             """The growth as a number; a value of the size of rounding as 0."""
@@ -192,7 +193,7 @@ class Energy(Answer):
             rounding = 1e-12 * math.tau * row.frequency_hz  # of |Im lambda|
             return number(row.growth) if abs(row.growth) > rounding else "0"
 
-        table = (
+        all_columns = (
             *columns("mode frequency_hz part term"),
             Column("role", hidden=True),
             Column("growth", "1/s", shown=growth),
@@ -202,7 +203,8 @@ class Energy(Answer):
         )
         title = "what each term does to each mode (growth sums to the growth rate)"
         rows = sorted(self.contributions, key=lambda row: (-row.growth_rate, row.mode))
-        return Table(table, rows, title, "no root", lambda row: row.growth_rate)
+        # of a long table people see the terms of the modes that grow fastest
+        return Table(all_columns, rows, title, nothing="no root", rank=lambda row: row.growth_rate)
 
     def parts_table(self) -> Table:
         """The shares of parts.
@@ -216,10 +218,10 @@ class Energy(Answer):
         >>> [(row["part"], round(row["energy"], 9)) for row in found.parts_table().records()][:2]
         [('left', 0.5), ('right', 0.5)]
         """
-        table = (*columns("mode part energy%"), Column("growth", "1/s"))
+        all_columns = (*columns("mode part energy%"), Column("growth", "1/s"))
         rank = {mode: -k for k, mode in enumerate(self.modes)}
         title = "where: share of the stored energy, and work on each part"
-        return Table(table, self.part_shares, title, rank=lambda row: rank[row.mode])
+        return Table(all_columns, self.part_shares, title, rank=lambda row: rank[row.mode])
 
     def parts(self) -> Sequence[str | Table]:
         sentences = [self.sentence(mode) for mode in self.modes[:SPOKEN]]
@@ -365,7 +367,7 @@ def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
     """The terms of a system at its parameters, with names by factor and file, and their roles."""
     at = system.parameters
     without_friction = frictionless(system)  # the parameters, those of friction set to zero
-    friction = {name for name in without_friction if without_friction[name] != at[name]}
+    set_to_zero = {name for name in without_friction if without_friction[name] != at[name]}
     # terms of joined components are sums over their files
     origins = file.origins if file.assembly is None else ()
     named = []
@@ -377,7 +379,7 @@ def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
             origin = origins_of_part[k] if k < len(origins_of_part) else None
             factor = term.factor.value(at)
             name = _name_of(term, origin, bool(origins))
-            role = _role_of(part, term, bool(term.factor.names & friction))
+            role = _role_of(part, term, bool(term.factor.names & set_to_zero))
             named.append(NamedTerm(part, name, role, term.matrix, factor))
     return named
 
@@ -398,18 +400,23 @@ def _name_of(term: Term, origin: Origin | None, from_files: bool) -> str:
     return f"{origin.file}, {factor}"
 
 
-def _role_of(part: str, term: Term, has_friction: bool) -> str:
-    """What a term does, by its part, its symmetry and whether friction multiplies it."""
+def _role_of(part: str, term: Term, changes_without_friction: bool) -> str:
+    """What a term does, by its part, its symmetry and whether its factor depends on friction.
+
+    changes_without_friction: whether the factor depends on what `frictionless` sets to zero. That
+    is mu; in a system without mu it may be the free parameter, which may also be a speed.
+    """
     size = abs(term.matrix).max()
     is_skew = size > 0.0 and abs(term.matrix + term.matrix.T).max() <= SKEW * size
     is_symmetric = abs(term.matrix - term.matrix.T).max() <= SKEW * size
     if part == "C":
         if is_skew:
             return "gyroscopic"
-        return "friction damping" if has_friction else "damping"
+        return "friction damping" if changes_without_friction else "damping"
     # a skew term of K whose factor is a speed is no friction: it is damping that turns with a
     # shaft, or the swirl in a bearing
-    if part == "K" and has_friction and ("mu" in term.factor.names or not is_skew):
+    is_friction = changes_without_friction and ("mu" in term.factor.names or not is_skew)
+    if part == "K" and is_friction:
         return "friction"
     if not is_symmetric:
         return "circulatory" if part == "K" else "unsymmetric mass"

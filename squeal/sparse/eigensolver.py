@@ -43,7 +43,7 @@ COLUMNS = 180  # of a subspace; what it does not reach is left to other shifts
 BLOCK = 3  # vectors of a step: roots of that multiplicity converge at once
 RITZ_RESIDUAL = 1e-4  # of a Ritz value that has converged
 EXACT = 1e-12  # backward error of right vectors with which corrections end
-GOOD_ENOUGH = 2e-9  # ... of left vectors, and of right ones where they gain no more
+GOOD_ENOUGH = 2e-9  # ... of left vectors, and of right ones that no longer improve
 CORRECTIONS = 12  # at most
 REACH = 1.6  # around a region, relative: the count then needs few determinants
 PARTS = 200  # that are tried before a region is refused
@@ -267,13 +267,14 @@ def corrected_roots(
     factor : Factor
         Of P at a value near the roots.
     basis : ndarray (n, d)
-        Orthonormal; it nearly holds their right vectors.
+        Real and orthonormal; it nearly holds their right vectors.
     region : Rectangle or Disc
         Where.
     exact : float
         Backward error of right vectors with which corrections end.
     accepted : float
-        That of left vectors, and of right ones that corrections no longer improve.
+        That of left vectors with which corrections end. Where corrections no longer improve the
+        worst one, right vectors may be off by `accepted`, and left ones by accepted^2 / exact.
     """
     if not basis.size:
         return Roots.none(problem.n)
@@ -287,20 +288,21 @@ def corrected_roots(
         values = dense_values(M, C, K, stiffness=stiffness)
         values = values[region.contains(values)]
         ritz = roots_at(M, C, K, values, left=True, stiffness=stiffness)
-        left = multiply(V, ritz.left.conj()).conj()
-        roots = Roots(values=ritz.values, right=multiply(V, ritz.right), left=left)
+        roots = Roots(
+            values=ritz.values, right=multiply(V, ritz.right), left=multiply(V, ritz.left)
+        )
         residuals = residuals_of(problem, roots)
         errors = np.linalg.norm(residuals.right, axis=0)
-        left_errors = np.linalg.norm(residuals.left, axis=0)
-        # left vectors enter conditions and derivatives alone: they may be off by `accepted`
-        left_errors *= exact / accepted
-        worst = max(np.max(errors, initial=0.0), np.max(left_errors, initial=0.0))
+        # left vectors enter conditions and derivatives alone: an error of `accepted` in them counts
+        # as one of `exact` in right vectors
+        weighted_left_errors = np.linalg.norm(residuals.left, axis=0) * (exact / accepted)
+        worst = max(np.max(errors, initial=0.0), np.max(weighted_left_errors, initial=0.0))
         no_longer_improves = worst > before / 2
         if worst <= exact or (no_longer_improves and worst <= accepted):
             return roots
         before = worst
         old = V
-        corrections = residuals.corrections(factor, errors > exact, left_errors > exact)
+        corrections = residuals.corrections(factor, errors > exact, weighted_left_errors > exact)
         # a share of 1e-4 of a correction is left to the next one
         V = enlarged(V, corrections, dropped=1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])

@@ -167,10 +167,19 @@ class ReducedBasis:
     `modes` are in the coordinates of a projection. `left` and `right` (d, k) are combinations of
     them, one for each state that is kept: those of the largest singular values of the pencil at a
     shift beside the centre of the region, and at the middle one of the points along the range of
-    the parameters. `system` is that pencil, a system of the first order.
+    the parameters. `system` is that pencil in these states, a system of the first order with k rows
+    (its C is the pencil's B, its K the pencil's A). `velocities` (d, k) are those of the right
+    states, whose displacements are `right`.
+
+    These follow from the modes: `grow` sets them anew. `shift` is the one beside the centre of
+    `region`, `estimated_region` is `region` widened, and `residuals` estimates residuals of vectors
+    in the coordinates of the projection.
     """
 
     system: TermSystem
+    velocities: ComplexArray
+    _products: NDArray  # (terms, k, k), left^H X right of each term X of the projection
+    _mode_residuals: ResidualSketch  # `residuals` for vectors in the coordinates of the states
 
     def __init__(
         self, projection: TermSystem, residuals: ResidualSketch, region: Rectangle
@@ -233,6 +242,8 @@ class ReducedBasis:
         self.modes = self.modes.joined(modes)
         z = self.modes.values
         products = projected(self.projection, self.modes.left, self.modes.right)
+        # the pencil of the module's head between left mode i and right mode j:
+        # B = (z_i + z_j) M + C and A = K - z_i z_j M
         by_root = list(products.C)
         constant = list(products.K)
         for term in products.M:
@@ -251,8 +262,9 @@ class ReducedBasis:
         self.left = self.modes.left @ left
         self.right = self.modes.right @ right
         # of each state: its displacements combine modes x as `right` does, its velocities z x
-        self.velocities = self.modes.right * z @ right
+        self.velocities = (self.modes.right * z) @ right
         self.system = projected(pencil, left, right)
+        # `estimate` takes what y^H P x holds inside of the projection from these
         self._products = np.array([left.conj().T @ term.matrix @ right for term in products.terms])
         self._mode_residuals = self.residuals.of_modes(self.left, self.right)
         return True
