@@ -18,7 +18,7 @@ from squeal.queries.check import Check
 from squeal.queries.critical_speeds import CriticalSpeeds
 from squeal.queries.energy import Energy
 from squeal.queries.meetings import Cure, Meeting
-from squeal.queries.mode_paths import Paths
+from squeal.queries.mode_paths import Paths, is_growing
 from squeal.queries.remedies import BETTER, Remedy, RemedySearch, rounded
 from squeal.queries.systems.all_roots import is_small
 from squeal.results.eigenvalues import Eigenvalues
@@ -29,6 +29,10 @@ from squeal.results.thresholds import Thresholds
 
 NAMED = 3  # modes or parameters in a sentence
 TIMES = 3.0  # from which on a value is so many times another one, not so many % above it
+STATIONARY = (
+    " This damping must be stationary, as that of bearings: of the turning shaft it feeds forward "
+    "whirl above its critical speed."
+)
 OF_CONTACT = {"contact", "tangential"}  # parameters of an exported or joined brake
 HINT = (
     "To see what a part can do, name its stiffness or a shim as a parameter in the system file: "
@@ -247,7 +251,7 @@ class Findings(Answer):
             if meeting is None:
                 if cure is Cure.APART or not mode.frequency_hz:
                     return 0.0, ""
-                share = float(rounded(-100.0 * mode.damping_ratio, 2, math.ceil)) / 100.0
+                share = float(rounded(100.0 * self._deepest(mode), 2, math.ceil)) / 100.0
                 words.append(f"of {pair} by at least {number(100.0 * share, 3)} %")
             elif cure not in meeting.cures:
                 return 0.0, ""
@@ -265,12 +269,51 @@ class Findings(Answer):
         if more > 0:
             words[NAMED:] = [f"those of {more} others by up to {number(100.0 * largest, 3)} %"]
         if cure is Cure.APART:
-            return largest, f"Move further apart {'; '.join(words)}."
+            return largest, f"Move further apart {'; '.join(words)}, {self._reach}."
         words[0] += " of critical damping"
-        text = f"Raise the damping {', '.join(words)}"
+        text = f"Raise the damping {', '.join(words)}, {self._reach}"
+        whirl = self._whirl(self.eigenvalues.value, self.eigenvalues.unstable[0].root)
         if alone_needs_more:
-            text += "; as much on one mode of a pair alone is not enough"
-        return largest, f"{text}."
+            groups = [self.paths.group_of(mode) for mode in self.meetings]
+            one = "one of both"
+            if all(len(group) == 2 for group in groups):
+                one = "one mode of a pair"
+            elif whirl and not any(len(group) == 2 for group in groups):
+                one = "one plane"
+            text += f"; as much on {one} alone is not enough"
+            needed = [meeting.needs(meeting.alone) for meeting in self.meetings.values()]
+            if len(needed) == 1 and needed[0] < math.inf:
+                text += f", which takes {number(100.0 * needed[0], 3)} %"
+        return largest, f"{text}.{STATIONARY * bool(whirl)}"
+
+    def _deepest(self, mode: UnstableMode) -> float:
+        """The largest growth over |lambda| of a mode on its path up to the present value."""
+        ratios = [-mode.damping_ratio]
+        path = self.eigenvalues.mode_of(mode)
+        if path in self.paths.at:
+            roots = self.paths.roots[path][self.paths.at[path] <= self.eigenvalues.value]
+            ratios += (roots.real / abs(roots)).tolist()
+        return max(ratios)
+
+    @property
+    def _reach(self) -> str:
+        """At which values separation and damping are enough: up to the present one, if no mode
+        grows below that does not grow there."""
+        spectrum = self.eigenvalues
+        known: set[int] = set()
+        is_known = self.paths.own_value == spectrum.value
+        for mode in spectrum.unstable:
+            group = self.paths.group_of(spectrum.mode_of(mode))
+            is_known &= bool(group)
+            known.update(group)
+        for number_of_mode in self.paths.growing:
+            roots = self.paths.roots[number_of_mode]
+            below = self.paths.at[number_of_mode] < spectrum.value
+            is_known &= number_of_mode in known or not is_growing(roots[below]).any()
+        value = f"{spectrum.parameter} = {number(spectrum.value, 4)}"
+        if not spectrum.depends:
+            return "just enough"
+        return f"just enough up to {value}" if is_known else f"just enough at {value} alone"
 
     def _bound(self) -> str:
         """Which values of the parameter nothing grows at, of all that was looked at; empty if

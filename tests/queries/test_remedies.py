@@ -200,7 +200,7 @@ def test_a_mode_that_grows_alone_has_no_partner():
     report = squeal.report(squeal.System(np.eye(2), C, K, {"mu": 0.01}))
     assert report.opening["Cause"].startswith("No other mode meets it: ")
     assert report.advice.startswith(
-        "Raise the damping of mode 1 (0.1591 Hz) by at least 1.1 % of critical damping."
+        "Raise the damping of mode 1 (0.1591 Hz) by at least 1.1 % of critical damping, just "
     )
 
 
