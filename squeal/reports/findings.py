@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from squeal.io.scene import Scene
@@ -27,7 +27,9 @@ from squeal.results.sources import unit_of
 from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 
+ROUNDED = {"frequency_hz", "growth_rate", "damping_ratio"}  # columns of the page in four digits
 NAMED = 3  # modes or parameters in a sentence
+NO_WAY = 90.0  # %: nobody takes the parameter back by more
 TIMES = 3.0  # from which on a value is so many times another one, not so many % above it
 STATIONARY = (
     " This damping must be stationary, as that of bearings: of the turning shaft it feeds forward "
@@ -129,7 +131,12 @@ class Findings(Answer):
             more = f", {len(others) - len(names)} others" * (len(others) > len(names))
             grows = "mode grows" if len(others) == 1 else "modes grow"
             sentences.append(f"{len(others)} more {grows}: {', '.join(names)}{more}")
-        sentences.append(self._growth_outside)
+        outside = self._growth_outside
+        fastest = spectrum.details.get("fastest_outside") or {}
+        if fastest.get("growth_rate", 0.0) > lead.growth_rate:
+            sentences.insert(0, f"{outside}, faster than all inside")
+        else:
+            sentences.append(outside)
         return f"{'. '.join(map(_capitalised, filter(None, sentences)))}."
 
     @property
@@ -199,6 +206,9 @@ class Findings(Answer):
             aim = "to stop both" if count == 2 else f"to stop all {count}"
         if self._growth_outside or self._is_of_band_alone():
             aim = f"for {spectrum.extent} alone, {aim}".rstrip(", ")
+        if self._growth_outside:
+            hertz = number(spectrum.details["fastest_outside"]["frequency_hz"], 4)
+            measures[0] += f" It is not meant for {hertz} Hz outside, and may not reach it."
         if aim:
             measures[0] = _capitalised(f"{aim}: {measures[0][0].lower()}{measures[0][1:]}")
         return [measures[0], *(f"Or {way[0].lower()}{way[1:]}" for way in measures[1:])]
@@ -346,6 +356,8 @@ class Findings(Answer):
         words = speed_words(float(below), unit_of(spectrum.source))
         bound = f"{spectrum.parameter} below {below}{words}"
         less = 100.0 * (1.0 - float(below) / spectrum.value)
+        if less > NO_WAY:
+            return ""
         cost = f"{number(less, 3)} % less than {number(spectrum.value, 4)}"
         if spectrum.parameter == "mu":
             more = 100.0 * (spectrum.value / float(below) - 1.0)
@@ -426,7 +438,7 @@ class Findings(Answer):
             table += [*costs, Column("next_loss", shown=next_loss, words="next loss")]
         else:
             table += [Column("growth_left", shown=growth_left, words="growth left"), *costs]
-        title = "changes of one parameter, the best first; degrees count as %"
+        title = "changes of one parameter, the smallest with 10 % in hand first; degrees count as %"
         return Table(table, self.search.remedies or self.search.partial, title)
 
     @property
@@ -450,14 +462,27 @@ class Findings(Answer):
             hertz = meeting.hertz[meeting.alone is Cure.UPPER]
             return f"{amount(mode, meeting.alone)} at {number(hertz, 4)}"
 
-        columns = [column for column in table.columns if column.name != "kind"]
+        def partner(mode: UnstableMode) -> str:
+            group = self.paths.group_of(self.eigenvalues.mode_of(mode))
+            others = [str(one) for one in group if one != self.eigenvalues.mode_of(mode)]
+            meeting = self.paths.meeting(group)
+            return " near ".join([*others, number(meeting, 3)] if meeting else others) or "-"
+
+        columns = []
+        for column in table.columns:
+            if column.name == "onset":
+                columns.append(Column("meets", shown=partner, words="meets"))
+            if column.name in ROUNDED:
+                columns.append(replace(column, shown=partial(_in_four, column)))
+            elif column.name != "kind":
+                columns.append(column)
         columns += [
             Column("apart", shown=lambda mode: amount(mode, Cure.APART), words="apart, Hz"),
             Column("both", shown=lambda mode: amount(mode, Cure.BOTH), words="both, %"),
             Column("alone", shown=alone, words="one, %"),
         ]
         title = "unstable modes, and what stops each: Hz further apart, or % of critical "
-        title += "damping more on both modes or on one"
+        title += "damping more on both modes or on one; - where up to 25 % do not"
         return replace(table, columns=columns, title=title)
 
     def _at(self, value: float) -> str:
@@ -513,9 +538,7 @@ class Findings(Answer):
     def parts(self) -> Sequence[str | Table]:
         opening = [f"{label}: {text}" for label, text in self.opening.items()]
         seats = self.thresholds.seat
-        lines = [*opening, *self.ways[1:], *self.causes[1:], *self.hints, *seats]
-        if self.eigenvalues.unstable:
-            lines.append(self.loss)
+        lines = [*opening, *self.ways[1:], *self.hints, *seats]
         parts: list[str | Table] = [self.name, "\n".join(lines), self.growing]
         if self.remedies.rows:
             parts.append(self.remedies)
@@ -547,6 +570,12 @@ class Findings(Answer):
             "check": self.check and self.check.to_dict(),
             "critical_speeds": self.critical and self.critical.table().records(),
         }
+
+
+def _in_four(column: Column, row: Any) -> str:
+    """A cell of a column of numbers in four digits."""
+    value = column.of(row)
+    return "-" if value is None else number(100.0 * value if column.percent else value, 4)
 
 
 def _capitalised(text: str) -> str:
