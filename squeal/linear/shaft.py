@@ -77,7 +77,7 @@ def unit_of_parameter(system: TermSystem) -> str:
 
 
 def speed_words(value: float, unit: str) -> str:
-    """What follows a value of a parameter: its unit and, of a speed, the value in rpm.
+    """What follows a value of a parameter: its unit and, of a speed, its four digits in rpm.
 
     Examples
     --------
@@ -86,4 +86,4 @@ def speed_words(value: float, unit: str) -> str:
     """
     if not unit or not value:
         return f" {unit}".rstrip()
-    return f" {unit} ({value * RPM:.4g} rpm)"
+    return f" {unit} ({float(f'{value:.4g}') * RPM:.4g} rpm)"

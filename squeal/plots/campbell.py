@@ -12,7 +12,7 @@ from squeal.linear.shaft import RPM, speed_words
 from squeal.plots.damping import colours_of, draw_mode
 from squeal.plots.maps import symbol_of
 from squeal.plots.modes import RED, RING
-from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, style, write_beside
+from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, style, write_beside, write_upright
 from squeal.queries.critical_speeds import GROWS, CriticalSpeeds
 from squeal.queries.mode_paths import Paths
 from squeal.results.sweep import Sweep
@@ -58,7 +58,7 @@ def campbell_drawing(
     growing_hz = growing_hz[growing_hz <= REACH * highest]
     top = max(top, ABOVE * float(growing_hz.max(initial=0.0)))  # over the whole range of speed
     with style():
-        figure = Figure(figsize=(DOUBLE, 3.4))
+        figure = Figure(figsize=(DOUBLE, 2.1))
         if width == "column":
             figure.set_size_inches(SINGLE, 3.0)
         axes = figure.add_subplot()
@@ -87,6 +87,10 @@ def campbell_drawing(
         _name_onset(axes, answer, top)
         if paths is not None:
             _draw_named_modes(axes, paths, top)
+            own_value = Paths(paths).own_value
+            if own_value is not None:
+                axes.axvline(own_value, color="0.4", lw=0.6, ls="-.", zorder=0, gid="own value")
+                write_upright(axes, own_value, f"present {own_value:.4g} rad/s")
         directions = _mark_directions(axes, answer, top)
         entries = _entries(answer, directions)
         if entries:
@@ -170,7 +174,7 @@ def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
                 below = middle
         speed = below  # rounded down, as a limit is
     text = f"unstable from {speed:.4g}{speed_words(speed, 'rad/s')} on, {hertz:.4g} Hz"
-    up = 28 if hertz < 0.8 * top else -28  # so that a slope does not cross it
+    up = 8 if hertz < 0.8 * top else -8
     write_beside(axes, text, (speed, hertz), (4, up), fontsize=7, color=RED)
 
 

@@ -1,9 +1,9 @@
 """The two real modes behind a growing one, and what would stop it: separation, or damping.
 
 Separation adds (w^2 - w_2^2) M x x' M to K, which raises the upper mode alone to w; damping adds
-2 zeta w M x x' M to C. Both are U U' with few columns. More than `DENSE_ROWS` rows are searched on
-a basis of their modes, and what is named is computed on the full system, with a row more for each
-column of U.
+2 zeta w M x x' M to C. Both are U U' with few columns, and have to do at the present value of the
+parameter and at some below. More than `DENSE_ROWS` rows are searched on a basis of their modes, and
+what is named is computed on the full system, with a row more for each column of U.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ from squeal.linear.real_modes import real_modes
 from squeal.linear.system import SystemMatrices
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import pad_terms
+from squeal.queries.mode_paths import Paths, is_growing
+from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.remedies import rounded
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import PadSource, SystemSource
@@ -39,6 +41,7 @@ NOTHING = 1e-7  # of |lambda|: growth that two undamped modes may have by roundi
 LEAST = 2.0**-17  # of the frequency, or of critical damping: the first change that is tried
 MOST = 0.25  # and the last one
 BISECTIONS = 10
+BELOW = 6  # values of the parameter below the present one
 RETRIES = 4  # of what the full system does not confirm, each time 5 % more
 
 
@@ -69,11 +72,14 @@ class Meeting:
         What stops the mode: of `APART` how much further apart the two must be, Hz; of the others
         how much more damping is needed, as a share of critical damping. What needs more than
         `MOST` is missing.
+    worst : tuple of float
+        Values of the parameter below the present one that need more of a cure than that.
     """
 
     omega: Array
     forces: Array
     cures: Mapping[Cure, float]
+    worst: tuple[float, ...] = ()
 
     @property
     def hertz(self) -> tuple[float, float]:
@@ -100,7 +106,9 @@ class Meeting:
         return self.forces * np.sqrt(added)
 
 
-def find_meetings(spectrum: Eigenvalues, options: Mapping[str, object]) -> dict[int, Meeting]:
+def find_meetings(
+    spectrum: Eigenvalues, options: Mapping[str, object], paths: Paths | None = None
+) -> dict[int, Meeting]:
     """The two real modes behind each growing mode, by its number, with what stops it.
 
     Empty where matrices are complex or follow the frequency. A mode that grows with one real mode
@@ -112,6 +120,8 @@ def find_meetings(spectrum: Eigenvalues, options: Mapping[str, object]) -> dict[
         Roots with vectors.
     options : mapping
         Of `eigenvalues`, with which the full system is solved.
+    paths : Paths, optional
+        Of these modes: what stops a mode does so at some values below the present one too.
     """
     meetings: dict[int, Meeting] = {}
     with suppress(InputError, ComputationError), one_thread():
@@ -120,10 +130,28 @@ def find_meetings(spectrum: Eigenvalues, options: Mapping[str, object]) -> dict[
             pair = problem.pair_of(mode)
             number_of_mode = spectrum.mode_of(mode)
             if pair is not None and number_of_mode is not None:
-                meetings[number_of_mode] = problem.cured(pair)
+                meetings[number_of_mode] = problem.cured(
+                    pair, _below(spectrum, number_of_mode, paths)
+                )
         if problem.is_reduced:
             meetings = _confirmed(spectrum, meetings, options)
     return meetings
+
+
+def _below(spectrum: Eigenvalues, mode: int, paths: Paths | None) -> dict[float, bool]:
+    """Values of a path below the present one, that of the least damping ratio among them, and
+    whether the mode grows there."""
+    if paths is None or mode not in paths.at:
+        return {}
+    below = paths.at[mode] < spectrum.value
+    values = paths.at[mode][below]
+    if not values.size:
+        return {}
+    roots = paths.roots[mode][below]
+    chosen = {*np.linspace(0, len(values) - 1, BELOW).astype(int).tolist()}
+    chosen.add(int(np.argmax(roots.real / abs(roots))))
+    growing = is_growing(roots)
+    return {float(values[k]): bool(growing[k]) for k in sorted(chosen)}
 
 
 class _Problem:
@@ -147,6 +175,15 @@ class _Problem:
             self.structure, _ = structure_stiffness(system)
         self.is_reduced = self.structure.shape[0] > DENSE_ROWS
 
+    def matrices_at(self, value: float) -> SystemMatrices:
+        """The matrices at another value of the parameter."""
+        source = self.spectrum.source
+        if isinstance(source, PadSource):
+            M, C, K = analyse(source.scene.replace(mu=value)).matrices
+            return M, C, K
+        assert source is not None
+        return source.file.system.at({self.spectrum.parameter: value})
+
     def pair_of(self, mode: UnstableMode) -> Meeting | None:
         """The two real modes with the largest shares of a growing one, None if there is one."""
         M = self.matrices[0]
@@ -161,40 +198,62 @@ class _Problem:
             return None
         return Meeting(omega[pair], forces[:, pair], {})
 
-    def cured(self, pair: Meeting) -> Meeting:
-        """Two modes with the least change of each kind after which one mode less grows."""
+    def cured(self, pair: Meeting, below: Mapping[float, bool]) -> Meeting:
+        """Two modes with the least change of each kind after which one mode less grows, at the
+        present value and at those below at which the mode grows."""
         basis = self._basis(pair)
-        M = basis.T @ (self.matrices[0] @ basis)
-        K = basis.T @ (self.matrices[2] @ basis)
-        C = 0.0 * M
-        if self.matrices[1] is not None:
-            C = basis.T @ (self.matrices[1] @ basis)
 
-        def growing(cure: Cure, amount: float) -> int:
-            U = basis.T @ pair.columns(cure, amount)
-            of_stiffness = float(cure is Cure.APART)
-            roots = dense_values(M, C + (1.0 - of_stiffness) * U @ U.T, K + of_stiffness * U @ U.T)
+        def unit_of(cure: Cure) -> float:
+            return pair.hertz[1] if cure is Cure.APART else 1.0
+
+        def growing(matrices: SystemMatrices, cure: Cure, share: float) -> int:
+            M, C, K = matrices
+            U = pair.columns(cure, share * unit_of(cure))
+            added = basis.T @ U @ U.T @ basis
+            damping = 0.0 * added if C is None else basis.T @ (C @ basis)
+            stiffness = basis.T @ (K @ basis)
+            if cure is Cure.APART:
+                stiffness = stiffness + added
+            else:
+                damping = damping + added
+            roots = dense_values(basis.T @ (M @ basis), damping, stiffness)
             return int(np.sum((roots.imag > 0.0) & (roots.real > NOTHING * abs(roots))))
 
-        before = growing(Cure.BOTH, 0.0)
-        cures = {}
-        for cure in Cure:
-            unit = pair.hertz[1] if cure is Cure.APART else 1.0
-            share = LEAST
-            while share <= MOST and growing(cure, share * unit) >= before:
-                share *= 2.0
-            if share > MOST:
-                continue
-            low = share / 2.0
-            high = share
-            for _ in range(BISECTIONS):
+        def least(matrices: SystemMatrices, cure: Cure, start: float, most: int) -> float:
+            """The least share from a start on with which no more than `most` grow."""
+            low = high = start
+            while growing(matrices, cure, high) > most:
+                if high >= MOST:
+                    return math.inf
+                low = high
+                high = min(max(2.0 * high, LEAST), MOST)
+            for _ in range(BISECTIONS * (high > start)):
                 middle = (low + high) / 2.0
-                if growing(cure, middle * unit) < before:
-                    high = middle
-                else:
+                if growing(matrices, cure, middle) > most:
                     low = middle
-            cures[cure] = float(rounded(high * unit, 2, math.ceil))
-        return replace(pair, cures=cures)
+                else:
+                    high = middle
+            return high
+
+        at_values = [(self.spectrum.value, self.matrices, True)]
+        for value, grows in below.items():
+            with suppress(InputError, ComputationError, ArithmeticError):  # none slides there
+                at_values.append((value, self.matrices_at(value), grows))
+        most = []
+        for _, matrices, grows in at_values:
+            most.append(max(growing(matrices, Cure.BOTH, 0.0) - grows, 0))
+        cures = {}
+        worst = set()
+        for cure in Cure:
+            share = 0.0
+            for (value, matrices, _), left in zip(at_values, most, strict=True):
+                more = math.inf if share == math.inf else least(matrices, cure, share, left)
+                if share and share < more < math.inf:
+                    worst.add(value)
+                share = max(share, more)
+            if share < math.inf:
+                cures[cure] = float(rounded(share * unit_of(cure), 2, math.ceil))
+        return replace(pair, cures=cures, worst=tuple(sorted(worst)))
 
     def _basis(self, pair: Meeting) -> Array:
         """Orthonormal columns (n, k) that hold the two modes and those around; all of few rows."""
@@ -275,6 +334,7 @@ def _confirmed_amounts(
     of_stiffness = Cure.APART in tried.values()
     left = len(spectrum.unstable) - len(tried)
     factors = dict.fromkeys(tried, 1.0)
+    values = {value for mode in tried for value in meetings[mode].worst}
     for _ in range(RETRIES):
         amounts = {}
         columns = []
@@ -283,10 +343,14 @@ def _confirmed_amounts(
             amounts[mode] = float(rounded(amount, 2, math.ceil))
             columns.append(meetings[mode].columns(cure, amounts[mode]))
         changed = bordered(source.file.system, np.hstack(columns), of_stiffness)
-        computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
-        if len(computed.unstable) <= left:
+        unstable = eigenvalues(changed, **options).unstable  # type: ignore[arg-type]
+        for value in values:
+            if len(unstable) <= left:
+                computed = eigenvalues(changed.replace({changed.parameter: value}), **options)  # type: ignore[arg-type]
+                unstable = computed.unstable
+        if len(unstable) <= left:
             return amounts
-        for growing in computed.unstable:  # more for the pair that is nearest
+        for growing in unstable:  # more for the pair that is nearest
             omega = growing.root.imag
             nearest = min(tried, key=lambda mode: abs(meetings[mode].omega.mean() - omega))
             factors[nearest] += 0.05

@@ -128,13 +128,15 @@ class Remedy:
 
     change: rounded up to two digits; take: the change after which nothing grows up to `IN_HAND`
     times the free parameter, None where none leaves so much; computed: the eigenvalues with `take`,
-    else with `change`; loss: where stability is lost first with it, None where modes grow.
+    else with `change`; loss: where stability is lost first with it, None where modes grow; rise:
+    the fastest growth rate with a smaller change, 1/s, 0 where growth does not first rise.
     """
 
     change: Change
     computed: Eigenvalues
     take: Change | None = None
     loss: Loss | None = None
+    rise: float = 0.0
 
     @property
     def limit(self) -> float:
@@ -189,6 +191,8 @@ class Remedy:
         else:
             text += f" {self.loss.words(parameter)}"
         costs = []
+        if self.rise:
+            costs.append(f"on the way growth first rises to {number(self.rise, 3)} 1/s")
         if self.computed.verdict == "marginal":
             costs.append("nothing damps this model")
         elif not math.isnan(self.damping_left):
@@ -261,7 +265,8 @@ def find_remedies(
     remedies: list[Remedy] = []
     for change, take in search.located():
         if len(remedies) < search.most_remedies:
-            remedies += _computed(spectrum, change, take, high, options)
+            for remedy in _computed(spectrum, change, take, high, options):
+                remedies.append(replace(remedy, rise=search.rise(change)))
     if remedies:
         return RemedySearch(tuple(remedies))
     partial: list[Remedy] = []
@@ -335,6 +340,15 @@ class _Search:
     def leaves_margin(self, change: Change) -> bool:
         """Whether nothing grows, and neither with more of the free parameter."""
         return self.stops_all(change) and self.stops_all(change, IN_HAND)
+
+    def rise(self, least: Change) -> float:
+        """The fastest growth, 1/s, with the steps of a change; 0 where it does not first rise."""
+        growth = []
+        for share in (0.0, 0.25, 0.5, 0.75):
+            roots = self.roots(least.of(share * least.count))
+            if roots is not None:
+                growth.append(float(self._in_band(roots).real.max(initial=0.0)))
+        return max(growth, default=0.0) if max(growth, default=0.0) > BETTER * growth[0] else 0.0
 
     def located(self) -> Sequence[tuple[Change, Change | None]]:
         """The least change of each parameter, lowered or raised, that stops all that grows, and a

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from squeal.io.scene import Scene
@@ -18,7 +18,7 @@ from squeal.queries.check import Check
 from squeal.queries.critical_speeds import CriticalSpeeds
 from squeal.queries.energy import Energy
 from squeal.queries.meetings import Cure, Meeting
-from squeal.queries.mode_paths import Paths
+from squeal.queries.mode_paths import Paths, is_growing
 from squeal.queries.remedies import BETTER, Remedy, RemedySearch, rounded
 from squeal.queries.systems.all_roots import is_small
 from squeal.results.eigenvalues import Eigenvalues
@@ -27,8 +27,14 @@ from squeal.results.sources import unit_of
 from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 
+ROUNDED = {"frequency_hz", "growth_rate", "damping_ratio"}  # columns of the page in four digits
 NAMED = 3  # modes or parameters in a sentence
+NO_WAY = 90.0  # %: nobody takes the parameter back by more
 TIMES = 3.0  # from which on a value is so many times another one, not so many % above it
+STATIONARY = (
+    " This damping must be stationary, as that of bearings: of the turning shaft it feeds forward "
+    "whirl above its critical speed."
+)
 OF_CONTACT = {"contact", "tangential"}  # parameters of an exported or joined brake
 HINT = (
     "To see what a part can do, name its stiffness or a shim as a parameter in the system file: "
@@ -125,7 +131,12 @@ class Findings(Answer):
             more = f", {len(others) - len(names)} others" * (len(others) > len(names))
             grows = "mode grows" if len(others) == 1 else "modes grow"
             sentences.append(f"{len(others)} more {grows}: {', '.join(names)}{more}")
-        sentences.append(self._growth_outside)
+        outside = self._growth_outside
+        fastest = spectrum.details.get("fastest_outside") or {}
+        if fastest.get("growth_rate", 0.0) > lead.growth_rate:
+            sentences.insert(0, f"{outside}, faster than all inside")
+        else:
+            sentences.append(outside)
         return f"{'. '.join(map(_capitalised, filter(None, sentences)))}."
 
     @property
@@ -195,6 +206,9 @@ class Findings(Answer):
             aim = "to stop both" if count == 2 else f"to stop all {count}"
         if self._growth_outside or self._is_of_band_alone():
             aim = f"for {spectrum.extent} alone, {aim}".rstrip(", ")
+        if self._growth_outside:
+            hertz = number(spectrum.details["fastest_outside"]["frequency_hz"], 4)
+            measures[0] += f" It is not meant for {hertz} Hz outside, and may not reach it."
         if aim:
             measures[0] = _capitalised(f"{aim}: {measures[0][0].lower()}{measures[0][1:]}")
         return [measures[0], *(f"Or {way[0].lower()}{way[1:]}" for way in measures[1:])]
@@ -247,7 +261,7 @@ class Findings(Answer):
             if meeting is None:
                 if cure is Cure.APART or not mode.frequency_hz:
                     return 0.0, ""
-                share = float(rounded(-100.0 * mode.damping_ratio, 2, math.ceil)) / 100.0
+                share = float(rounded(100.0 * self._deepest(mode), 2, math.ceil)) / 100.0
                 words.append(f"of {pair} by at least {number(100.0 * share, 3)} %")
             elif cure not in meeting.cures:
                 return 0.0, ""
@@ -265,12 +279,51 @@ class Findings(Answer):
         if more > 0:
             words[NAMED:] = [f"those of {more} others by up to {number(100.0 * largest, 3)} %"]
         if cure is Cure.APART:
-            return largest, f"Move further apart {'; '.join(words)}."
+            return largest, f"Move further apart {'; '.join(words)}, {self._reach}."
         words[0] += " of critical damping"
-        text = f"Raise the damping {', '.join(words)}"
+        text = f"Raise the damping {', '.join(words)}, {self._reach}"
+        whirl = self._whirl(self.eigenvalues.value, self.eigenvalues.unstable[0].root)
         if alone_needs_more:
-            text += "; as much on one mode of a pair alone is not enough"
-        return largest, f"{text}."
+            groups = [self.paths.group_of(mode) for mode in self.meetings]
+            one = "one of both"
+            if all(len(group) == 2 for group in groups):
+                one = "one mode of a pair"
+            elif whirl and not any(len(group) == 2 for group in groups):
+                one = "one plane"
+            text += f"; as much on {one} alone is not enough"
+            needed = [meeting.needs(meeting.alone) for meeting in self.meetings.values()]
+            if len(needed) == 1 and needed[0] < math.inf:
+                text += f", which takes {number(100.0 * needed[0], 3)} %"
+        return largest, f"{text}.{STATIONARY * bool(whirl)}"
+
+    def _deepest(self, mode: UnstableMode) -> float:
+        """The largest growth over |lambda| of a mode on its path up to the present value."""
+        ratios = [-mode.damping_ratio]
+        path = self.eigenvalues.mode_of(mode)
+        if path in self.paths.at:
+            roots = self.paths.roots[path][self.paths.at[path] <= self.eigenvalues.value]
+            ratios += (roots.real / abs(roots)).tolist()
+        return max(ratios)
+
+    @property
+    def _reach(self) -> str:
+        """At which values separation and damping are enough: up to the present one, if no mode
+        grows below that does not grow there."""
+        spectrum = self.eigenvalues
+        known: set[int] = set()
+        is_known = self.paths.own_value == spectrum.value
+        for mode in spectrum.unstable:
+            group = self.paths.group_of(spectrum.mode_of(mode))
+            is_known &= bool(group)
+            known.update(group)
+        for number_of_mode in self.paths.growing:
+            roots = self.paths.roots[number_of_mode]
+            below = self.paths.at[number_of_mode] < spectrum.value
+            is_known &= number_of_mode in known or not is_growing(roots[below]).any()
+        value = f"{spectrum.parameter} = {number(spectrum.value, 4)}"
+        if not spectrum.depends:
+            return "just enough"
+        return f"just enough up to {value}" if is_known else f"just enough at {value} alone"
 
     def _bound(self) -> str:
         """Which values of the parameter nothing grows at, of all that was looked at; empty if
@@ -303,6 +356,8 @@ class Findings(Answer):
         words = speed_words(float(below), unit_of(spectrum.source))
         bound = f"{spectrum.parameter} below {below}{words}"
         less = 100.0 * (1.0 - float(below) / spectrum.value)
+        if less > NO_WAY:
+            return ""
         cost = f"{number(less, 3)} % less than {number(spectrum.value, 4)}"
         if spectrum.parameter == "mu":
             more = 100.0 * (spectrum.value / float(below) - 1.0)
@@ -383,7 +438,7 @@ class Findings(Answer):
             table += [*costs, Column("next_loss", shown=next_loss, words="next loss")]
         else:
             table += [Column("growth_left", shown=growth_left, words="growth left"), *costs]
-        title = "changes of one parameter, the best first; degrees count as %"
+        title = "changes of one parameter, the smallest with 10 % in hand first; degrees count as %"
         return Table(table, self.search.remedies or self.search.partial, title)
 
     @property
@@ -407,14 +462,27 @@ class Findings(Answer):
             hertz = meeting.hertz[meeting.alone is Cure.UPPER]
             return f"{amount(mode, meeting.alone)} at {number(hertz, 4)}"
 
-        columns = [column for column in table.columns if column.name != "kind"]
+        def partner(mode: UnstableMode) -> str:
+            group = self.paths.group_of(self.eigenvalues.mode_of(mode))
+            others = [str(one) for one in group if one != self.eigenvalues.mode_of(mode)]
+            meeting = self.paths.meeting(group)
+            return " near ".join([*others, number(meeting, 3)] if meeting else others) or "-"
+
+        columns = []
+        for column in table.columns:
+            if column.name == "onset":
+                columns.append(Column("meets", shown=partner, words="meets"))
+            if column.name in ROUNDED:
+                columns.append(replace(column, shown=partial(_in_four, column)))
+            elif column.name != "kind":
+                columns.append(column)
         columns += [
             Column("apart", shown=lambda mode: amount(mode, Cure.APART), words="apart, Hz"),
             Column("both", shown=lambda mode: amount(mode, Cure.BOTH), words="both, %"),
             Column("alone", shown=alone, words="one, %"),
         ]
         title = "unstable modes, and what stops each: Hz further apart, or % of critical "
-        title += "damping more on both modes or on one"
+        title += "damping more on both modes or on one; - where up to 25 % do not"
         return replace(table, columns=columns, title=title)
 
     def _at(self, value: float) -> str:
@@ -470,9 +538,7 @@ class Findings(Answer):
     def parts(self) -> Sequence[str | Table]:
         opening = [f"{label}: {text}" for label, text in self.opening.items()]
         seats = self.thresholds.seat
-        lines = [*opening, *self.ways[1:], *self.causes[1:], *self.hints, *seats]
-        if self.eigenvalues.unstable:
-            lines.append(self.loss)
+        lines = [*opening, *self.ways[1:], *self.hints, *seats]
         parts: list[str | Table] = [self.name, "\n".join(lines), self.growing]
         if self.remedies.rows:
             parts.append(self.remedies)
@@ -504,6 +570,12 @@ class Findings(Answer):
             "check": self.check and self.check.to_dict(),
             "critical_speeds": self.critical and self.critical.table().records(),
         }
+
+
+def _in_four(column: Column, row: Any) -> str:
+    """A cell of a column of numbers in four digits."""
+    value = column.of(row)
+    return "-" if value is None else number(100.0 * value if column.percent else value, 4)
 
 
 def _capitalised(text: str) -> str:

@@ -279,6 +279,7 @@ def _not_answered(report: Findings) -> Iterator[str]:
     outside = f"outside of {low} to {high} {unit}".rstrip()
     yield f"Values of {report.thresholds.parameter} {outside}."
     yield "Other values of the other parameters: `squeal scatter` draws them from ranges."
+    yield from report.hints
     if report.thresholds.parameter != "mu":
         yield "Motion of finite size, and the response to forces such as those of an unbalance."
         return

@@ -121,7 +121,8 @@ def report(
     spectrum = eigenvalues(subject, **options)
     rotor = _critical_speeds(subject, losses, band, memory)
     chart = _chart(losses, spectrum.value, rotor is not None)
-    spectrum = Paths(chart).numbered(spectrum)
+    paths = Paths(chart)
+    spectrum = paths.numbered(spectrum)
     of_modes = sensitivity(subject, known=spectrum)
     of_onset = None
     with suppress(ComputationError):  # several modes are lost at once
@@ -135,7 +136,7 @@ def report(
         check=None if isinstance(subject, Scene) else check(subject),
         energy=energy(spectrum, parts),
         search=find_remedies(spectrum, of_modes, end, options),
-        meetings=find_meetings(spectrum, options),
+        meetings=find_meetings(spectrum, options, paths),
         outside=_thresholds_outside(subject, spectrum, end, options),
         chart=chart,
         subject=subject,

@@ -247,7 +247,7 @@ def test_the_example_has_the_critical_speeds_and_the_limit_of_ross(tmp_path):
     expected = [524.11919834, 533.96260738]
     assert speeds(report.critical, "straight") == pytest.approx(expected, rel=1e-9)
     assert report.thresholds.first.mu == pytest.approx(14.99495882, rel=1e-9)
-    assert "(143.2 rpm): forward whirl begins to grow at 262.5 Hz" in report.loss
+    assert "(143.1 rpm): forward whirl begins to grow at 262.5 Hz" in report.loss
 
 
 def test_a_mass_that_vanishes_at_one_speed_is_refused():

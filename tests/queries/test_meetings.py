@@ -62,6 +62,24 @@ def test_damping_of_one_mode_is_that_of_hurwitz():
     assert cures[Cure.BOTH] < min(lower, upper)
 
 
+def test_damping_of_a_whirl_is_enough_at_lower_speeds_that_need_more():
+    """2 (h - d) of lambda^2 + 2 d lambda + 1 = 2 i h: h is highest at 1, well below the speed."""
+    skew = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    K = {"1": np.eye(2), "0.2*speed/(1 + speed**2)": skew}
+    system = squeal.System(np.eye(2), 0.02 * np.eye(2), K, {"speed": 4.0}, "speed")
+    report = squeal.report(system, 5.0)
+    (meeting,) = report.meetings.values()
+
+    def damping(speed):
+        """Share of critical damping at which z'' + c z' + (1 - i k) z = 0 is at its limit."""
+        return 0.5 * 0.2 * speed / (1.0 + speed**2) - 0.01
+
+    assert damping(1.0) > 2.0 * damping(4.0)
+    assert damping(1.0) * 0.99 < meeting.cures[Cure.BOTH] < 1.08 * damping(1.0)
+    assert "just enough up to speed = 4" in report.advice
+    assert "stationary" not in report.advice  # nothing is known to turn
+
+
 def test_modes_without_a_pair_have_none():
     lonely = squeal.System(np.eye(2), np.diag([-0.02, 0.02]), np.diag([1.0, 1.44]))
     assert find_meetings(squeal.eigenvalues(lonely), {}) == {}

@@ -147,6 +147,9 @@ def test_the_remedy_of_a_pad_is_the_least_angle_and_the_other_way_is_named():
     other = report.search.remedies[1]
     assert (change.verb, other.change.verb) == ("raise", "lower")
     assert rate_of_pad(scene, **{name: a_digit_less(other.change).after}) > 1e-4
+    part = other.change.of(0.25 * other.change.count)
+    assert rate_of_pad(scene, **{name: part.after}) > rate_of_pad(scene)
+    assert "where the search ends; on the way growth first rises to " in report.advice
     for mu in np.linspace(0.05, 2.0, 40):
         assert rate_of_pad(scene, **{name: other.advised.after}, mu=float(mu)) < 1e-7
     words = f"Or lower {name} (inclination of spring 2) by {other.advised.size}, "
@@ -200,7 +203,7 @@ def test_a_mode_that_grows_alone_has_no_partner():
     report = squeal.report(squeal.System(np.eye(2), C, K, {"mu": 0.01}))
     assert report.opening["Cause"].startswith("No other mode meets it: ")
     assert report.advice.startswith(
-        "Raise the damping of mode 1 (0.1591 Hz) by at least 1.1 % of critical damping."
+        "Raise the damping of mode 1 (0.1591 Hz) by at least 1.1 % of critical damping, just "
     )
 
 
