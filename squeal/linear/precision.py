@@ -54,7 +54,7 @@ def half_units(matrix: Matrix, digits: int | None) -> csc_array:
     return _errors(matrix, half)
 
 
-def short_floats(value: object) -> np.dtype[Any] | None:
+def short_floats(value: object) -> np.dtype[np.floating] | None:
     """The type of floats, shorter than doubles, that the entries of a matrix were rounded to.
 
     None of other numbers, and where every entry has at most half of the bits that the type holds,
@@ -82,7 +82,7 @@ def short_floats(value: object) -> np.dtype[Any] | None:
     return None
 
 
-def precision_of_floats(matrix: Matrix, floats: np.dtype[Any] | None) -> Precision:
+def precision_of_floats(matrix: Matrix, floats: np.dtype[np.floating] | None) -> Precision:
     """The precision of doubles (n, n) that stand for floats of a shorter type; None of doubles."""
     if floats is None:
         return Precision()

@@ -63,7 +63,7 @@ class MatrixFile:
     numbered: bool = False
     digits: int | None = None
     assumptions: tuple[str, ...] = ()
-    floats: np.dtype[Any] | None = None
+    floats: np.dtype[np.floating] | None = None
 
 
 @dataclass(frozen=True)
