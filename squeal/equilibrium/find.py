@@ -86,17 +86,22 @@ def record(
 
 
 def _near_seeds(statics: Statics, n: int) -> np.ndarray:
-    """Starts (4, seeds, n) of Newton's method without friction, in natural units: off the initial
-    position by about the displacement under the load, and by half of what `LIMITS` allow."""
+    """Starts (4, seeds, n) of Newton's method for n pads without friction.
+
+    They are z = (x, y, w theta, mu) in natural units: off the initial position by about the
+    displacement under the load, and by half of what `LIMITS` allow.
+    """
+    # six zeros: at rest in the initial position, where the load alone makes the unit of length
     load_size = natural_units(statics.model, (0.0,) * 6).length * np.ones(n)
-    half_width = statics.model.pad.w / 2 * np.ones(n)
+    half_length = statics.model.pad.w * np.ones(n)
     steps = (0.0, -1.0, 1.0)
     tilts = (0.0, -1.0, 1.0, -10.0, 10.0)
     near = np.array([*itertools.product(steps, steps, tilts)])
     wide = np.array([*itertools.product(steps, steps, steps)])
-    wide = wide * [LIMITS.travel, LIMITS.travel, LIMITS.tilt]
+    # half of the limits; travel is over the half length w, and a tilt times w is w theta
+    wide = wide * [LIMITS.travel, LIMITS.travel, LIMITS.tilt] / 2
     seeds = np.concatenate(
-        [near.T[:, :, None] * load_size, wide.T[:, :, None] * half_width], axis=1
+        [near.T[:, :, None] * load_size, wide.T[:, :, None] * half_length], axis=1
     )
     without_friction = np.zeros_like(seeds[:1])
     return np.concatenate([seeds, without_friction])

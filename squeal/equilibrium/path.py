@@ -175,11 +175,13 @@ class Path:
         q = shifted.place(z.astype(complex))
         f = net_loads(np, shifted, law, q, touching[:, 0])
         shifted_gaps = law.gaps(shifted, pose(np, q))
+        # the moment over w, as in the residual of the statics
         rows = [f.x, f.y, f.moment / statics.model.pad.w, *(shifted_gaps[i] for i in changed)]
         rates = np.imag(np.broadcast_arrays(*rows)) / STEP  # (conditions, coefficients)
         # each load has a rounding of its own, of the size that its coefficient gives it
         loads = rates[:, [Coefficients._fields.index(name) for name in OF_LOADS]]
         shift = np.abs(weights @ rates).sum() + (np.abs(weights) @ np.abs(loads)).sum()
+        # rounding puts the node of a fold beside the top of the branch: its mu is too small by this
         below_top = 0.0 if changed.size else self._below(z, touching)
         mu = z[3, 0]
         return float(

@@ -402,7 +402,9 @@ def zero_roots(A: NDArray, noise: float, M: NDArray | None = None) -> int:
             break
         count += null.shape[1]
         test_vectors = complement
-        if mass is not None:  # those on which the null vectors have no inertia
+        if mass is not None:
+            # in columns (complement, null) A - s M is ((A - s M) complement, -s M null): rows
+            # orthogonal to M null see the first alone, and their roots are those that remain
             test_vectors = np.linalg.qr(mass @ null, mode="complete")[0][:, null.shape[1] :]
             mass = test_vectors.conj().T @ mass @ complement
         stiffness = test_vectors.conj().T @ stiffness @ complement

@@ -178,7 +178,10 @@ class PadModel:
 
 
 class Linearisation(NamedTuple):
-    """M q'' + C q' + K q = 0 about a place of rest, each matrix (3, 3), SI units, unwritable."""
+    """M q'' + C q' + K q = 0 about a place of rest, each matrix (3, 3), SI units, unwritable.
+
+    About n places C and K are stacks (3, 3, n).
+    """
 
     M: np.ndarray
     C: np.ndarray

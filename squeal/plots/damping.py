@@ -175,7 +175,7 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
     title = f"{symbol_of(sweep.parameter)} {swept}: unstable below zero"
     if len(paths.groups) > PANELS:
         title += f"\nat the right the first {PANELS} of {len(paths.groups)}"
-    axes.set_title(title, loc="left")
+    axes.set_title(title, loc="left", fontsize=7)
     entries: list[Artist] = []
     if all_roots.real.max(initial=0.0) > 0.0:
         large = _round_down(fastest)
@@ -249,7 +249,7 @@ def _draw_group(
         axes.set(ylabel="damping ratio [%]", ylim=axes.figure.axes[0].get_ylim())
         axes.axhline(0.0, color="0.3", lw=0.6)
     title = _title_of_group(sweep, paths, group, onset)
-    axes.set_title(title, loc="left")
+    axes.set_title(title, loc="left", fontsize=7)
     if isinstance(onset, tuple):
         axes.axvspan(*onset, color="0.8", lw=0, zorder=0, gid="onset")
     elif onset is not None:

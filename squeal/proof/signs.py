@@ -18,7 +18,7 @@ except ImportError:  # an extra
 Polynomial = Any
 """A `flint.arb_poly` in t."""
 MOST_PARTS = 400
-"""Into so many parts an interval is divided at most."""
+"""How many intervals are examined at most, halves of others among them; what is left is unknown."""
 NEAR = 1e-13
 """An interval of t that is not divided any more."""
 

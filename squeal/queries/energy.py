@@ -184,17 +184,6 @@ class Energy(Answer):
         return ", ".join(words for _, words in shares[:SPOKEN])
 
     def table(self) -> Table:
-        """What each term does to each mode, the fastest growing mode first.
-
-        Examples
-        --------
-        >>> import squeal
-        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
-        >>> pair = squeal.System([[1, 0], [0, 1]], [[0.2, 0], [0, 0.2]], K)
-        >>> rows = squeal.energy(squeal.eigenvalues(pair)).table().records()
-        >>> [round(row["growth"], 9) for row in rows if row["role"] == "damping"]
-        [-0.1, -0.1]
-        """
 
         def growth(row: Contribution) -> str:
             """The growth as a number; a value of the size of rounding as 0."""
@@ -213,7 +202,7 @@ class Energy(Answer):
         )
         title = "what each term does to each mode (growth sums to the growth rate)"
         rows = sorted(self.contributions, key=lambda row: (-row.growth_rate, row.mode))
-        # of a long table people see the terms of the modes that grow fastest
+        # the fastest growing mode comes first; of a long table people see the terms of such modes
         return Table(all_columns, rows, title, nothing="no root", rank=lambda row: row.growth_rate)
 
     def parts_table(self) -> Table:

@@ -21,8 +21,8 @@ class NumberedSteps(NamedTuple):
     """The steps of a sweep with the numbers of their modes.
 
     steps: each with the numbers (m,) of the modes of its roots, 0 where one is not known; losses:
-    where it is not known which mode is which; reference: the step by whose frequencies modes are
-    numbered.
+    the intervals of the parameter in which it is lost which mode is which; reference: the step by
+    whose frequencies modes are numbered.
     """
 
     steps: list[Step]
@@ -33,23 +33,24 @@ class NumberedSteps(NamedTuple):
 def assign_mode_numbers(
     steps: Sequence[Step],
     spectrum_at: Callable[[float], SpectrumAtParameter] | None,
-    own_value: float,
+    numbered_at: float,
     most_between: int = MANY,
 ) -> NumberedSteps:
     """Number the modes of a sweep, so that each mode has one number at all values.
 
     The modes are followed from step to step as eigenvalue paths. A path then has the number that
-    its root has by rising frequency at the reference value: the subject's own value if the sweep
-    has it, else the first one. Modes that are not there get the next numbers as they appear.
+    its root has by rising frequency in the reference step. Modes that are not there get the next
+    numbers as they appear.
 
     Parameters
     ----------
     steps : sequence of Step
         The sweep, by rising value; each has roots.
     spectrum_at : callable or None
-        The spectrum at a value, to follow the roots between the steps; None of a single step.
-    own_value : float
-        The subject's own value of the parameter.
+        The spectrum at a value, to follow the roots between the steps; None for a sweep of one
+        step.
+    numbered_at : float
+        The value of the reference step. If the sweep does not have it the first step is that.
     most_between : int
         At how many values between the steps the spectrum may be computed.
     """
@@ -65,7 +66,7 @@ def assign_mode_numbers(
             # the roots of a step may be fewer, or in another order, than those of the spectrum
             spectrum = spectrum_at(step.value)
             paths.append(mode_numbers_at(spectrum, path_of_root, np.asarray(step.roots)))
-    reference = values.index(own_value) if own_value in values else 0
+    reference = values.index(numbered_at) if numbered_at in values else 0
     number_of = _number_of_paths(paths, reference, np.asarray(steps[reference].roots))
     numbered = []
     for step, paths_of_step in zip(steps, paths, strict=True):

@@ -100,11 +100,12 @@ def sweep(
 
 
 def pad_sweep(scene: Scene, values: Sequence[float], numbered_at: float | None = None) -> Sweep:
-    """Compute the eigenvalues of a pad at each mu along the branch of equilibria from mu = 0, modes
-    numbered at one of these values, else at the pad's own one.
+    """Compute the eigenvalues of a pad at each mu along the branch of equilibria from mu = 0.
 
-    A step where the branch does not reach has no roots. B3 is linearised about the origin and has
-    no branch.
+    Modes are numbered by rising frequency at `numbered_at`; without that, at the pad's own mu. If
+    that is not a value that the branch reaches, they are numbered at the lowest one of those. A
+    step where the branch does not reach has no roots. B3 is linearised about the origin and has no
+    branch.
     """
     values = MUS.read(values, Place("sweep", "values"))
     model = damped_model(scene)
@@ -120,16 +121,17 @@ def pad_sweep(scene: Scene, values: Sequence[float], numbered_at: float | None =
                 model, equilibrium, "on the branch continued from mu = 0"
             )
             reached[mu] = _step(mu, analysis)
-    losses: tuple[Loss, ...] = ()
+    losses: tuple[Loss, ...] = ()  # intervals of mu in which it is lost which mode is which
     reference = None
     if reached:
         rising = sorted(reached)
-        spectrum_at = None  # of a single value: no mode is followed
+        # the spectrum at any mu, by which modes are followed; of a single value none is followed
+        spectrum_at = None
         if len(rising) > 1:
             spectrum_at = continued(matrices_of_branch, rising).at
         steps_by_mu = [reached[mu] for mu in rising]
         at = scene.pad.mu if numbered_at is None else numbered_at
-        numbered = assign_mode_numbers(steps_by_mu, spectrum_at, at)
+        numbered = assign_mode_numbers(steps_by_mu, spectrum_at, numbered_at=at)
         reached = dict(zip(rising, numbered.steps, strict=True))
         losses = numbered.losses
         reference = numbered.reference

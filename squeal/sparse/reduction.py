@@ -106,9 +106,10 @@ class Reduction:
     satisfying the full one.
 
     `vectors` (n, d) are orthonormal, `system` is dense (d, d) with the parameters of the full one;
-    `samples` are where the full problem was solved, `worst` is the largest backward error in the
-    full problem of a root, over all values; `spurious` counts the roots of the reduced system alone
-    at the samples, over all of them.
+    both grow with each sample. `reduce_system` sets the others at its end: `samples` are where the
+    full problem was solved, `worst` is the largest backward error in the full problem of a root,
+    over all values; `spurious` counts the roots of the reduced system alone at the samples, over
+    all of them. Until then they are empty, infinite and 0.
     """
 
     system: TermSystem
@@ -166,8 +167,12 @@ class Reduction:
         problem = self.scaled.at(changes)
         roots = modes_in(problem, region).roots if certify else self._corrected(problem, region)
         if roots is None:
+            # vectors of a basis need no less: the error of a root is of the order of their square
             modes = modes_in(problem, region, certify=False, start=self.vectors, exact=GOOD_ENOUGH)
             roots = modes.roots
+            # `near` are the rough roots around the shift and P factorised there; None where the
+            # region was halved, so that no one shift serves it. With their vectors in the basis T
+            # contracts outside of it, see `Complement`, and later samples can use this factor.
             if self._factorised is None and modes.near is not None and len(roots.values):
                 self._factorised = (changes, modes.near.shift, modes.near.factor)
                 self.extend(modes.near.vectors)

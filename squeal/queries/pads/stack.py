@@ -68,7 +68,8 @@ class _Intervals(NamedTuple):
         Where the branch ends; NaN if it reaches the end of the range, 0 for a pad without an
         equilibrium at mu = 0.
     ends : list of n str
-        What happens there: a fold, or another end of the branch.
+        What happens there: a fold or, for any other end, "end of the branch". That also stands
+        where the branch reaches the end of the range; "" of a linear model, which has no branch.
     lost : array (n,) of bool
         Whether the branch could not be continued numerically.
     no_start : array (n,) of bool
@@ -141,7 +142,8 @@ class Losses(NamedTuple):
     mu : array (n,)
         The friction; NaN if nothing is lost, or if it is unknown.
     kinds : list of n str
-        What happens there: flutter, divergence, a fold or the end of the branch.
+        What happens there: flutter, divergence, a fold or the end of the branch. Where mu is NaN
+        nothing may have happened: what stands there is as in `ends` of `_Intervals`.
     frequency_hz : array (n,)
         Of the mode that loses stability, 0 if none vibrates, NaN if there is none.
     unknown : array (n,) of bool
@@ -205,6 +207,8 @@ class PadStack:
         """
         model = scene.pad_model.replace(**dict(zip(names, values, strict=True)))
         if model.linear:
+            # nothing is searched by steps, whose tolerances need natural units; and these need a
+            # load, which a linear model has not
             units = Units(mass=1.0, length=1.0, time=1.0, lever=1.0)
         else:
             units = Statics.of(scene.pad_model).units
@@ -353,8 +357,8 @@ class PadStack:
         existing = np.flatnonzero(equilibria.exists)
         A, B = self.matrices(existing, equilibria.some(existing))
         if B is None:  # lambda^2 are the eigenvalues of -A
+            # principal square roots: of +-lambda the one that does not decay
             values = np.sqrt(-np.linalg.eigvals(A).astype(complex))
-            values = np.where(values.real < 0.0, -values, values)
         else:
             form, _ = first_order(A, B, frequency_scale=1.0)
             values = np.linalg.eigvals(form).astype(complex)
@@ -497,8 +501,10 @@ class PadStack:
         codes = verdicts(A, B)
         frequencies = self.frequency_at_onset(A, B)
         for i, pad in enumerate(losing):
+            # bisection led to the end of the branch; or the verdict, not that of the bisection by
+            # rounding alone, since other cases are computed beside it, names no instability
             if not equilibria.exists[i] or codes[i] in STABLE_OR_MARGINAL:
-                continue  # bisection led to the end of the branch
+                continue
             kinds[pad] = VERDICTS[codes[i]]
             hertz[pad] = frequencies[i] if kinds[pad] == "flutter" else 0.0
         lost_while_stable = intervals.lost & ~np.isin(np.arange(self.n), losing)

@@ -130,7 +130,7 @@ def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> 
 
 
 def thresholds_as_known(file: SystemFile, answer: Thresholds) -> Thresholds:
-    """Withdraw the certificate of thresholds where something was assumed of the system.
+    """Withdraw certificate and proof of thresholds where something was assumed of the system.
 
     Where its files have few digits a note says what these do to the thresholds.
     """

@@ -46,10 +46,10 @@ class TrackedModes(NamedTuple):
     steps : tuple of Step
         The roots at each value with the numbers of their modes, in the order of the values.
     losses : tuple of Loss
-        Where it is not known which mode is which.
+        The intervals of the parameter in which it is lost which mode is which.
     reference : Step
-        The step at which modes are numbered by rising frequency: that at the system's own value of
-        the parameter where the sweep holds it, else that at the lowest value.
+        The step at which modes are numbered by rising frequency: that at the requested value, or at
+        the system's own one, where the sweep holds it, else that at the lowest value.
     """
 
     steps: tuple[Step, ...]
@@ -126,8 +126,9 @@ def track_modes(
             at = continued(system, rising).at
     steps = [step for step, _ in computed_roots.values()]  # by rising value
     values_between = 0 if expensive else len(rising)  # that may be computed to tell modes apart
-    start = own_value if numbered_at is None else numbered_at
-    numbered, losses, reference = assign_mode_numbers(steps, at, start, values_between)
+    if numbered_at is None:
+        numbered_at = own_value
+    numbered, losses, reference = assign_mode_numbers(steps, at, numbered_at, values_between)
     step_at = dict(zip(rising, numbered, strict=True))
     return TrackedModes(tuple(step_at[value] for value in values), losses, reference)
 
