@@ -431,9 +431,10 @@ def _judged_at_start(analysis: SystemAnalysis, answer: Thresholds, refereed: boo
     add_errors = error_bounds(file, system)
     roots = system_roots(system, analysis.selection, add_errors=add_errors, data=data)
     answer = replace(answer, verdict=roots.verdict)
-    if roots.verdict is not None or answer.certified is None:
+    proof = answer.proof or {}
+    if roots.verdict is not None or proof.get("status") not in ("proved", "open"):
         return answer
-    left_out = (answer.proof or {}).get("growth_below")
+    left_out = proof.get("growth_below")
     if left_out is not None and _growth_bound(roots.eigenvalues) <= left_out:
         return answer
     reason = (open_by_digits(file, roots.computed) or roots.criterion).removeprefix(OPEN)

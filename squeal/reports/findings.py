@@ -572,7 +572,7 @@ class Findings(Answer):
         }
 
 
-def _in_four(column: Column, row: Any) -> str:
+def _in_four(column: Column, row: object) -> str:
     """A cell of a column of numbers in four digits."""
     value = column.of(row)
     return "-" if value is None else number(100.0 * value if column.percent else value, 4)
