@@ -240,7 +240,7 @@ def _draw_group(
         draw_mode(axes, paths, mode, _height(group, paths.roots[mode]))
     if len(group) == 2:
         axes.set(ylabel="frequency [Hz]")
-        axes.margins(y=0.16 * len(paths.groups[:PANELS]))  # room for names
+        axes.margins(y=0.24 * len(paths.groups[:PANELS]))  # room for names
         for mode, up in zip(group, (-3, 3), strict=True):
             point = (paths.at[mode][0], paths.first_hz(mode))
             look: Any = {"color": colours_of(paths)[mode], "fontsize": 7}
