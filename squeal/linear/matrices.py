@@ -244,8 +244,16 @@ def divisor(size: Values) -> Values:
 
 
 def unit_diagonal(M: NDArray) -> NDArray:
-    """A matrix (n, n) with a diagonal of ones where it has one: units cost no condition then."""
-    size = divisor(np.sqrt(np.abs(np.diag(M))))
+    """A matrix (n, n) with a diagonal of ones where it has one: units cost no condition then.
+
+    Where an entry is larger than a positive definite matrix has beside such a diagonal, the largest
+    entries of rows and columns take its place: a diagonal that is rounding is no unit.
+    """
+    entries = np.abs(M)
+    size = np.sqrt(np.diag(entries))
+    if np.any(entries > 2.0 * np.outer(size, size)):
+        size = np.sqrt(np.maximum(entries.max(axis=0), entries.max(axis=1)))
+    size = divisor(size)
     return M / size[:, None] / size
 
 

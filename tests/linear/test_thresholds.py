@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
+import squeal
 from squeal.errors import InputError
 from squeal.linear import thresholds
 from tests.known import affine, coupled, known_system, system_of
@@ -285,3 +286,20 @@ def test_of_a_plain_function_nothing_is_certified():
     found = thresholds(lambda mu: (np.eye(1), np.eye(1), np.array([[1 - mu]])), 2.0)
     assert [c.mu for c in found.crossings] == pytest.approx([1.0])
     assert found.certified is None
+
+
+def test_a_free_motion_that_leaves_no_mass_on_a_diagonal_hides_no_threshold():
+    """Two equal pads beside a free row, mixed by whole numbers: where the free motion is taken out
+    the mass of the others has a zero on its diagonal, to rounding."""
+    k, h, g = (round(x * 2.0**30) / 2.0**30 for x in (1.20191404, 0.81038976, 0.69800682))
+    K0 = np.diag([2.0 * k, h, k, h, -k])
+    K0[0, 3:] = 2.0 * k
+    K0[4] = [-k, 0.0, 0.0, -k - h, -k]
+    K1 = np.zeros((5, 5))
+    K1[0, 1] = 2.0 * g
+    K1[1] = [-g, 0.0, 0.0, -g, -g]
+    K1[2, 3] = g
+    K1[3, 2] = -g
+    K1[4, 1:3] = -g, g
+    found = squeal.thresholds(squeal.System(np.eye(5), K={"1": K0, "mu": K1}), 2.0)
+    assert [c.mu for c in found.crossings] == pytest.approx(2 * [(k - h) / (2.0 * g)], rel=1e-6)
