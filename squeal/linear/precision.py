@@ -66,7 +66,7 @@ def short_floats(value: object) -> np.dtype[np.floating] | None:
     (None, None)
     """
     given: Any = unwrapped(value)
-    entries: NDArray = np.asarray(given.data if is_sparse(given) else given)
+    entries: NDArray = np.asarray(given.tocoo().data if is_sparse(given) else given)
     if entries.dtype.kind not in "fc":
         return None
     parts = [entries.real, entries.imag] if entries.dtype.kind == "c" else [entries]
