@@ -137,6 +137,7 @@ def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] = 
     Raises
     ------
     InputError
+        For a table that does not fit the rows, or says two things of one node.
     """
     columns = ["node", "x", "y", "z"]
     if not labels:
@@ -154,16 +155,24 @@ def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] = 
             raise (here / "node").must_be("", "the name of a node")
         line_names.append(name)
         line_places.append([number_in(cells[axis], here / axis) for axis in "xyz"])
-    # the lines of a node have one place: that of the first counts
     names, first_lines, node_of_line = np.unique(line_names, return_index=True, return_inverse=True)
+    places = np.array(line_places)[first_lines]
+    for line, node in enumerate(node_of_line.tolist()):
+        if tuple(line_places[line]) != tuple(places[node]):
+            raise at.refuse(f"the node {names[node]} lies at two places; one is allowed")
     if labels:
         nodes, directions = _rows_by_labels(at, names.tolist(), labels)
     else:
         nodes = node_of_line
         directions = np.array(line_directions)
-    of_rows = np.flatnonzero(directions != FIXED)
+    of_rows = np.flatnonzero(directions != FIXED)  # labels are of rows alone
     if len(of_rows) != rows:
-        raise at.refuse(f"{len(of_rows)} lines; the system's {rows} rows need one each")
+        counted = "labels" if labels else "lines"
+        raise at.refuse(f"{len(of_rows)} {counted}; the system's {rows} rows need one each")
+    moved = set(nodes[of_rows].tolist())
+    for node in nodes[directions == FIXED].tolist():
+        if node in moved:
+            raise at.refuse(f"the node {names[node]} is fixed and has rows; one of both is allowed")
     nodes = nodes[of_rows]
     directions = directions[of_rows]
     displaced = Counter(zip(nodes.tolist(), directions.tolist(), strict=True))
@@ -176,7 +185,7 @@ def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] = 
     return Coordinates(
         nodes=nodes,
         directions=directions,
-        places=np.array(line_places)[first_lines],
+        places=places,
         names=tuple(names.tolist()),
     )
 

@@ -2,8 +2,9 @@
 
 A root z is -lambda^2 of an undamped system, -i lambda of an undamped gyroscopic one and lambda of
 any other, see `continuation`. The line on which nothing grows or decays is the real axis of the
-first two, the imaginary axis of the third. What cannot be told from the ends is that two roots meet
-on the line or that one crosses it.
+first two, of an undamped one from 0 up (below, it diverges), and the imaginary axis of the third.
+What cannot be told from the ends is that two roots meet on the line, or that one crosses it or
+leaves it at its end.
 """
 
 from __future__ import annotations
@@ -103,7 +104,7 @@ def _may_leave_line(state: SpectrumAtParameter, W: ComplexArray, deviation: floa
         By how much the factor may deviate.
     """
     slopes = W.diagonal()
-    coupling = np.sqrt(np.abs(W * W.T))
+    coupling = np.sqrt(np.abs(W * W.T))  # of roots k and l: sqrt |W_kl W_lk|
     pulls = deviation * (np.abs(slopes[:, None] - slopes) + 2 * coupling)
     if state.problem is DAMPED:
         return _may_cross_axis(state, deviation * np.abs(slopes.real), pulls)

@@ -178,8 +178,9 @@ class Terms:
     def _expansion_of_sum(self, name: str, middle: Any, between: Any) -> Expansion:
         """M, C or K, the sum of its terms; entries that are zero in all of them stay zero.
 
-        `middle` and `between` are Taylor series of the parameter: about the middle of an interval,
-        and about all values in it at once.
+        `middle` and `between` are Taylor series of the parameter: about the middle of an interval
+        to first order, and about all values in it at once to the second, whose coefficient f''/2
+        bounds what is beyond the first (Lagrange).
         """
         zeros = np.zeros((self.n, self.n))
         values: list[Balls] = []
@@ -196,6 +197,7 @@ class Terms:
             slopes.append(_multiplied(X, factor_slope))
             largest = float(np.nextafter(float(half_curvature.abs_upper()), np.inf))
             remainder = remainder + X.bound() * largest
+        # `upper` adds to zeros, too
         is_used = sum((np.abs(X.mid) + X.rad for X in matrices), zeros) > 0.0
 
         def total(balls: list[Balls]) -> Balls:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
 from squeal.linear.matrices import EPS, Array, dense, rank_of, state_matrices
+from squeal.linear.moduli import Tabulated
 from squeal.linear.system import System
 from squeal.queries.options import Subject, refuse_options
 from squeal.queries.pads.equilibrium import analyse
@@ -94,7 +96,7 @@ def state_space(subject: Subject, mu: float | None = None, loop: str | None = No
     if loop in changes:
         raise InputError(f"mu: is not allowed with loop={loop!r}; its value is the loop's gain")
     ports = _ports_of_loop(system, loop, changes)
-    return _of_system(system, changes | {loop: 0.0}, ports)  # at 0 the terms of the loop vanish
+    return _of_system(system, changes | {loop: 0.0}, ports)  # the loop adds the rest
 
 
 def _of_pad(scene: Scene, mu: float | None) -> StateSpace:
@@ -121,13 +123,15 @@ def _ports_of_loop(system: System, loop: str, changes: dict[str, float]) -> _Por
     The terms of p in K q + C q' are p times one matrix (n, 2 n) of (q, q'). Its factors of full
     rank r are the forces (n, r) and what is measured (r, 2 n).
 
-    Raises InputError where K and C are not linear in it, or M depends on it.
+    Raises InputError where K and C are not linear in it, or complex, or M depends on it.
     """
     parameters = system.values(changes | {loop: 0.0})
     for term in system.terms:
         factor = term.factor
-        # a bound of its second derivative on both sides of 0: that of a linear factor is 0
-        if loop in factor.names and factor.curvature(parameters, loop, low=-1.0, high=1.0) != 0.0:
+        # a bound of its second derivative, 0 of a linear factor. A formula that is linear on both
+        # sides of 0 is so everywhere, a table is not
+        low, high = (-math.inf, math.inf) if isinstance(factor, Tabulated) else (-1.0, 1.0)
+        if loop in factor.names and factor.curvature(parameters, loop, low, high) != 0.0:
             words = f"is not linear in {loop}, which is no gain then"
             raise InputError(f"loop: the factor {factor.text} {words}")
     mass, damping, stiffness = system.derivative(loop, parameters)
@@ -135,6 +139,8 @@ def _ports_of_loop(system: System, loop: str, changes: dict[str, float]) -> _Por
         raise InputError(f"loop: M of {system.name} depends on {loop}; K and C alone may")
     zero = np.zeros((system.n, system.n))
     slopes = [zero if matrix is None else dense(matrix) for matrix in (stiffness, damping)]
+    if any(map(np.iscomplexobj, slopes)):
+        raise InputError(f"loop: what {loop} multiplies is complex, and a state space is real")
     forces, measured = _factored(np.hstack(slopes))
     if not forces.size:
         raise InputError(f"loop: no matrix of {system.name} depends on {loop} at these parameters")

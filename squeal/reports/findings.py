@@ -128,7 +128,8 @@ class Findings(Answer):
             names = []
             for mode in others[: NAMED - 1]:
                 names.append(f"{self._name(mode)} by {number(mode.growth_rate, 3)} 1/s")
-            more = f", {len(others) - len(names)} others" * (len(others) > len(names))
+            unnamed = len(others) - len(names)
+            more = f", {_others(unnamed)}" * bool(unnamed)
             grows = "mode grows" if len(others) == 1 else "modes grow"
             sentences.append(f"{len(others)} more {grows}: {', '.join(names)}{more}")
         outside = self._growth_outside
@@ -277,7 +278,7 @@ class Findings(Answer):
         largest = max(shares)
         more = len(words) - NAMED
         if more > 0:
-            words[NAMED:] = [f"those of {more} others by up to {number(100.0 * largest, 3)} %"]
+            words[NAMED:] = [f"those of {_others(more)} by up to {number(100.0 * largest, 3)} %"]
         if cure is Cure.APART:
             return largest, f"Move further apart {'; '.join(words)}, {self._reach}."
         words[0] += " of critical damping"
@@ -503,19 +504,21 @@ class Findings(Answer):
 
     @property
     def loss(self) -> str:
-        """The first loss of stability, and how far the own value is from it."""
+        """The first loss of stability, and how far the present value is from it."""
         first = self.thresholds.first
         value = self.eigenvalues.value
         where = " within the band" if self.eigenvalues.extent else ""
-        if self.thresholds.verdict in GROWING:
+        if self.thresholds.verdict in GROWING:  # at the lower end
             return f"Unstable from {self._at(self.thresholds.low)} on."
         if first is None:
             return f"No loss of stability{where} up to {self._at(self.thresholds.high)}."
         line = f"Stability is first lost{where} at {self._at(first.mu)}: {self._lost(first)}"
         if first.frequency_hz:
             line += f" at {number(first.frequency_hz, 4)} Hz"
-        if first.mu <= 0.0 or value == 0.0:
+        if first.mu <= 0.0 or value <= 0.0:  # shares of these say nothing
             return f"{line}."
+        if math.isclose(value, first.mu, rel_tol=1e-9):
+            return f"{line}, which is the present value."
         if value >= TIMES * first.mu:
             return f"{line}; {self._at(value)} is {number(value / first.mu, 2)} times that."
         percent = 100.0 * (value / first.mu - 1.0)
@@ -576,6 +579,11 @@ def _in_four(column: Column, row: object) -> str:
     """A cell of a column of numbers in four digits."""
     value = column.of(row)
     return "-" if value is None else number(100.0 * value if column.percent else value, 4)
+
+
+def _others(count: int) -> str:
+    """So many others, in words."""
+    return "1 other" if count == 1 else f"{count} others"
 
 
 def _capitalised(text: str) -> str:

@@ -159,6 +159,8 @@ WRONG = [
         [NODES[0]] + [line.replace(",y,", ",x,") for line in NODES[1:]],
         "2 rows for the displacement of the",
     ),
+    (NODES, [*NODES[:-1], NODES[-1].replace(",1.0", ",7.0")], "the node 115 lies at two places"),
+    (NODES, [*NODES, NODES[-1].replace(",z,", ",fixed,")], "the node 115 is fixed and has rows"),
 ]
 
 

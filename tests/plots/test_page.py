@@ -43,6 +43,13 @@ def test_fault_and_loss_of_stability_are_those_of_the_closed_form(tmp_path, mu, 
     assert "outside of 0 to 2" in text
 
 
+@pytest.mark.parametrize(
+    ("mu", "end"), [(0.75, "0.2251 Hz, which is the present value."), (-0.5, "0.2251 Hz.")]
+)
+def test_a_share_of_the_loss_is_said_where_it_says_something(mu, end):
+    assert squeal.report(pair(mu)).loss.endswith(end)
+
+
 def test_the_loss_of_stability_is_one_of_the_band_where_one_is_given():
     """The pair at 0.1 to 0.3 Hz flutters, the band above holds no root."""
     assert "band" not in squeal.report(pair(1.0)).loss

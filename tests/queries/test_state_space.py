@@ -7,6 +7,9 @@ import pytest
 import squeal
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.io.scene import Damping
+from squeal.linear.moduli import Tabulated
+from squeal.linear.system import Term
+from squeal.numerics.differentiation import ONE
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.state_space import state_space
 from tests.conftest import scene_of
@@ -199,3 +202,19 @@ def test_an_assembly_has_the_loop_of_its_contact():
     assert plant.ninputs == 1
     at = squeal.eigenvalues(joined.system.replace({"mu": 0.4})).values
     assert apart(control.feedback(plant, 0.4).poles(), at) < 1e-9
+
+
+@pytest.mark.parametrize("matrix", [[[0.0, 1j], [0.0, 0.0]], [[1.0 + 0.2j, 0.0], [0.0, 0.0]]])
+def test_a_complex_loop_is_refused(matrix):
+    """At 0 nothing is complex, so that it was lost, or its imaginary part."""
+    system = squeal.System(np.eye(2), K={"1": [[2.0, -1.0], [-1.0, 2.0]], "mu": matrix})
+    with pytest.raises(InputError, match="what mu multiplies is complex"):
+        state_space(system, loop="mu")
+
+
+def test_a_table_that_is_straight_near_zero_alone_is_no_gain():
+    table = Tabulated(ONE, "mu", "k.csv", "k", (0.0, 100.0, 200.0, 300.0), (0.0, 1.0, 2.0, 10.0))
+    K = (Term(np.eye(1)), Term(np.eye(1), table))
+    system = squeal.System(np.eye(1), K=K, parameters={"mu": 0.0})
+    with pytest.raises(InputError, match="is not linear in mu"):
+        state_space(system, loop="mu")
