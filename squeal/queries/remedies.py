@@ -251,7 +251,8 @@ def find_remedies(
     changes = []
     for name, slopes in derivatives.slopes.items():
         step, words = derivatives.step(name)
-        moves = np.nan_to_num(abs(step) * np.abs(slopes), nan=np.inf) > NOTHING * abs(spectrum.values)
+        movements = np.nan_to_num(abs(step) * np.abs(slopes), nan=np.inf)
+        moves = movements > NOTHING * abs(spectrum.values)
         if name == spectrum.parameter or not step or not moves.any():
             continue
         unit = words.removeprefix("1").strip().replace("degree", "degrees")
