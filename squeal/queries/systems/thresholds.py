@@ -50,7 +50,7 @@ from squeal.sparse.reduction import Reduction
 from squeal.sparse.singular_stiffness import singular_stiffness
 
 STEPS = 13  # values at which a reduced system has to be good
-COUNTED_ROWS = 20_000  # larger systems are not counted again between their thresholds
+COUNTED_ROWS = 50_000  # larger systems are not counted again between their thresholds
 SAME = 1e-9  # of the range: events no further apart are one cluster
 MARGIN = 1e-6  # of the range: closer to an event the verdicts of both its sides count as right
 
