@@ -12,10 +12,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.linear.matrices import Array, Matrix, is_sparse, unwrapped
+from squeal.linear.matrices import EPS, Array, Matrix, is_sparse, unwrapped
 
 if TYPE_CHECKING:  # pads start without SciPy's sparse matrices
     from scipy.sparse import csc_array
+
+ROUNDED = 128.0 * EPS
+"""By which share a power of ten, and the sum of both errors, may be too small in doubles."""
 
 
 class Precision(NamedTuple):
@@ -33,23 +36,19 @@ class Precision(NamedTuple):
     errors: csc_array | None = None
 
 
-def half_units(matrix: Matrix, digits: int | None) -> csc_array:
+def half_units(matrix: Matrix, digits: int) -> csc_array:
     """How far each entry of a matrix (n, n) may be off that was written with so many digits.
 
-    It is half a unit of the last significant digit, for real and imaginary part; zero if `digits`
-    is None: entries are exact.
+    It is half a unit of the last significant digit, and how far the double lies from the number
+    that was written, for real and imaginary part.
     """
-    from scipy.sparse import csc_array
-
-    if digits is None:
-        return csc_array(matrix.shape)
 
     def half(numbers: Array) -> Array:
         size = np.abs(numbers)
-        units = np.zeros_like(size)
-        filled = size > 0.0
-        units[filled] = 0.5 * 10.0 ** (np.floor(np.log10(size[filled])) + 1 - digits)
-        return units
+        # just below a power of ten the digits may be those of the power itself, whose unit is wider
+        leading_power = np.floor(np.log10(np.where(size > 0.0, size, 1.0)) + 1e-9)
+        units = 0.5 * 10.0 ** (leading_power + 1 - digits) + np.spacing(size) / 2.0
+        return np.where(size > 0.0, units * (1.0 + ROUNDED), 0.0)
 
     return _errors(matrix, half)
 

@@ -16,6 +16,8 @@ import squeal
 from squeal.errors import InputWarning
 from squeal.io.digits import written_digits
 from squeal.io.matrices import read_matrix
+from squeal.linear.precision import half_units
+from squeal.proof.balls import half_widths
 from tests.data import free_structures
 
 DATA = Path(free_structures.__file__).parent
@@ -281,3 +283,13 @@ def test_floats_of_matlab_in_single_precision_have_its_digits(tmp_path):
     errors = system.K[0].data_errors.toarray()
     assert np.array_equal(errors, np.spacing(np.abs(K).astype(np.float32)) / 2)
     assert system.C[0].digits is None
+
+
+@pytest.mark.parametrize("digits", [1, 3, 10, 15])
+def test_what_the_solvers_allow_for_digits_is_no_less_than_what_the_referee_does(digits):
+    """Next below a power of ten the unit was a tenth of that of the power, which prints so."""
+    powers = 10.0 ** np.arange(-270, 280)
+    numbers = np.concatenate([powers, np.nextafter(powers, 0.0), np.nextafter(powers, np.inf)])
+    numbers = np.append(numbers, np.random.default_rng(6).normal(size=500))
+    units = half_units(numbers[:, None], digits).toarray()
+    assert np.all(units >= half_widths(numbers[:, None], f"{digits} digits"))
