@@ -304,9 +304,12 @@ def assemble(
     springs: list[Term] = []
     dampers: list[Term] = []
     for pairs, static in zip(pair_sets, seats, strict=True):
-        springs += _contact_springs(pairs, static, is_large, structure.digits)
-        dampers += _contact_dampers(pairs, static, is_large, structure.digits)
+        springs += _contact_springs(pairs, static, is_large)
+        dampers += _contact_dampers(pairs, static, is_large)
     system = replace(structure, C=(*structure.C, *dampers), K=(*structure.K, *springs))
+    if structure.digits is not None and any(contact.has_seat for contact in located):
+        words = f"contact is seated on components that are known to {structure.digits} digits"
+        system = system.assuming(words)
 
     def joined_at(changes: Changes) -> Assembly:
         values = {**system.parameters, **changes}
@@ -400,43 +403,31 @@ def _on_rows(matrix: Matrix, start: int, rows: int) -> csc_array:
     return coo_array((entries.data, positions), shape=(rows, rows)).tocsc()
 
 
-def _contact_springs(
-    pairs: PairDirections, static: StaticContact, is_large: bool, digits: int | None
-) -> list[Term]:
+def _contact_springs(pairs: PairDirections, static: StaticContact, is_large: bool) -> list[Term]:
     """Terms of K of the closed pairs: normal springs, tangential springs in both directions across
     the normal, and the friction along sliding that the normal springs cause.
 
     The tangential springs act on small motions about the seat, also along sliding: only the static
     solution of a sliding contact is without them.
-
-    digits: those of the components, to which a stiffness is known that depends on the pressure.
     """
     contact = pairs.contact
-    of_pressure = digits if contact.exponent else None
     tangential = static.closed * pairs.area * contact.tangential
     friction = f"({contact.friction}) * ({contact.factor})"
     # static.stiffness is zero where a pair is open, and does not hold the factor yet
-    springs = _coupling(
-        pairs.normal, static.stiffness, pairs.normal, contact.factor, is_large, of_pressure
-    )
+    springs = _coupling(pairs.normal, static.stiffness, pairs.normal, contact.factor, is_large)
     for direction in pairs.across:
         springs += _coupling(direction, tangential, direction, "tangential", is_large)
     # a pair that opens by u along the normal loses the friction mu k u along sliding
-    springs += _coupling(
-        pairs.sliding, static.stiffness, pairs.normal, friction, is_large, of_pressure
-    )
+    springs += _coupling(pairs.sliding, static.stiffness, pairs.normal, friction, is_large)
     return springs
 
 
-def _contact_dampers(
-    pairs: PairDirections, static: StaticContact, is_large: bool, digits: int | None
-) -> list[Term]:
+def _contact_dampers(pairs: PairDirections, static: StaticContact, is_large: bool) -> list[Term]:
     """Terms of C by friction of the static normal forces N.
 
     A small velocity across the sliding turns the direction of friction, which damps by mu N / speed
     there; one along it changes the coefficient, which damps by (d mu / d speed) N. The forces N
-    hold the factor of the normal stiffness already, and are zero where a pair is open; they are
-    known to the digits of the components.
+    hold the factor of the normal stiffness already, and are zero where a pair is open.
     """
     contact = pairs.contact
     dampers: list[Term] = []
@@ -445,29 +436,23 @@ def _contact_dampers(
         # radius: metres from the axis where `speed` is in rad/s, 1 where it is in m/s
         friction = f"({contact.friction}) / ({contact.speed})"
         forces = static.forces / pairs.radius
-        dampers += _coupling(across, forces, across, friction, is_large, digits)
+        dampers += _coupling(across, forces, across, friction, is_large)
     if contact.slope != "0":  # the default, of friction that does not depend on speed
         sliding = pairs.sliding
         # the slope is per m/s of sliding, about an axis too: no radius here
-        dampers += _coupling(sliding, static.forces, sliding, contact.slope, is_large, digits)
+        dampers += _coupling(sliding, static.forces, sliding, contact.slope, is_large)
     return dampers
 
 
 def _coupling(
-    force: csr_array,
-    weights: Array,
-    displacement: csr_array,
-    factor: str,
-    is_large: bool,
-    digits: int | None = None,
+    force: csr_array, weights: Array, displacement: csr_array, factor: str, is_large: bool
 ) -> list[Term]:
     """The term force^T diag(weights) displacement times a factor; none if the product is empty.
 
     Each of the m pairs measures a relative displacement of the rows, a row of `displacement`
-    (m, n), and answers with weight (m,) times it along its row of `force` (m, n). The weights are
-    known to so many `digits`.
+    (m, n), and answers with weight (m,) times it along its row of `force` (m, n).
     """
     if not force.nnz or not weights.any():
         return []
     product = force.T @ displacement.multiply(weights[:, None])
-    return [Term(product.tocsc() if is_large else product.toarray(), Formula(factor), digits)]
+    return [Term(product.tocsc() if is_large else product.toarray(), Formula(factor))]

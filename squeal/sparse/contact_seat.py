@@ -122,6 +122,17 @@ class Contact:
         """The names of both components."""
         return " - ".join(self.between)
 
+    @property
+    def is_damped(self) -> bool:
+        """Whether the normal forces damp: by the speed of sliding or its slope."""
+        return bool(self.speed) or self.slope != "0"
+
+    @property
+    def has_seat(self) -> bool:
+        """Whether the matrices depend on the static solution: it can open, stiffens with its force,
+        or damps by it."""
+        return not self.bonded or self.exponent > 0.0 or self.is_damped
+
     def require_direction(self, values: Changes, varied: Collection[str] = ()) -> None:
         """Raises InputError for friction without a direction; bonded pairs need none, since they do
         not slide.

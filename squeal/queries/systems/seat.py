@@ -29,7 +29,7 @@ def seat_note(file: SystemFile) -> str:
     so that every value has the same seat.
     """
     assembly = file.assembly
-    if assembly is None or not _has_seat(assembly):
+    if assembly is None or not any(contact.has_seat for contact in assembly.contacts):
         return ""
     seated = assembly.system
     parameter = file.system.parameter
@@ -64,7 +64,7 @@ def _contacts_that_may_change(assembly: Assembly) -> list[Contact]:
     changing = []
     for contact, seat in zip(assembly.contacts, assembly.seats, strict=True):
         is_fixed = seat.constant and seat.closed.all()
-        if not is_fixed or _is_damped(contact):
+        if not is_fixed or contact.is_damped:
             changing.append(contact)
     return changing
 
@@ -131,19 +131,6 @@ def sweep_as_seated(file: SystemFile, answer: Sweep) -> Sweep:
     return replace(answer, steps=tuple(steps))
 
 
-def _has_seat(assembly: Assembly) -> bool:
-    """Whether some contact can open, stiffens with its force, or damps by it."""
-    for contact in assembly.contacts:
-        if not contact.bonded or contact.exponent > 0.0 or _is_damped(contact):
-            return True
-    return False
-
-
-def _is_damped(contact: Contact) -> bool:
-    """Whether the normal forces of a contact damp: by the speed of sliding or its slope."""
-    return bool(contact.speed) or contact.slope != "0"
-
-
 def doubt_of_seat(file: SystemFile, value: float) -> str:
     """Report how contact seated at a value of the free parameter differs from the held seat.
 
@@ -160,7 +147,7 @@ def doubt_of_seat(file: SystemFile, value: float) -> str:
         return f"contact cannot be seated anew at {at}: {error}"
     for contact, held, anew in zip(assembly.contacts, assembly.seats, seats, strict=True):
         compared = [(held.stiffness, anew.stiffness)]  # 0 where a pair is open
-        if _is_damped(contact):
+        if contact.is_damped:
             compared.append((held.forces, anew.forces))
         for before, after in compared:
             if np.max(np.abs(after - before)) > SAME * np.max(np.abs(before)):
