@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 import squeal
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import refuse, take
@@ -87,17 +89,22 @@ def _export_pad(given: argparse.Namespace, scene: Scene) -> _Exported:
     scene_name = f"{name}, a scene with six roots"
     refuse(given, "method", "band", "region", "values", beside=scene_name)
     analysis = analyse(scene)
-    data = None if analysis.errors is None else data_of_pad(scene, analysis)
-    radii = (None, None, None) if data is None or data.radii is None else data.radii
+    doubt = analysis.doubt
+    radii: tuple[Any, ...] | None = None
+    if analysis.errors is not None:
+        radii = data_of_pad(scene, analysis).radii
+    if radii is not None and not np.isfinite(radii).all():  # no file holds such errors
+        doubt = "the errors of an entry are not known"
+        radii = None
     parts: list[tuple[Term, ...]] = []
-    for X, errors in zip(analysis.matrices, radii, strict=True):
+    for X, errors in zip(analysis.matrices, radii or (None, None, None), strict=True):
         parts.append((Term(X, digits=DIGITS, errors=errors),))
     mass, damping, stiffness = parts
     if not analysis.matrices[1].any():
         damping = ()
     system = squeal.System(mass, damping, stiffness, name=Path(name).stem)
-    if data is None:
-        system = system.assuming(analysis.doubt)
+    if doubt:
+        system = system.assuming(doubt)
     # another friction has another equilibrium, and so other matrices
     note = f"linearised at mu = {scene.pad.mu:g}; the matrices depend on no parameter"
     files = write_system(given.output, system, given.format, reference=note)

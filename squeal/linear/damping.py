@@ -187,16 +187,11 @@ def _of_stiffness(
     """
     parameters = frictionless(system)
     parts = []
-    for i in terms:
-        # the real part of the product, and the symmetric part of that
+    for i in terms:  # of the product the real part counts
         weight = coefficient * abs(system.K[i].factor.value(parameters))
-        parts.append((weight, system.K[i].mapped(_symmetric_part, _symmetric_part)))
-    return sum_of_terms(coefficient * stiffness, ONE, parts)
-
-
-def _symmetric_part(matrix: Matrix) -> Matrix:
-    """(X + X') / 2 of a matrix X (n, n)."""
-    return (matrix + matrix.T) / 2
+        parts.append((weight, system.K[i]))
+    total = sum_of_terms(coefficient * stiffness, ONE, parts)
+    return total.mapped(lambda X: (X + X.T) / 2)  # the symmetric part, of the errors too
 
 
 def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tuple[System, Damped]:
@@ -248,6 +243,11 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
     is_damped = np.isfinite(zeta)  # NaN: outside of the range of `ratios`
     if not is_damped.any():
         raise InputError("damping.ratios: no mode of the structure lies in the table's range")
+    if undamped.digits is not None:  # modes of nearly one frequency may be any mixture of them
+        words = (
+            f"damping by ratios is that of modes which {undamped.digits} digits do not determine"
+        )
+        system = system.assuming(words)
     U = (M @ modes[:, is_damped]) * np.sqrt(2 * zeta * omega)[is_damped]
     first, last = omega[is_damped][[0, -1]] / math.tau
     description = Damped(
@@ -260,7 +260,7 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
         # of the products and of the modes, which exact arithmetic must not take for given
         rounding = ROUNDED * n * EPS * norm_of(damping)
         term = Term(damping, rounding=rounding)
-        if undamped.digits is not None:
+        if undamped.digits is not None:  # an estimate, of modes that stand apart
             errors = np.full((n, n), _open_share(undamped, M, K) * norm_of(damping))
             term = dataclasses.replace(term, digits=undamped.digits, errors=errors)
         return dataclasses.replace(system, C=(*system.C, term)), description

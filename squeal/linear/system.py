@@ -74,8 +74,18 @@ class Term:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "matrix", given_matrix(self.matrix).copy())
-        if self.errors is not None:
-            object.__setattr__(self, "errors", _sparse(self.errors))
+        if self.errors is None:
+            return
+        from scipy.sparse import csc_array
+
+        errors = csc_array(self.errors)
+        is_known = np.all((errors.data >= 0.0) & (errors.data < np.inf))
+        if self.digits is None or not is_known:
+            raise InputError(
+                "Term: errors: must be finite numbers of at least 0, with the digits of the data "
+                "beside them"
+            )
+        object.__setattr__(self, "errors", errors)
 
     @property
     def data_errors(self) -> Matrix | None:
@@ -97,8 +107,9 @@ class Term:
         change : callable
             The map, such as that to some of the rows.
         size : callable, optional
-            A bound (n, n) of the map of all matrices whose entries have some sizes; of a map that
-            only moves entries it is left out.
+            A bound (n, n) of the map of all matrices whose entries have some sizes: V' X V, or a
+            sum of X W and W X, with V and W of at least 0. Of a map that only moves or averages
+            entries it is left out.
         factor : Formula, optional
             Another factor than that of the term.
 
@@ -110,12 +121,16 @@ class Term:
         >>> half.digits, half.data_errors.toarray()[0, 0].round(9)
         (6, np.float64(2.5e-06))
         """
+        from scipy.sparse import eye_array
+
         errors = self.errors if size is None else self.data_errors
         rounding = self.rounding
         if errors is not None:
             errors = (size or change)(errors)
         if rounding and size is not None:
-            rounding *= float(np.max(dense(size(np.ones(self.matrix.shape)))))
+            # n I, which is sparse, is mapped to an entry as large as any that ones are mapped to
+            n = self.matrix.shape[0]
+            rounding *= float(size(n * eye_array(n)).max())
         return Term(change(self.matrix), factor or self.factor, self.digits, rounding, errors)
 
 
@@ -135,13 +150,6 @@ def sum_of_terms(
             errors = of_term if errors is None else errors + of_term
     rounding = sum(abs(weight) * term.rounding for weight, term in parts)
     return Term(matrix, factor, min(digits, default=None), rounding, errors)
-
-
-def _sparse(matrix: Matrix) -> Matrix:
-    """The matrix (n, n) as a sparse array."""
-    from scipy.sparse import csc_array
-
-    return csc_array(matrix)
 
 
 SystemMatrix = ArrayLike | Sequence[object] | SparseMatrix | Mapping[str, object] | tuple[Term, ...]

@@ -3,11 +3,12 @@
 The tests of files hold two rows whose growth hangs on the last of six digits.
 """
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, eye_array
 
 import squeal
 from squeal.cli.main import main
@@ -277,6 +278,94 @@ def test_a_reduced_system_keeps_digits_and_earlier_assumptions():
     term = K.mapped(lambda X: basis.T @ X @ basis, lambda X: abs(basis).T @ X @ abs(basis))
     shift = rng.uniform(-1, 1, (n, n)) * K.data_errors.toarray()
     assert np.all(np.abs(basis.T @ shift @ basis) <= term.data_errors.toarray())
+
+
+@pytest.mark.parametrize("errors", [[[np.inf]], [[np.nan]], [[-1e-6]]])
+def test_errors_that_no_file_holds_are_refused(errors):
+    with pytest.raises(squeal.InputError, match="errors: must be finite numbers of at least 0"):
+        Term(np.eye(1), digits=6, errors=np.array(errors))
+
+
+def test_errors_without_digits_are_refused():
+    """Nothing looked at them: two rows were certified whose sign they left open."""
+    with pytest.raises(squeal.InputError, match="with the digits of the data"):
+        Term(np.array([[1e-9]]), errors=np.array([[1.0]]))
+
+
+def test_damping_of_a_pad_of_unknown_errors_is_exported_and_not_certified(tmp_path):
+    """Two modes of one frequency have two ratios, so that C is any mixture of both."""
+    parameters = "m: 1, w: 0.5, h: 1.0e-200, I: 1, k1: 2097152, k2: 2097152, k_c: 4194304"
+    (tmp_path / "pad.yaml").write_text(
+        f"model: B3\nparameters: {{{parameters}, alpha1: 0.0, alpha2: 0.0, mu: 0.0}}\n"
+        "damping: {ratios: [0.01, 0.02, 0.03]}\n"
+    )
+    assert main(["export", str(tmp_path / "pad.yaml"), "--output", str(tmp_path / "out")]) == 0
+    read = squeal.read_system(tmp_path / "out" / "system.yaml")
+    assert_not_certified(read, "the errors of an entry are not known", 1.0)
+
+
+def test_rounding_of_a_large_sparse_matrix_is_carried_without_a_full_one():
+    n = 3000
+    terms = (Term(eye_array(n), rounding=1e-12),)
+    nodes = [str(k // 3) for k in range(n)]
+    body = squeal.Component(TermSystem(terms, (), terms), nodes, [k % 3 for k in range(n)])
+    tracemalloc.start()
+    turned = body.rotating((0, 0, 1), 1.0, {})
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < n * n
+    # two unit entries of a row and a column of J meet the rounding of all of M
+    assert turned.system.C[-1].rounding >= 2e-12
+
+
+def onto(V):
+    return lambda X: V.T @ (X @ V)
+
+
+def beside(J):
+    return lambda X: X @ J + J @ X
+
+
+@pytest.mark.parametrize("kind", [onto, beside])
+@pytest.mark.parametrize("n", [2, 5, 9])
+def test_rounding_that_is_mapped_bounds_that_of_every_entry(kind, n):
+    rng = np.random.default_rng(n)
+    J = rng.normal(size=(n, n)) * (rng.random((n, n)) < 0.5)
+    mapped = Term(rng.normal(size=(n, n)), rounding=1e-3).mapped(kind(J), kind(abs(J)))
+    for _ in range(50):
+        shift = 1e-3 * rng.choice([-1.0, 1.0], (n, n))
+        assert np.abs(kind(J)(shift)).max() <= mapped.rounding * (1.0 + 1e-12)
+
+
+def test_ratios_of_modes_that_digits_do_not_tell_apart_are_not_certified(tmp_path):
+    """Frequencies differ by 1e-5 of themselves, of three digits: the damping of each is open."""
+    K = "[[123.0, 0.01], [0.01, 123.0]]"
+    (tmp_path / "s.yaml").write_text(
+        f"M: [[1, 0], [0, 1]]\nK: [{{matrix: {K}, digits: 3}}]\ndamping: {{ratios: [0.01, 0.1]}}\n"
+    )
+    assert_not_certified(squeal.read_system(tmp_path / "s.yaml"), "3 digits do not determine", 1.0)
+
+
+def gripped(stiffness, digits):
+    """A block whose load of 12344 N reaches the other across a gap of almost its deflection."""
+    K = Term(np.diag([2000.0, stiffness]), digits=digits)
+    system = TermSystem((Term(np.eye(2)),), (Term(0.2 * np.eye(2)),), (K,), name="block")
+    block = squeal.Component(system, ["a", "a"], [0, 2], load=[0.0, -12344.0])
+    base = squeal.System([[1.0]], C=[[0.5]], K=[[1e6]], name="base")
+    contact = squeal.Contact(
+        ("base", "block"), [("1", "a")], (0, 0, 1), 20.0,
+        sliding=(1, 0, 0), friction=0.3, gap=0.9998, slope=-40.0,
+    )  # fmt: skip
+    return squeal.assemble([squeal.Component(base, ["1"], [2]), block], [contact])
+
+
+def test_contact_that_is_seated_on_few_digits_is_not_certified():
+    """Its force is a small difference: within half a unit of 12340 N/m it is a quarter, and falling
+    friction makes the block flutter no more."""
+    assert squeal.eigenvalues(gripped(12344.9, None)).verdict == "stable"
+    found = squeal.eigenvalues(gripped(12340.0, 4))
+    assert (found.verdict, found.certified) == ("flutter", False)
+    assert "seated on components that are known to 4 digits" in found.proof["reason"]
 
 
 @pytest.mark.parametrize("suffix", ["memory", "npy", "npz"])
