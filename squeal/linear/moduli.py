@@ -24,6 +24,12 @@ FREQUENCY = {"omega": 1.0, "frequency": 1.0 / math.tau}
 """Names of the frequency, and what omega in rad/s is multiplied with for each."""
 
 
+def _keep_numbers(table: object, names: str) -> None:
+    """Make tuples of doubles of the columns of a table, which may be arrays or lists."""
+    for name in names.split():
+        object.__setattr__(table, name, tuple(map(float, getattr(table, name))))
+
+
 @dataclass(frozen=True)
 class Table:
     """Storage and loss factor at rising frequencies (Hz), interpolated in between.
@@ -36,10 +42,13 @@ class Table:
     0.1
     """
 
-    source: str
+    source: str = field(repr=False)
     frequencies: Sequence[float]
     storage: Sequence[float]
     loss: Sequence[float]
+
+    def __post_init__(self) -> None:
+        _keep_numbers(self, "frequencies storage loss")
 
     @cached_property
     def _curves(self) -> PchipInterpolator:
@@ -86,10 +95,13 @@ class Tabulated:
 
     factor: Formula
     parameter: str
-    source: str
+    source: str = field(repr=False)
     column: str
     points: Sequence[float]
     quantities: Sequence[float]
+
+    def __post_init__(self) -> None:
+        _keep_numbers(self, "points quantities")
 
     @cached_property
     def _curve(self) -> PchipInterpolator:

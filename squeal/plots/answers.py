@@ -31,7 +31,7 @@ from squeal.results.conditions import Conditions
 from squeal.results.eigenvalues import Eigenvalues, mode_shape, mode_shapes
 from squeal.results.map import Map
 from squeal.results.scatter import Scatter
-from squeal.results.sources import PadSource, SystemSource
+from squeal.results.sources import PadSource, SystemSource, refuse_other_subject
 from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 from squeal.simulation.run import Simulation
@@ -127,6 +127,8 @@ def _sweep(
     steps = sorted(answer.steps, key=attrgetter("value"))  # the sweep may have any order
     rising = replace(answer, steps=tuple(steps))
     if damping:
+        if thresholds is not None and answer.source is not None:
+            refuse_other_subject("thresholds", thresholds.source, answer.source.subject)
         return damping_drawing(name, rising, thresholds, width)
     if width != "page":
         raise InputError("width: is of the figure with damping=True alone")

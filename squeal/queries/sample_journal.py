@@ -12,26 +12,9 @@ from dataclasses import astuple
 from hashlib import sha256
 from pathlib import Path
 
-from squeal.io.matrices import fingerprint
-from squeal.io.scene import Scene
 from squeal.io.writing import write_text
-from squeal.linear.system import TermSystem
 from squeal.results.scatter import Sample
 from squeal.schema import Place, read_content
-
-
-def digest_of_question(subject: Scene | TermSystem, options: Sequence[object]) -> str:
-    """A digest of the subject and of all options, different for each question."""
-    from scipy.sparse import csc_array
-
-    identity: object = subject
-    if isinstance(subject, TermSystem):
-        matrices = []
-        for terms in subject.parts:
-            # the factor with the numbers of its table, whose file may change
-            matrices.append([(repr(t.factor), fingerprint(csc_array(t.matrix))) for t in terms])
-        identity = (subject.parameter, dict(subject.parameters), matrices)
-    return sha256(repr((identity, *options)).encode()).hexdigest()
 
 
 def read_or_begin(path: Path, question: str) -> dict[int, list[Sample]]:

@@ -41,7 +41,7 @@ from squeal.queries.systems.thresholds import system_thresholds
 from squeal.queries.systems.verdicts import rounding_of, verdict_of_some
 from squeal.queries.variance_indices import points_for_indices, sobol_indices
 from squeal.results.scatter import CONFIDENCE, Index, Sample, Scatter, Spread
-from squeal.results.sources import EigenvalueSelection
+from squeal.results.sources import EigenvalueSelection, digest_of
 from squeal.schema import Place, Positive, public
 from squeal.sparse.reduction import Reduction
 
@@ -412,7 +412,7 @@ def _compute_all(
     chunks = [changes[start : start + size] for start in range(0, len(changes), size)]
     known: dict[int, list[Sample]] = {}  # by number of the chunk
     if journal is not None:
-        digest = sample_journal.digest_of_question(subject, question)
+        digest = digest_of(subject, *question)
         known = sample_journal.read_or_begin(Path(journal), digest)
     missing = [number for number in range(len(chunks)) if number not in known]
     done = sum(len(samples) for samples in known.values())

@@ -21,7 +21,7 @@ from squeal.queries.pads.sensitivity import loss_sensitivity, pad_root_sensitivi
 from squeal.queries.thresholds import critical_friction, system_thresholds_with_proof
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
-from squeal.results.sources import PadSource
+from squeal.results.sources import PadSource, refuse_other_subject
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Place, Positive, kind_of, public
 
@@ -87,8 +87,6 @@ def sensitivity(
     if known is not None:
         expected = Thresholds if of_threshold else Eigenvalues
         kind_of(expected).read(known, Place("known"))
-        if isinstance(known.source, PadSource) != isinstance(subject, Scene):
-            raise InputError("known: is the answer of another subject; that of this one is allowed")
     if not of_threshold and (high is not None or low is not None):
         raise InputError("high, low: are of thresholds; of='threshold' takes them")
     known_thresholds = known if isinstance(known, Thresholds) else None
@@ -103,6 +101,8 @@ def sensitivity(
             low=low,
             matrices=matrices,
         )
+        if known is not None:
+            refuse_other_subject("known", known.source, subject)
         if of_threshold:
             if known_thresholds is None:
                 known_thresholds = critical_friction(subject, upper_end(subject, high))
@@ -123,6 +123,8 @@ def sensitivity(
     from squeal.queries.systems.system_analysis import SystemAnalysis
 
     analysis = SystemAnalysis.of(subject, band, region, modes, memory, progress)
+    if known is not None:
+        refuse_other_subject("known", known.source, analysis.system)
     system = with_matrices(analysis.file, matrices or {})
     if of_threshold:
         if known_thresholds is None:

@@ -25,7 +25,7 @@ from squeal.results.columns import (
     parameter_entry,
     rounded_growth,
 )
-from squeal.results.sources import Source, SystemSource, unit_of
+from squeal.results.sources import Source, SystemSource, refuse_other_subject, unit_of
 
 SAME = 1e-9  # of |lambda|: a mode that grows is this listed one
 COORDINATES = {"x": "m", "y": "m", "theta": "rad"}
@@ -93,6 +93,11 @@ def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> 
 
 class KnowsOnsets(Protocol):
     """A sweep or thresholds: answers that say from which value on a mode grows."""
+
+    @property
+    def source(self) -> Source | None:
+        """What it was computed from."""
+        ...
 
     def onsets(self, eigenvalues: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
         """`onset` and `interval` of those of the unstable modes for which they are known."""
@@ -232,7 +237,7 @@ class Eigenvalues(Answer):
     def with_onsets(self, others: KnowsOnsets) -> Eigenvalues:
         """The eigenvalues with the onsets of unstable modes from a sweep or from thresholds.
 
-        An onset that is known already stays.
+        An onset that is known already stays. Raises InputError for those of another subject.
 
         Examples
         --------
@@ -243,6 +248,8 @@ class Eigenvalues(Answer):
         >>> round(found.unstable[0].onset, 9)
         0.75
         """
+        if self.source is not None:
+            refuse_other_subject("others", others.source, self.source.subject)
         onset_fields = others.onsets(self)  # `onset` and `interval` of each mode
         unstable = []
         for mode in self.unstable:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -11,6 +13,7 @@ from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear import Judgement, Spectrum
 from squeal.linear.shaft import unit_of_parameter
+from squeal.linear.system import System
 from squeal.model.contact import State, contact_law
 from squeal.model.equations import Linearisation
 from squeal.schema import Place, row
@@ -127,6 +130,11 @@ class PadSource:
     analysis: PadAnalysis | None = None
     branch: Path | None = None
 
+    @property
+    def subject(self) -> Scene:
+        """What the answer is of."""
+        return self.scene
+
 
 @dataclass(frozen=True, eq=False)
 class SystemSource:
@@ -135,6 +143,11 @@ class SystemSource:
     file: SystemFile
     selection: EigenvalueSelection
     reduction: Reduction | None = None
+
+    @property
+    def subject(self) -> System:
+        """What the answer is of."""
+        return self.file.system
 
 
 Source: TypeAlias = PadSource | SystemSource
@@ -145,3 +158,45 @@ def unit_of(source: Source | None) -> str:
     if isinstance(source, SystemSource):
         return unit_of_parameter(source.file.system)
     return ""
+
+
+def digest_of(subject: Scene | System, *options: object) -> str:
+    """A digest of what stability depends on in a subject, and of options.
+
+    Equal numbers have equal digests, whatever arrays or files hold them.
+    """
+    from squeal.io.matrices import fingerprint
+
+    content: tuple[object, ...]
+    if isinstance(subject, Scene):
+        numbers = _doubles(subject.pad.to_dict())
+        content = (subject.model, numbers, subject.formulation, subject.damping)
+    else:
+        matrices = []
+        for terms in subject.parts:
+            # the factor with the numbers of its table, whose file may change
+            matrices.append([(repr(term.factor), fingerprint(term.matrix)) for term in terms])
+        numbers = _doubles(subject.parameters)
+        content = (subject.parameter, numbers, subject.follows, matrices)
+    return sha256(repr((content, options)).encode()).hexdigest()
+
+
+def _doubles(numbers: Mapping[str, float]) -> list[tuple[str, float]]:
+    """Numbers with their names, all as doubles, in the order of the names."""
+    return [(name, float(value)) for name, value in sorted(numbers.items())]
+
+
+def refuse_other_subject(name: str, source: Source | None, subject: Scene | System) -> None:
+    """Raise InputError for an answer, given as option `name`, of another subject than this one.
+
+    The free parameter may have another value, the others not.
+    """
+    if source is None or digest_of(_at_zero(source.subject)) != digest_of(_at_zero(subject)):
+        raise InputError(f"{name}: is the answer of another subject; that of this one is allowed")
+
+
+def _at_zero(subject: Scene | System) -> Scene | System:
+    """The subject with the free parameter at zero."""
+    if isinstance(subject, Scene):
+        return subject.replace(mu=0.0)
+    return subject.replace({subject.parameter: 0.0})

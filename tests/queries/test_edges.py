@@ -123,9 +123,12 @@ def test_a_first_look_answers_for_its_own_system_and_roots_alone():
     assert estimated.eigenvalues[0].value.imag == pytest.approx(omega, rel=1e-8)
     proved = squeal.eigenvalues(first, at=0.1, band=band, look=look, prove=True)
     assert proved.count == len(proved.eigenvalues)  # which no first look counts
-    for subject, asked in ((second, band), (first, (0.2, 0.25))):
-        with pytest.raises(InputError, match="look: must be a sweep of this system"):
-            squeal.eigenvalues(subject, at=0.1, band=asked, look=look)
+    copied = squeal.eigenvalues(pickle.loads(pickle.dumps(first)), at=0.1, band=band, look=look)
+    assert copied.values.tolist() == estimated.values.tolist()
+    with pytest.raises(InputError, match="look: is the answer of another subject"):
+        squeal.eigenvalues(second, at=0.1, band=band, look=look)
+    with pytest.raises(InputError, match="look: must be a sweep of the same band"):
+        squeal.eigenvalues(first, at=0.1, band=(0.2, 0.25), look=look)
 
 
 def test_a_friction_beyond_every_range_is_named_as_it_was_given():

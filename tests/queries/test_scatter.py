@@ -2,6 +2,7 @@
 
 import typing
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +13,11 @@ import squeal
 from squeal import Term
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.examples.brake import solid_brake, write_parts
-from squeal.linear.moduli import Tabulated
+from squeal.linear.moduli import Table, Tabulated
 from squeal.numerics.differentiation import Formula
 from squeal.queries.parameter_space import Outcome, ParameterSpace
-from squeal.queries.sample_journal import digest_of_question
 from squeal.queries.scatter import scatter
+from squeal.results.sources import digest_of
 from tests.queries.test_advise import SCENE, first
 
 COUNT = 24
@@ -134,13 +135,37 @@ def test_the_held_seat_of_contact_is_no_secret(tmp_path, name, kind):
         scatter(joined, {name: {"within": 0.1}}, 8, of="growth", band=(500.0, 3000.0))
 
 
-def test_a_journal_knows_the_numbers_of_a_table():
-    digests = set()
-    for last in (2.0, 3.0):
-        bearing = Tabulated(Formula("1"), "x", "bearing.csv", "kxx", (0.0, 1.0), (1.0, last))
-        system = squeal.TermSystem(M=(Term(ONE),), K=(Term(ONE, bearing),), parameters={"x": 0.5})
-        digests.add(digest_of_question(system, ()))
-    assert len(digests) == 2
+@pytest.mark.parametrize("points", [2, 2001])  # numpy prints no more than 1000 numbers
+def test_a_journal_knows_the_numbers_of_a_table_whatever_holds_them(points):
+    x: typing.Any = np.linspace(0.0, 1.0, points)
+    squares = x**2
+    others = squares.copy()
+    others[points // 2] += 1e-9
+
+    def digest(quantities, source="bearing.csv"):
+        bearing = Tabulated(Formula("1"), "x", source, "kxx", x, quantities)
+        parameters = {"x": 0.5}
+        return digest_of(squeal.System((Term(ONE),), (), (Term(ONE, bearing),), parameters))
+
+    same = {digest(squares), digest(squares.tolist()), digest(tuple(squares), "moved/bearing.csv")}
+    assert len(same) == 1
+    assert digest(others) not in same
+    storage = Table("lining.csv", 1.0 + x, 1.0 + squares, list(x))
+    assert storage == Table("lining.csv", (1.0 + x).tolist(), tuple(1.0 + squares), tuple(x))
+
+
+def test_a_journal_knows_each_digit_of_a_pad_and_no_name_of_its_file():
+    scene = replace(SCENE, source=Path("one.yaml"))
+    assert digest_of(scene) == digest_of(replace(scene, source=Path("other.yaml")))
+    stiffer = scene.replace(k1=scene.pad.k1 * (1 + 1e-9))
+    assert digest_of(scene) != digest_of(stiffer)
+
+
+def test_a_journal_tells_a_held_frequency_from_that_of_each_root():
+    stiffening = {"1 + frequency / 1e4": ONE}
+    follows = squeal.System(ONE, K=stiffening)
+    held = squeal.System(ONE, K=stiffening, parameters=dict(follows.parameters))
+    assert digest_of(follows) != digest_of(held)
 
 
 @pytest.mark.parametrize("rows", [2, 500])

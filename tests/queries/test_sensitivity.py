@@ -1,6 +1,7 @@
 """What moves eigenvalues and thresholds: differences through the whole chain, scaling laws."""
 
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -197,14 +198,51 @@ def test_falling_friction_makes_modes_of_an_undamped_pad_grow_from_the_start():
     assert point.frequency_hz == pytest.approx(hertz[0], rel=1e-5)
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [({"high": 1.0}, "are of thresholds"), ({"known": True}, "answer of another subject")],
-)
-def test_what_belongs_to_another_question_is_refused(options, words):
-    scene = scene_of("b3", **COUPLED)
-    one = squeal.System([[1.0]], K=[[4.0]])
-    if "known" in options:
-        options = {"known": squeal.eigenvalues(one)}
-    with pytest.raises(InputError, match=words):
-        squeal.sensitivity(scene, **options)
+def test_the_range_of_thresholds_is_refused_beside_eigenvalues():
+    with pytest.raises(InputError, match="are of thresholds"):
+        squeal.sensitivity(scene_of("b3", **COUPLED), high=1.0)
+
+
+def a_pair(k, free="mu", stiffer=0.0):
+    """Flutter from mu = 1 / k on."""
+    K = {"1": [[2, -1], [-1, 2]], "mu": [[0, k], [0, 0]], "stiffer": np.eye(2)}
+    parameters = {"mu": 1.2 / k, "stiffer": stiffer}
+    return squeal.System(np.eye(2), K=K, parameters=parameters, parameter=free)
+
+
+OTHER_SUBJECTS = {
+    "a pad": scene_of("b3", **COUPLED),
+    "a stiffer pad": scene_of("b3", **COUPLED).replace(k1=2.1e7),
+    "one row": squeal.System([[1.0]], K={"mu": [[4.0]]}),
+    "a pair": a_pair(4 / 3),
+    "another pair": a_pair(2.0),
+    "another parameter": a_pair(4 / 3, free="stiffer"),
+    "another value": a_pair(4 / 3, stiffer=0.1),
+}
+
+
+@pytest.mark.parametrize("of", OTHER_SUBJECTS)
+def test_an_answer_is_taken_for_its_own_subject_alone(of):
+    """At whatever value of the free parameter it was computed, and from whatever copy."""
+    known = squeal.eigenvalues(OTHER_SUBJECTS[of], 0.25)
+    for name, subject in OTHER_SUBJECTS.items():
+        copy = pickle.loads(pickle.dumps(subject))
+        if name == of:
+            found = squeal.sensitivity(copy, known=known)
+            assert found.at == pytest.approx(known.values)
+            continue
+        with pytest.raises(InputError, match="known: is the answer of another subject"):
+            squeal.sensitivity(copy, known=known)
+
+
+def test_thresholds_serve_their_own_subject_alone():
+    """As what is differentiated, as onsets of modes, and as marks in a figure."""
+    thresholds = squeal.thresholds(a_pair(2.0))
+    pair = a_pair(4 / 3)
+    refused = pytest.raises(InputError, match="is the answer of another subject")
+    with refused:
+        squeal.sensitivity(pair, of="threshold", known=thresholds)
+    with refused:
+        squeal.eigenvalues(pair).with_onsets(thresholds)
+    with refused:
+        squeal.sweep(pair, [0.0, 0.5, 1.0]).plot(damping=True, thresholds=thresholds)

@@ -32,7 +32,7 @@ from squeal.queries.systems.seat import doubt_of_seat, seat_note
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues, mode_shapes, shape_rows
-from squeal.results.sources import SystemSource
+from squeal.results.sources import SystemSource, refuse_other_subject
 from squeal.results.sweep import Sweep
 from squeal.sparse.argument_principle import Disc
 from squeal.sparse.first_look import FirstLook
@@ -147,7 +147,9 @@ def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> 
     if look is not None and not prove and not is_small(system):
         source = look.source
         if isinstance(source, SystemSource) and isinstance(source.reduction, FirstLook):
-            _refuse_look_at_others(source, analysis)
+            refuse_other_subject("look", source, system)
+            if source.selection != analysis.selection:
+                raise InputError("look: must be a sweep of the same band, region or modes")
             changes = {system.parameter: system.parameters[system.parameter]}
             return roots_of_first_look(source.reduction, analysis.selection, changes)
     data = None if prove is False else data_of(file, system)
@@ -156,21 +158,6 @@ def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> 
     if prove and not is_small(system):
         return with_band_proof(file, analysis.selection, roots)
     return roots
-
-
-def _refuse_look_at_others(look: SystemSource, analysis: SystemAnalysis) -> None:
-    """Raise InputError for a sweep of another system, or of other roots, than those in question.
-
-    The free parameter may have another value, the others not.
-    """
-    system = analysis.system
-    swept = look.file.system
-    at_same_value = swept.values({system.parameter: system.parameters[system.parameter]})
-    is_same_system = swept.parts == system.parts and at_same_value == system.parameters
-    if not is_same_system or look.selection != analysis.selection:
-        raise InputError(
-            "look: must be a sweep of this system, with the same band, region or modes"
-        )
 
 
 def _outside(analysis: SystemAnalysis, roots: SystemRoots) -> tuple[complex, ...] | None:
