@@ -69,12 +69,13 @@ class Contact:
         Formulas of the parameters, or numbers: the coefficient of friction and the factor of the
         normal stiffness. That of the tangential one is the parameter `tangential`.
     speed : str, optional
-        Formula of the sliding speed: m/s where `sliding` is constant, rad/s about `axis`. It turns
-        friction with the direction of sliding: across it a pair that carries N in the seat is
-        damped by friction N / speed. Left out there is no such damping.
+        Formula of the sliding speed v in m/s; about `axis` of the rotation in rad/s, and v is that
+        times the distance of the pair from the axis. Friction follows the direction in which a pair
+        slides, which motion across the sliding turns: a pair that carries N in the seat is damped
+        there by friction N / v. Left out there is no such damping.
     slope : str
-        Formula of d friction / d speed in s/m: below 0 where friction falls. Along sliding a pair
-        is damped by slope N.
+        Formula of d friction / dv in s/m: below 0 where friction falls. Along the sliding a pair is
+        damped by slope N.
 
     Examples
     --------
