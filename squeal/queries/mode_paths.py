@@ -10,11 +10,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.linear.matrices import divisor
 from squeal.linear.paths import Loss, mode_numbers
 from squeal.linear.roots import assigned
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import PadSource, unit_of
-from squeal.results.sweep import Sweep
+from squeal.results.sweep import Step, Sweep
 
 GROWS = 1e-9  # of |lambda|: a growth rate below is rounding
 NEAREST = 0.1  # of the frequency: no partner is farther from a mode where it grows
@@ -28,7 +29,8 @@ MET = 0.05  # of their first distance: two frequencies have met where they are n
 class Paths:
     """The modes of a sweep with Im >= 0, by rising value of the parameter.
 
-    own_value: the subject's own value of the parameter, None if the sweep does not reach it; at,
+    known: at each value the roots by the numbers of their modes, real ones among them; own_value:
+    the subject's own value of the parameter, None if the sweep does not reach it; at,
     roots: values and roots of each mode by its number; growing: modes that grow somewhere, the
     fastest at the own value first; groups: of each of these, once, the mode alone or with the other
     one that it meets, by rising first frequency.
@@ -37,12 +39,17 @@ class Paths:
     def __init__(self, sweep: Sweep) -> None:
         self.values = values = np.array([step.value for step in sweep.steps])
         whole: dict[int, NDArray[np.complex128]] = {}  # NaN where a mode is not known
+        of_step: list[dict[int, complex]] = []  # roots by modes of the sweep
         for k, step in enumerate(sweep.steps):
-            for number, root in step.root_of_mode().items():
-                if root.value.imag > 0.0:
+            of_step.append({mode: root.value for mode, root in step.root_of_mode().items()})
+            for number, root in of_step[k].items():
+                if root.imag > 0.0:
                     path = whole.setdefault(number, np.full(len(values), np.nan, dtype=complex))
-                    path[k] = root.value
-        _join(whole, sweep.losses)
+                    path[k] = root
+        lower = _join(whole, sweep.losses)
+        self.known: dict[float, dict[int, complex]] = {}
+        for value, roots in zip(values.tolist(), of_step, strict=True):
+            self.known[value] = {lower.get(mode, mode): root for mode, root in roots.items()}
         self.whole = whole
         self.at = {mode: values[np.isfinite(path)] for mode, path in whole.items()}
         self.roots = {mode: path[np.isfinite(path)] for mode, path in whole.items()}
@@ -86,27 +93,26 @@ class Paths:
         return float(self.roots[mode].real.max())
 
     def numbered(self, spectrum: Eigenvalues) -> Eigenvalues:
-        """Eigenvalues whose modes have the numbers of the paths, others the lowest free ones; as
-        they are at a value that no path reaches."""
-        paths = np.array([path[self.values == spectrum.value] for path in self.whole.values()])
-        if not paths.size:
-            return spectrum
-        modes = list(self.whole)
-        number_of: dict[int, int] = {}  # by the number by rising frequency
+        """Eigenvalues whose modes have the numbers of the sweep; those that it does not have at
+        their value get the next numbers."""
         by_frequency = mode_numbers(spectrum.values)
-        is_upper = spectrum.values.imag > 0.0
-        distances = np.abs(spectrum.values[is_upper, None] - paths[:, 0])
-        distances = np.nan_to_num(distances / np.abs(spectrum.values[is_upper, None]), nan=np.inf)
-        if len(distances):
-            rows = zip(distances, by_frequency[is_upper].tolist(), assigned(distances), strict=True)
-            for row, number, k in rows:
-                if k >= 0 and row[k] <= NEAR:
-                    number_of[number] = modes[k]
-        free = (number for number in itertools.count(1) if number not in number_of.values())
-        for number in np.unique(by_frequency).tolist():
-            if number not in number_of:
-                number_of[number] = next(free)
-        numbers = np.array([number_of[number] for number in by_frequency.tolist()], dtype=int)
+        no_residuals = np.zeros(len(by_frequency))
+        own = Step(spectrum.value, spectrum.values, no_residuals, None, modes=by_frequency)
+        roots = {mode: root.value for mode, root in own.root_of_mode().items()}
+        known = self.known.get(spectrum.value, {})
+        modes = list(known)
+        values = np.array(list(roots.values()), dtype=complex)
+        distances = np.abs(np.subtract.outer(values, np.array(list(known.values()), dtype=complex)))
+        distances /= divisor(np.abs(values))[:, None]
+        nearest = np.full(len(roots), -1)
+        if known:
+            nearest = assigned(distances)
+        number_of = {0: 0}  # by the number by rising frequency
+        following = itertools.count(1 + max(itertools.chain(*self.known.values()), default=0))
+        for mode, row, k in zip(roots, distances, nearest.tolist(), strict=True):
+            is_known = k >= 0 and row[k] <= NEAR
+            number_of[mode] = modes[k] if is_known else next(following)
+        numbers = np.array([number_of[mode] for mode in by_frequency.tolist()], dtype=int)
         return replace(spectrum, numbers=numbers)
 
     def _rank(self, mode: int) -> tuple[float, float]:
@@ -160,9 +166,12 @@ def is_growing(roots: NDArray[np.complex128]) -> NDArray[np.bool_]:
     return roots.real > GROWS * np.abs(roots)
 
 
-def _join(whole: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> None:
+def _join(whole: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> dict[int, int]:
     """Join each path that ends at a meeting with the one of nearest frequency that begins behind
-    it, under the lower of both numbers, which is that of the value where modes are numbered."""
+    it, under the lower of both numbers, which is that of the value where modes are numbered.
+
+    Returns that number by the higher one.
+    """
     lower: dict[int, int] = {}  # number of a joined path, by the higher one
     for loss in sorted(losses):
         if loss.kind != "begin":
@@ -175,19 +184,20 @@ def _join(whole: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> N
         begun = [mode for mode in loss.modes if mode in whole]
         if not ended or not begun:
             continue
-        last = []
+        last = []  # rad/s
         for mode in ended:
             last.append(whole[mode][np.isfinite(whole[mode])][-1].imag)
         first = []
         for mode in begun:
             first.append(whole[mode][np.isfinite(whole[mode])][0].imag)
         nearest = assigned(np.abs(np.subtract.outer(first, last))).tolist()
-        for mode, hertz, k in zip(begun, first, nearest, strict=True):
-            if k >= 0 and abs(hertz - last[k]) <= NEAREST * hertz:
+        for mode, omega, k in zip(begun, first, nearest, strict=True):
+            if k >= 0 and abs(omega - last[k]) <= NEAREST * omega:
                 low, high = sorted((mode, ended[k]))
                 path = whole.pop(high)
                 whole[low] = np.where(np.isfinite(whole[low]), whole[low], path)
                 lower[high] = low
+    return lower
 
 
 def _own_value(sweep: Sweep) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Literal
 
 from squeal.errors import InputError
@@ -112,7 +113,8 @@ def sensitivity(
         source = known_eigenvalues.source
         assert isinstance(source, PadSource)
         assert source.analysis is not None  # every answer of eigenvalues has it
-        return pad_root_sensitivity(subject.replace(mu=known_eigenvalues.value), source.analysis)
+        answer = pad_root_sensitivity(subject.replace(mu=known_eigenvalues.value), source.analysis)
+        return replace(answer, modes=known_eigenvalues.modes)
     from squeal.queries.systems.eigenvalues import system_eigenvalues
     from squeal.queries.systems.seat import note_of_seat_parameters, seat_parameters
     from squeal.queries.systems.sensitivity import (

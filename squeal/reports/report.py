@@ -145,11 +145,11 @@ def report(
 
 
 def _chart(searched: Thresholds, value: float, is_rotor: bool) -> Sweep:
-    """The eigenvalue paths up to a little more than the parameter's own value."""
+    """The eigenvalue paths up to a little more than the parameter's own value, which they hold."""
     high = min(CHART * value, searched.high)
     if high <= searched.low or is_rotor:  # a rotor runs up through its speeds
         high = searched.high
-    return eigenvalue_paths(searched, searched.low, high)
+    return eigenvalue_paths(searched, min(searched.low, value), max(high, value))
 
 
 def _critical_speeds(

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.io.writing import Answer, Mark, Panel, Table, in_order, number, plain
-from squeal.linear.paths import mode_numbers
 
 DEGREE = math.pi / 180
 STEP = 0.01  # of a parameter's value: the small step whose effect is shown
@@ -57,6 +56,8 @@ class Sensitivity(Answer):
         Of the parameters.
     condition : array (m,) or None
         Condition numbers of the eigenvalues: 1 of real modes, infinite where two coalesce.
+    modes : array (m,) or None
+        The numbers of the modes of the eigenvalues.
     note : str
         Which parameters are left out, and why.
 
@@ -83,6 +84,7 @@ class Sensitivity(Answer):
     values: Mapping[str, float]
     units: Mapping[str, str]
     condition: NDArray[np.float64] | None = None
+    modes: NDArray[np.intp] | None = None
     note: str = ""
 
     def table(self) -> Table:
@@ -124,7 +126,8 @@ class Sensitivity(Answer):
         The derivative by the parameter times the step; NaN where eigenvalues coalesce.
         """
         root = complex(self.at[i])
-        mode = int(mode_numbers(np.asarray(self.at, complex))[i])
+        assert self.modes is not None
+        mode = int(self.modes[i])
         effects = []
         for name, slopes in self.slopes.items():
             step, words = self.step(name)
@@ -200,17 +203,16 @@ class Sensitivity(Answer):
         >>> len(found.parts())
         2
         """
-        if self.condition is None:
+        if self.condition is None or self.modes is None:
             return [self.table(), self.note]
-        numbers = mode_numbers(np.asarray(self.at))
         # a change of 1 / condition^2 makes a mode coalesce: derivatives hold far below it
         is_near = STEP * self.condition**2 >= 1.0
         lines = []
         for i in np.flatnonzero(is_near & (np.imag(self.at) >= 0.0)).tolist():
-            line = f"mode {numbers[i]} coalesces with another one: it has no derivatives"
+            line = f"mode {self.modes[i]} coalesces with another one: it has no derivatives"
             if self.condition[i] < math.inf:
                 line = (
-                    f"mode {numbers[i]} nearly coalesces with another one: its derivatives hold "
+                    f"mode {self.modes[i]} nearly coalesces with another one: its derivatives hold "
                     f"for changes far below {number(100 * self.condition[i] ** -2, 2)} %"
                 )
             lines.append(line)

@@ -409,3 +409,32 @@ def test_a_mode_has_one_colour_in_the_chart_the_campbell_diagram_and_the_tables(
     text = html.page(report)
     assert f"<tr><td>{dot}2</td>" in text
     assert f"<th>{dot}mode 2, 15.92 Hz</th>" in text
+
+
+@pytest.mark.parametrize("high", [2.0, 0.5])
+def test_modes_have_the_numbers_of_the_chart_in_all_answers(high):
+    """At rest 1, sqrt(3) and 2 rad/s; at mu = 1 the third is the lowest, 0.5^(1/2), and beyond 3/4
+    the first two are a pair; a range that ends below the present value changes no number."""
+    K = {"1": np.array([[2.0, -1, 0], [-1, 2, 0], [0, 0, 4]]), "mu": np.zeros((3, 3))}
+    K["mu"][0, 1] = 4 / 3
+    K["mu"][2, 2] = -3.5
+    system = squeal.System(np.eye(3), 0.01 * np.eye(3), K, {"mu": 1.0, "unused": 1.0})
+    report = squeal.report(system, high)
+    numbers = {}
+    for number_of_mode, root in report.eigenvalues.of_modes:
+        if root.value.imag > 0.0:
+            numbers.setdefault(round(root.frequency_hz * 2 * np.pi, 3), set()).add(number_of_mode)
+    assert numbers == {0.707: {3}, 1.429: {1, 2}}
+    for row in report.sensitivity.table().records():
+        assert row["mode"] in numbers[round(row["frequency_hz"] * 2 * np.pi, 3)]
+    for row in report.energy.contributions:
+        assert row.mode in numbers[round(row.frequency_hz * 2 * np.pi, 3)]
+    assert report.opening["Cause"].startswith("Modes 1 and 2 (0.1592 and 0.2757 Hz at mu = 0)")
+
+
+def test_a_mode_that_no_longer_vibrates_keeps_its_number():
+    """1 - 2 mu of the second of three: it diverges at mu = 1, between two that stay."""
+    K = {"1": np.diag([0.5, 1.0, 4.0]), "mu": np.diag([0.0, -2.0, 0.0])}
+    system = squeal.System(np.eye(3), 0.01 * np.eye(3), K, parameters={"mu": 1.0})
+    report = squeal.report(system)
+    assert [report.eigenvalues.mode_of(mode) for mode in report.eigenvalues.unstable] == [2]

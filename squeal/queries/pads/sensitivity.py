@@ -22,6 +22,7 @@ from squeal.equilibrium.damping import (
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.linear import CriticalPoint
+from squeal.linear.paths import mode_numbers
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, linearise, net_loads
@@ -254,6 +255,7 @@ def pad_root_sensitivity(scene: Scene, analysis: PadAnalysis) -> Sensitivity:
         values=values,
         units=units,
         condition=condition,
+        modes=mode_numbers(spectrum.values),
     )
 
 

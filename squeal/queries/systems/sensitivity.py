@@ -169,6 +169,7 @@ def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
         values=values,
         units=dict.fromkeys(values, ""),
         condition=np.concatenate(conditions),
+        modes=answer.modes,
     )
 
 
