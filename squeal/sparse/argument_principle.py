@@ -24,7 +24,7 @@ from squeal.sparse.quadratic import Bools, ComplexArray, Quadratic, report
 DAMPED = 0.25  # a band holds roots whose real part is at most this share of its upper end
 NODES = (8, 16, 32)  # on a circle, until they resolve the quotient
 SINGLE_ROWS = 150_000  # of more, rounding of single precision hides what few determinants show
-NEGATIVE_POWERS = (0.035, 0.02)  # largest shares of the powers -2 and -1 in an analytic function
+NEGATIVE_POWERS = (0.035, 0.02)  # of an analytic function: largest coefficients of z^-2 and z^-1
 
 
 @dataclass(frozen=True)
@@ -131,8 +131,11 @@ def band(low_hz: float, high_hz: float) -> Rectangle:
 def count_roots(
     problem: Quadratic, disc: Disc, known: ComplexArray, reusable: Factor | None = None
 ) -> int | None:
-    """The number of roots of P inside a disc by the argument principle, with multiplicity; None if
-    32 determinants do not resolve it.
+    """The number of roots of P inside a disc by the argument principle, with multiplicity.
+
+    It is the number of known roots inside, and of turns that det P(z) / prod(z - known) makes
+    around zero while z runs around the disc: one for each root that is not known. None if 32
+    determinants do not resolve these turns.
 
     Parameters
     ----------
@@ -145,7 +148,7 @@ def count_roots(
         rough. A root that is left out is counted all the same. One that is left out near the disc
         costs determinants, and one on its outline makes the number depend on rounding.
     reusable : Factor, optional
-        One that is no longer needed, whose memory may serve.
+        One that is no longer needed, whose memory may serve: it solves nothing afterwards.
 
     Raises
     ------
@@ -154,62 +157,68 @@ def count_roots(
     """
     finest = NODES[-1]
     end = finest
-    mirrored = problem.real and disc.centre.imag == 0.0  # the lower half mirrors the upper one
+    # det P of real matrices on a circle around a real centre: the lower half follows from the upper
+    mirrored = problem.real and disc.centre.imag == 0.0
     if mirrored:
         end = finest // 2 + 1
-    is_single = [False]
+    precisions = ["double"]
     if problem.n <= SINGLE_ROWS:
         # single precision first: what its rounding spoils gives no whole number of turns
-        is_single.insert(0, True)
+        precisions.insert(0, "single")
     factor = reusable
-    for single in is_single:
-        logarithms = np.full(finest, np.nan, dtype=complex)
+    for precision in precisions:
+        logarithms = np.full(finest, np.nan, dtype=complex)  # NaN: not computed yet
         for nodes in NODES:
             step = finest // nodes
             for k in range(0, end, step):
-                if not np.isnan(logarithms[k]):
+                if not np.isnan(logarithms[k]):  # a node of a coarser circle too
                     continue
                 report(f"counting the roots: determinant of {nodes}")
                 # log det P without the factors of the known roots. Where P is singular at the node
                 # it is factorised next to it, and the factors are those there
                 node = disc.centre + disc.radius * cmath.exp(2j * math.pi * k / finest)
-                node, factor = factorise_at(problem, node, single, factor)
+                node, factor = factorise_at(problem, node, precision == "single", factor)
                 logarithms[k] = factor.logarithm() - np.sum(np.log(node - known))
                 if mirrored and 0 < 2 * k < finest:
                     logarithms[finest - k] = logarithms[k].conjugate()
-            missing = _winding(logarithms[::step])
+            missing = _winding_number(logarithms[::step])
             if missing is not None:
                 return missing + int(np.sum(disc.contains(known)))
     return None
 
 
-def _winding(logarithms: ComplexArray) -> int | None:
-    """How often exp(logarithms) winds around zero, from N logarithms at equal steps on a circle.
+def _winding_number(logarithms: ComplexArray) -> int | None:
+    """How often exp(logarithms) turns around zero, from N logarithms at equal steps on a circle.
 
-    Their imaginary parts (phases) are known up to half turns. None if N is too small: the phase
-    must step by little from one node to the next (by less than pi / 4 with turns, which are a whole
-    number to a quarter, pi / 8 without), and without turns the function must be analytic inside. Of
-    240,000 random roots inside the circle and near it one was missed with these limits.
+    Their imaginary parts (phases) are known up to half turns. Without zeros inside, the phase is
+    the harmonic conjugate of the logarithm of the size; what it deviates from that are the turns.
+
+    None if N is too small: the deviation must step by little from one node to the next (by less
+    than pi / 4 with turns, pi / 8 without), and without turns the function must be analytic inside.
+    Of 240,000 random roots inside the circle and near it one was missed with these limits.
     """
     nodes = len(logarithms)
     to_conjugate = -1j * np.sign(np.fft.fftfreq(nodes))
-    to_conjugate[nodes // 2] = 0.0
-    # without zeros inside, the phase is the harmonic conjugate of the logarithm of the size
+    to_conjugate[nodes // 2] = 0.0  # the highest frequency has no sign
     predicted = np.fft.ifft(to_conjugate * np.fft.fft(logarithms.real)).real
     deviation = logarithms.imag - predicted
     steps = np.diff(np.append(deviation, deviation[0]))
     steps -= math.pi * np.round(steps / math.pi)  # without the unknown half turns
-    turns = float(np.sum(steps)) / (2 * math.pi)
     largest_step = float(np.max(np.abs(steps)))
-    has_turns = round(turns) != 0 and abs(turns - round(turns)) < 0.25
-    if has_turns and largest_step < math.pi / 4:
-        return round(turns)
-    # steps are too long (or NaN), or turns are no whole number: N is too small
-    if has_turns or not largest_step < math.pi / 8 or round(2 * turns):
+    if not largest_step < math.pi / 4:  # NaN too
+        return None
+    # the deviation ends where it began, so that the sum is a whole number of the half turns removed
+    half_turns = round(float(np.sum(steps)) / math.pi)
+    if half_turns % 2:
+        return None
+    if half_turns:
+        return half_turns // 2
+    if largest_step >= math.pi / 8:
         return None
     # an analytic function has no negative powers; those of a root near the outline fall off slowly
     phase = predicted + np.cumsum(np.append(0.0, steps[:-1]))
-    negative_powers = np.fft.fft(logarithms.real + 1j * phase)[-2:] / nodes
+    coefficients = np.fft.fft(logarithms.real + 1j * phase) / nodes
+    negative_powers = coefficients[-2:]  # of z^-2 and z^-1
     if not np.all(np.abs(negative_powers) < NEGATIVE_POWERS):
         return None
     return 0
@@ -218,15 +227,15 @@ def _winding(logarithms: ComplexArray) -> int | None:
 def disc_around(region: Rectangle, known: ComplexArray, reach: float) -> Disc:
     """A disc that holds a rectangle and whose outline runs far from the known roots (m,).
 
-    All roots up to the distance `reach` from the centre are believed to be known. The outline is
-    put into the widest gap between them on the way from the corners outwards: within the first
-    quarter of the way to the reach, or half of the distance of the corners if that is less.
+    All roots up to the distance `reach` from the centre are believed to be known. Between the
+    corners and `largest` the outline is put into the middle of the widest gap of their distances.
     """
     distances = np.abs(known - region.centre)
-    least = region.radius
-    # but by a hundredth beyond the corners, if the reach is shorter
-    largest = max(least + (min(reach, 3 * least) - least) / 4, 1.01 * least)
-    between = distances[(distances > least) & (distances < largest)]
-    radii = np.sort([least, *between, largest])
+    corners = region.radius
+    # a quarter of the way from the corners to the reach, but not far beyond the corners, and a
+    # hundredth of their distance if the reach is shorter
+    largest = corners + max(min((reach - corners) / 4, corners / 2), 0.01 * corners)
+    between = distances[(distances > corners) & (distances < largest)]
+    radii = np.sort([corners, *between, largest])
     widest = int(np.argmax(np.diff(radii)))
     return Disc(float(radii[widest] + radii[widest + 1]) / 2, region.centre)

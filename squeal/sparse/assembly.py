@@ -36,9 +36,9 @@ ASSEMBLY_DEFAULTS = {"mu": 0.0, "contact": 1.0, "tangential": 1.0}  # parameters
 
 
 class TruncationTerm(NamedTuple):
-    """What the truncated motions inside the components add to y_i^H P x_j of the full problem."""
+    """What the truncated motions inside the components take from y_i^H P x_j of all rows."""
 
-    value: ComplexArray  # (m, m), the first term of the series
+    value: ComplexArray  # (m, m), the first term of a Neumann series
     uncertainty: Array  # (m, m), a bound of its further terms
 
 
@@ -140,8 +140,8 @@ class Assembly:
     def _root_errors(
         self, system: TermSystem, roots: Sequence[Eigenvalue]
     ) -> dict[complex, _RootError]:
-        """The errors of the roots below the cutoff, and of their conjugates."""
-        top = math.tau * self.cutoff
+        """The errors of the roots below the cutoff, and of their conjugates, by the roots."""
+        top = math.tau * self.cutoff  # rad/s
         upper = [root for root in roots if root.value.imag >= 0.0 and abs(root.value) < top]
         if not upper:
             return {}
@@ -149,7 +149,7 @@ class Assembly:
         right = np.array([root.right for root in upper]).T
         left = np.array([root.left for root in upper]).T
         M, C, _ = system.at()
-        # y_i^H ((z_i + z_j) M + C) x_j: the derivative of P between the roots
+        # y_i^H ((z_i + z_j) M + C) x_j: the divided difference (P(z_i) - P(z_j)) / (z_i - z_j)
         slope = np.add.outer(z, z) * (left.conj().T @ M @ right)
         if C is not None:
             slope += left.conj().T @ C @ right
@@ -167,18 +167,21 @@ class Assembly:
     def truncation_term(
         self, roots: ArrayLike, right: ComplexArray, left: ComplexArray, at: Changes
     ) -> TruncationTerm:
-        """What the truncated motions of the reduced components add to y_i^H P x_j.
+        """What the truncated motions of the reduced components take from y_i^H P x_j.
 
-        These motions are inside a component, with its boundary held, and above its cutoff. There
-        K (at the component's own parameters) balances the residuals up to a part that contracts by
-        q = `(|z| / cutoff)^2`: further terms of the series are at most q / (1 - q) of the first.
+        They are eliminated from P (a Schur complement), which takes S^H P^-1 R from it: R = P x and
+        S = P^H y are the residuals of the modes inside the components. `value` is S^H K^-1 R, the
+        first term of the Neumann series of P^-1 about K (at the component's own parameters).
+        Truncated motions lie above the cutoff, so that each further term contracts by at least
+        q = `(|z| / cutoff)^2`, and all of them together are at most q / (1 - q) times the product
+        of the energy norms of R and S.
 
         Parameters
         ----------
         roots : array_like (m,)
             z in rad/s, below the cutoff; the uncertainty is NaN above it.
         right, left : ndarray (n, m)
-            Their modes x and y.
+            Their modes x and y, on the rows of the assembly.
         at : mapping of str to float
             The parameters.
 
@@ -202,15 +205,16 @@ class Assembly:
         left_energies = np.zeros(len(z))
         start = 0
         for body in self.components:
-            rows = slice(start, start + body.system.n)
+            rows = slice(start, start + body.system.n)  # of the assembly, component by component
             start = rows.stop
             if body.residual_flexibility is not None:
                 inside = body.interior_truncation(z, right[rows], left[rows], at)
                 value = value + inside.value
                 right_energies = right_energies + inside.right_energies
                 left_energies = left_energies + inside.left_energies
-        contraction = (np.abs(z) / (math.tau * self.cutoff)) ** 2
+        contraction = (np.abs(z) / (math.tau * self.cutoff)) ** 2  # q
         series = contraction / (1.0 - contraction)
+        # the product of both norms (Cauchy-Schwarz), each with the root of its series
         right_norms = np.sqrt(np.abs(right_energies) * series)
         left_norms = np.sqrt(np.abs(left_energies) * series)
         return TruncationTerm(value, np.outer(left_norms, right_norms))
@@ -269,37 +273,38 @@ def assemble(
     >>> squeal.eigenvalues(found.system).values[::2].imag.round(6)
     array([1.     , 2.44949])
     """
-    bodies = {body.name: body for body in components}
-    if len(bodies) != len(components) or not contacts:
+    bodies_by_name = {body.name: body for body in components}
+    if len(bodies_by_name) != len(components) or not contacts:
         raise InputError("an assembly needs contacts, and a name of its own for each component")
     located: list[Contact] = []
     for contact in contacts:
         with Place(f"contact {contact.name}").named():
-            located.append(contact.located(bodies))
+            located.append(contact.located(bodies_by_name))
     if cutoff is not None:
-        bodies = {key: _reduced(body, located, cutoff) for key, body in bodies.items()}
+        for key, body in bodies_by_name.items():
+            bodies_by_name[key] = _reduced(body, located, cutoff)
     pair_sets: list[PairDirections] = []
     for contact in located:
         with Place(f"contact {contact.name}").named():
-            pair_sets.append(pair_directions(contact, bodies))
-    joined = list(bodies.values())
-    all_parameters = _merged_parameters(joined, parameters or {})
+            pair_sets.append(pair_directions(contact, bodies_by_name))
+    bodies = list(bodies_by_name.values())
+    all_parameters = _merged_parameters(bodies, parameters or {})
     if parameter not in all_parameters:
         hint = meant(parameter, sorted(all_parameters))
         raise InputError(f"parameter: {parameter} is no parameter; {hint}")
-    structure = TermSystem(
-        M=_merged(joined, part=0),
-        C=_merged(joined, part=1),
-        K=_merged(joined, part=2),
+    structure = TermSystem(  # the components side by side, without contact
+        M=_merged(bodies, part=0),
+        C=_merged(bodies, part=1),
+        K=_merged(bodies, part=2),
         parameters=all_parameters,
         parameter=parameter,
         name=name,
-        assumptions=_merged_assumptions(joined),
+        assumptions=_merged_assumptions(bodies),
     )
     for contact in located:
         with Place(f"contact {contact.name}").named():
             contact.require_direction(structure.parameters)
-    seats, displacements = seat_contacts(structure, pair_sets, joined)
+    seats, displacements = seat_contacts(structure, pair_sets, bodies)
     is_large = is_sparse(structure.M[0].matrix)
     springs: list[Term] = []
     dampers: list[Term] = []
@@ -313,11 +318,11 @@ def assemble(
 
     def joined_at(changes: Changes) -> Assembly:
         values = {**system.parameters, **changes}
-        return assemble(joined, located, values, parameter, name)
+        return assemble(bodies, located, values, parameter, name)  # reduced already: no cutoff
 
     return Assembly(
         system=system,
-        components=tuple(joined),
+        components=tuple(bodies),
         seats=tuple(seats),
         displacements=displacements,
         contacts=tuple(located),
@@ -337,11 +342,11 @@ def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Com
 
 
 def _merged_parameters(bodies: Sequence[Component], overrides: Changes) -> dict[str, float]:
-    """The defaults, over them the parameters of all components, over these the overrides.
+    """The defaults, replaced by the parameters of the components, these by the overrides.
 
-    A value that matrices of a component depend on counts before one that none does. Raises
-    InputError where matrices of two components depend on a parameter of one name that has another
-    value in each, and no override settles it.
+    Of a name that several components have, the value counts of the first one whose matrices depend
+    on it, and of the last one if none does. Raises InputError where matrices of two components
+    depend on it and their values differ, unless an override settles it.
     """
     parameters = dict(ASSEMBLY_DEFAULTS)
     used: set[str] = set()  # parameters that matrices depend on
@@ -350,7 +355,9 @@ def _merged_parameters(bodies: Sequence[Component], overrides: Changes) -> dict[
         for key, value in body.system.parameters.items():
             if key not in used:
                 parameters[key] = value
-            elif key in names and key not in overrides and parameters[key] != value:
+                continue
+            is_needed_twice = key in names and key not in overrides
+            if is_needed_twice and parameters[key] != value:
                 raise InputError(
                     f"components: the parameter {key} is {value:g} in {body.name} and "
                     f"{parameters[key]:g} in another component; matrices of both depend on it, and "
@@ -377,7 +384,7 @@ def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
 
     is_large = any(is_sparse(term.matrix) for body in bodies for term in body.system.terms)
     rows = sum(body.system.n for body in bodies)
-    placed: dict[str, list[Term]] = {}
+    placed: dict[str, list[Term]] = {}  # terms on the rows of the assembly, by their formula
     start = 0
     for body in bodies:
         for term in body.system.parts[part]:
@@ -389,8 +396,10 @@ def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
         matrix = csc_array((rows, rows))
         for term in same:
             matrix = matrix + term.matrix
-        matrix = matrix if is_large else matrix.toarray()
-        terms.append(sum_of_terms(matrix, same[0].factor, [(1.0, term) for term in same]))
+        if not is_large:
+            matrix = matrix.toarray()
+        weighted = [(1.0, term) for term in same]
+        terms.append(sum_of_terms(matrix, same[0].factor, weighted))
     return tuple(terms)
 
 

@@ -8,6 +8,7 @@ above are represented by their static answer to the inertia of the constraint mo
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -102,8 +103,8 @@ class Component:
                 f"{self.name}: directions: {unknown[0]} is not allowed; it must be 0, 1, 2 or -1"
             )
         if self.cutoff < np.inf:
-            words = f"reduced to its modes up to {self.cutoff:g} Hz, which moves roots"
-            object.__setattr__(self, "system", self.system.assuming(words))
+            assumption = f"reduced to its modes up to {self.cutoff:g} Hz, which moves roots"
+            object.__setattr__(self, "system", self.system.assuming(assumption))
 
     @property
     def name(self) -> str:
@@ -125,7 +126,7 @@ class Component:
         """
         requested = np.asarray(nodes).astype(str)
         labels, label_of_row = np.unique(self.nodes, return_inverse=True)
-        # the last label where one sorts behind all: the comparison finds it unknown
+        # one that sorts behind all labels gets the last of them, and is unknown like others between
         position = np.minimum(np.searchsorted(labels, requested), len(labels) - 1)
         is_unknown = (labels[position] != requested) | (requested == "")
         if np.any(is_unknown):
@@ -133,12 +134,12 @@ class Component:
         rows = np.full((len(labels), 3), -1)
         moving = np.flatnonzero((self.directions >= 0) & (self.nodes != ""))
         where = (label_of_row[moving], self.directions[moving])
-        rows[where] = moving
-        hidden = moving[rows[where] != moving]  # behind another row of the same node and direction
-        if len(hidden):
+        rows[where] = moving  # of several rows of one node and direction the last one stays
+        replaced = moving[rows[where] != moving]
+        if len(replaced):
             raise InputError(
-                f"{self.name}: several rows move the node {self.nodes[hidden[0]]} along "
-                f"{'xyz'[self.directions[hidden[0]]]}; one may"
+                f"{self.name}: several rows move the node {self.nodes[replaced[0]]} along "
+                f"{'xyz'[self.directions[replaced[0]]]}; one may"
             )
         return rows[position]
 
@@ -159,8 +160,8 @@ class Component:
             raise InputError(f"{self.name} has no coordinates; they are needed here")
         self.rows_of(nodes)  # which refuses unknown ones
         labels, first_row = np.unique(self.nodes, return_index=True)
-        # any row of a node has its place, also a rotation
-        return self.places[first_row[np.searchsorted(labels, np.asarray(nodes).astype(str))]]
+        position = np.searchsorted(labels, np.asarray(nodes).astype(str))
+        return self.places[first_row[position]]  # each row of a node has its place
 
     def rotating(
         self, axis: ArrayLike, speed: str | float, values: Changes, preloaded: bool = False
@@ -204,11 +205,11 @@ class Component:
         squared = csc_array(cross @ cross)
         formula = Formula(str(speed))
 
-        def product_with(J: csc_array, share: float) -> Callable[[Matrix], Matrix]:
-            """The map of a matrix X to share (X J + J X), dense if X is."""
+        def product_with(J: csc_array, factor: float) -> Callable[[Matrix], Matrix]:
+            """The map of a matrix X to factor (X J + J X), dense if X is."""
 
             def product(X: Matrix) -> Matrix:
-                total = share * (csc_array(X) @ J + J @ csc_array(X))
+                total = factor * (csc_array(X) @ J + J @ csc_array(X))
                 return total if is_sparse(X) else total.toarray()
 
             return product
@@ -220,6 +221,7 @@ class Component:
             twice = Formula(f"({formula.text}) * {once.text}")
             gyroscopic = product_with(cross, 1.0)  # 2 G
             centrifugal = product_with(squared, 0.5)  # -Z
+            # the same with |J| bounds the errors of the entries
             coriolis.append(term.mapped(gyroscopic, product_with(abs(cross), 1.0), once))
             softening.append(term.mapped(centrifugal, product_with(abs(squared), 0.5), twice))
         # a name that is left out here may be a parameter of the system already
@@ -252,7 +254,7 @@ class Component:
         n = self.system.n
         cross = coo_array((n, n)).tocsc()
         # a component of the axis that is rounding makes no entries
-        for i, j in zip(*np.nonzero(np.abs(of_node) > EPS), strict=True):
+        for i, j in zip(*np.nonzero(np.abs(of_node) > EPS), strict=True):  # J[i, j], of directions
             have_both = (rows[:, i] >= 0) & (rows[:, j] >= 0)
             where = (rows[have_both, i], rows[have_both, j])
             entries = np.full(np.count_nonzero(have_both), of_node[i, j])
@@ -302,7 +304,7 @@ class Component:
         interior = np.flatnonzero(~is_boundary)
         matrices = [term.matrix for term in self.system.terms]
         if not all(_is_hermitian(A) for A in matrices):
-            matrices += [A.conj().T for A in matrices]  # these act on left vectors
+            matrices += [A.conj().T for A in matrices]  # for the residuals of left vectors
         if len(interior):
             factor, basis = self._craig_bampton(boundary, interior, cutoff)
             flexibility = _residual_flexibility(matrices, basis, interior, factor)
@@ -312,7 +314,7 @@ class Component:
             flexibility = np.zeros((size, size))
         earlier = self.residual_flexibility
         if earlier is not None:  # what an earlier reduction truncated adds to it
-            # a block of n rows for each term, and for each transposed one if it has these
+            # it has n rows for each term, and for each transposed one if it has these
             basis_of_terms = block_diag([basis] * (len(earlier) // self.system.n), "csc")
             flexibility = flexibility + basis_of_terms.T @ earlier @ basis_of_terms
         modes = basis.shape[1] - len(boundary)
@@ -357,27 +359,24 @@ class Component:
         M = csc_array(mass)
         inner_K = csc_array(K[interior][:, interior])
         inner_M = csc_array(M[interior][:, interior])
-        try:
+        rounding = 4 * EPS * len(interior) * norm_of(inner_K)
+        is_held = False  # until each motion inside has a stiffness that is more than rounding
+        with suppress(ZeroDivisionError):  # K is singular
             factor = factorise(inner_K)
             squares, modes = _real_modes(inner_K, inner_M, factor, cutoff)
-            # a square that may be rounding of zero: of a motion that no spring holds
-            rounding = 4 * EPS * len(interior) * norm_of(inner_K)
-            if np.any(squares * norm_of(inner_M) <= rounding):
-                raise ZeroDivisionError  # refused below, as a singular K is
-        except ZeroDivisionError:
-            raise InputError(
-                f"{self.name}: the nodes in contact do not hold it; it needs supports"
-            ) from None
+            is_held = bool(np.all(squares * norm_of(inner_M) > rounding))
+        if not is_held:
+            raise InputError(f"{self.name}: the nodes in contact do not hold it; it needs supports")
         constraint = _unit_columns(self.system.n, boundary)
         constraint[interior] = -factor.solve(K[interior][:, boundary].toarray())
-        # modes above the cutoff: their static answer to the inertia of the constraint modes
+        # all modes inside: their static answer to the inertia of the constraint modes
         static = factor.solve((M @ constraint)[interior])
-        # less the share of the modes that are kept
+        # less the share of the modes below the cutoff
         static -= modes @ (modes.T @ (inner_M @ static))
-        # it is kept for those motions of the boundary to whose energy it adds a share above SHARE
-        # at half of the cutoff: at omega a motion v adds omega^2 static v inside, whose energy
-        # carries omega^4; eigh gives the v at which its ratio to that of the constraint modes is
-        # stationary
+        # it stays for those motions v of the boundary to whose energy it adds a share above SHARE
+        # at half of the cutoff: at omega they add omega^2 static v inside, whose energy carries
+        # omega^4. The stationary values of its ratio to the energy of the constraint modes (a
+        # Rayleigh quotient) are the eigenvalues of this pencil
         omega = np.pi * cutoff  # rad/s, of cutoff / 2
         energy_of_constraint = constraint.T @ (K @ constraint)
         energy_of_constraint += omega**2 * (constraint.T @ (M @ constraint))
@@ -392,6 +391,9 @@ class Component:
         self, z: ComplexArray, right: ComplexArray, left: ComplexArray, at: Changes
     ) -> InteriorTruncation:
         """The static answer of the truncated motions to the residuals of modes inside.
+
+        `residual_flexibility` holds W^H K^-1 W of the forces W that each term exerts inside. The
+        residuals are sums of these: R = W r and S = W s, with the factors and powers of z in P.
 
         Parameters
         ----------
@@ -417,19 +419,18 @@ class Component:
         [[0.0]]
         """
         weights = term_weights(self.system, at, z)[:, None]  # (terms, 1, m)
-        # in coordinates of the forces W of all terms: a residual is their sum with these weights
-        R = (weights * right).reshape(-1, len(z))
-        S = (weights.conj() * left).reshape(-1, len(z))
-        # where it has blocks of the transposed terms too, these serve S alone, the others R
-        if len(self.residual_flexibility) > len(R):
-            R = np.vstack([R, 0 * R])
-            S = np.vstack([0 * S, S])
-        solved_R = self.residual_flexibility @ R
-        solved_S = self.residual_flexibility @ S
+        r = (weights * right).reshape(-1, len(z))  # (terms n, m)
+        s = (weights.conj() * left).reshape(-1, len(z))
+        if len(self.residual_flexibility) > len(r):
+            # W has the forces of the terms, which make R, and those of the transposed ones for S
+            r = np.vstack([r, np.zeros_like(r)])
+            s = np.vstack([np.zeros_like(s), s])
+        solved_r = self.residual_flexibility @ r
+        solved_s = self.residual_flexibility @ s
         return InteriorTruncation(
-            value=S.conj().T @ solved_R,
-            right_energies=np.sum(R.conj() * solved_R, axis=0).real,
-            left_energies=np.sum(S.conj() * solved_S, axis=0).real,
+            value=s.conj().T @ solved_r,
+            right_energies=np.sum(r.conj() * solved_r, axis=0).real,
+            left_energies=np.sum(s.conj() * solved_s, axis=0).real,
         )
 
 
@@ -446,23 +447,23 @@ def _residual_flexibility(
 ) -> Array:
     """The array (t d, t d) of blocks V^T A^H K^-1 B V for all pairs A, B of t matrices (n, n).
 
-    V is the basis (n, d). Of A V and B V the rows inside count, K^-1 is the inverse of K inside,
-    whose factor is `factor`: truncated motions move no boundary row.
+    V is the basis (n, d). A V and B V are forces on the rows inside alone, since truncated motions
+    move no boundary row; K^-1 is the inverse of K inside, whose factor is `factor`.
     """
     from scipy.sparse import csc_array
 
-    inside = [csc_array(A)[interior] for A in matrices]
-    solved = [factor.solve(B @ basis) for B in inside]
+    rows_inside = [csc_array(A)[interior] for A in matrices]
+    displacements = [factor.solve(B @ basis) for B in rows_inside]
     blocks = []
-    for A in inside:
-        blocks.append([basis.T @ (A.conj().T @ x) for x in solved])
+    for A in rows_inside:
+        blocks.append([basis.T @ (A.conj().T @ x) for x in displacements])
     return np.block(blocks)
 
 
 def _projected(terms: tuple[Term, ...], basis: Array) -> tuple[Term, ...]:
     """The terms V^T A V of a real basis V (n, d), with their factors."""
 
-    def onto(V: Array) -> Callable[[Matrix], Matrix]:
+    def onto(V: Array) -> Callable[[Matrix], Matrix]:  # with |V| it bounds the errors of entries
         return lambda A: V.T @ (A @ V)
 
     return tuple(term.mapped(onto(basis), onto(np.abs(basis))) for term in terms)
@@ -483,9 +484,9 @@ def _is_hermitian(A: Matrix) -> bool:
 def _real_modes(K: csc_array, M: csc_array, factor: Factor, cutoff: float) -> tuple[Array, Array]:
     """Squared frequencies (k,) in (rad/s)^2 and modes (n, k) with unit mass up to a cutoff in Hz.
 
-    By shift-and-invert Lanczos with the factor of K, from 24 modes on with twice as many until one
-    lies above the cutoff. All at once where a search would take a quarter of the rows or more.
-    Raises ZeroDivisionError where that finds K not positive definite.
+    By shift-and-invert Lanczos with the factor of K, for 24 modes and then twice as many, until one
+    lies above the cutoff; by a dense solver once that would take a quarter of the rows or more.
+    Raises ZeroDivisionError where the dense solver finds K not positive definite.
     """
     from scipy.linalg import eigh
     from scipy.sparse.linalg import LinearOperator, eigsh
@@ -493,15 +494,15 @@ def _real_modes(K: csc_array, M: csc_array, factor: Factor, cutoff: float) -> tu
     n = K.shape[0]
     limit = (2 * np.pi * cutoff) ** 2
     count = 24
-    while 4 * count < n:  # the dense problem is faster for more modes
+    while 4 * count < n:
         inverse = LinearOperator((n, n), matvec=factor.solve, dtype=float)
         start = np.random.default_rng(n).standard_normal(n)
         squares, modes = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)
         if squares.max() > limit:
             return squares[squares <= limit], modes[:, squares <= limit]
         count *= 2
-    try:  # of 1/squares, since M may be singular: all above 1/limit are those up to the cutoff
+    try:  # M x = K x / square, since M may be singular and K is not
         inverses, modes = eigh(M.toarray(), K.toarray(), subset_by_value=(1 / limit, np.inf))
     except np.linalg.LinAlgError:  # K is not definite
         raise ZeroDivisionError from None
-    return 1 / inverses, modes / np.sqrt(inverses)
+    return 1 / inverses, modes / np.sqrt(inverses)  # from x^T K x = 1 to x^T M x = 1

@@ -62,8 +62,8 @@ def root_error_bounds(
         y_i^H ((l_i + l_j) M + C) x_j of left and right modes: divided differences of P, and P' on
         the diagonal.
     truncation : ndarray (m, m)
-        What the directions outside of the projection add to y_i^H P x_j: S^H F^-1 R of the
-        residuals R = P x and S = P^H y.
+        What the directions outside of the projection, eliminated from P (a Schur complement), take
+        from y_i^H P x_j: S^H F^-1 R of the residuals R = P x and S = P^H y.
     uncertainty : ndarray (m, m)
         How far an entry of `truncation` may be off.
     """
