@@ -99,14 +99,15 @@ def _triangle(at: Array) -> _Shape:
 
 
 def _triangle_with_middles(at: Array) -> _Shape:
-    """Six nodes: L (2 L - 1) at the corners and 4 L_i L_j in the middles of the edges."""
+    """Six nodes: L (2 L - 1) at the corners and 4 L_i L_j in the middles of the edges, of the area
+    coordinates L."""
     corners = _triangle(at)
     values = []
     slopes = []
     for i in range(3):
-        of_corner = corners.values[:, i]
-        values.append(of_corner * (2.0 * of_corner - 1.0))
-        slopes.append((4.0 * of_corner - 1.0)[:, None] * corners.slopes[:, i])
+        L = corners.values[:, i]
+        values.append(L * (2.0 * L - 1.0))
+        slopes.append((4.0 * L - 1.0)[:, None] * corners.slopes[:, i])
     for i, j in ((0, 1), (1, 2), (2, 0)):
         L_i = corners.values[:, i]
         L_j = corners.values[:, j]
@@ -118,6 +119,7 @@ def _triangle_with_middles(at: Array) -> _Shape:
 
 _CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 _MIDDLES = ((0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0))
+"""Reference coordinates (r_i, s_i) of the nodes of a quadrilateral."""
 
 
 def _quad(at: Array) -> _Shape:
@@ -249,9 +251,9 @@ class _SurfacePoints(NamedTuple):
 
 def _integration_points(faces: _Faces) -> _SurfacePoints:
     """The points of the quadrature of all faces of one kind."""
-    at, rule_weights = _triangle_rule() if faces.is_triangle else _quad_rule()
+    rule_points, rule_weights = _triangle_rule() if faces.is_triangle else _quad_rule()
+    values, slopes = SHAPES[faces.nodes.shape[1]](rule_points)
     # f faces, g points of the rule, k nodes, t tangents, x coordinates
-    values, slopes = SHAPES[faces.nodes.shape[1]](at)
     places = np.einsum("gk,fkx->fgx", values, faces.places)
     tangents = np.einsum("gkt,fkx->fgtx", slopes, faces.places)
     normals = np.cross(tangents[:, :, 0], tangents[:, :, 1])
@@ -263,7 +265,7 @@ def _integration_points(faces: _Faces) -> _SurfacePoints:
         places=places.reshape(-1, 3),
         normals=(normals / stretch[:, :, None]).reshape(-1, 3),
         areas=(stretch * rule_weights).ravel(),
-        labels=np.repeat(faces.nodes, len(at), axis=0),
+        labels=np.repeat(faces.nodes, len(rule_points), axis=0),
         weights=np.tile(values, (count, 1)).reshape(-1, size),
     )
 
@@ -319,7 +321,8 @@ def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -
     """The nearest face of a surface along the normal of each point, in either sense.
 
     `kinds` are the faces of the surface by their numbers of nodes. Faces farther away than
-    `farthest` (m) do not count. A tree of the points shows which may meet a face.
+    `farthest` (m) do not count. Each face is met by those of the points close to it, which a tree
+    of all points gives, and replaces a face that was met before and is farther away.
     """
     from scipy.spatial import KDTree
 
@@ -339,40 +342,40 @@ def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -
             candidates = np.array(near, dtype=int)
             if not len(candidates):
                 continue
-            at, heights = _foot(
+            feet, heights = _feet_on_face(
                 faces.places[face], points.places[candidates], points.normals[candidates]
             )
             away = np.abs(heights)
-            is_met = _is_inside(at, faces.is_triangle) & (away <= farthest)
+            is_met = _is_inside(feet, faces.is_triangle) & (away <= farthest)
             is_nearer = is_met & (away < distances[candidates])
             nearer = candidates[is_nearer]
             distances[nearer] = away[is_nearer]
             weights[nearer] = 0.0  # those of a farther face with more nodes
-            weights[nearer, :size] = SHAPES[size](at[is_nearer]).values
+            weights[nearer, :size] = SHAPES[size](feet[is_nearer]).values
             labels[nearer] = faces.nodes[face, 0]  # in the columns that the face does not fill
             labels[nearer, :size] = faces.nodes[face]
     return _Feet(distances, labels, weights)
 
 
-def _foot(corners: Array, places: Array, normals: Array) -> tuple[Array, Array]:
+def _feet_on_face(nodes: Array, places: Array, normals: Array) -> tuple[Array, Array]:
     """Where lines from places (m, 3) along normals (m, 3) meet a face of nodes (k, 3).
 
     Returns reference coordinates (m, 2), which may lie beyond the face, and heights (m,) along the
     normals. Both are NaN where a line lies in the face, and where Newton's method on
     face(r, s) - height normal = place does not settle in `STEPS` steps.
     """
-    shape = SHAPES[len(corners)]
+    shape = SHAPES[len(nodes)]
     unknowns = np.zeros((len(places), 3))  # r, s, height: from the middle of a quadrilateral
-    if len(corners) in (3, 6):  # from the middle of a triangle
+    if len(nodes) in (3, 6):  # from the middle of a triangle
         unknowns[:, :2] = 1.0 / 3.0
     is_lost = np.zeros(len(places), dtype=bool)
     for _ in range(STEPS):
         values, slopes = shape(unknowns[:, :2])
-        residuals = values @ corners - unknowns[:, 2:] * normals - places
-        tangents = np.einsum("mkt,kx->mxt", slopes, corners)
+        residuals = values @ nodes - unknowns[:, 2:] * normals - places
+        tangents = np.einsum("mkt,kx->mxt", slopes, nodes)
         jacobians = np.concatenate([tangents, -normals[:, :, None]], axis=2)
         is_lost |= np.linalg.det(jacobians) == 0.0  # the line lies in the face
-        jacobians[is_lost] = np.eye(3)
+        jacobians[is_lost] = np.eye(3)  # any regular one: with no residual a lost point stays
         residuals[is_lost] = 0.0
         change = np.linalg.solve(jacobians, residuals[:, :, None])[:, :, 0]
         unknowns = unknowns - change
@@ -483,8 +486,8 @@ def _joined(parts: Sequence[FaceContact]) -> FaceContact:
         wide_labels = []
         wide_weights = []
         for labels, weights in of_parts:
-            missing = ((0, 0), (0, width - labels.shape[1]))
-            wide_labels.append(np.pad(labels, missing, mode="edge"))
+            missing = ((0, 0), (0, width - labels.shape[1]))  # columns behind
+            wide_labels.append(np.pad(labels, missing, mode="edge"))  # the last label repeats
             wide_weights.append(np.pad(weights, missing))
         sides.append((np.concatenate(wide_labels), np.concatenate(wide_weights)))
     (first, first_weights), (second, second_weights) = sides

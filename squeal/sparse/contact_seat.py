@@ -305,7 +305,7 @@ class _Side:
         self, bodies: Mapping[str, Component], name: str, labels: Labels, weights: Array
     ) -> None:
         ends = np.cumsum([body.system.n for body in bodies.values()])
-        starts = dict(zip(bodies, [0, *ends], strict=False))  # the last end is no start
+        starts = dict(zip(bodies, [0, *ends[:-1]], strict=True))  # first row of each component
         self.body = bodies[name]
         self.labels = labels
         self.weights = weights
@@ -320,7 +320,7 @@ class _Side:
         """The matrix (m, n) of the displacements of the pairs along vectors (m, 3)."""
         from scipy.sparse import coo_array
 
-        entries = self.weights[:, :, None] * vectors[:, None, :]
+        entries = self.weights[:, :, None] * vectors[:, None, :]  # (m, k, 3), as `rows`
         is_used = (self.rows >= 0) & (entries != 0.0)
         pair_numbers, _, _ = np.nonzero(is_used)
         where = (pair_numbers, self.rows[is_used])
@@ -341,10 +341,10 @@ def _unit_vectors(name: str, given: ArrayLike, points: ContactPoints) -> Array:
     return vectors / lengths[:, None]
 
 
-def _require_at_pairs(holds: Bools, words: str, points: ContactPoints) -> None:
-    """Raises InputError with these words and the name of the first pair where `holds` is False."""
+def _require_at_pairs(holds: Bools, refusal: str, points: ContactPoints) -> None:
+    """Raises InputError with a refusal and the name of the first pair where `holds` is False."""
     if not np.all(holds):
-        raise InputError(f"{words} at the pair {points.name_of(int(np.argmin(holds)))}")
+        raise InputError(f"{refusal} at the pair {points.name_of(int(np.argmin(holds)))}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -398,14 +398,15 @@ class _PairLaws(NamedTuple):
     def forces(self, approach: Array) -> tuple[Array, Array]:
         """Normal forces (m,) and their derivatives by the approach (m,), both without the factor.
 
-        The stiffness grows with a power of the force, dF/du = k (F / R)^e, so that
-        F = (1 - e) k u ((1 - e) k u / R)^(e / (1 - e)); R is the reference. Open pairs, u <= 0,
-        have no force unless they are bonded.
+        The stiffness grows with a power of the force, dF/du = k (F / R)^e: integrated from 0,
+        F = (1 - e) k u (F / R)^e with (F / R)^e = ((1 - e) k u / R)^(e / (1 - e)). u is the
+        approach, R the reference. Open pairs, u <= 0, have no force unless they are bonded.
         """
+        pressed = np.where(self.bonded, approach, np.maximum(approach, 0.0))  # u
         share = 1 - self.exponent
-        pressed = self.stiffness * np.where(self.bonded, approach, np.maximum(approach, 0.0))
-        power = (share * pressed / self.reference) ** (self.exponent / share)
-        return share * pressed * power, self.stiffness * power
+        linear_force = share * (self.stiffness * pressed)
+        power = (linear_force / self.reference) ** (self.exponent / share)  # (F / R)^e
+        return linear_force * power, self.stiffness * power
 
 
 def _pair_laws(directions: PairDirections, parameters: Changes) -> _PairLaws:
@@ -486,9 +487,11 @@ class _JoinedPairs(NamedTuple):
         pushes = []
         for pairs in pair_sets:
             friction = Formula(pairs.contact.friction).value(parameters)
+            # friction pulls the second side along the sliding of the first
             pushes.append(pairs.normal + friction * pairs.sliding)
         first = [pairs.across[0] for pairs in pair_sets]
         second = [pairs.across[1] for pairs in pair_sets]
+        # each field of all laws, one contact after the other
         fields = [np.hstack(of_contacts) for of_contacts in zip(*laws, strict=True)]
         return _JoinedPairs(
             laws=_PairLaws(*fields),
@@ -511,15 +514,19 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
     """The equilibrium of the structure K (n, n) under a load (n,), by Newton's method on the laws
     of the pairs.
 
-    With constant stiffness it passes from one set of closed pairs to the next and ends where the
-    set does not change. Once a set returns, one pair changes at a time, the first that violates its
-    condition, after which no set returns (Murty's principal pivoting). With an exponent it ends
-    where, besides, no approach changes by more than 1e-11 of it. Raises InputError where all pairs
-    open, and ComputationError if neither is reached in 100 steps and one more for each pair.
+    Each step solves the structure with the tangent springs of the closed pairs, then closes the
+    pairs that are pressed and opens the others. With constant stiffness it ends where the set of
+    closed pairs does not change, with an exponent where, besides, no approach changes by more than
+    1e-11 of it. Once a set returns, one pair changes at a time, the first that violates its
+    condition, after which no set returns (Murty's principal pivoting).
+
+    Raises InputError where all pairs open, and ComputationError if it does not end in 100 steps and
+    one more for each pair.
     """
     laws = pairs.laws
     is_nonlinear = laws.exponent.any()
     closed = np.ones(len(laws.gap), dtype=bool)
+    # at first all pairs touch, with springs as at the reference
     approach = -laws.gap
     forces = laws.stiffness * approach
     slopes = laws.stiffness
@@ -530,8 +537,8 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
         tangential = np.tile(closed * laws.tangential, 2)  # one after the other, as `across`
         A = K + pairs.push @ pairs.normal.multiply(springs[:, None])
         A = A + pairs.across.T @ pairs.across.multiply(tangential[:, None])
-        # the law of each pair is replaced by its tangent: springs, and the force left at no
-        # displacement
+        # the law of each pair is replaced by its tangent: springs, and the force that is left at
+        # no displacement, where the approach is -gap
         preload = closed * laws.factor * (forces - slopes * (approach + laws.gap))
         displacements = _solve(A, load + pairs.push @ preload)
         before = approach
@@ -546,8 +553,9 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
             return _Seat(closed, forces, slopes, displacements)
         if len(changed) and now_closed.tobytes() in visited:
             one_at_a_time = True
-        if one_at_a_time and not is_nonlinear:  # all but the first stay as they were
-            now_closed[changed[1:]] = closed[changed[1:]]
+        if one_at_a_time and not is_nonlinear:
+            others = changed[1:]  # all but the first stay as they were
+            now_closed[others] = closed[others]
         visited.add(closed.tobytes())
         closed = now_closed
     raise ComputationError("the contact is not settled: its set of closed pairs keeps changing")

@@ -111,9 +111,10 @@ def spectrum_with_slopes(
 ) -> SpectrumAtParameter:
     """Roots (m,) at a value of the parameter p, their vectors (n, m) and how p moves both.
 
-    The couplings (m, m) of the spectrum are -y_i^H dP/dp x_j / y_i^H P' x_i, on the diagonal the
-    slope dz/dp of each root. `lifted` vectors (2n, m) are those of the first-order form, for which
-    left^H right of two different roots vanishes.
+    The couplings (m, m) of the spectrum are -y_i^H dP/dp x_j / y_i^H P' x_i, of first-order
+    perturbation theory: on the diagonal the slope dz/dp of each root, beside it how p mixes the
+    modes. `lifted` vectors (2n, m) are those of the first-order form [x, z x] and
+    [(z M + C)^H y, M^H y], for which left^H right of two different roots vanishes.
     """
     z = roots.values
     right = roots.right
@@ -128,10 +129,12 @@ def spectrum_with_slopes(
     is_single = (z != 0) | (np.abs(weight) > assumed_rounding(damping))
     coupling = -change / np.where(is_single, weight, np.inf)[:, None]
     if lifted:
-        mass = M.conj().T @ left
-        lowered = z.conj() * mass + (0.0 if C is None else C.conj().T @ left)
+        of_velocities = M.conj().T @ left
+        of_displacements = z.conj() * of_velocities
+        if C is not None:
+            of_displacements = of_displacements + C.conj().T @ left
         right = np.vstack([right, z * right])
-        left = np.vstack([lowered, mass])
+        left = np.vstack([of_displacements, of_velocities])
     return SpectrumAtParameter(value, z, right, left, coupling, assumed_rounding(z))
 
 
@@ -168,7 +171,8 @@ class CrossingSearch:
         region = reduction.region
         if not region.low_real < 0.0 < region.high_real or region.high_imag <= 0.0:
             raise InputError(f"region {region}: must hold a part of the upper imaginary axis")
-        # roots of real matrices come in pairs: the upper ones serve, and below this they are real
+        # roots of real matrices come in pairs: the upper ones serve, and below this (rad/s) their
+        # imaginary part is taken for zero
         self.real = REAL * region.high_imag if reduction.system.real else 0.0
         self.region = replace(region, low_imag=max(region.low_imag, -self.real))
         self._spectra: dict[float, SpectrumAtParameter] = {}
@@ -252,9 +256,11 @@ class CrossingSearch:
         conjugate on the way. `span` is negative from the later spectrum back."""
         z = spectrum.roots[which]
         change = span * spectrum.slopes[which]
-        meets_conjugate = (z.imag > 0.0) & ((z + change).imag < 0.0) & (self.region.low_imag < 0.0)
-        stays = self.region.contains(z + change)
-        return bool(np.any(meets_conjugate | stays | _changes_sign(z, z + 2 * change)))
+        predicted = z + change
+        stays = self.region.contains(predicted)
+        meets_conjugate = (z.imag > 0.0) & (predicted.imag < 0.0) & (self.region.low_imag < 0.0)
+        may_cross = _changes_sign(z, z + 2 * change)  # the slope may double on the way
+        return bool(np.any(stays | meets_conjugate | may_cross))
 
     def _guesses_of_root(
         self, before: SpectrumAtParameter, after: SpectrumAtParameter, i: int, j: int
@@ -265,6 +271,7 @@ class CrossingSearch:
         None if the real part changes its sign and no crossing was located.
         """
         span = after.value - before.value
+        middle = (before.value + after.value) / 2
         start = before.roots[i]
         end = after.roots[j]
         cubic = hermite_cubic(
@@ -280,8 +287,9 @@ class CrossingSearch:
                 else:
                     guess = self._guess(after, j, value, root)
                 crossing = axis_crossing(self.scaled, self.name, guess)
-                # Newton's method may have gone to a crossing far outside of the step
-                if abs(crossing.value - (before.value + after.value) / 2) <= 3 * span / 4:
+                # Newton's method may have gone to a crossing outside of the step, by more than a
+                # quarter of it
+                if abs(crossing.value - middle) <= 3 * span / 4:
                     vectors = crossing.vector, crossing.left
                     guesses.append(CrossingGuess(crossing.value, crossing.omega, *vectors))
         if not guesses and _changes_sign(start, end):
@@ -345,6 +353,7 @@ def crossings_along(
     """
     low = values[0]
     high = values[-1]
+    shortest = SHORTEST_STEP * (high - low)
     crossings: list[AxisCrossing] = []
     unconfirmed: list[str] = []
     for guess in known:
@@ -352,7 +361,7 @@ def crossings_along(
             crossings.append(axis_crossing(reduction.scaled, name, guess))
         except ComputationError as error:
             unconfirmed.append(str(error))
-    # of matrices that do not depend on the frequency one part serves the whole band
+    # if matrices do not depend on the frequency, one part serves the whole band
     parts: Iterator[_FrozenPart] = iter([_FrozenPart(reduction.path_reduction, 0.0, math.inf)])
     if isinstance(reduction, DispersiveReduction):
         parts = _frozen_parts(reduction)
@@ -361,10 +370,9 @@ def crossings_along(
         search_on_part = CrossingSearch(reduced, name)
         scale = search_on_part.scaled.scale
         for a, b in itertools.pairwise(values):
-            shortest = SHORTEST_STEP * (high - low)
             for guess in search_on_part.between(a, b, shortest):
-                # from scaled coordinates of the reduced system to those of the projection, then to
-                # those of the full system
+                # vectors from scaled coordinates of the reduced system to those of the projection,
+                # then to those of the full system
                 vectors = reduced.in_projection(scale * guess.right, scale * guess.left)
                 right, left = multiply(reduction.vectors, np.array(vectors, dtype=complex).T).T
                 try:
@@ -392,14 +400,15 @@ def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[flo
 
     With matrices frozen at omega they meet at a frequency omega_c(omega), and with matrices at
     their own frequency where omega_c(omega) = omega. The secant method solves this from each of the
-    frequencies of the frozen parts.
+    frequencies of the frozen parts. Meetings at the frequency 0 are static and left out.
     """
     low = values[0]
     high = values[-1]
     meetings: list[Event] = []
     for part in _frozen_parts(reduction):
         for event in itertools.chain(*search(part.path_reduction.system, low, high).clusters):
-            if not event.omega or abs(event.omega - part.omega) > part.spacing:
+            is_near_part = abs(event.omega - part.omega) <= part.spacing
+            if not event.omega or not is_near_part:
                 continue
             meeting = _at_own_frequency(reduction.system, event, part.omega, low, high)
             if meeting and not any(_is_same_meeting(meeting, other) for other in meetings):
@@ -420,15 +429,16 @@ def _at_own_frequency(
     """The coalescence with matrices at its own frequency, from one with matrices frozen at another.
 
     By the secant method on the excess omega_c(omega) - omega; None if it does not converge, or if
-    no coalescence is located at one of its steps.
+    no coalescence is located at one of its steps. `start` was located with matrices at `frozen`
+    (rad/s), in the range from `low` to `high` of the parameter.
     """
     event = start
     omega_before = frozen
-    omega = event.omega
-    excess_before = omega - omega_before
+    excess_before = event.omega - frozen
+    omega = event.omega  # where the matrices are frozen next
     for _ in range(NEWTON_STEPS):
         continuation = Continuation(system.frozen(omega), low, high)
-        spectrum = continuation.at(event.value)
+        spectrum = continuation.at(event.value)  # its roots are omega^2, of the undamped system
         pair = np.argsort(np.abs(spectrum.roots - event.omega**2))[:2]
         guess = Guess(
             value=event.value,
@@ -445,6 +455,7 @@ def _at_own_frequency(
         excess = event.omega - omega
         if abs(excess) <= CONVERGED * omega:
             return event
+        # to the zero of the line through the last two excesses
         step = excess * (omega - omega_before) / (excess_before - excess)
         omega_before = omega
         excess_before = excess
@@ -455,12 +466,11 @@ def _at_own_frequency(
 def _in_range(crossing: AxisCrossing, low: float, high: float) -> AxisCrossing | None:
     """A crossing within a range of the parameter, None if it lies outside.
 
-    It is placed at an end of the range if its interval holds that. A root that begins to decay at
-    the lower end grows nowhere in the range, and does not count.
+    It is placed at an end of the range if its interval holds that.
     """
     first, last = crossing.interval
     if first <= low <= last:
-        if crossing.direction <= 0:
+        if crossing.direction <= 0:  # it grows nowhere in the range
             return None
         return replace(crossing, value=low, interval=(low, last))
     if first <= high <= last:
@@ -484,7 +494,8 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
     """The crossing of the imaginary axis next to a guess, along the parameter `name`.
 
     Newton's method for the parameter and omega with y^H P x = 0 alternates with inverse iteration
-    for the vectors x, y. Raises ComputationError if it does not converge (no crossing is near, or
+    for the vectors x, y; its factor serves several steps by residual inverse iteration (Neumaier
+    1985). Raises ComputationError if it does not converge (no crossing is near, or
     two coincide).
     """
     value = guess.value
@@ -497,7 +508,7 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
             _, factor = factorise_at(problem, complex(0.0, omega))
             right = factor.solve(y)
             left = factor.solve(x.conj(), transposed=True).conj()
-        else:  # residual inverse iteration with the factor of an earlier step
+        else:  # with the factor of an earlier step
             P = problem.at(complex(0.0, omega))
             right = x - factor.solve(P @ x)
             left = y - factor.solve(P.T @ y.conj(), transposed=True).conj()
@@ -526,9 +537,10 @@ class _NewtonStep(NamedTuple):
 def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _NewtonStep | None:
     """One step of Newton's method on y^H P(i omega, p) x = 0 for p and omega.
 
-    The guess has unit vectors x, y (n,). The crossing has its value, omega and interval after the
-    step; its residual, slope and vectors are of the guess. None where the Jacobian (2, 2) is
-    singular.
+    Its real and imaginary part are two equations, the derivatives by omega and p the columns of
+    their Jacobian (2, 2). The guess has unit vectors x, y (n,). The crossing has its value, omega
+    and interval after the step; its residual, slope and vectors are of the guess. None where the
+    Jacobian is singular.
     """
     system = scaled.system
     p = guess.value
@@ -542,19 +554,19 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     product = complex(y @ image)
     by_root = y @ (problem.slope(root) @ x)
     by_parameter = y @ (scaled.slope(name, at, root) @ x)
-    # of matrices that depend on the frequency of the root: the parameters that hold the frequency
-    # are proportional to omega, so that their values at omega = 1 are their derivatives by omega
+    # y^H dP/domega x of matrices that depend on the frequency of the root: the parameters that hold
+    # the frequency are proportional to omega, so that their values at 1 rad/s are their derivatives
     by_frequency = 0.0
     for frequency, d_by_omega in system.frequency(1.0).items():
         by_frequency = by_frequency + d_by_omega * (y @ (scaled.slope(frequency, at, root) @ x))
     columns = [1j * by_root + by_frequency, by_parameter]
-    # a real root stays real: the first equation says that omega does not change, the second one is
-    # that of the parameter
     if omega == 0.0:
+        # a real root stays real: the first equation says that omega does not change, the second one
+        # is the real one of the parameter
         columns = [1.0, 1j * by_parameter.real]
         product = complex(0.0, product.real)
     jacobian = np.array([np.real(columns), np.imag(columns)])
-    sizes = np.abs(jacobian).max(axis=0)
+    sizes = np.abs(jacobian).max(axis=0)  # of the columns, whose units differ
     if not (sizes.all() and np.linalg.cond(jacobian / sizes) <= 1e12):
         return None
     inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
@@ -562,17 +574,18 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     size = float(problem.size(np.array(root)))
     # how far rounding of P x may move p
     uncertain = 2 * EPS * size * float(np.abs(inverse[1]).sum())
-    is_small = abs(step) <= CONVERGED * max(abs(p + step), abs(p) or 1.0)
-    is_small &= abs(omega_step) <= CONVERGED * max(abs(omega + omega_step), 1.0)
-    new_omega = omega + omega_step
-    if system.follows:
-        least, most = system.covered
-        new_omega = min(max(new_omega, 2 * math.pi * least), 2 * math.pi * most)
     new_p = p + step
-    # dz/dp: the parameter moves the root, and its frequency the matrices, which move it again
+    new_omega = omega + omega_step
+    is_small = abs(step) <= CONVERGED * max(abs(new_p), abs(p) or 1.0)
+    is_small &= abs(omega_step) <= CONVERGED * max(abs(new_omega), 1.0)
+    if system.follows:  # tables of moduli end somewhere
+        least, most = system.covered  # Hz
+        new_omega = min(max(new_omega, 2 * math.pi * least), 2 * math.pi * most)
+    # dz/dp = direct - by_own_frequency domega/dp, of which omega = Im z is the imaginary part: the
+    # parameter moves the root, and its frequency the matrices, which move it again
     direct = -by_parameter / by_root
     by_own_frequency = by_frequency / by_root
-    frequency_slope = direct.imag / (1.0 + by_own_frequency.imag)  # d omega/dp
+    frequency_slope = direct.imag / (1.0 + by_own_frequency.imag)  # domega/dp
     slope = float((direct - by_own_frequency * frequency_slope).real)
     half_width = uncertain + abs(step) + 2 * EPS * abs(new_p)
     crossing = AxisCrossing(

@@ -70,12 +70,13 @@ def dense_values(
     if B is None:
         is_hermitian = np.array_equal(A, A.conj().T)
         squares = np.linalg.eigvalsh(A) if is_hermitian else np.linalg.eigvals(A)  # -lambda^2
-        not_decaying = np.sqrt(-squares.astype(complex))
+        not_decaying = np.sqrt(-squares.astype(complex))  # of each pair +-lambda, Re lambda >= 0
         values = np.concatenate([not_decaying, -not_decaying])
     else:
         state_matrix, rate = first_order(A, B)
         values = np.asarray(np.linalg.eigvals(state_matrix) * rate, dtype=complex)
     sizes = np.abs(values)
+    # of roots near zero ranks decide how many are exactly zero, see the head of this module
     if stiffness is not None:
         zeros = _count_zeros(M, damping, K, ROUNDING * stiffness)
     elif np.min(sizes) <= EPS**0.25 * np.max(sizes):  # rounding moves zeros in chains up to here
@@ -94,7 +95,8 @@ def _nonzero(C: Matrix | None) -> Matrix | None:
 
 
 def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
-    """How many roots are exactly zero: those of the null space of K, two of each undamped motion.
+    """How many roots are exactly zero, by ranks: of each motion that K does not hold one, or two if
+    it is undamped.
 
     Singular values of K up to `noise` are rounding.
     """
@@ -103,7 +105,8 @@ def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
         return 0
     if _nonzero(C) is None:
         return 2 * zero_roots(K, noise, M)
-    # each motion has two zeros, or one if damping moves the other by more than rounding
+    # each motion has two zeros, or one if damping moves the other by more than rounding: to
+    # -damping / mass, beyond sqrt(noise / mass)
     damping = np.linalg.svd(left_null.conj().T @ (C @ null), compute_uv=False)
     mass = float(np.linalg.norm(left_null.conj().T @ (M @ null), 2))
     return 2 * null.shape[1] - int(np.sum(damping > math.sqrt(noise * mass)))
@@ -122,6 +125,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     # how many motions have mass is judged on M of unit diagonal, in which units do not matter
     rank = rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))
     size = divisor(norm_of(K))
+    # a rate (1/s) at which M, or C where there is no mass, is as large as K: a power of two
     if rank == 0 and C_or_none is not None:  # the system is of the first order
         rate = 2.0 ** np.round(np.log2(size / norm_of(C_or_none)))
     else:
@@ -137,6 +141,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
         zero_squares = zeros // 2  # each of two roots +-lambda
         squares[np.argsort(np.abs(squares))[:zero_squares]] = 0.0
         not_decaying = np.sqrt(-squares)
+        # -0j lies below the cut of the square root, which then gives the lower root of a pair
         is_on_axis = (squares.imag == 0) & (squares.real > 0)
         not_decaying = np.where(is_on_axis, 1j * np.abs(not_decaying.imag), not_decaying)
         return np.concatenate([not_decaying, -not_decaying]) * rate
@@ -153,7 +158,8 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
 def _finite_values(F: Matrix, E: Matrix, infinite: int) -> ComplexArray:
     """The finite eigenvalues s = alpha / beta of F - s E (N, N), by the QZ algorithm.
 
-    At least `infinite` of the N are infinite. If F is real they are exactly conjugate in pairs.
+    At least `infinite` of the N are infinite: those of the least |beta / alpha|, which rounding
+    leaves above zero. If F is real the others are exactly conjugate in pairs.
     """
     from scipy.linalg import eigvals
 
@@ -163,7 +169,7 @@ def _finite_values(F: Matrix, E: Matrix, infinite: int) -> ComplexArray:
     is_finite = (inverses > 4 * EPS) | (infinite == 0)  # all, if none has to be infinite
     is_finite[np.argsort(inverses)[:infinite]] = False
     values = (alpha / np.where(beta == 0, 1.0, beta))[is_finite].astype(complex)
-    if not np.iscomplexobj(F):  # in a pair the lower root comes next to the upper one
+    if not np.iscomplexobj(F):  # of a pair the QZ algorithm gives the lower root behind the upper
         lower = np.flatnonzero(values.imag < 0)
         values[lower] = values[lower - 1].conj()
     return values
@@ -178,9 +184,10 @@ def _state_pencil(M: Matrix, C: Matrix, K: Matrix, rank: int) -> tuple[Matrix, M
     n = len(M)
     eye = np.eye(rank)
     zero = np.zeros((rank, rank))
-    massless = np.zeros((rank, n - rank))
-    E = np.block([[eye, zero, massless], [np.zeros((n, rank)), M[:, :rank], C[:, rank:]]])
-    F = np.block([[zero, eye, massless], [-K[:, :rank], -C[:, :rank], -K[:, rank:]]])
+    of_massless = np.zeros((rank, n - rank))
+    # `rank` rows say that velocities are lambda times displacements, n rows are the equations
+    E = np.block([[eye, zero, of_massless], [np.zeros((n, rank)), M[:, :rank], C[:, rank:]]])
+    F = np.block([[zero, eye, of_massless], [-K[:, :rank], -C[:, :rank], -K[:, rank:]]])
     return F, E
 
 
@@ -192,7 +199,7 @@ def roots_at(
     left: bool = False,
     stiffness: float | None = None,
 ) -> Roots:
-    """Known roots (m,), sorted, with unit right vectors and, if `left`, left ones.
+    """Known roots (m,), sorted by Im lambda, with unit right vectors and, if `left`, left ones.
 
     Without `left` these are NaN, but for zero roots, whose null spaces come together.
     By inverse iteration on P at each root. Roots that are too close for a vector each share the
@@ -209,7 +216,7 @@ def roots_at(
         if mean == 0.0:
             noise = noise_of(K) if stiffness is None else ROUNDING * stiffness
             right, left_null = null_spaces(K, noise)
-        if not right.shape[1]:
+        if not right.shape[1]:  # other roots, or a K that is regular to rounding
             P = mean * mean * M + (0.0 if C is None else mean * C) + K
             dimension = min(len(group), len(M))  # a root may repeat more often than there are rows
             right, left_null = _null_vectors(P, dimension, left)
@@ -252,8 +259,8 @@ def _null_vectors(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray
         solution = lu_solve((lu, pivots), b, trans=2, check_finite=False)
         return np.linalg.qr(solution)[0]
 
-    # P^-1 and its adjoint in alternation converge to the singular vectors: one at once, since P is
-    # singular to rounding, several in three passes, since their values differ in size
+    # the power method with (P^H P)^-1: one vector converges at once, since P is singular to
+    # rounding, several in three passes, since their singular values differ in size
     start = np.random.default_rng(len(P)).standard_normal((len(P), 2 * count)).view(complex)
     y = solve_adjoint(start)
     for _ in range(1 if count == 1 else 3):
@@ -261,11 +268,11 @@ def _null_vectors(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray
         if left or count > 1:
             y = solve_adjoint(x)
     if count > 1:
-        residuals = np.linalg.norm(P @ x, axis=0)  # the singular values
-        # one far above the least, and above 1e-6 of |P|, does not vanish: its vector is none of P
-        is_defective = residuals > max(100 * residuals[0], 1e-6 * norm_of(P))
-        x[:, is_defective] = x[:, :1]
-        y[:, is_defective] = y[:, :1]
+        residuals = np.linalg.norm(P @ x, axis=0)  # the singular values, the least one first
+        # one far above the least, and above 1e-6 of |P|, does not vanish: its vector is no mode
+        is_no_mode = residuals > max(100 * residuals[0], 1e-6 * norm_of(P))
+        x[:, is_no_mode] = x[:, :1]
+        y[:, is_no_mode] = y[:, :1]
     if not left:
         y = np.full_like(x, np.nan)
     return x, y

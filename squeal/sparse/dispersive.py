@@ -23,6 +23,7 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.linear.eigen import Eigenvalue
+from squeal.linear.matrices import applied
 from squeal.linear.moduli import Modulus
 from squeal.linear.system import TermSystem
 from squeal.sparse.argument_principle import Rectangle
@@ -144,7 +145,7 @@ def roots_at_own_frequencies(
     system = reduction.system
     grid = frequencies(system, reduction.region)
     reach = NEAR * np.diff(grid).max()
-    pending = grid.tolist()
+    pending = grid.tolist()  # frequencies at which matrices are still to be frozen
     tried: list[float] = []
     reached: list[RepeatedRoot] = []
     while pending and len(tried) < MOST:
@@ -157,17 +158,17 @@ def roots_at_own_frequencies(
             if end is not None:
                 ends.append(end)
         for z in ends:
-            coincident = sum(_is_same(z, other) for other in ends)
+            coincident = sum(_is_same(z, other) for other in ends)  # z itself among them
             root = next((known for known in reached if _is_same(z, known.value)), None)
             if root is None:
                 root = RepeatedRoot(z)
                 reached.append(root)
+            root.from_above.add(omega > z.imag)
             distance = SAME * abs(z)
             if abs(z.imag - omega) <= distance:  # these matrices are those of the root itself
                 root.multiplicity = max(root.multiplicity, coincident)
             elif coincident > 1 and all(abs(z.imag - w) > distance for w in tried + pending):
                 pending.append(z.imag)  # frozen there, two roots separate or are one double root
-            root.from_above.add(omega > z.imag)
     return [root for root in reached if reduction.region.contains(np.array(root.value))]
 
 
@@ -196,9 +197,10 @@ def _newton(
     None if Newton's method does not converge, also at a root where P' vanishes, or if it converges
     to a root whose frequency lies beyond the ends of the `grid`.
 
-    With right and left vectors x, y of P the unknowns are dz and domega of
-    y P x + y P' x dz + y dP/domega x domega = 0 and Im(z + dz) = omega + domega. Frequencies stay
-    within the ends of the `grid`.
+    With right and left vectors x, y of P(z, omega) the unknowns of a step are dz and domega of
+    y^H (P + P' dz + dP/domega domega) x = 0 and Im(z + dz) = omega + domega. Eliminated from the
+    first, dz = step + root_by_omega domega goes into the second. Frequencies stay within the ends
+    of the `grid`.
     """
     system = reduction.system
     z = start
@@ -214,23 +216,23 @@ def _newton(
         residual = z * z * mass + y @ (K @ x) + z * damping
         by_root = y @ (2 * z * (M @ x)) + damping
         by_omega = 0j
-        # of each parameter that is the frequency its value at 1 rad/s, and so its slope by omega
-        for name, share in system.frequency(1.0).items():
-            for A, power in zip(system.derivative(name, at), (z * z, z, 1.0), strict=True):
-                if A is not None:
-                    by_omega += share * power * (y @ (A @ x))
+        # parameters that hold the frequency are proportional to omega, so that their values at
+        # 1 rad/s are their derivatives by omega
+        for name, d_by_omega in system.frequency(1.0).items():
+            by_omega += d_by_omega * (y @ applied(system.derivative(name, at), z, x))
         if by_root == 0:
             return None
         step = -residual / by_root
         root_by_omega = -by_omega / by_root
         excess = (z + step).imag - omega
-        by_own_frequency = 1 - root_by_omega.imag  # -d excess / d omega
-        omega_step = excess / (by_own_frequency or 1.0)
+        excess_by_omega = root_by_omega.imag - 1
+        omega_step = excess / (-excess_by_omega or 1.0)
         step += root_by_omega * omega_step
         z = z + step
         omega = float(np.clip(omega + omega_step, grid[0], grid[-1]))
-        if abs(step) <= CONVERGED * abs(z):  # omega differs from Im z where it was clipped
-            return z if abs(z.imag - omega) <= CONVERGED * abs(z) else None
+        if abs(step) <= CONVERGED * abs(z):
+            is_clipped = abs(z.imag - omega) > CONVERGED * abs(z)
+            return None if is_clipped else z
     return None
 
 
@@ -239,8 +241,9 @@ def modes_at_own_frequencies(
 ) -> ModesAtOwnFrequencies:
     """The roots of the full system in the region of a reduced one, each at its own frequency.
 
-    By residual inverse iteration: P^-1 of one frozen frequency, applied to the residuals in the
-    full system, enlarges the basis, until the roots solve the full system to rounding.
+    By residual inverse iteration (Neumaier 1985): P^-1 of one frozen frequency, applied to the
+    residuals in the full system, enlarges the basis of `reduction`, until the roots solve the full
+    system to rounding.
     """
     scaled = reduction.scaled
     system = scaled.system

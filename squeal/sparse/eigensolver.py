@@ -72,14 +72,14 @@ class RitzPairs(NamedTuple):
 
     values: ComplexArray  # (m,)
     coordinates: NDArray  # (m, m) of the vectors, in the first m columns of the basis
-    residuals: Array  # (m,) norms
+    residuals: Array  # (m,), lengths of operator vector - value vector
 
 
 class BlockArnoldi:
     """An orthonormal basis of a block Krylov subspace, and an operator in it.
 
-    The operator has been applied to the first `applied` of the `size` columns. The subspace is
-    invariant once that are all.
+    The operator has been applied to the first `applied` of the `size` columns V, which gives the
+    Arnoldi relation: operator V[:, :applied] = V H. The subspace is invariant once that are all.
     """
 
     def __init__(
@@ -114,21 +114,24 @@ class BlockArnoldi:
 
         Ends when the subspace has more than `most` columns, or is invariant.
         """
-        next_size = 2 * self.block
+        shown_next = 2 * self.block  # columns at which Ritz pairs are computed again
         can_grow = True
         while can_grow:
             self.grow()
             can_grow = self.applied < self.size <= most
-            if self.applied >= next_size or not can_grow:
-                # the next ones an eighth larger: an eigenproblem at each block would cost too much
-                next_size = self.applied + max(2 * self.block, self.applied // 8)
+            if self.applied >= shown_next or not can_grow:
+                # an eighth more columns: an eigenproblem at each block would cost too much
+                shown_next = self.applied + max(2 * self.block, self.applied // 8)
                 yield self._ritz_pairs()
 
     def _ritz_pairs(self) -> RitzPairs:
-        """The eigenpairs of the operator's projection onto the subspace."""
+        """The eigenpairs of the operator's projection onto the subspace, the square part of H.
+
+        The rows of H below it are what the operator leads out of the subspace: the residuals.
+        """
         H = np.zeros((self.size, self.applied), self._storage.dtype)
         end = 0
-        for coordinates in self._coordinates:
+        for coordinates in self._coordinates:  # block upper Hessenberg
             start = end
             end += coordinates.shape[1]
             H[: len(coordinates), start:end] = coordinates
@@ -157,8 +160,8 @@ def roots_near_shift(
     radius : float
         The distance from the shift (rad/s) that becomes |theta| = 1.
     enough : callable
-        Whether values (m,) by distance and the reach suffice. The subspace grows until they do, or
-        until it has as many columns as are allowed.
+        Whether values (m,), by distance from the shift, and the reach (rad/s) suffice. The subspace
+        grows until they do, or until it has as many columns as are allowed.
     seed : int
         Of the random vectors from which the subspace starts.
     single : bool
@@ -176,7 +179,8 @@ def roots_near_shift(
     mass = (radius**2 * problem.M).astype(dtype)
 
     def companion(states: NDArray) -> NDArray:
-        """The companion form, whose eigenvalues are theta, times states [theta x; x] (2n, m)."""
+        """The companion form, whose eigenvalues are theta, times states [theta x; x] (2n, m): see
+        the head of this module."""
         upper = states[:n]
         return np.vstack([factor.solve(-(slope @ upper + mass @ states[n:])), upper])
 
@@ -186,7 +190,8 @@ def roots_near_shift(
     for ritz in krylov.growing(most):
         sizes = np.maximum(np.abs(ritz.values), np.finfo(float).tiny)
         is_good = ritz.residuals <= RITZ_RESIDUAL * sizes
-        # the nearest root that has not converged bounds the disc in which all have
+        # root - shift = radius / theta: the nearest root that has not converged bounds the disc in
+        # which all have
         reach = float(np.min(radius / sizes[~is_good], initial=np.inf))
         nearest = np.flatnonzero(is_good)[np.argsort(-sizes[is_good])]
         theta: ComplexArray = ritz.values[nearest].astype(complex)
@@ -195,7 +200,7 @@ def roots_near_shift(
             break
     chosen = ritz.coordinates[:, nearest].astype(np.result_type(dtype, np.complex64))
     states = krylov.basis[:, : krylov.applied]
-    # the longer of theta x and x has the smaller error
+    # x from theta x or from x of a state: the longer one has the smaller error
     vectors = np.where(np.abs(theta) >= 1.0, states[:n] @ chosen, states[n:] @ chosen)
     vectors /= np.linalg.norm(vectors, axis=0)
     return RootsNearShift(values, vectors, reach, used_shift, factor)
@@ -204,9 +209,9 @@ def roots_near_shift(
 def orthogonalise(basis: NDArray, columns: NDArray) -> tuple[NDArray, NDArray]:
     """The directions that columns (n, m) add to an orthonormal basis (n, d), and coordinates.
 
-    Returns orthonormal columns (n, k), k <= m, which are new to rounding, and the coordinates
-    (d + k, m) of the given columns in [basis, new]. By Gram-Schmidt and a QR factorisation with
-    pivoting.
+    Returns orthonormal columns (n, k), k <= m, orthogonal to the basis too, and the coordinates
+    (d + k, m) of the given columns in [basis, new]: k leaves out directions that are rounding. By
+    Gram-Schmidt and a QR factorisation with pivoting.
     """
     from scipy.linalg import qr
 
@@ -224,7 +229,8 @@ def orthogonalise(basis: NDArray, columns: NDArray) -> tuple[NDArray, NDArray]:
     if np.any(lengths[:rank] < 1e-3 * size):  # a small remainder is orthogonal to fewer digits
         new = new - basis @ (new.conj().T @ basis).conj().T
         new /= np.linalg.norm(new, axis=0)
-    return new, np.vstack([inside, triangle[:rank, np.argsort(order)]])
+    in_given_order = np.argsort(order)  # undoes the pivoting of the columns
+    return new, np.vstack([inside, triangle[:rank, in_given_order]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,6 +265,9 @@ def corrected_roots(
     accepted: float = GOOD_ENOUGH,
 ) -> Roots | None:
     """The roots in a region by residual inverse iteration; None if it does not converge.
+
+    The problem projected onto the basis gives roots and vectors; P^-1 of their residuals, at one
+    value near the roots, enlarges the basis; and so on.
 
     Parameters
     ----------
@@ -313,7 +322,7 @@ def corrected_roots(
 
 
 class Residuals(NamedTuple):
-    """P x and P' y* of right and left vectors x, y of m roots, over a bound of |P|."""
+    """P x and P' conj(y) of right and left vectors x, y of m roots, over a bound of |P|."""
 
     right: ComplexArray  # (n, m)
     left: ComplexArray  # (n, m)
@@ -399,7 +408,7 @@ def modes_in(
     basis = np.zeros((problem.n, 0)) if start is None else start
     inner = region.widened(-1e-9)  # less its own border, where no other part lies
     roots = Roots.none(problem.n)
-    missing = 0 if certify else None
+    missing = 0 if certify else None  # None: there is no count of the whole region
     rough_values: list[complex] = []
     pending = [region]
     for _ in range(PARTS):
@@ -418,12 +427,12 @@ def modes_in(
             continue
         rough_values += of_part.near.values.tolist()
         if of_part.missing is None or _any_on_border(of_part.roots, part, inner):
-            missing = None  # for good: the parts then have no count together
+            missing = None  # and stays so
         elif missing is not None:
             missing += of_part.missing
         roots = roots.joined(of_part.roots.select(part.contains(of_part.roots.values)))
         if not pending:
-            shows_all = part == region and not certify
+            shows_all = part == region and not certify  # one shift served
             return Modes(
                 eigenvalues=eigenvalues_of(problem, roots),
                 region=region,
@@ -442,20 +451,19 @@ def _any_on_border(roots: Roots, part: Rectangle, inner: Rectangle) -> bool:
     """True if a root lies where a part borders on another one, which makes it doubtful which of
     them counts it. `inner` is the whole region less its own border."""
     values = roots.values
-    is_close = part.widened(1e-9).contains(values) & inner.contains(values)
-    return bool(np.any(is_close & ~part.widened(-1e-9).contains(values)))
+    is_around = part.widened(1e-9).contains(values)
+    is_within = part.widened(-1e-9).contains(values)
+    return bool(np.any(is_around & ~is_within & inner.contains(values)))
 
 
 def _halves(region: Rectangle) -> list[Rectangle]:
-    """Two parts of a region, cut across its longer side.
-
-    Beside the middle, where symmetry may have put a root.
-    """
+    """Two parts of a region, cut across its longer side."""
     size = region.size
+    share = 0.4837  # beside the middle, where symmetry may have put a root
     if size.real > size.imag:
-        cut = region.low_real + 0.4837 * size.real
+        cut = region.low_real + share * size.real
         return [replace(region, high_real=cut), replace(region, low_real=cut)]
-    cut = region.low_imag + 0.4837 * size.imag
+    cut = region.low_imag + share * size.imag
     return [replace(region, high_imag=cut), replace(region, low_imag=cut)]
 
 
@@ -464,8 +472,9 @@ def _roots_around(
 ) -> _PartRoots | None:
     """The roots in and around a part of a region, with a count if `certify`.
 
-    None if one subspace does not reach all roots around the part, or their corrections do not
-    converge: the part then has to be halved.
+    A search that misses roots starts again, in double precision and from other vectors, in the
+    basis of the vectors so far. None if one subspace does not reach all roots around the part, or
+    their corrections do not converge: the part then has to be halved.
 
     start (n, d): an orthonormal basis of vectors that are known; exact: the backward error of right
     vectors with which corrections end.
@@ -486,9 +495,9 @@ def _roots_around(
         )
         reach = near.reach - offset  # from the centre
         if reach < 1.02 * region.radius:  # no disc around the part has all its roots known
-            if attempt > 0 or reach > 0.3 * region.radius:
-                return None
-            continue  # less than a third may be due to single precision: once more, in double
+            if attempt == 0 and reach <= 0.3 * region.radius:
+                continue  # so little may be due to single precision: once more, in double
+            return None
         basis = enlarged(basis, near.vectors, dropped=1e-6)
         disc = disc_around(region, near.values, reach)
         # the count needs all roots of the disc; without one those on the border are enough
@@ -499,11 +508,11 @@ def _roots_around(
         count = _count_in_disc(problem, disc, roots, near) if certify else None
         missing = None if count is None else count - len(roots.values)
         found = _PartRoots(roots, missing, near)
-        # rough roots close to the border may lie on its other side
-        expected = np.sum(region.widened(-0.01).contains(near.values))  # one per cent inside
+        # one per cent inside: rough roots close to the border may lie on its other side
+        expected = np.sum(region.widened(-0.01).contains(near.values))
         if missing == 0 or (not certify and expected <= len(roots.values)):
             break
-    return found
+    return found  # of the last attempt, if each one misses roots
 
 
 def _count_in_disc(
@@ -514,7 +523,8 @@ def _count_in_disc(
     The count divides by all known roots: `roots` in the disc, and rough ones `near` it.
     """
     outside = near.values[~disc.contains(near.values)]
-    if problem.real and disc.centre.imag:  # the conjugates of these are roots too
+    # conjugates are roots too, of a disc around the real axis among the known ones already
+    if problem.real and disc.centre.imag:
         known = np.concatenate([roots.values, outside])
         conjugates = known.conj()[~disc.contains(known.conj())]
         distances = np.abs(conjugates[:, None] - known).min(axis=1, initial=np.inf)
@@ -529,8 +539,8 @@ def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
     The latter are the conjugates of the former if the matrices are real. A rigid body has two of
     these roots. The disc that the count certifies ends halfway to the next root beyond, so that
     equal ones are in it together. A subspace around zero comes first; where it does not reach so
-    far, all roots are computed (few rows), or those of growing squares around zero. Raises
-    ComputationError if there is no root.
+    far or misses roots, all roots are computed (few rows), or those of growing squares around zero.
+    Raises ComputationError if there is no root.
     """
     rigid = _rigid_limit(problem)
     scale = _lowest_frequency_scale(problem, rigid)
@@ -548,14 +558,14 @@ def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
         return bool(np.sum(np.abs(values) < well_within) > 2 * modes)
 
     basis = np.zeros((problem.n, 0))
-    largest = scale  # |lambda| of the requested roots as far as they were seen
+    largest = scale  # |lambda| of the requested roots as far as the subspaces show them
     for attempt in range(ATTEMPTS):
         near = roots_near_shift(problem, complex(shift), scale, enough, seed=attempt)
         basis = enlarged(basis, near.vectors, dropped=1e-6)
         sizes = np.abs(near.values)
         upper_sizes = np.sort(sizes[_is_upper(near.values, rigid)])
         largest = max(largest, float(np.max(upper_sizes[:modes], initial=0.0)))
-        reach = near.reach - shift
+        reach = near.reach - shift  # from zero
         reached = upper_sizes[upper_sizes < reach]
         if len(reached) < min(modes, problem.n):
             break  # the subspace does not reach so far

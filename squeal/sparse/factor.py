@@ -64,7 +64,11 @@ class Factor:
         return type(None), ()  # a factor stays in its process
 
     def logarithm(self) -> complex:
-        """log det A, its imaginary part up to whole turns; by PARDISO up to half turns."""
+        """log det A, its imaginary part up to whole turns; by PARDISO up to half turns.
+
+        A is P L U Q with unit L: the pivots are the diagonal of U, and each odd permutation turns
+        the sign.
+        """
         pivots = self.lu.U.diagonal().astype(complex)
         logarithm = complex(np.sum(np.log(pivots)))
         if _is_odd(self.lu.perm_r) != _is_odd(self.lu.perm_c):
@@ -73,12 +77,12 @@ class Factor:
 
 
 def _is_odd(order: NDArray) -> bool:
-    """True if a permutation is odd: n minus its number of cycles."""
+    """True if a permutation is odd: n minus its number of cycles is then odd."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
     n = len(order)
-    graph = csr_array((np.ones(n), order, np.arange(n + 1)))
+    graph = csr_array((np.ones(n), order, np.arange(n + 1)))  # an edge from each i to order[i]
     cycles, _ = connected_components(graph, directed=False)
     return bool((n - cycles) % 2)
 
@@ -125,6 +129,7 @@ EXACTLY_SINGULAR = -4
 class _Pardiso(Factor):
     """A factor by MKL's PARDISO, which pivots within the diagonal blocks alone.
 
+    PARDISO reads compressed rows: it gets those of the transpose, the columns of the CSC array.
     `reusable` is a factor that may lend its ordering and its memory. Raises ZeroDivisionError if
     the matrix is singular to rounding.
     """
@@ -146,6 +151,7 @@ class _Pardiso(Factor):
         self._control[_Control.INDICES_FROM_ZERO] = 1
         self._control[_Control.KEEP_PIVOTS] = 1
         if isinstance(reusable, _Pardiso) and reusable._has_pattern_of(self):
+            # the other one gets the empty memory, and releases nothing at its end
             self._memory, reusable._memory = reusable._memory, self._memory
             self._call(_Phase.FACTORISE)
         else:
@@ -197,7 +203,7 @@ class _Pardiso(Factor):
     def _solve_own_type(self, right: NDArray, transposed: bool) -> NDArray:
         if not right.size:
             return right
-        # columns are rows of the transpose
+        # it holds the transpose: A itself is the transpose of that
         self._control[_Control.TRANSPOSED] = 0 if transposed else TRANSPOSE
         return self._call(_Phase.SOLVE, right)
 

@@ -101,23 +101,25 @@ class Structure:
             return factorise(self.F)
 
     def probes(self, V: Array, projected: Array) -> Probes:
-        """Random vectors (n, SKETCH) whose products average to F^-1.
+        """Random vectors (n, SKETCH) whose products left right' average to F^-1.
 
-        An orthonormal V (n, d) splits F^-1 into a part inside V, by the eigenvalues of either sign
-        of V' F V (`projected`), and a part outside. Each has random vectors of its own.
+        With an orthonormal V (n, d) and E = V' F V (`projected`), F^-1 is the sum of V E^-1 V' and
+        of F^-1 - V E^-1 V', which leaves out the directions of V. Each has random vectors of its
+        own: with the eigenvalues e and vectors Q of E the first one is Q |e|^-1/2 times Q sign(e)
+        |e|^-1/2; the second one is (1 - V E^-1 V' F) (F^-1 - V E^-1 V').
         """
         energies, Q = np.linalg.eigh(projected)
-        inverse = (Q / energies) @ Q.T
+        inverse = (Q / energies) @ Q.T  # E^-1
         inside = random_vectors(V.shape[1], seed=50) / np.sqrt(np.abs(energies))[:, None]
         with_sign = np.sign(energies)[:, None] * inside
-        # outside of V: forces orthogonal to V, and displacements that F makes orthogonal to it
-        outside = random_vectors(len(V), seed=49)
-        forces = outside - V @ (inverse @ (V.T @ (self.F @ outside)))
-        displacements = self.factor.solve(outside) - V @ (inverse @ (V.T @ outside))
-        balance = math.sqrt(np.linalg.norm(displacements) / divisor(np.linalg.norm(forces)))
+        random = random_vectors(len(V), seed=49)
+        outside_left = random - V @ (inverse @ (V.T @ (self.F @ random)))
+        outside_right = self.factor.solve(random) - V @ (inverse @ (V.T @ random))
+        # of one length, so that neither drowns the random vectors inside
+        balance = math.sqrt(np.linalg.norm(outside_right) / divisor(np.linalg.norm(outside_left)))
         return Probes(
-            left=balance * forces + V @ (Q @ inside),
-            right=displacements / balance + V @ (Q @ with_sign),
+            left=balance * outside_left + V @ (Q @ inside),
+            right=outside_right / balance + V @ (Q @ with_sign),
         )
 
     def __getstate__(self) -> dict[str, object]:  # a factor stays in its process
@@ -129,16 +131,16 @@ class Structure:
         By shift-and-invert block Arnoldi: theta = 1 / (w^2 - shift) are the eigenvalues of F^-1 M,
         and modes near the shift have the largest ones.
         """
-        reach = highest**2 - self.shift
+        reach = highest**2 - self.shift  # of w^2, from the shift to the highest frequency
         start = np.random.default_rng(0).standard_normal((self.F.shape[0], BLOCK))
         krylov = BlockArnoldi(lambda x: self.factor.solve(self.M @ x), start, COLUMNS)
         for ritz in krylov.growing():
             theta = np.abs(ritz.values)
             closeness = reach * theta  # at least 1 up to the highest frequency
             is_wanted = closeness >= min(1.0, closeness.max())  # the nearest one at least
-            are_good = np.all((ritz.residuals <= MODE_RESIDUAL * theta)[is_wanted])
+            is_good = ritz.residuals <= MODE_RESIDUAL * theta
             # a mode beyond the highest frequency shows that all below it are there
-            if not is_wanted.all() and are_good:
+            if not is_wanted.all() and is_good[is_wanted].all():
                 break
         return krylov.basis[:, : krylov.applied] @ ritz.coordinates[:, is_wanted]
 
@@ -172,9 +174,11 @@ class _ProjectedRoots(NamedTuple):
 class FirstLook(Reduction):
     """A reduction onto real modes and their corrections, which knows the errors of its roots.
 
-    `contraction` is q (0.5 until `build` has computed it). `error` is the largest error at the
-    samples before the last corrections, as a share of |lambda|. `reduced_basis` has the few modes
-    that serve at all values, None if they are not needed or not enough.
+    `structures` are those without friction, each at parameters of its own. `samples` are the values
+    at which modes are corrected, `trained` those at which the `reduced_basis` is trained: the few
+    modes that serve at all values, None if they are not needed or not enough. `contraction` is q
+    (0.5 until `build` has computed it), `error` the largest error at the samples before the last
+    corrections, as a share of |lambda|.
 
     Inherited: `_matrices` are those (n, n) of the terms of M, C and K, `_norms` (terms,) their
     norms, and `_sketch` (terms, SKETCH, d) is random vectors times each of them times the basis.
@@ -190,22 +194,23 @@ class FirstLook(Reduction):
         self.wide = region.widened(MARGIN)
         highest = max(abs(region.low_imag), abs(region.high_imag))
         self.reach = REACH * highest
-        # one structure for each different K and M without friction, at the ends and in the middle
+        # one structure for each different K and M without friction at the first, middle, last value
         representatives: dict[bytes, Changes] = {}
         for k in dict.fromkeys((0, len(values) // 2, len(values) - 1)):
             representatives[self._structure_factors(values[k]).tobytes()] = values[k]
         self.structures = []
         self._frictionless = []
         for changes in representatives.values():
-            self._frictionless.append(frictionless(scaled.system, changes))
-            self.structures.append(Structure(scaled.at(self._frictionless[-1]), highest))
+            without_friction = frictionless(scaled.system, changes)
+            self._frictionless.append(without_friction)
+            self.structures.append(Structure(scaled.at(without_friction), highest))
         self._factors = np.array([self._structure_factors(p) for p in representatives.values()])
         index = np.linspace(0, len(values) - 1, min(len(values), TRAINED))
         self.trained = [values[round(k)] for k in index.tolist()]
-        if len(representatives) > 2:
-            self.samples = tuple(representatives.values())
-        else:
-            self.samples = (values[0], values[-1])[: len(values)]
+        self.samples = tuple(representatives.values())
+        if len(representatives) <= 2:
+            first_and_last = (values[0], values[-1])
+            self.samples = first_and_last[: len(values)]  # one if there is one value
 
     def _structure_factors(self, changes: Changes) -> Array:
         """The factors of M and K without friction: where they agree the structure is the same."""
@@ -226,15 +231,14 @@ class FirstLook(Reduction):
         middle = len(self.structures) // 2
         self.extend(self.structures[middle].modes(self.reach), DROPPED)
         for _ in range(ROUNDS):
-            at_samples = []
-            for changes in self.samples:
-                values = self._projected_values(changes)
-                near = values[self.wide.contains(values)]
-                at_samples.append(self._roots_with_errors(changes, near[near != 0.0]))
             shares = []
             residuals = []
             corrections = []
-            for estimated in at_samples:
+            for changes in self.samples:
+                values = self._projected_values(changes)
+                near = values[self.wide.contains(values)]
+                # the root 0 of a rigid body is exact
+                estimated = self._roots_with_errors(changes, near[near != 0.0])
                 sizes = np.abs(estimated.roots.values)
                 is_off = estimated.errors > GOOD * sizes
                 # those of right vectors, then those of left ones
@@ -247,9 +251,9 @@ class FirstLook(Reduction):
             self.extend(np.hstack(corrections), DROPPED)
             if self.error <= ONE_ROUND:
                 break
-        # of the only structure at one sample, else at a sample of each
-        worst = self.samples[int(np.argmax(shares))]
-        tested = (worst,) if len(self.structures) == 1 else self.samples
+        tested = self.samples
+        if len(self.structures) == 1:  # one sample serves: that of the largest error
+            tested = (self.samples[int(np.argmax(shares))],)
         self.contraction = max(self._contraction(changes) for changes in tested)
         if self.holds and len(self.trained) > len(self.samples) and self.system.C:
             basis = ReducedBasis(self.system, self._residual_sketch(), self.region)
@@ -314,12 +318,14 @@ class FirstLook(Reduction):
         distances = self.region.distance(values)
         is_inside = self.region.contains(values)
         is_sign_open = is_inside & (errors >= np.abs(values.real))
-        is_coarse = (distances <= errors) & (errors > COARSE * np.abs(values))
+        may_be_inside = distances <= errors
+        is_coarse = may_be_inside & (errors > COARSE * np.abs(values))
         is_on_border = np.abs(distances) <= errors
-        decays = values.real < -DECAYED * errors
-        if np.any(is_sign_open | ((is_coarse | is_on_border) & ~decays)):
-            return None
-        if np.any(is_on_border) and not deciding:
+        clearly_decays = values.real < -DECAYED * errors
+        is_doubtful = is_sign_open | ((is_coarse | is_on_border) & ~clearly_decays)
+        if not deciding:  # on the border roots that decay are in doubt too: they are listed
+            is_doubtful |= is_on_border
+        if is_doubtful.any():
             return None
         inside = estimated.roots.select(is_inside)
         return EstimatedRoots(
@@ -370,7 +376,8 @@ class FirstLook(Reduction):
 
     @property
     def _series(self) -> float:
-        """A bound of the further terms of the series in T, as a multiple of its first one."""
+        """q / (1 - q), a bound of the further terms of the series in T as a multiple of its first
+        one; finite also where T does not contract, and it bounds nothing (`holds` is False)."""
         return self.contraction / max(1.0 - self.contraction, 1.0 - CONTRACTS)
 
     def _projected_values(self, changes: Changes) -> ComplexArray:
@@ -379,17 +386,18 @@ class FirstLook(Reduction):
 
     def _roots_with_errors(self, changes: Changes, values: ComplexArray) -> _ProjectedRoots:
         """Some roots of the projected problem, with their errors and the corrections of their
-        vectors in the full one."""
+        vectors in the full one, as the head of this module derives them."""
         roots = self.roots(changes, left=True, values=values)
         problem = self.scaled.at(changes)
         structure = self.structures[self._nearest_structure(changes)]
         z = roots.values
         X = multiply(self.vectors, roots.right)
         Y = multiply(self.vectors, roots.left)
-        R = problem.apply(z, X)
-        S = problem.transposed().apply(z, Y.conj()).conj()
-        solved = structure.factor.solve(np.hstack([R, S]))
+        R = problem.apply(z, X)  # P x
+        S = problem.transposed().apply(z, Y.conj()).conj()  # P^H y
+        solved = structure.factor.solve(np.hstack([R, S]))  # F^-1 R and F^-1 S
         solved_R, solved_S = np.split(solved, 2, axis=1)
+        # y_i^H ((z_i + z_j) M + C) x_j
         slope = np.add.outer(z, z) * (Y.conj().T @ multiply(problem.M, X))
         slope = slope + Y.conj().T @ multiply(problem.C, X)
         energies = np.outer(_energy_norms(S, solved_S), _energy_norms(R, solved_R))
@@ -412,7 +420,7 @@ class FirstLook(Reduction):
         """How T contracts the directions outside of the basis, at two corners of the region."""
         k = self._nearest_structure(changes)
         structure = self.structures[k]
-        factor = structure.factor  # before F is read: it may move the shift
+        factor = structure.factor  # first: it may move the shift, and F with it
         complement = Complement(
             basis=self.vectors,
             projected=self._projected_structure(k),
@@ -424,8 +432,9 @@ class FirstLook(Reduction):
     def estimate_by_basis(self, changes: Changes, deciding: bool = False) -> EstimatedRoots:
         """The roots of the region with their errors, by all vectors of the basis.
 
-        Roots whose error leaves a verdict open are corrected in the full problem; all of them where
-        the basis may miss one. If the answer is for a verdict alone (`deciding`), roots that
+        Where an error leaves open the sign of a growth rate, whether a root lies in the region or
+        whether it is one of the full problem, such roots are solved in that; all of the region
+        where the basis may miss one. If the answer is for a verdict alone (`deciding`), roots that
         clearly decay and are not near others get no error (NaN).
         """
         problem = self.scaled.at(changes)
@@ -454,7 +463,7 @@ class FirstLook(Reduction):
         )
         may_be_inside = distances <= errors
         is_coarse = errors > COARSE * np.abs(z)
-        if not self.holds or np.any(may_be_inside & is_coarse):
+        if not self.holds or np.any(may_be_inside & is_coarse):  # the basis may miss a root
             return self._with_solved(estimated, self.region, self._solve(problem, self.region))
         is_sign_open = is_inside & ~projected.stay_on_axis & (errors >= np.abs(z.real))
         is_on_border = np.abs(distances) <= errors
@@ -472,7 +481,7 @@ class FirstLook(Reduction):
         """Estimated roots, those in a part of the plane replaced by the solved ones there.
 
         Solved roots outside of the region are left out; where fewer are solved than were estimated
-        the others were spurious.
+        the others were spurious. The error of a solved root is its rounding.
         """
         is_kept = ~part.contains(estimated.values)
         inside = [e for e in solved if self.region.contains(np.array(e.value))]

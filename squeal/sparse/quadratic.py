@@ -91,7 +91,7 @@ class Quadratic:
         """|P x| / ((|v|^2 |M| + |v| |C| + |K|) |x|) for each column x of vectors (n, m)."""
         residuals = np.linalg.norm(self.apply(values, vectors), axis=0)
         sizes = self.size(values) * np.linalg.norm(vectors, axis=0)
-        # K = 0: root 0
+        # the root 0 of K = 0 has the size 0, and no error
         return np.divide(residuals, sizes, out=np.zeros_like(residuals), where=sizes > 0)
 
     def size(self, values: NDArray) -> Array:
@@ -130,7 +130,8 @@ class ScaledSystem:
         self.scale = _diagonal_scale(system, self.terms)
         for A in itertools.chain(*self.terms):
             A.sum_duplicates()
-            A.data = A.data * self.scale[A.indices] * np.repeat(self.scale, np.diff(A.indptr))
+            columns = np.repeat(np.arange(self.n), np.diff(A.indptr))
+            A.data = A.data * self.scale[A.indices] * self.scale[columns]
 
     def at(self, changes: Changes | None = None) -> Quadratic:
         """The problem at the system's parameters, some of them changed."""
@@ -172,15 +173,18 @@ def quadratic(M: Matrix, C: Matrix | None, K: Matrix) -> Quadratic:
 
 
 def _diagonal_scale(system: TermSystem, matrices: list[list[csc_array]]) -> Array:
-    """The scale (n,) that gives K + w |C| + w^2 M a unit diagonal, w a median frequency."""
+    """The scale (n,) that gives K + w |C| + w^2 M a unit diagonal, w a median frequency.
+
+    `matrices` are those of the terms of M, of C and of K. Raises InputError for an empty row.
+    """
     diagonals = np.zeros((3, system.n))
-    for total, terms, matrices_of_part in zip(diagonals, system.parts, matrices, strict=True):
+    for of_part, terms, matrices_of_part in zip(diagonals, system.parts, matrices, strict=True):
         for term, A in zip(terms, matrices_of_part, strict=True):
             entries = np.abs(A.diagonal())
             if A.nnz and not entries.all():  # where it is zero the column's largest entry serves
                 largest = abs(A).max(axis=0).toarray().ravel()
                 entries = np.where(entries > 0, entries, largest)
-            total += abs(term.factor.value(system.parameters)) * entries
+            of_part += abs(term.factor.value(system.parameters)) * entries  # a row of `diagonals`
     mass, damping, stiffness = diagonals
     squares = stiffness / np.where(mass > 0, mass, np.inf)  # of the frequency of each row alone
     # the median, since a mass that is rounding makes some of them huge
@@ -290,15 +294,17 @@ def _conditions(problem: Quadratic, roots: Roots) -> Array:
 def _rounding(
     problem: Quadratic, values: ComplexArray, residuals: Array, conditions: Array
 ) -> Array:
-    """How far rounding may move each root (rad/s).
+    """How far rounding may move each root (rad/s); exact zeros by nothing.
 
-    Rounding of K moves the square of a root. A root far below the problem's frequency scale
-    therefore moves by more than a share of its own size. Exact zeros have no rounding.
+    `root_rounding` is made for eigenvalues of a matrix: of roots it gets, in place of the norm of
+    that, a scale (rad/s), and a condition such that an isolated root moves by
+    R = error * condition * |lambda|, the condition at most 1 / EPS. error * scale is the least
+    distance at which it tells two roots apart, and no root moves further than
+    2 scale error^(1 / rows).
 
-    An isolated root moves by R = error * condition * |lambda|, the condition at most 1 / EPS.
-    `root_rounding` uses a scale (rad/s) too: error * scale is the least distance at which it tells
-    two roots apart, and no root moves further than 2 scale error^(1 / rows). With
-    z = max(|lambda|, sqrt(error) omega_K), omega_K the frequency scale, it is the largest of
+    Rounding of K moves the square of a root, and so a root far below the problem's frequency scale
+    omega_K by more than a share of its own size. With z = max(|lambda|, sqrt(error) omega_K) the
+    scale is the largest of
 
     - |lambda|;
     - |P(lambda)| / |P'(z)|: how far a relative error of the matrices moves even a root of
@@ -309,19 +315,20 @@ def _rounding(
     """
     sizes = np.abs(values)
     errors = np.maximum(residuals, ROUNDING)
-    from_stiffness = np.sqrt(errors) * problem.frequency_scale
-    floored = np.maximum(sizes, from_stiffness)
+    least_size = np.sqrt(errors) * problem.frequency_scale
+    z = np.maximum(sizes, least_size)
+    mass, damping, _ = problem.norms
     with np.errstate(invalid="ignore"):  # K = 0: the root is 0
-        scales = np.fmax(sizes, from_stiffness * (problem.frequency_scale / floored))
-        mass, damping, _ = problem.norms
-        scales = np.fmax(scales, problem.size(sizes) / (2 * floored * mass + damping))
-        # so that R = error * scale times this
-        conditions_over_scales = np.minimum(conditions, 1 / EPS) * sizes / scales
-    # a root may meet its conjugate, also where that is not listed
+        of_slow_roots = least_size * (problem.frequency_scale / z)
+        of_multiple_roots = problem.size(sizes) / (2 * z * mass + damping)
+        scales = np.fmax(np.fmax(sizes, of_slow_roots), of_multiple_roots)
+        # as `root_rounding` takes them: R = error * scale times this
+        scaled_conditions = np.minimum(conditions, 1 / EPS) * sizes / scales
+    # a root may meet its conjugate, also where that is not listed: it is added for the call
     is_unpaired = problem.real & (values.imag != 0) & ~np.isin(values.conj(), values)
     rounding = root_rounding(
         np.append(values, values[is_unpaired].conj()),
-        condition=np.append(conditions_over_scales, conditions_over_scales[is_unpaired]),
+        condition=np.append(scaled_conditions, scaled_conditions[is_unpaired]),
         error=np.append(errors, errors[is_unpaired]),
         size=np.append(scales, scales[is_unpaired]),
         rows=2 * problem.n,  # of the companion form
@@ -330,13 +337,13 @@ def _rounding(
 
 
 def _in_unscaled_coordinates(problem: Quadratic, scaled: ComplexArray) -> ComplexArray:
-    """Vectors (n, m) before scaling, the largest entry positive, of unit mass; those without mass
-    have unit length in the scaled coordinates."""
+    """Vectors (n, m) before scaling, the largest entry real and positive, of unit mass x^H M x;
+    those without mass have unit length in the scaled coordinates."""
     mass = np.abs(np.sum(scaled.conj() * (problem.M @ scaled), axis=0))
     length = np.where(mass == 0, np.linalg.norm(scaled, axis=0), np.sqrt(mass))
     vectors = problem.scale[:, None] * scaled
     largest = vectors[np.argmax(np.abs(vectors), axis=0), np.arange(scaled.shape[1])]
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore"):  # NaN of vectors that are not known
         vectors = vectors * (np.abs(largest) / largest / length)
     vectors.setflags(write=False)
     return vectors

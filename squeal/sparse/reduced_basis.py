@@ -52,7 +52,12 @@ class ErrorBounds(NamedTuple):
 def root_error_bounds(
     values: ComplexArray, slope: ComplexArray, truncation: ComplexArray, uncertainty: Array
 ) -> ErrorBounds:
-    """How far roots of a projected problem may be from those of the full one, by first order.
+    """How far roots of a projected problem may be from those of the full one.
+
+    First-order perturbation theory in modal coordinates: the entries D_ij = slope^-1 truncation
+    couple root i and root j as a matrix would. D_ii moves root i itself; with d = D_ij D_ji two
+    roots at a gap g move by |g - sqrt(g^2 - 4 d)| / 2, which is at most 2 d / g while they repel
+    (4 d <= g^2), and sqrt(d) where they meet. The error is the sum.
 
     Parameters
     ----------
@@ -74,15 +79,14 @@ def root_error_bounds(
     with np.errstate(invalid="ignore", over="ignore"):
         D = np.abs(inverse @ truncation) + np.abs(inverse) @ uncertainty
         gaps = np.abs(np.subtract.outer(values, values))
-        products = D * D.T
+        products = D * D.T  # d
         np.fill_diagonal(products, 0.0)
-        # two roots at a gap g that a product d couples move by |g - sqrt(g^2 - 4 d)| / 2, which is
-        # at most 2 d / g while they repel (4 d <= g^2), and sqrt(d) where they meet
         repelled = np.full_like(gaps, np.inf)
         np.divide(2 * products, gaps, out=repelled, where=gaps > 0)
         errors = np.diag(D) + np.minimum(np.sqrt(products), repelled).sum(axis=1)
     np.fill_diagonal(gaps, np.inf)
-    # the nearest root may come as far towards it
+    # alone on the axis, a root of an undamped problem cannot leave it: roots leave in pairs. The
+    # nearest one may come as far towards it
     is_alone = 2 * errors < gaps.min(axis=1, initial=np.inf)
     return ErrorBounds(np.nan_to_num(errors, nan=np.inf), (values.real == 0.0) & is_alone)
 
@@ -165,15 +169,15 @@ class ReducedBasis:
     """The right and left modes that have been added, and the pencil of their states.
 
     `modes` are in the coordinates of a projection. `left` and `right` (d, k) are combinations of
-    them, one for each state that is kept: those of the largest singular values of the pencil at a
+    them, one for each of k states: those of the largest singular values of the pencil at a
     shift beside the centre of the region, and at the middle one of the points along the range of
     the parameters. `system` is that pencil in these states, a system of the first order with k rows
     (its C is the pencil's B, its K the pencil's A). `velocities` (d, k) are those of the right
     states, whose displacements are `right`.
 
-    These follow from the modes: `grow` sets them anew. `shift` is the one beside the centre of
-    `region`, `estimated_region` is `region` widened, and `residuals` estimates residuals of vectors
-    in the coordinates of the projection.
+    These follow from the modes: `grow` sets them anew, and without any mode there are none. `shift`
+    is the one beside the centre of `region`, `estimated_region` is `region` widened, and
+    `residuals` estimates residuals of vectors in the coordinates of the projection.
     """
 
     system: TermSystem
@@ -221,7 +225,6 @@ class ReducedBasis:
         modes = modes_at(middle, None)
         for end in (0, last):
             modes = modes.joined(modes_at(points[end], None))
-        # always with the middle, where the pencil is made the unit matrix: modes are of any point
         while len(modes.values) and self.grow(modes, middle):
             estimates = [self.estimate(changes) for changes in points]
             ratios = [estimate.shares_of_allowed() for estimate in estimates]
@@ -236,21 +239,22 @@ class ReducedBasis:
     def grow(self, modes: Roots, middle: Changes) -> bool:
         """Add right and left modes of the projection; False if the basis has their states.
 
-        middle: the parameters at which `left` and `right` make the pencil at the shift the unit
-        matrix.
+        As in a Loewner realisation, the states are those of the largest singular values of the
+        pencil, in combinations that make it the unit matrix at the shift and at the parameters
+        `middle` (whichever the modes are of).
         """
         self.modes = self.modes.joined(modes)
         z = self.modes.values
         products = projected(self.projection, self.modes.left, self.modes.right)
         # the pencil of the module's head between left mode i and right mode j:
         # B = (z_i + z_j) M + C and A = K - z_i z_j M
-        by_root = list(products.C)
-        constant = list(products.K)
+        terms_of_B = list(products.C)
+        terms_of_A = list(products.K)
         for term in products.M:
-            by_root.append(Term(np.add.outer(z, z) * term.matrix, term.factor))
-            constant.append(Term(-np.outer(z, z) * term.matrix, term.factor))
+            terms_of_B.append(Term(np.add.outer(z, z) * term.matrix, term.factor))
+            terms_of_A.append(Term(-np.outer(z, z) * term.matrix, term.factor))
         massless = Term(np.zeros((len(z), len(z))))
-        pencil = replace(products, M=(massless,), C=tuple(by_root), K=tuple(constant))
+        pencil = replace(products, M=(massless,), C=tuple(terms_of_B), K=tuple(terms_of_A))
         _, B, A = pencil.at(middle)
         left, sizes, right = np.linalg.svd(self.shift * B + A)
         size = int(np.sum(sizes > DROPPED * sizes[:1]))
@@ -261,10 +265,10 @@ class ReducedBasis:
         right = right[:size].conj().T / balance
         self.left = self.modes.left @ left
         self.right = self.modes.right @ right
-        # of each state: its displacements combine modes x as `right` does, its velocities z x
+        # of each state: displacements combine the modes x, velocities combine z x
         self.velocities = (self.modes.right * z) @ right
         self.system = projected(pencil, left, right)
-        # `estimate` takes what y^H P x holds inside of the projection from these
+        # for y^H P x inside of the projection, see `estimate`
         self._products = np.array([left.conj().T @ term.matrix @ right for term in products.terms])
         self._mode_residuals = self.residuals.of_modes(self.left, self.right)
         return True
@@ -275,22 +279,27 @@ class ReducedBasis:
 
     def _roots_in(self, region: Rectangle, changes: Changes) -> Roots:
         """The roots in a region, those left out whose velocity is not lambda times displacement:
-        no mode has such a state."""
+        no mode has such a state.
+
+        Of (lambda B + A) x = 0, with at_shift = shift B + A, as eigenvalues theta =
+        1 / (shift - lambda) of at_shift^-1 B.
+        """
         from scipy.linalg import eig
 
         _, B, A = self.system.at(changes)
         at_shift = self.shift * B + A
-        # theta = 1 / (shift - lambda)
         theta, left, right = eig(np.linalg.solve(at_shift, B), left=True)
         sizes = np.abs(theta)
         # theta that are zero to rounding are infinite roots
         is_finite = sizes > EPS * sizes.max(initial=0.0)
         values = self.shift - 1.0 / np.where(is_finite, theta, 1.0)
         is_chosen = is_finite & region.contains(values)
+        # y^H at_shift^-1 B = theta y^H: the left vector of the pencil is at_shift^-H y
+        left_of_pencil = np.linalg.solve(at_shift.conj().T, left[:, is_chosen])
         roots = Roots(
             values=values[is_chosen],
             right=right[:, is_chosen],
-            left=np.asarray(np.linalg.solve(at_shift.conj().T, left[:, is_chosen]), dtype=complex),
+            left=np.asarray(left_of_pencil, dtype=complex),
         )
         displacements = self.right @ roots.right
         differences = self.velocities @ roots.right - displacements * roots.values
@@ -320,9 +329,9 @@ class ReducedBasis:
         # products (SKETCH, m) with the residuals: S.T @ R estimates their product through F^-1
         S = _sketched_residuals(probes.left, left, weights)
         R = _sketched_residuals(probes.right, right, weights)
-        # y_i^H P x_j, which vanishes as far as velocities are lambda x
+        # y_i^H P(z_j) x_j, which would vanish if velocities were exactly z x: an error as well
         inside = left.T @ _sketched_residuals(self._products, right, weights)
-        share = UNCERTAINTY + sketch.series
+        share = UNCERTAINTY + sketch.series  # of the product of both norms
         bounds = root_error_bounds(
             values,
             slope=left.T @ self.system.at(changes)[1] @ right,

@@ -61,7 +61,7 @@ MARGIN = 0.04  # of a region's size: what lies so close to it is sampled too
 
 @dataclass(frozen=True, eq=False)
 class Complement:
-    """The directions outside of an orthonormal basis V (n, d), F-orthogonal to it."""
+    """The directions outside of an orthonormal basis V (n, d): those x with V' F x = 0."""
 
     basis: Array
     projected: NDArray  # V' F V
@@ -71,12 +71,14 @@ class Complement:
     def contraction(self, P: csc_array) -> float:
         """The largest |eigenvalue| of T = 1 - F^-1 P in these directions, by power iteration.
 
-        Below 1 T contracts, and these directions add no root to those of the projection onto V.
+        Below 1 T contracts: P is regular in these directions (Neumann series), and they add no root
+        to those of the projection onto V.
         """
         start = np.random.default_rng(1).standard_normal((len(self.basis), 3))
         x = start.astype(complex)
         for _ in range(1 + POWERS):
             x = x - self.factor.solve(P @ x)
+            # less the part inside of V: x - V (V' F V)^-1 V' F x
             inside = np.linalg.solve(self.projected, multiply(self.basis.T, self.matrix @ x))
             x = x - multiply(self.basis, inside)
             size = np.linalg.norm(x, axis=0)
@@ -84,8 +86,8 @@ class Complement:
         return float(size.max())
 
     def contraction_in(self, region: Rectangle, problem: Quadratic) -> float:
-        """The larger contraction of P at the two right corners of a region in the upper half plane,
-        where roots grow fastest."""
+        """The larger contraction of P at two corners of a region in the upper half plane: those on
+        the right, where roots grow fastest."""
         corners = (
             complex(region.high_real, max(region.low_imag, 0.0)),
             complex(region.high_real, max(abs(region.low_imag), abs(region.high_imag))),
@@ -143,6 +145,7 @@ class Reduction:
         full = self.scaled.system
         terms = []
         for k, (term, A) in enumerate(zip(full.terms, self._matrices, strict=True)):
+            # only the rows and columns of the new vectors are computed
             before = self.system.terms[k].matrix if old.size else np.zeros((0, 0))
             terms.append(Term(grown(before, A, old, new), term.factor))
         end_of_M = len(full.M)
@@ -162,7 +165,7 @@ class Reduction:
 
         Modes of the basis are corrected by the factor of the first sample where the contraction
         shows that none is missed; elsewhere, and if they are to be counted (`certify`), they are
-        computed by Krylov subspaces.
+        computed by Krylov subspaces. The first sample keeps its factor and adds its rough vectors.
         """
         problem = self.scaled.at(changes)
         roots = modes_in(problem, region).roots if certify else self._corrected(problem, region)
@@ -185,7 +188,7 @@ class Reduction:
             return None
         changes, shift, factor = self._factorised
         M, C, K = self.system.at(changes)
-        complement = Complement(
+        complement = Complement(  # with P at the first sample for F
             basis=self.vectors,
             projected=shift * (shift * M + (0.0 if C is None else C)) + K,
             matrix=self.scaled.at(changes).at(shift),
@@ -211,18 +214,19 @@ class Reduction:
         It is assumed to be one that approximates another, and its entries are known as far as the
         projected ones of that are.
         """
-        sizes = np.abs(self.scaled.scale[:, None] * self.vectors)
+        sizes = np.abs(self.scaled.scale[:, None] * self.vectors)  # of V in unscaled coordinates
 
-        def bound(matrix: Matrix) -> Matrix:
-            return sizes.T @ (matrix @ sizes)
+        def bound(errors: Matrix) -> Matrix:
+            """|V|' errors |V|, a bound of the errors of V' A V."""
+            return sizes.T @ (errors @ sizes)
 
-        def projected(full: Sequence[Term], reduced: Sequence[Term]) -> tuple[Term, ...]:
+        def with_errors(full: Sequence[Term], reduced: Sequence[Term]) -> tuple[Term, ...]:
             terms = []
             for term, small in zip(full, reduced, strict=True):
                 terms.append(replace(term.mapped(bound, bound), matrix=small.matrix))
             return tuple(terms)
 
-        M, C, K = map(projected, self.scaled.system.parts, self.system.parts)
+        M, C, K = map(with_errors, self.scaled.system.parts, self.system.parts)
         system = replace(self.system, M=M, C=C, K=K)
         return system.assuming("a reduced system approximates the roots of its band or region")
 
@@ -254,7 +258,8 @@ class Reduction:
         """A bound of the norm of the full K, whose rounding the reduced one carries."""
         p = self.system.values(changes)
         factors = [abs(term.factor.value(p)) for term in self.system.K]
-        return float(np.dot(factors, self._norms[-len(factors) :]))
+        norms = self._norms[-len(factors) :]  # those of the terms of K are the last ones
+        return float(np.dot(factors, norms))
 
     def roots(
         self, changes: Changes, left: bool = False, values: ComplexArray | None = None
@@ -328,7 +333,7 @@ def reduce_system(
     """
     reduction = kind(scaled, region)
     wide = region.widened(MARGIN)
-    # the samples by the index of their value: whether the roots of the full problem were counted
+    # of each sample, by the index of its value: whether the roots of the full problem were counted
     is_counted: dict[int, bool] = {}
 
     def sample(k: int, where: Rectangle, certify: bool = False) -> None:
@@ -343,14 +348,14 @@ def reduce_system(
             _sample_around(reduction, values[k], wide)
     while True:
         residuals = [reduction.residuals(reduction.roots(p), p) for p in values]
-        # at a sample the basis holds the full modes: a root of large residual is none of them
+        # at a sample the basis holds the full modes: a root of large residual is none of them,
+        # unless the sample missed it, which a count shows
         spurious = {k: int(np.sum(residuals[k] > SPURIOUS)) for k in is_counted}
-        # ... unless the sample missed it, which a count shows
         doubtful = [k for k in is_counted if spurious[k] and not is_counted[k]]
         if doubtful:
             sample(doubtful[0], region, certify=True)
             continue
-        for k in is_counted:
+        for k in is_counted:  # spurious roots need no sample
             residuals[k] = residuals[k][residuals[k] <= SPURIOUS]
         worst = np.array([np.max(of_value, initial=0.0) for of_value in residuals])
         unsolved = worst.copy()

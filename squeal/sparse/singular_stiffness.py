@@ -37,8 +37,8 @@ def singular_stiffness(
     """Where K of real matrices becomes singular over the free parameter: a real root passes zero.
 
     The range is halved, as far as the constants allow, into parts at whose ends the determinant has
-    the same sign and in which 1 - K(middle)^-1 K contracts. A singular K that was located is cut
-    out of its part.
+    the same sign and in which 1 - K(middle)^-1 K contracts, so that K is regular (Neumann series).
+    A singular K that was located is cut out of its part.
 
     Parameters
     ----------
@@ -69,13 +69,13 @@ def singular_stiffness(
         contracts = stiffness.contracts(a, b, close)
         if contracts and not close:  # no sign can have changed
             continue
-        changes = stiffness.sign(a) * stiffness.sign(b) < 0.0
-        if contracts and not changes:
+        sign_changes = stiffness.sign(a) * stiffness.sign(b) < 0.0
+        if contracts and not sign_changes:
             continue
-        shortest = edge if changes else SHORTEST_PART * span
-        is_last = b - a <= shortest or len(parts) >= PARTS
+        shortest = edge if sign_changes else SHORTEST_PART * span
+        is_last = b - a <= shortest or len(parts) >= PARTS  # it is not halved
         crossing = None
-        if changes or is_last:
+        if sign_changes or is_last:
             crossing = singular_between(scaled, a, b, edge)
         if crossing and all(abs(crossing.value - known.value) > edge for known in crossings):
             crossings.append(crossing)
@@ -86,7 +86,7 @@ def singular_stiffness(
         elif not is_last:
             middle = stiffness.middle(a, b)
             parts += [(a, middle), (middle, b)]
-        elif changes:
+        elif sign_changes:
             where = f"{stiffness.name} = {a:.6g} and {b:.6g}"
             unclear.append(f"a real root passes zero between {where} and was not located")
     return crossings, unclear
@@ -156,8 +156,8 @@ def singular_between(
     """Where K of real matrices is singular between two values of the free parameter, with its unit
     null vectors x, y.
 
-    By Newton's method on y' K(p) x = 0 from the middle, until a step is far below `near`; None if
-    it leaves the interval or does not converge.
+    By Newton's method on y' K(p) x = 0 from the middle, alternating with inverse iteration for x
+    and y, until a step is far below `near`; None if it leaves the interval or does not converge.
     """
     name = scaled.system.parameter
     value = (low + high) / 2
@@ -167,8 +167,8 @@ def singular_between(
         slope = scaled.slope(name, {name: value}, 0.0)
         with suppress(ZeroDivisionError), np.errstate(all="ignore"):
             factor = factorise(K)
-            # inverse iteration: null vectors of K + m dK/dp for the smallest m; where K is exactly
-            # singular x and y stay as they were
+            # inverse iteration on the pencil (K, dK/dp): null vectors of K + m dK/dp for the
+            # smallest m; where K is exactly singular x and y stay as they were
             for _ in range(3):
                 x = factor.solve(slope @ x)
                 y = factor.solve(slope.T @ y, transposed=True)
