@@ -42,6 +42,7 @@ class Cell(NamedTuple):
         between the first two corners.
         """
         has_middles = len(nodes) == self.corners + len(self.edges)
+        # index of the middle's node among those of the element, by the two corners in either order
         middle_of_edge = {frozenset(edge): k for k, edge in enumerate(self.edges, self.corners)}
         for face in self.faces:
             indices = list(face)
@@ -86,6 +87,7 @@ def cell_name(keyword: Sequence[str]) -> str:
         if option.startswith("TYPE"):
             element_type += option.split("=")[-1].strip()
     for name, cell in CELLS.items():
+        # behind the number of nodes: variants such as R (reduced integration) or S4R5
         if re.fullmatch(f"({cell.types})[A-Z]*5?", element_type):
             return name
     return ""

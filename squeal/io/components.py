@@ -151,7 +151,7 @@ def assembly_file(
         path = folder / component["file"]
         file = read_component(path)
         body = _component(name, component, file, at / "components" / name, folder, values)
-        assert file.coordinates is not None  # or the component were refused
+        assert file.coordinates is not None  # `_component` refuses one without
         components[name] = _LocatedComponent(body, file.coordinates)
         for origin in file.origins:
             origins.append(origin._replace(part=f"{name}.{origin.part}"))
@@ -167,13 +167,16 @@ def assembly_file(
             inputs.append(folder / contact["pairs"]["file"])
     all_bodies = [component.body for component in located]
     if "cutoff" in keys and all(body.residual_flexibility is not None for body in all_bodies):
-        words = "is not allowed; all components are reduced already, up to"
-        raise (at / "cutoff").refuse(f"{words} {min(body.cutoff for body in all_bodies):g} Hz")
+        lowest = min(body.cutoff for body in all_bodies)
+        raise (at / "cutoff").refuse(
+            f"is not allowed; all components are reduced already, up to {lowest:g} Hz"
+        )
 
     def join(bodies: Sequence[Component], values: Changes, cutoff: float | None) -> Assembly:
-        """Join the components in contact at some values of the parameters.
+        """Join components, reduced or not, in contact at some values of the parameters.
 
-        The assembly can be joined anew at other values, by what it has reduced already.
+        At other values the assembly joins its own, reduced components: loads, contacts and the seat
+        alone are made anew.
         """
         contacts = []
         for number, contact in enumerate(keys["contact"], 1):
@@ -185,19 +188,19 @@ def assembly_file(
             assembly = assemble(bodies, contacts, values, parameter, name, cutoff)
 
         def join_at(changes: Changes) -> Assembly:
-            changed = {**values, **changes}
+            new_values = {**values, **changes}
             loaded = []
             for body in assembly.components:
                 place = at / "components" / body.name
                 load = keys["components"][body.name].get("load")
-                loaded.append(_loaded_anew(body, load, place, values, changed))
-            return join(loaded, changed, None)  # what is reduced is not reduced again
+                loaded.append(_loaded_anew(body, load, place, values, new_values))
+            return join(loaded, new_values, None)  # what is reduced is not reduced again
 
         return replace(assembly, joined_at=join_at)
 
     cutoff = keys.get("cutoff")
     if cutoff is None and band is not None:
-        cutoff = 2 * band[1]
+        cutoff = 2 * band[1]  # Hz, as the key's default says
     assembly = join(all_bodies, values, cutoff)
     return SystemFile(
         assembly.system,
@@ -219,7 +222,8 @@ def _warn_of_other_units(at: Place, components: Sequence[_LocatedComponent]) -> 
     for body, coordinates in components:
         mass, _ = coordinates.mass_and_centre(body.system.frozen().at()[0])
         size = float(np.ptp(coordinates.places, axis=0).max(initial=0.0))
-        if body.rows is not None or mass <= 0.0 or size <= 0.0:  # of reduced rows there is no mass
+        is_reduced = body.rows is not None  # its rows inside move no node, and show no mass
+        if is_reduced or mass <= 0.0 or size <= 0.0:
             continue
         name = body.system.name
         density = mass / size**3
@@ -278,10 +282,13 @@ def _component(
         reduced = keys["reduced"]
         with (at / "reduced" / "residual_flexibility").named():
             flexibility = read_matrix(folder / reduced["residual_flexibility"]).matrix
+            # a block of rows for each term, and perhaps for each transposed one
             size = len(body.system.terms) * body.system.n
             if flexibility.shape[0] not in (size, 2 * size):
-                words = f"it must have {size} or {2 * size}, as `export` wrote it"
-                raise InputError(f"{flexibility.shape[0]} rows are not allowed; {words}")
+                raise InputError(
+                    f"{flexibility.shape[0]} rows are not allowed; it must have {size} or "
+                    f"{2 * size}, as `export` wrote it"
+                )
         body = replace(
             body,
             rows=reduced["rows"],
@@ -301,9 +308,9 @@ def _component(
 
 
 def _loaded_anew(
-    body: Component, load: Document | None, at: Place, values: Changes, changed: Changes
+    body: Component, load: Document | None, at: Place, values: Changes, new_values: Changes
 ) -> Component:
-    """A component that was loaded at some `values`, under its load at `changed` ones.
+    """A component that was loaded at some `values`, under its load at new ones.
 
     Only the factor of the load depends on parameters; the body may be reduced, so that its load is
     multiplied by the ratio of both factors. load: the keys of the load, None without one. Raises
@@ -314,7 +321,7 @@ def _loaded_anew(
     factor_before = _formula_value(load, "factor", at / "load", values)
     if not factor_before:
         raise (at / "load" / "factor").refuse("is 0; another value is needed where it changes")
-    ratio = _formula_value(load, "factor", at / "load", changed) / factor_before
+    ratio = _formula_value(load, "factor", at / "load", new_values) / factor_before
     return replace(body, load=ratio * body.load)
 
 
@@ -333,7 +340,7 @@ def _contact(
     for key, value in keys.items():
         if key not in ("pairs", "distance", "faces"):
             arguments[key] = value
-    points: dict[str, Any]  # arguments that the table or the faces give
+    points: dict[str, Any]  # arguments of `Contact` that the table or the faces give
     if "pairs" in keys:
         points = _table_of_pairs(folder / keys["pairs"]["file"])
     elif "faces" in keys:
@@ -346,10 +353,10 @@ def _contact(
         if key in arguments:
             arguments[key] = _formula_value(arguments, key, at, values)
     for key in sorted(arguments.keys() & points.keys()):
-        if key != "gap":  # lengths add
+        if key != "gap":
             giver = "faces, which give it" if "faces" in keys else "columns of pairs that give it"
             raise (at / key).refuse(f"is not allowed beside {giver}")
-        arguments[key] += points[key]
+        arguments["gap"] += points["gap"]
     with at.named():
         return Contact(**points | arguments)
 
@@ -415,10 +422,10 @@ def _table_of_pairs(path: Path) -> dict[str, Any]:
         used.update(NORMAL_COLUMNS)
     unused = heads - used
     if unused:
-        words = "no use is made of them; area, gap and all of nx, ny, nz have one"
+        usable = "area, gap and all of nx, ny, nz have one"
         if "point" in heads:
-            words += ", and beside point all of x, y, z"
-        at.warn(f"columns {', '.join(sorted(unused))}: {words}")
+            usable += ", and beside point all of x, y, z"
+        at.warn(f"columns {', '.join(sorted(unused))}: no use is made of them; {usable}")
     return arguments
 
 

@@ -86,7 +86,7 @@ class Coordinates:
         return moved
 
     def mass_and_centre(self, M: Matrix) -> tuple[float, tuple[float, ...]]:
-        """The mass that translations move, in the unit of M (n, n), and its centre (3,).
+        """The mass that translations move, in the unit of M (n, n), and its centre (3,), m.
 
         Both are means over the directions that have rows; without a mass the centre is NaN.
         """
@@ -95,7 +95,7 @@ class Coordinates:
         has_rows = [direction for direction in range(3) if direction in self.directions]
         for direction in has_rows:
             translation = (self.directions == direction).astype(float)
-            mass_of_rows = translation * (M @ translation)
+            mass_of_rows = translation * (M @ translation)  # lumped: row sums of this direction
             masses.append(float(mass_of_rows.sum()))
             moments.append(mass_of_rows @ self.places[self.nodes])
         total = sum(masses)
@@ -155,6 +155,7 @@ def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] = 
             raise (here / "node").must_be("", "the name of a node")
         line_names.append(name)
         line_places.append([number_in(cells[axis], here / axis) for axis in "xyz"])
+    # of each node its name and the first line that names it; of each line its node
     names, first_lines, node_of_line = np.unique(line_names, return_index=True, return_inverse=True)
     places = np.array(line_places)[first_lines]
     for line, node in enumerate(node_of_line.tolist()):
@@ -165,7 +166,7 @@ def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] = 
     else:
         nodes = node_of_line
         directions = np.array(line_directions)
-    of_rows = np.flatnonzero(directions != FIXED)  # labels are of rows alone
+    of_rows = np.flatnonzero(directions != FIXED)  # all of them, if labels give the rows
     if len(of_rows) != rows:
         counted = "labels" if labels else "lines"
         raise at.refuse(f"{len(of_rows)} {counted}; the system's {rows} rows need one each")
@@ -198,16 +199,16 @@ def _rows_by_labels(
     needed = {node for node, _ in labels if node > 0}
     missing = sorted(node for node in needed if str(node) not in index_of_name)
     if missing:
-        words = f"no line for {len(missing)} nodes of the matrices, the first is {missing[0]}"
+        refusal = f"no line for {len(missing)} nodes of the matrices, the first is {missing[0]}"
         if len(missing) == len(needed):
-            raise at.refuse(words)
-        at.warn(f"{words}; they have no place in mode shapes")
+            raise at.refuse(refusal)
+        at.warn(f"{refusal}; they have no place in mode shapes")
     nodes = []
     directions = []
     for node, freedom in labels:
         index = index_of_name.get(str(node))
         is_displacement = index is not None and 1 <= freedom <= 3
-        nodes.append(index or 0)
+        nodes.append(index or 0)  # a node without a line: any, since nothing moves it
         directions.append(freedom - 1 if is_displacement else NO_DIRECTION)
     return np.array(nodes), np.array(directions)
 

@@ -113,7 +113,7 @@ def _refuse_other_load(line: DeckLine) -> None:
     Along those axes forces would act. Raises InputError.
     """
     name = line.keyword[0].replace(" ", "")
-    is_moved = False
+    is_moved = False  # a boundary by a displacement: node, first and last dof, amount
     if name == "*BOUNDARY" and line.step > 0 and len(line.cells) > 3:
         is_moved = number_in(line.cells[3] or "0", line.at) != 0.0
     if is_moved or name in OTHER_LOADS:

@@ -30,6 +30,7 @@ def unit_displacements(coordinates: Coordinates, shape: NDArray) -> NDArray[np.c
     Their common phase is the one that makes the real parts largest.
     """
     u = coordinates.displacements(np.asarray(shape, dtype=complex))
+    # the sum of squared real parts less that of imaginary ones is Re sum u^2, largest if it is real
     in_phase = u * np.exp(-0.5j * np.angle(np.sum(u * u)))
     largest = float(np.sqrt(np.max(np.sum(np.abs(in_phase) ** 2, axis=1))))
     if not largest > 0:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import h5py
 
 NESTED = 8  # structs within structs that are looked into
+COMPLEX = 0x08  # among the flags of an array
 NUMBER_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4"}  # of data elements
 NUMBER_TYPES |= {7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 
@@ -129,7 +130,8 @@ def _elements(data: bytes, order: str) -> list[_Element]:
         elif kind == ElementType.COMPRESSED:
             end = start + size
         else:
-            end = start + size + -size % 8
+            padding = -size % 8
+            end = start + size + padding
         content = data[start : min(start + size, end)]
         if not 1 <= kind <= 18 or len(content) != size:
             raise ValueError
@@ -148,7 +150,7 @@ def _array(data: bytes, order: str, prefix: str) -> Iterator[tuple[str, Matrix]]
     flag_word, _ = np.frombuffer(flags.data, f"{order}u4").tolist()
     shape = np.frombuffer(dimensions.data, f"{order}i4").tolist()
     array_class = flag_word & 0xFF  # the lowest byte; the flags stand in the next one
-    is_complex = bool(flag_word >> 11 & 1)
+    is_complex = bool(flag_word >> 8 & COMPLEX)
     full_name = prefix + name.data.decode("latin-1")
     if not full_name or len(shape) != 2:
         return

@@ -222,7 +222,8 @@ def is_half(matrix: csc_array) -> bool:
     off_diagonal = rows != columns
     pairs = [rows[off_diagonal], columns[off_diagonal]]
     lower, upper = np.sort(pairs, axis=0).astype(np.int64)
-    codes = np.sort(lower * matrix.shape[0] + upper)  # np.unique takes 20 times as long
+    # an entry and its mirror image have one code; np.unique takes 20 times as long
+    codes = np.sort(lower * matrix.shape[0] + upper)
     return bool(np.all(np.diff(codes)))
 
 

@@ -64,7 +64,7 @@ def read_matrix_market(path: Path) -> MatrixFile:
         positions = indices.T - 1
     elif general:
         positions = np.array(np.unravel_index(np.arange(count), (rows, columns), order="F"))
-    else:  # column by column of the lower triangle
+    else:  # the lower triangle column by column is the upper one row by row, mirrored
         positions = np.array(np.triu_indices(rows, int(skew)))[::-1]
     values = _values(entry_type, numbers)
     matrix, assumptions = sum_entries(path, positions, values, (rows, columns))
