@@ -6,16 +6,19 @@ squeal report brake.yaml --band 500:5000 --output brake.html
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 import squeal
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import take, take_files, whole
+from squeal.cli.options import take, take_files
 from squeal.cli.streams import steps
-from squeal.io.coordinates import Coordinates
 from squeal.io.scene import Scene
-from squeal.io.tables import read_table
+from squeal.io.tables import read_table, row_in
+
+if TYPE_CHECKING:
+    from squeal.io.system import SystemFile
 
 
 def options(parser: Parser) -> None:
@@ -29,7 +32,7 @@ def run(given: argparse.Namespace) -> Reply:
     subject = given.source.subject()
     parts = None
     if given.parts is not None:
-        parts = _read_parts(given.parts, getattr(subject, "coordinates", None))
+        parts = _read_parts(given.parts, subject)
     answer = squeal.report(
         subject, given.high, given.band, given.memory, progress=steps(), parts=parts
     )
@@ -38,11 +41,16 @@ def run(given: argparse.Namespace) -> Reply:
     return Reply.of(answer, warnings_in_reply=isinstance(subject, Scene))
 
 
-def _read_parts(path: Path, coordinates: Coordinates | None) -> dict[str, list[int]]:
+def _read_parts(path: Path, subject: "Scene | SystemFile") -> dict[str, list[int]]:
     """The rows of each part, of which a table names a node a line, without coordinates a row.
 
-    Raises InputError.
+    Rows of a pad are x, y and theta. Raises InputError.
     """
+    count = 3
+    coordinates = None
+    if not isinstance(subject, Scene):
+        count = subject.system.n
+        coordinates = subject.coordinates
     head = "row" if coordinates is None else "node"
     node_of_name = {}
     if coordinates is not None:
@@ -53,8 +61,7 @@ def _read_parts(path: Path, coordinates: Coordinates | None) -> dict[str, list[i
         rows = parts.setdefault(line["part"].strip(), [])
         name = line[head].strip()
         if coordinates is None:
-            with (at / head).named():
-                rows.append(whole(0)(name))
+            rows.append(row_in(name, at / head, count))
         elif name in node_of_name:
             rows += np.flatnonzero(coordinates.nodes == node_of_name[name]).tolist()
         else:

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from squeal.io.coordinates import DIRECTIONS, DOF, Coordinates
 from squeal.io.surfaces import deck_sets, named_face, read_surface, surface_of
-from squeal.io.tables import DeckLine, deck_lines, number_in, read_table
-from squeal.schema import Place, Whole
+from squeal.io.tables import DeckLine, deck_lines, number_in, read_table, row_in
+from squeal.schema import Place
 from squeal.sparse.components import Component
 from squeal.sparse.contact_faces import Surface, forces_of_pressure
 
@@ -54,10 +54,8 @@ def _loaded_rows(
     and dof. Raises InputError.
     """
     if "row" in cells:
-        text = cells["row"].strip()
-        number = int(text) if text.isdecimal() else text  # a text is refused as no whole number
         count = body.system.n + len(coordinates.supports)
-        index = Whole(1, count).read(number, at / "row") - 1
+        index = row_in(cells["row"], at / "row", count)
         return np.flatnonzero(np.delete(np.arange(count), coordinates.supports) == index)
     with at.named():
         rows = body.rows_of([cells["node"]])[0]

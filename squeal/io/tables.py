@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from squeal.io.cells import cell_name
-from squeal.schema import ANY, NOT_NEGATIVE, Kind, Place, read_content
+from squeal.schema import ANY, NOT_NEGATIVE, Kind, Place, Whole, read_content
 
 MOST_NODES = 20  # of an element that are read: corners, and middles of edges
 # keywords of a deck, without blanks, that say what is not read
@@ -110,6 +110,13 @@ def number_in(text: str, at: Place, kind: Kind = ANY) -> float:
     except ValueError:
         raise at.must_be(text, kind.named) from None
     return float(kind.read(number, at))
+
+
+def row_in(text: str, at: Place, count: int) -> int:
+    """The index of the row of a number from 1 to `count` in a cell. Raises InputError."""
+    text = text.strip()
+    number = int(text) if text.isdecimal() else text  # a text is refused as no whole number
+    return Whole(1, count).read(number, at) - 1
 
 
 def read_over_frequency(path: Path, names: Sequence[str], optional: str = "") -> list[list[float]]:

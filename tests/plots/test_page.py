@@ -313,14 +313,14 @@ def test_parts_store_the_energy(capsys, tmp_path):
     text = "parameters: {mu: 1}\nM: [[1, 0], [0, 1]]\nK: [{matrix: [[2, -1], [-1, 2]]}, "
     text += "{matrix: [[0, 1.3333333333333333], [0, 0]], factor: mu}]\n"
     (tmp_path / "pair.yaml").write_text(text)
-    (tmp_path / "parts.csv").write_text("part,row\nleft,0\nright,1\n")
-    (tmp_path / "wrong.csv").write_text("part,row\nleft,2\n")
+    (tmp_path / "parts.csv").write_text("part,row\nleft,1\nright,2\n")
+    (tmp_path / "wrong.csv").write_text("part,row\nleft,3\n")
     code, out, _ = run(capsys, "report", tmp_path / "pair.yaml", "--parts", tmp_path / "parts.csv")
     assert code == 0
     assert words in out
     code, _, err = run(capsys, "report", tmp_path / "pair.yaml", "--parts", tmp_path / "wrong.csv")
     assert code == 2
-    assert "left" in err
+    assert "row: 3 is not allowed; it must be a whole number from 1 to 2" in err
 
 
 @pytest.mark.parametrize("damping", [0.244, 0.246])
