@@ -98,6 +98,10 @@ class Balls:
         radius_underflows = (self.rad > 0.0) & (rad < TINY)
         return Balls(mid, np.where(midpoint_underflows | radius_underflows, upper(rad, 1), rad))
 
+    def widened(self, errors: Floats) -> Balls:
+        """The balls with radii that are larger by errors (n, m); exact entries stay so without."""
+        return Balls(self.mid, np.where(errors > 0.0, upper(self.rad + errors, 2), self.rad))
+
     def plus(self, other: Balls) -> Balls:
         """The sum."""
         mid = self.mid + other.mid

@@ -101,11 +101,10 @@ class Terms:
                 X = doubles(np.asarray(term.matrix))
                 if not X.imag.any():
                     X = X.real
-                radii = half_widths(X, self.data)
+                entries = Balls(X, half_widths(X, self.data))
                 if term.errors is not None:
-                    errors = np.asarray(term.errors)
-                    radii = np.where(errors > 0.0, upper(radii + errors, 2), radii)
-                matrices.append(Balls(X, radii))
+                    entries = entries.widened(np.asarray(term.errors))
+                matrices.append(entries)
         object.__setattr__(self, "_balls", balls)
 
     @property

@@ -84,17 +84,12 @@ class Data:
 
         Raises ValueError where an entry is no double.
         """
-        from squeal.proof.balls import Balls, Quadratic, upper  # scenes start without it
+        from squeal.proof.balls import Balls, Quadratic  # scenes start without it
 
         if self.radii is None:
             return Quadratic.of(M, C, K, self.words)
         system = Quadratic.of(M, C, K, HALF_ULP)
-        balls = []
-        for X, radius in zip(system.parts, self.radii, strict=True):
-            # rounded upwards; exact entries stay as they are
-            wider = np.where(radius > 0.0, upper(X.rad + radius, 2), X.rad)
-            balls.append(Balls(X.mid, wider))
-        mass, damping, stiffness = balls
+        mass, damping, stiffness = map(Balls.widened, system.parts, self.radii)
         return replace(
             system,
             M=mass,
