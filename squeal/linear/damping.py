@@ -260,26 +260,8 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
         # of the products and of the modes, which exact arithmetic must not take for given
         rounding = ROUNDED * n * EPS * norm_of(damping)
         term = Term(damping, rounding=rounding)
-        if undamped.digits is not None:  # an estimate, of modes that stand apart
-            errors = np.full((n, n), _open_share(undamped, M, K) * norm_of(damping))
-            term = dataclasses.replace(term, digits=undamped.digits, errors=errors)
         return dataclasses.replace(system, C=(*system.C, term)), description
     return bordered(system, U), description
-
-
-def _open_share(system: System, M: Matrix, K: Matrix) -> float:
-    """The share of M and K that digits of data leave open, and so of damping that modes make.
-
-    M, K: mass and stiffness (n, n) without friction.
-    """
-    parameters = frictionless(system)
-    share = 0.0
-    for terms, total in ((system.M, M), (system.K, K)):
-        for term in terms:
-            errors = term.data_errors
-            if errors is not None:
-                share += abs(term.factor.value(parameters)) * norm_of(errors) / norm_of(total)
-    return share
 
 
 def bordered(system: System, U: Array, of_stiffness: bool = False) -> System:
