@@ -267,7 +267,9 @@ def _precision_of(term: TermKeys, matrix: Matrix, file: MatrixFile, folder: Path
             f"{term.keys['errors']} is not allowed; it must have {matrix.shape[0]} rows of numbers "
             "of at least 0"
         )
-    return Precision(digits, errors)
+    # no less than what the file of the matrix itself was rounded to leaves open
+    rounded = Term(matrix, digits=of_file.digits, errors=of_file.errors).data_errors
+    return Precision(digits, errors if rounded is None else errors.maximum(rounded))
 
 
 def _read_files(terms: Sequence[TermKeys], folder: Path) -> list[MatrixFile]:

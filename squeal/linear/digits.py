@@ -26,11 +26,6 @@ from squeal.numerics.differentiation import Formula
 NEAR_ZERO = 0.25  # of |lambda|: a root that may move by more may be a double root at zero
 
 
-def has_digits(system: TermSystem) -> bool:
-    """True if some matrix of a system is known to so many digits only."""
-    return system.digits is not None
-
-
 def data_errors(
     system: TermSystem, changes: Mapping[str, float] | None = None
 ) -> tuple[csc_array, csc_array, csc_array]:

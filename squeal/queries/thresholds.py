@@ -357,13 +357,12 @@ def system_thresholds_with_proof(
     InputError
         For an empty range, and with `prove` for a system that cannot be proved.
     """
-    from squeal.linear.digits import has_digits
     from squeal.queries.ranges import PROVED_ROWS, SEARCHES
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.known import thresholds_as_known
     from squeal.queries.systems.matrices import ALL_ROWS
     from squeal.queries.systems.seat import thresholds_as_seated
-    from squeal.queries.systems.sensitivity import widened_by_digits, widened_by_reduction
+    from squeal.queries.systems.sensitivity import widened
     from squeal.queries.systems.thresholds import system_thresholds
     from squeal.queries.systems.verdicts import NO_ROOT
 
@@ -404,10 +403,7 @@ def system_thresholds_with_proof(
         step_ends.append(refuted_at)
     if answer.certified and answer.proof is None and is_small(system):
         answer = _counted_not_proved(answer)
-    if analysis.joined:
-        answer = widened_by_reduction(system, analysis.file.assembly, answer)
-    elif has_digits(system) and (answer.proof or {}).get("status") != "proved":
-        answer = widened_by_digits(system, answer)
+    answer = widened(analysis.file, system, answer)
     answer = thresholds_as_seated(analysis.file, answer)
     answer = thresholds_as_known(analysis.file, answer)
     if is_small(system) and answer.verdict != NO_ROOT:

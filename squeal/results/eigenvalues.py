@@ -302,8 +302,6 @@ class Eigenvalues(Answer):
         """How sure it is that no root is missing, in words."""
         if self.proof_line:
             return self.proof_line
-        if self.certified and self.details.get("basis"):
-            return "certified by a count of the reduced system"
         if self.certified:
             return "certified by a count"
         doubts = self.details.get("doubts")

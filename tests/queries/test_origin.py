@@ -12,6 +12,7 @@ from scipy.sparse import csc_array, eye_array
 
 import squeal
 from squeal.cli.main import main
+from squeal.io.matrices import write_matrix
 from squeal.linear.damping import damped
 from squeal.linear.system import Term, TermSystem, sum_of_terms, without_supports
 from squeal.numerics.differentiation import Formula
@@ -219,10 +220,6 @@ def structural(system):
     return damped(system, structural=0.02)[0]
 
 
-def modal(system):
-    return damped(system, ratios=0.02)[0]
-
-
 def turning(system):
     component = squeal.Component(system, ["1", "1", "2", "2"], [0, 1, 0, 1])
     return component.rotating((0, 0, 1), "speed", {"speed": 3.0}).system
@@ -238,7 +235,7 @@ def held_at_the_last_row(system):
 
 
 @pytest.mark.parametrize(
-    "change", [rayleigh, structural, modal, turning, in_assembly, held_at_the_last_row]
+    "change", [rayleigh, structural, turning, in_assembly, held_at_the_last_row]
 )
 def test_entries_of_a_system_that_is_made_from_another_lie_within_their_errors(change):
     """Of matrices anywhere within half a unit of their digits the new ones lie within theirs."""
@@ -366,6 +363,53 @@ def test_contact_that_is_seated_on_few_digits_is_not_certified():
     found = squeal.eigenvalues(gripped(12340.0, 4))
     assert (found.verdict, found.certified) == ("flutter", False)
     assert "seated on components that are known to 4 digits" in found.proof["reason"]
+
+
+def bonded_chain(K, digits, reduced):
+    """A chain with stiffness K on a bond to a body of its own, kept with all of its modes."""
+    n = len(K)
+    friction = np.zeros((n, n))
+    friction[0, 1] = 3000.0
+    friction[1, 0] = -3000.0
+    K_terms = (Term(K, digits=digits), Term(friction, Formula("mu")))
+    system = TermSystem((Term(np.eye(n)),), (Term(0.5 * np.eye(n)),), K_terms, name="chain")
+    body = squeal.Component(system, [str(i) for i in range(n)], [0] * n)
+    if reduced:
+        body = body.reduced(["0"], cutoff=1e3)
+    contact = squeal.Contact(("chain", "one"), [("0", "a")], (1, 0, 0), 1e-9, bonded=True)
+    return squeal.assemble([body, one()], [contact], {"mu": 0.1})
+
+
+def test_what_reduced_components_of_few_digits_leave_open_holds_both_errors():
+    """Nothing is truncated, so that the error was 1e-9 1/s and that of the digits was forgotten."""
+    K = np.array([[2468.1, -1234.6, 0.0], [-1234.6, 3469.1, -1234.6], [0.0, -1234.6, 4472.3]])
+    rounded_K = np.array([[float(f"{x:.2e}") for x in row] for row in K])
+    exact = bonded_chain(K, None, reduced=False)
+    known = bonded_chain(rounded_K, 3, reduced=True)
+    true_roots = squeal.eigenvalues(exact).values
+    found = squeal.eigenvalues(known)
+    for root in found.eigenvalues:
+        if abs(root.value) < 99.0:  # the body beside it has 100 rad/s
+            assert 1e-4 < np.min(np.abs(true_roots - root.value)) <= root.error
+    assert "the reduction and the digits of the matrices" in str(found)
+    (threshold,) = squeal.thresholds(exact, 2.0).crossings
+    located = squeal.thresholds(known, 2.0)
+    (crossing,) = located.crossings
+    low, high = crossing.interval
+    assert low < threshold.mu < high < low + 0.2
+    assert "the reduction and the digits of the matrices leave open, to first order" in str(located)
+
+
+def test_errors_of_a_file_are_no_less_than_its_own_digits(tmp_path):
+    six_digits(tmp_path)
+    write_matrix(tmp_path / "none.mtx", csc_array((2, 2)))
+    write_matrix(tmp_path / "more.mtx", csc_array(np.full((2, 2), 1e-3)))
+    for errors, most in (("none", 5e-6), ("more", 1e-3)):
+        keys = f"{{file: k.mtx, digits: 12, errors: {errors}.mtx}}"
+        (tmp_path / "s.yaml").write_text(f"M: [[1, 0], [0, 1]]\nK: [{keys}]\n")
+        system = squeal.read_system(tmp_path / "s.yaml").system
+        assert system.K[0].data_errors.toarray() == pytest.approx(np.full((2, 2), most))
+        assert_open_by_digits(system)
 
 
 @pytest.mark.parametrize("suffix", ["memory", "npy", "npz"])

@@ -12,7 +12,6 @@ from squeal.errors import InputError
 from squeal.io.writing import number
 from squeal.linear import Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
-from squeal.linear.digits import has_digits
 from squeal.linear.eigen import growing
 from squeal.linear.matrices import dense
 from squeal.linear.system import System
@@ -199,7 +198,7 @@ def _details(
         "growing_outside": None if outside is None else len(outside),
         "growth_limit": roots.growth_limit,
         "doubts": doubts,
-        "known_by": digits_of_files(file) if has_digits(system) else None,
+        "known_by": digits_of_files(file) if system.digits else None,
     }
     if outside:
         hertz = abs(outside[0].imag) / math.tau

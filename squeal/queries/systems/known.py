@@ -11,12 +11,7 @@ import numpy as np
 
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
-from squeal.linear.digits import (
-    data_errors,
-    has_digits,
-    known_to_digits,
-    rounding_of_sums,
-)
+from squeal.linear.digits import data_errors, known_to_digits, rounding_of_sums
 from squeal.linear.matrices import Array, dense
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
@@ -33,14 +28,35 @@ def error_bounds(
 ) -> Callable[[EigenvalueTuple], EigenvalueTuple] | None:
     """The function that adds to roots (m,) how far their true values may be off, 1/s.
 
-    The error is that of the reduction of components, else that by the digits of the files. None
-    where the entries are exact and nothing was reduced, so that only rounding moves the roots.
+    The error is that of the reduction of components and that by the digits of the files. None where
+    the entries are exact and nothing was reduced, so that only rounding moves the roots.
     """
+    bounds: list[Callable[[EigenvalueTuple], EigenvalueTuple]] = []
     if file.assembly is not None and file.assembly.reduction:
-        return partial(file.assembly.bounded, system)
-    if has_digits(system) and not system.follows:
-        return partial(known_to_digits, system)
-    return None
+        bounds.append(partial(file.assembly.bounded, system))
+    if system.digits and not system.follows:
+        bounds.append(partial(known_to_digits, system))
+    if len(bounds) < 2:
+        return bounds[0] if bounds else None
+    by_reduction, by_digits = bounds
+    return lambda roots: _with_both_errors(by_reduction(roots), by_digits(roots))
+
+
+def _with_both_errors(reduced: EigenvalueTuple, by_digits: EigenvalueTuple) -> EigenvalueTuple:
+    """Roots with the errors of a reduction, which may be unknown, and those by digits together."""
+    known = []
+    for root, other in zip(reduced, by_digits, strict=True):
+        if root.error is not None:
+            rounding = root.rounding + other.rounding
+            has_unknown_sign = 0.0 < abs(root.value.real) <= rounding
+            root = replace(
+                root,
+                error=root.error + (other.error or 0.0),
+                rounding=rounding,
+                open=root.open or other.open or has_unknown_sign,
+            )
+        known.append(root)
+    return tuple(known)
 
 
 def data_of(file: SystemFile, system: TermSystem) -> Data | None:
@@ -55,7 +71,7 @@ def data_of(file: SystemFile, system: TermSystem) -> Data | None:
     """
     if not is_small(system) or (file.assembly is not None and file.assembly.reduction):
         return None
-    if has_digits(system):
+    if system.digits:
         errors: list[Array] = []
         for by_digits, by_sums in zip(data_errors(system), rounding_of_sums(system), strict=True):
             errors.append(by_digits.toarray() + by_sums)
@@ -80,10 +96,14 @@ def _has_structure(system: TermSystem) -> bool:
 
 
 def digits_of_files(file: SystemFile) -> str:
-    """The digits of the files of a system in words, such as "the 6 digits of K.mtx"."""
+    """The digits of the files of a system in words, such as "the 6 digits of K.mtx"; before them
+    the reduction of its components, which moves roots as well."""
     digits_of = {one.file: one.digits for one in file.origins if one.digits is not None}
     words = [f"the {digits} digits of {name}" for name, digits in digits_of.items()]
-    return " and ".join(words) or "the digits of the matrices"
+    words = words or ["the digits of the matrices"]
+    if file.assembly is not None and file.assembly.reduction:
+        words.insert(0, "the reduction")
+    return " and ".join(words)
 
 
 def open_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:
@@ -92,7 +112,7 @@ def open_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:
     Empty if they do not.
     """
     sign_open = [root for root in roots if root.open]  # their errors hide the sign of growth
-    if not sign_open or not has_digits(file.system):
+    if not sign_open or not file.system.digits:
         return ""
     farthest = max(root.error or 0.0 for root in sign_open)
     count = "1 root is" if len(sign_open) == 1 else f"{len(sign_open)} roots are"
@@ -108,7 +128,7 @@ def accuracy_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:
     Empty where the files hold all digits, or where no root has both an error and a decided sign.
     """
     decided = [root for root in roots if root.error is not None and not root.open]
-    if not decided or not has_digits(file.system):
+    if not decided or not file.system.digits:
         return ""
     share = max((root.error or 0.0) / abs(root.value) for root in decided if root.value)
     return f"roots that are not open are known to {number(share, 2)} by {digits_of_files(file)}"
@@ -117,11 +137,10 @@ def accuracy_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:
 def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> str:
     """Say why the digits of files leave the verdict at a value of the parameter open.
 
-    Empty if they do not; for reduced components, whose roots are off by the reduction; and for
-    large systems, of which not all roots are known.
+    Empty if they do not, and for large systems, of which not all roots are known.
     """
     system = file.system.replace({file.system.parameter: value})
-    if not has_digits(system) or not is_small(system):
+    if not system.digits or not is_small(system):
         return ""
     roots = system_roots(system, selection, add_errors=error_bounds(file, system))
     if roots.verdict is not None:
@@ -130,14 +149,7 @@ def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> 
 
 
 def thresholds_as_known(file: SystemFile, answer: Thresholds) -> Thresholds:
-    """Withdraw certificate and proof of thresholds where something was assumed of the system.
-
-    Where its files have few digits a note says what these do to the thresholds.
-    """
-    if has_digits(file.system):
-        words = f"intervals include what {digits_of_files(file)} leave open"
-        if answer.crossings or answer.points:
-            answer = replace(answer, notes=(*answer.notes, words))
+    """Withdraw certificate and proof of thresholds where something was assumed of the system."""
     if not file.assumptions:
         return answer
     return with_doubts(answer, file.assumptions)

@@ -24,18 +24,17 @@ from squeal.linear.precision import precision_of_floats, short_floats
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.linear.system import Term, TermSystem, labels_of, refuse_other_labels
 from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.known import digits_of_files
 from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
 from squeal.results.thresholds import Thresholds
 from squeal.schema import NAME, Place
-from squeal.sparse.assembly import Assembly
 from squeal.sparse.factor import factorise_at
 from squeal.sparse.quadratic import ScaledSystem
 
 Matrices = Mapping[str, Mapping[str, Any]]
 """Names of changes, each with the matrices dM, dC, dK (arrays or files) by the keys M, C, K."""
-OF_THE_REDUCED = "counts are of reduced components; what these move is estimated in each interval"
 ITERATIONS = 3
 """How often the inverse and its adjoint are applied for singular vectors."""
 NEAR = 1e-6
@@ -271,60 +270,42 @@ def threshold_slopes(
     return slopes
 
 
-def widened_by_reduction(system: TermSystem, assembly: Assembly, answer: Thresholds) -> Thresholds:
-    """Widen the intervals of thresholds by how far the reduction of an assembly may move them.
-
-    An interval becomes the whole range where that is not known. The thresholds are no longer
-    certified: what was counted are roots of the reduced assembly.
-    """
-
-    def residual(frozen: TermSystem, at: Singular, root: complex) -> float:
-        x = at.right[:, None]
-        y = at.left[:, None]
-        truncation = assembly.truncation_term([root], x, y, frozen.parameters)
-        return abs(truncation.value.item()) + abs(truncation.uncertainty.item())
-
-    widened = _widened(system, residual, answer)
-    basis = assembly.reduction or {}
-    doubts = [OF_THE_REDUCED, *(answer.details.get("doubts") or ())]
-    return replace(
-        widened,
-        certified=None if answer.certified is None else False,  # None: nothing was counted
-        details={**answer.details, "doubts": doubts, "basis": basis},
-        notes=(*answer.notes, basis_text(basis, errors=True)),
-    )
-
-
-def widened_by_digits(system: TermSystem, answer: Thresholds) -> Thresholds:
-    """Widen the intervals of thresholds by how far digits of data may move them, to first order.
+def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresholds:
+    """Widen the intervals of thresholds by how far the reduction of components and digits of data
+    may move them, to first order; a note says so.
 
     An interval becomes the whole range where that is not known, as where several modes cross at
-    once; the thresholds are no longer certified then.
+    once; the thresholds are no longer certified then. Those that are proved for all data stay.
     """
+    assembly = file.assembly
+    basis = None if assembly is None else assembly.reduction
+    is_proved = (answer.proof or {}).get("status") == "proved"
+    notes = list(answer.notes)
+    details = dict(answer.details)
+    if basis:
+        notes.append(basis_text(basis, errors=True))
+        details["basis"] = basis
+    if system.digits and (answer.crossings or answer.points):
+        order = "" if is_proved else ", to first order"
+        notes.append(f"intervals include what {digits_of_files(file)} leave open{order}")
+    answer = replace(answer, notes=tuple(notes), details=details)
+    if is_proved or not (basis or system.digits):
+        return answer
+    scaled = ScaledSystem(system)
 
     def residual(frozen: TermSystem, at: Singular, root: complex) -> float:
-        """A bound |y|' |dP| |x| of what the digits leave open of y^H P x."""
+        """A bound of what the reduction and the digits leave open of y^H P x."""
         x = np.abs(at.right)
         y = np.abs(at.left)
         dM, dC, dK = data_errors(frozen)
-        return float(y @ (abs(root) ** 2 * (dM @ x) + abs(root) * (dC @ x) + dK @ x))
+        bound = float(y @ (abs(root) ** 2 * (dM @ x) + abs(root) * (dC @ x) + dK @ x))
+        if basis:
+            vectors = at.right[:, None], at.left[:, None]
+            truncation = assembly.truncation_term([root], *vectors, frozen.parameters)
+            bound += abs(truncation.value.item()) + abs(truncation.uncertainty.item())
+        return bound
 
-    widened = _widened(system, residual, answer)
-    whole = (answer.low, answer.high)
-    if not widened.certified or all(one.interval != whole for one in widened.crossings):
-        return widened
-    doubts = [BY_DIGITS, *(answer.details.get("doubts") or ())]
-    return replace(widened, certified=False, details={**answer.details, "doubts": doubts})
-
-
-def _widened(system: TermSystem, residual: Residual, answer: Thresholds) -> Thresholds:
-    """Widen the intervals of thresholds by how far a residual y^H P x may move each.
-
-    residual: a bound of it for the system at a crossing, its vectors there and the root in rad/s.
-    """
-    scaled = ScaledSystem(system)
-
-    def widened(located: Located) -> Located:
+    def widened_one(located: Located) -> Located:
         distance = math.inf  # where several modes cross at once
         with suppress(ComputationError):
             omega = 2 * np.pi * located.frequency_hz
@@ -333,11 +314,13 @@ def _widened(system: TermSystem, residual: Residual, answer: Thresholds) -> Thre
         interval = (max(low - distance, answer.low), min(high + distance, answer.high))
         return replace(located, interval=interval)
 
-    return replace(
-        answer,
-        points=tuple(widened(point) for point in answer.points),
-        crossings=tuple(widened(crossing) for crossing in answer.crossings),
-    )
+    points = tuple(map(widened_one, answer.points))
+    crossings = tuple(map(widened_one, answer.crossings))
+    certified = answer.certified
+    if certified and any(one.interval == (answer.low, answer.high) for one in crossings):
+        certified = False
+        details["doubts"] = [BY_DIGITS, *(details.get("doubts") or ())]
+    return replace(answer, points=points, crossings=crossings, certified=certified)
 
 
 def _shift(scaled: ScaledSystem, residual: Residual, value: float, omega: float) -> float:
@@ -352,7 +335,7 @@ def _shift(scaled: ScaledSystem, residual: Residual, value: float, omega: float)
     scaled : ScaledSystem
         The system.
     residual : callable
-        As of `_widened`.
+        As of `widened`.
     value, omega : float
         The free parameter and the frequency (rad/s) at the crossing.
 
