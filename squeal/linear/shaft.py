@@ -22,15 +22,13 @@ class Turning(NamedTuple):
     power: int
 
 
-def turning_part(system: TermSystem, speed: float) -> Turning | None:
+def turning_parts(system: TermSystem, speed: float) -> Iterable[Turning]:
     """What turns with the shaft: the skew part of those terms of C that are proportional to the
-    speed (rad/s), which are gyroscopic; else of those of K, as of damping on the shaft. None
-    without."""
+    speed (rad/s), which are gyroscopic; then of those of K, as of damping on the shaft."""
     for terms, power in ((system.C, 1), (system.K, 0)):
         parts = [part for term in terms for part in _skew_part(system, term, speed)]
         if parts:
-            return Turning(sum(parts[1:], parts[0]), power)
-    return None
+            yield Turning(sum(parts[1:], parts[0]), power)
 
 
 def _skew_part(system: TermSystem, term: Term, speed: float) -> Iterable[Matrix]:

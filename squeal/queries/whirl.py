@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from squeal.io.coordinates import NO_DIRECTION, Coordinates
 from squeal.io.system import SystemFile
 from squeal.linear.matrices import dense
-from squeal.linear.shaft import Turning, turning_part
+from squeal.linear.shaft import turning_parts
 from squeal.linear.system import TermSystem
 
 FORWARD = "forward"
@@ -84,31 +84,30 @@ def whirl_direction(
 def _by_term(
     system: TermSystem, speed: float, root: complex, shape: NDArray, orbits: str | None = None
 ) -> str | None:
-    """The direction of a shape by what turns with the shaft, summed over all discs; that of the
-    orbits where the term tells nothing."""
-    turning = turning_part(system, speed)
-    if turning is None:
-        return orbits
+    """The direction of a shape by the first term that turns with the shaft and sees the shape,
+    summed over all discs; that of the orbits where no term tells."""
     M, _, K = system.arrays({system.parameter: speed})
     inertia = abs(root) ** 2 * abs(np.vdot(shape, M @ shape))
     energy = max(inertia, abs(np.vdot(shape, K @ shape)))
-    matrix = dense(turning.matrix)
-    net = 0.0
-    net_sizes = 0.0  # of parts that the term does not couple, such as discs
-    both = 0.0  # forward and backward part together
-    for rows in _coupled(matrix):
-        forces, vectors = np.linalg.eigh(1j * matrix[np.ix_(rows, rows)])
-        parts = forces * np.abs(vectors.conj().T @ shape[rows]) ** 2
-        net += parts.sum()
-        net_sizes += abs(parts.sum())
-        both += np.abs(parts).sum()
-    if abs(root) ** turning.power * both <= UNSEEN * energy:
-        return orbits
-    if abs(net) < OPPOSED * net_sizes:
-        return orbits or MIXED
-    if abs(net) < ROUND * both:
-        return orbits or STRAIGHT
-    return FORWARD if net > 0.0 else BACKWARD
+    for turning in turning_parts(system, speed):
+        matrix = dense(turning.matrix)
+        net = 0.0
+        net_sizes = 0.0  # of parts that the term does not couple, such as discs
+        both = 0.0  # forward and backward part together
+        for rows in _coupled(matrix):
+            forces, vectors = np.linalg.eigh(1j * matrix[np.ix_(rows, rows)])
+            parts = forces * np.abs(vectors.conj().T @ shape[rows]) ** 2
+            net += parts.sum()
+            net_sizes += abs(parts.sum())
+            both += np.abs(parts).sum()
+        if abs(root) ** turning.power * both <= UNSEEN * energy:
+            continue
+        if abs(net) < OPPOSED * net_sizes:
+            return orbits or MIXED
+        if abs(net) < ROUND * both:
+            return orbits or STRAIGHT
+        return FORWARD if net > 0.0 else BACKWARD
+    return orbits
 
 
 def _coupled(matrix: NDArray) -> list[NDArray[np.intp]]:
@@ -150,7 +149,7 @@ def _by_orbits(
         translates = np.isin(coordinates.directions, across)
         if energies[translates].sum() <= UNSEEN * energies.sum():
             return _Orbits(None)
-        sense = _sense(coordinates, across, turning_part(system, speed))
+        sense = _sense(coordinates, across, system, speed)
         areas = areas * (sense or 1.0)
     moves = sizes > STILL * sizes.max()
     counts = moves & (np.abs(areas) > ROUND * sizes)
@@ -165,11 +164,9 @@ def _by_orbits(
     return _Orbits(STRAIGHT if moves.any() else None, sense)
 
 
-def _sense(coordinates: Coordinates, across: list[int], turning: Turning | None) -> float:
-    """1 if the shaft turns from the first of two directions to the second by the term that turns
-    with it, -1 if it says the reverse, 0 where it does not couple the two."""
-    if turning is None:
-        return 0.0
+def _sense(coordinates: Coordinates, across: list[int], system: TermSystem, speed: float) -> float:
+    """1 if the shaft turns from the first of two directions to the second by the first term that
+    turns with it and couples the two, -1 if that says the reverse, 0 without such a term."""
     row_at = {}
     for direction in across:
         rows = np.flatnonzero(coordinates.directions == direction)
@@ -177,7 +174,8 @@ def _sense(coordinates: Coordinates, across: list[int], turning: Turning | None)
     first, second = (row_at[direction] for direction in across)
     nodes = sorted(first.keys() & second.keys())
     pairs = [first[node] for node in nodes], [second[node] for node in nodes]
-    return float(np.sign(turning.matrix[pairs].sum()))
+    senses = [np.sign(turning.matrix[pairs].sum()) for turning in turning_parts(system, speed)]
+    return float(next(filter(None, senses), 0.0))
 
 
 def _across(coordinates: Coordinates) -> list[int] | None:

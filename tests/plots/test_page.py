@@ -420,15 +420,15 @@ def test_modes_have_the_numbers_of_the_chart_in_all_answers(high):
     K["mu"][2, 2] = -3.5
     system = squeal.System(np.eye(3), 0.01 * np.eye(3), K, {"mu": 1.0, "unused": 1.0})
     report = squeal.report(system, high)
-    numbers = {}
+    numbers: dict[float, set[int]] = {}
     for number_of_mode, root in report.eigenvalues.of_modes:
         if root.value.imag > 0.0:
             numbers.setdefault(round(root.frequency_hz * 2 * np.pi, 3), set()).add(number_of_mode)
     assert numbers == {0.707: {3}, 1.429: {1, 2}}
     for row in report.sensitivity.table().records():
         assert row["mode"] in numbers[round(row["frequency_hz"] * 2 * np.pi, 3)]
-    for row in report.energy.contributions:
-        assert row.mode in numbers[round(row.frequency_hz * 2 * np.pi, 3)]
+    for term in report.energy.contributions:
+        assert term.mode in numbers[round(term.frequency_hz * 2 * np.pi, 3)]
     assert report.opening["Cause"].startswith("Modes 1 and 2 (0.1592 and 0.2757 Hz at mu = 0)")
 
 

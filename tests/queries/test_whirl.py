@@ -221,3 +221,30 @@ def test_an_overhung_disc_is_named_alike_with_and_without_labels_whichever_way_i
             np.diag([mass, Jd] * 2), {"Omega": G}, K, parameter="Omega", labels=labels
         )
         assert directions(system, 1500.0) == sorted(exact)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 0, 3, 1), (3, 1, 0, 2)])
+def test_rows_without_labels_tell_the_whirl_that_the_vector_of_the_disc_turns_in(sense, order):
+    """A disc amid a shaft, rows x, y and two tilts in any order: gyroscopic forces see the tilts,
+    damping on the shaft what moves across it. z = x + i y turns in the sense of the sign of omega
+    in z exp(i omega t): 2 omega^2 - (10 + 4) i omega - 3e5 + 4 i W = 0."""
+    G, turning = np.zeros((4, 4)), np.zeros((4, 4))
+    G[2:, 2:] = sense * 0.06 * SPIN
+    turning[:2, :2] = sense * 4.0 * SPIN
+    constant = (
+        np.diag([2.0, 2, 0.03, 0.03]),
+        np.diag([14.0, 14, 0, 0]),
+        np.diag([3e5, 3e5, 12e3, 12e3]),
+    )
+    M, C, K, G, turning = (A[np.ix_(order, order)] for A in (*constant, G, turning))
+    system = squeal.System(M, {"1": C, "W": G}, {"1": K, "W": turning}, {"W": 600.0}, "W")
+    found = squeal.critical_speeds(system, 1500.0).critical
+    assert [one.direction for one in found if one.speed < 370.0] == ["backward"]
+    across = [one for one in found if one.speed > 370.0]
+    assert {one.direction for one in across} == {"forward", "backward"}
+    for one in across:
+        turns = 1.0 if one.direction == "forward" else -1.0
+        roots = np.roots([2.0, -14j, -3e5 + 4j * one.speed])
+        (omega,) = roots[np.sign(roots.real) == turns]
+        assert one.growth_rate == pytest.approx(-omega.imag, rel=1e-6)
