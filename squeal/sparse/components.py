@@ -81,7 +81,7 @@ class Component:
 
     def __post_init__(self) -> None:
         n = self.system.n
-        kinds = {"nodes": str, "directions": int, "places": float, "load": float}
+        kinds = {"nodes": str, "directions": float, "places": float, "load": float}
         for name, kind in kinds.items():
             entries = getattr(self, name)
             if entries is None:
@@ -100,8 +100,9 @@ class Component:
         unknown = self.directions[~np.isin(self.directions, (-1, 0, 1, 2))]
         if len(unknown):
             raise InputError(
-                f"{self.name}: directions: {unknown[0]} is not allowed; it must be 0, 1, 2 or -1"
+                f"{self.name}: directions: {unknown[0]:g} is not allowed; it must be 0, 1, 2 or -1"
             )
+        object.__setattr__(self, "directions", self.directions.astype(int))
         if self.cutoff < np.inf:
             assumption = f"reduced to its modes up to {self.cutoff:g} Hz, which moves roots"
             object.__setattr__(self, "system", self.system.assuming(assumption))

@@ -271,6 +271,16 @@ def test_an_array_of_a_component_has_its_rows():
         squeal.Component(system, [1, 2], [0, 0], load=[0.0, np.nan])
 
 
+@pytest.mark.parametrize(("direction", "refusal"), [(0.7, "0.7 is not"), (3, "3 is not")])
+def test_a_direction_between_two_axes_is_refused(direction, refusal):
+    """It is not cut off to a whole number."""
+    system = squeal.System(np.eye(2), K=np.eye(2))
+    with pytest.raises(InputError, match=rf"directions: {refusal} allowed; it must be 0, 1, 2"):
+        squeal.Component(system, [1, 2], [0, direction])
+    with pytest.raises(InputError, match=r"directions\.entry 1: nan"):
+        squeal.Component(system, [1, 2], [0, np.nan])
+
+
 def test_a_node_that_only_turns_lies_where_its_rows_say():
     """A pinned node, whose displacements are held: it has rotations alone."""
     system = squeal.System(np.eye(3), K=np.eye(3), name="plate")
