@@ -121,7 +121,7 @@ def assembly_file(
     at: Place,
     folder: Path,
     read_component: Callable[[Path], SystemFile],
-    band: tuple[float, float] | None = None,
+    band: tuple[float, float] | None,
 ) -> SystemFile:
     """The components and the contact of a file, reduced and seated, as a system.
 
@@ -135,7 +135,7 @@ def assembly_file(
         The names of files count from it.
     read_component : callable
         Reads the system file of a component, which may be an assembly itself.
-    band : (float, float), optional
+    band : (float, float) or None
         Frequencies (Hz) of the question, whose upper end sets the cutoff of a file without one.
 
     Raises

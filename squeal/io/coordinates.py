@@ -116,7 +116,7 @@ class Coordinates:
         return np.concatenate(unreduced)
 
 
-def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] = ()) -> Coordinates:
+def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]]) -> Coordinates:
     """Read where the rows of a system are in space, from a table node, dof, x, y, z.
 
     Without `labels` the table has a line for each row, in their order. dof is 1 to 3 or x, y, z for

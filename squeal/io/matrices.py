@@ -72,8 +72,9 @@ def read_matrix(
     except InputError as error:
         raise at.refuse(str(error)) from None
     except ImportError as error:
-        words = f"{name} needs the package {missing(error)}, which is not installed"
-        raise at.refuse(words) from None
+        raise at.refuse(
+            f"{name} needs the package {missing(error)}, which is not installed"
+        ) from None
     except Exception as error:  # each library has its own words for a broken file
         raise at.refuse(_reading_error(path, name, error)) from None
     assumptions = file.assumptions
@@ -117,8 +118,7 @@ def _format_of(path: Path) -> Format:
     known = []
     for file_format in FORMATS:
         known.append(f"{file_format.name} ({', '.join(file_format.suffixes)})")
-    words = "neither content nor suffix is of a format that is read"
-    raise InputError(f"{words}: {', '.join(known)}")
+    raise InputError(f"neither content nor suffix is of a format that is read: {', '.join(known)}")
 
 
 def _reading_error(path: Path, format_name: str, error: Exception) -> str:

@@ -294,8 +294,9 @@ def _read_files(terms: Sequence[TermKeys], folder: Path) -> list[MatrixFile]:
                 read[request] = read_matrix(folder / name, key, symmetric, opened)
         file = read[request]
         if term.part in ("M", "K4") and np.iscomplexobj(file.matrix):
-            words = "is complex and not allowed; M and K4 must be real, K and C may be complex"
-            raise here.refuse(f"{name} {words}")
+            raise here.refuse(
+                f"{name} is complex and not allowed; M and K4 must be real, K and C may be complex"
+            )
         files.append(file)
     return files
 

@@ -96,8 +96,9 @@ def read_table(path: Path, names: Sequence[str], optional: str = "") -> tuple[Pl
     for row in rows[1:]:
         surplus = row.cells[len(heads) :]
         if any(cell.strip() for cell in surplus):
-            words = f"{len(row.cells)} cells; the first line names {len(heads)} columns"
-            raise row.at.refuse(words)
+            raise row.at.refuse(
+                f"{len(row.cells)} cells; the first line names {len(heads)} columns"
+            )
         pairs = zip_longest(heads, row.cells[: len(heads)], fillvalue="")
         lines.append(Line(row.at, dict(pairs)))
     return at, lines

@@ -385,10 +385,6 @@ class Table:
         omission = _paragraph(f"{omitted} more rows") if omitted > 0 else ""
         return f"{_paragraph(self.title)}<table>{body}</table>{omission}"
 
-    def _values(self, row: object) -> list[Any]:
-        """The values of a row in all columns."""
-        return [column.of(row) for column in self.columns]
-
     def records(self) -> list[dict[str, Any]]:
         """A mapping of column names to values for each row.
 
@@ -426,7 +422,7 @@ class Table:
             heads = []
             for name, unit in units.items():
                 heads.append(f"{name} [{unit}]" if unit else name)
-            write_csv(path, heads, map(self._values, self.rows))
+            write_csv(path, heads, [list(record.values()) for record in self.records()])
         else:
             raise InputError(f"{path}: the name must end in .csv or .json")
 

@@ -261,7 +261,7 @@ def _integration_points(faces: _Faces) -> _SurfacePoints:
     if not np.all(stretch > 0.0):
         raise InputError("faces: one has no area")
     count, size = faces.nodes.shape
-    return _SurfacePoints(
+    return _SurfacePoints(  # face by face, m = f g
         places=places.reshape(-1, 3),
         normals=(normals / stretch[:, :, None]).reshape(-1, 3),
         areas=(stretch * rule_weights).ravel(),

@@ -269,11 +269,14 @@ def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDi
         motion = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
     tangents = _tangents(motion, normals, points)
     tangent = relative_displacement(tangents)
+    sliding = tangent
+    if not slides:
+        sliding = relative_displacement(np.zeros_like(tangents))  # of the same shape, no entries
     return PairDirections(
         contact=contact,
         area=_areas(contact, len(points)),
         normal=normal,
-        sliding=tangent if slides else relative_displacement(0.0 * tangents),
+        sliding=sliding,
         across=(tangent, relative_displacement(np.cross(normals, tangents))),
         radius=radius,
     )

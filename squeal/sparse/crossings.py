@@ -241,12 +241,13 @@ class CrossingSearch:
         if self._exit_is_doubtful(after, unmatched_after, -span):
             return middle
         for meeting in near_coalescences(before, after):
-            width = max(meeting.width, 1e-9 * abs(meeting.value))
+            is_inside = before.value < meeting.value < after.value
+            width = max(meeting.width, 1e-9 * abs(meeting.value))  # wider than rounding
+            is_narrow = width < abs(span) / 8  # a wider one shows in the slopes at both ends
             # a spectrum within the width of the meeting has resolved it already
             distance = min(abs(value - meeting.value) for value in self._spectra)
             is_resolved = distance <= width / 2
-            is_inside = before.value < meeting.value < after.value
-            if is_inside and width < abs(span) / 8 and not is_resolved:
+            if is_inside and is_narrow and not is_resolved:
                 return meeting.value
         return None
 

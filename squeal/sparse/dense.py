@@ -251,22 +251,19 @@ def _null_vectors(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray
     small = np.flatnonzero(np.abs(np.diag(lu)) < floor)
     lu[small, small] = floor
 
-    def solve(b: ComplexArray) -> ComplexArray:
-        solution = lu_solve((lu, pivots), b, check_finite=False)
-        return np.linalg.qr(solution)[0]
-
-    def solve_adjoint(b: ComplexArray) -> ComplexArray:
-        solution = lu_solve((lu, pivots), b, trans=2, check_finite=False)
+    def solve(b: ComplexArray, trans: int) -> ComplexArray:
+        """P^-1 b (trans 0) or its adjoint's b (trans 2), the columns made orthonormal."""
+        solution = lu_solve((lu, pivots), b, trans=trans, check_finite=False)
         return np.linalg.qr(solution)[0]
 
     # the power method with (P^H P)^-1: one vector converges at once, since P is singular to
     # rounding, several in three passes, since their singular values differ in size
     start = np.random.default_rng(len(P)).standard_normal((len(P), 2 * count)).view(complex)
-    y = solve_adjoint(start)
+    y = solve(start, trans=2)
     for _ in range(1 if count == 1 else 3):
-        x = solve(y)
+        x = solve(y, trans=0)
         if left or count > 1:
-            y = solve_adjoint(x)
+            y = solve(x, trans=2)
     if count > 1:
         residuals = np.linalg.norm(P @ x, axis=0)  # the singular values, the least one first
         # one far above the least, and above 1e-6 of |P|, does not vanish: its vector is no mode

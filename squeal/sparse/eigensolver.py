@@ -358,7 +358,7 @@ def enlarged(basis: Array, columns: NDArray, dropped: float) -> Array:
     units = columns / divisor(np.linalg.norm(columns, axis=0))
     parts = [units.real, units.imag] if np.iscomplexobj(columns) else [units]
     remainder = np.hstack(parts).astype(float)
-    for _ in range(2):
+    for _ in range(2):  # the second pass restores orthogonality to rounding
         remainder -= basis @ (basis.T @ remainder)
     axes, sizes, _ = np.linalg.svd(remainder, full_matrices=False)
     new = axes[:, sizes > dropped]
@@ -518,9 +518,10 @@ def _roots_around(
 def _count_in_disc(
     problem: Quadratic, disc: Disc, roots: Roots, near: RootsNearShift
 ) -> int | None:
-    """How many roots lie in a disc by the argument principle; None if too few determinants show it.
+    """How many roots lie in a disc by the argument principle; None if determinants leave it open.
 
-    The count divides by all known roots: `roots` in the disc, and rough ones `near` it.
+    The count divides by all known roots: `roots` in the disc, and rough ones `near` it, whose
+    factor lends its memory and solves nothing afterwards.
     """
     outside = near.values[~disc.contains(near.values)]
     # conjugates are roots too, of a disc around the real axis among the known ones already

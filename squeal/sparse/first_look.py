@@ -450,12 +450,12 @@ class FirstLook(Reduction):
         distances = self.region.distance(z)
         is_inside = self.region.contains(z)
         others = near[~is_estimated & self.region.contains(near)]
-        errors_of_others = np.where(others == 0.0, 0.0, np.nan)
+        exact_or_unknown = np.where(others == 0.0, 0.0, np.nan)  # errors and residuals of these
         values = np.concatenate([z[is_inside], others])
         estimated = EstimatedRoots(
             values=values,
-            residuals=np.concatenate([projected.residuals[is_inside], errors_of_others]),
-            errors=np.concatenate([errors[is_inside], errors_of_others]),
+            residuals=np.concatenate([projected.residuals[is_inside], exact_or_unknown]),
+            errors=np.concatenate([errors[is_inside], exact_or_unknown]),
             corrected=np.zeros(len(values), dtype=bool),
             spurious=0,
             projected=projected.roots.select(is_inside),

@@ -76,14 +76,14 @@ class Complement:
         """
         start = np.random.default_rng(1).standard_normal((len(self.basis), 3))
         x = start.astype(complex)
-        for _ in range(1 + POWERS):
+        for _ in range(1 + POWERS):  # the first step leads into these directions
             x = x - self.factor.solve(P @ x)
             # less the part inside of V: x - V (V' F V)^-1 V' F x
             inside = np.linalg.solve(self.projected, multiply(self.basis.T, self.matrix @ x))
             x = x - multiply(self.basis, inside)
             size = np.linalg.norm(x, axis=0)
             x = x / np.where(size > 0, size, 1.0)
-        return float(size.max())
+        return float(size.max())  # of three unit vectors, by the last step
 
     def contraction_in(self, region: Rectangle, problem: Quadratic) -> float:
         """The larger contraction of P at two corners of a region in the upper half plane: those on
@@ -271,10 +271,10 @@ class Reduction:
         """
         M, C, K = self.system.at(changes)
         stiffness = self._stiffness_norm(changes)
-        if values is not None:
-            return roots_at(M, C, K, values, left, stiffness)
-        computed = dense_values(M, C, K, stiffness)
-        return roots_at(M, C, K, computed[self.region.contains(computed)], left, stiffness)
+        if values is None:
+            computed = dense_values(M, C, K, stiffness)
+            values = computed[self.region.contains(computed)]
+        return roots_at(M, C, K, values, left, stiffness)
 
     def residuals(self, roots: Roots, changes: Changes) -> Array:
         """Backward errors (m,) in the full problem of roots of the reduced one, estimated."""

@@ -145,7 +145,7 @@ class _SweptStiffness:
             factor = factorise(K)
         except ZeroDivisionError:
             return False
-        complement = Complement(basis, basis.T @ (K @ basis), K, factor)
+        complement = Complement(basis, projected=basis.T @ (K @ basis), matrix=K, factor=factor)
         tried = [a, b, *(value for value in self._inner_values if a < value < b)]
         return all(complement.contraction(self.at(p)) < CONTRACTS for p in tried)
 

@@ -129,7 +129,7 @@ def read_op4(path: Path) -> dict[str, MatrixFile]:
 
     Those of a text file have the digits that are written, binary ones of single precision its bits.
     """
-    with np.printoptions():  # pyyeti takes digits from all that NumPy prints
+    with np.printoptions():  # undoes that pyyeti, when it is imported, sets how NumPy prints
         from pyyeti.nastran import op4
 
     with path.open("rb") as stream:
