@@ -47,8 +47,9 @@ PERIOD, VALUE = 6, 7  # places of the period and of the parameter in the unknown
 def deviations(model: PadModel, segment: Segment) -> np.ndarray:
     """The matrix (6, 6) that takes small deviations at the begin of a motion to those at its end.
 
-    The variational equations are integrated by the Runge-Kutta method over all steps of the motion
-    at once; the matrices of the steps are then multiplied.
+    The variational equations Z' = A(t) Z are integrated by the classical Runge-Kutta method over
+    all s steps of the motion side by side, each from Z = I; the matrices of the steps are then
+    multiplied.
     """
     steps = segment.steps
     identity = np.eye(6)
@@ -61,14 +62,14 @@ def deviations(model: PadModel, segment: Segment) -> np.ndarray:
         return np.moveaxis(slopes, -1, 0)
 
     matrices = np.broadcast_to(identity, (len(h), 6, 6))
-    end = rates(0.0)
+    A_end = rates(0.0)
     for substep in range(SUBSTEPS):
-        k1 = end
-        middle = rates((substep + 0.5) / SUBSTEPS)
-        end = rates((substep + 1.0) / SUBSTEPS)
-        k2 = middle @ (identity + h / 2 * k1)
-        k3 = middle @ (identity + h / 2 * k2)
-        k4 = end @ (identity + h * k3)
+        k1 = A_end  # the end of the last substep is the begin of this one
+        A_middle = rates((substep + 0.5) / SUBSTEPS)
+        A_end = rates((substep + 1.0) / SUBSTEPS)
+        k2 = A_middle @ (identity + h / 2 * k1)
+        k3 = A_middle @ (identity + h / 2 * k2)
+        k4 = A_end @ (identity + h * k3)
         matrices = (identity + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)) @ matrices
     product = identity
     for matrix in matrices:
@@ -130,7 +131,10 @@ class Cycle:
 
     @cached_property
     def contacts(self) -> tuple[State, ...]:
-        """The contact states that it passes, in order, from the one with most contact on."""
+        """The contact states that it passes, in order, from the one with most contact on.
+
+        The greatest of the cyclic orders: cycles compare, wherever they are counted from.
+        """
         states = [state_of(on) for on in self.segment.on.T]
         orders = [(*states[i:], *states[:i]) for i in range(len(states))]
         return max(orders, default=())
@@ -168,6 +172,7 @@ class Shooting:
             raise ComputationError(str(error)) from None
 
     def _rates(self, state: np.ndarray, value: float) -> np.ndarray:
+        """Time derivative (6,) of a state (6,)."""
         return state_rates(self.model(value), state)
 
     def motion(
@@ -206,9 +211,10 @@ class Shooting:
 
         Newton's method for eight equations: the ends of the motion meet (6), the state lies in a
         plane across the motion of the guess (1), which chooses one state of the cycle, and the
-        whole correction is orthogonal to `direction` (8,) (1). Without a direction the value is
-        held instead; the branch's direction is then the one in which the value rises. Raises
-        ComputationError where Newton's method does not converge.
+        whole correction is orthogonal to `direction` (8,) (1), Keller's bordering of pseudo-
+        arclength. Without a direction the value is held instead; the branch's direction is then the
+        one in which the value rises. Raises ComputationError where Newton's method does not
+        converge.
         """
         orthogonal_to = np.eye(8)[VALUE] if direction is None else direction
         across = self._rates(guess[:6], guess[VALUE])
@@ -283,6 +289,7 @@ class Shooting:
         start = state
         speed = 0.0
         changes = 0
+        # a motion that starts nearly at rest is measured by 1e-6, not by its rounding
         resting = RESTING * max(1e-6, float(np.linalg.norm(self._rates(state, value))))
         for passed in range(windows):
             segment = self.motion(start, window, value, since=passed * window)
@@ -306,7 +313,8 @@ class Shooting:
     def _shortest(self, cycle: Cycle) -> Cycle:
         """The cycle over its least period: while a transient decays, a motion may first return to
         itself after several periods."""
-        for parts in range(len(cycle.segment.t), 1, -1):
+        most_parts = len(cycle.segment.t)  # each period holds a change of contact
+        for parts in range(most_parts, 1, -1):
             part = self.over(cycle.state, cycle.period / parts, cycle.value)
             if part.gap < RETURNED:
                 return self.solve(part.unknowns).cycle
@@ -344,17 +352,17 @@ class Shooting:
         """
         low, high = ends
         members: list[Cycle] = []
-        present = self.solve(first.unknowns)
-        present = Point(
-            present.cycle, present.direction * (np.sign(present.direction[VALUE]) * towards)
-        )
+        start = self.solve(first.unknowns)
+        sense = np.sign(start.direction[VALUE]) * towards
+        present = Point(start.cycle, sense * start.direction)
         step = longest_step
-        resting = RESTING * float(np.linalg.norm(self._rates_of(present.cycle)))
+        resting = RESTING * float(np.linalg.norm(self._rates(start.cycle.state, start.cycle.value)))
         while len(members) < most:
             guess = present.cycle.unknowns + step * present.direction
             following = self._solve_or_none(guess, present.direction, PASSES_AHEAD)
             if following is None or following.direction @ present.direction <= STRAIGHT:
-                refusal = "no further cycle was found"  # or that of another branch
+                # none, or where the branch seems to turn sharply a cycle of another branch
+                refusal = "no further cycle was found"
             elif self._shrinks(present.cycle, following.cycle, resting):
                 refusal = "the cycle shrinks to the equilibrium"
             else:
@@ -380,18 +388,14 @@ class Shooting:
             step = min(GROWTH * step, longest_step)
         return members, f"{most} cycles were followed"
 
-    def _rates_of(self, cycle: Cycle) -> np.ndarray:
-        """The rates (6,) at the state from which a cycle is counted."""
-        return self._rates(cycle.state, cycle.value)
-
     def _shrinks(self, before: Cycle, after: Cycle, resting: float) -> bool:
         """Whether a step leads to the equilibrium, where rates are below `resting`, or past it,
         where the same cycles follow in the opposite phase.
 
-        A long step may do so also from small cycles that do not shrink to it.
+        A long step may do so also from small cycles that do not shrink to it: `branch` halves it.
         """
-        rates = self._rates_of(after)
-        is_past = rates @ self._rates_of(before) < 0.0
+        rates = self._rates(after.state, after.value)
+        is_past = rates @ self._rates(before.state, before.value) < 0.0
         return bool(is_past or np.linalg.norm(rates) < resting)
 
     def _closing(
@@ -409,9 +413,9 @@ class Shooting:
             if (a.value - first.value) * (b.value - first.value) < 0.0:
                 # without a fold the value is monotone over the whole step, whose ends serve
                 ends = (a, b) if has_fold else (before, after)
-                again = self._between(*ends, first.value)
-                if any(abs(cycle.period / first.period - 1.0) < RETURNED for cycle in again):
-                    return turns[:passed] + again
+                there = self._between(*ends, first.value)
+                if any(abs(cycle.period / first.period - 1.0) < RETURNED for cycle in there):
+                    return turns[:passed] + there
         return None
 
     def _between(self, cycle: Cycle, beyond: Cycle, value: float) -> list[Cycle]:
@@ -456,11 +460,11 @@ class Shooting:
         low: float,
         end: tuple[float, Point],
     ) -> tuple[float, Point]:
-        """Where a test function first changes on a step behind `low`, by bisection.
+        """Where a test function changes on a step after `low`, by bisection for the first change.
 
-        Distances are those along the step from its `first` point; `at_low` is the value at `low`,
-        and `end` the distance and the point of the end, at which it differs. Returns the distance
-        and the point just behind the change.
+        Distances are those along the step from its `first` point; `at_low` is the test's value at
+        `low`, and `end` the distance and the point of the end, at which its value differs. Returns
+        the distance and the point just after the change.
         """
         high, at_high = end
         for _ in range(HALVINGS):
@@ -469,7 +473,7 @@ class Shooting:
             point = self._solve_or_none(guess, first.direction)
             if point is None:
                 break
-            if test(*point) == at_low:
+            if test(*point) == at_low:  # a change and its return before the middle are not seen
                 low = middle
             else:
                 high = middle
@@ -515,7 +519,7 @@ TEST_FUNCTIONS: dict[str, TestFunction] = {
 
 def _first_return(segment: Segment) -> tuple[np.ndarray, float]:
     """The state (6,) at the first separation of a segment and the time until the motion separates
-    in the same state again, 0 if it does not."""
+    in the same state again; 0 if it does not, among the next `PASSAGES` like separations."""
     changes = np.arange(len(segment.t))
     separations = np.flatnonzero(segment.on[segment.point, changes] == 0)
     if not separations.size:

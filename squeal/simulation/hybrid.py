@@ -69,7 +69,7 @@ class Options:
     missed: float = 1e-6
     # time in which a point that starts on the surface shows to which side it goes
     first_step: float = 1e-3
-    # angle (rad) by which a level pad on the surface is turned: no length has no centre
+    # length by which `off_level` moves w theta, since a contact of no length has no centre
     least_turn: float = 1e-15
     # share of the whole time that a segment without a contact change must advance
     least_progress: float = 1e-9
@@ -97,11 +97,12 @@ DEFAULT = Options()
 class Steps(NamedTuple):
     """Smooth steps of n motions, those of the first motion first, each in order of time.
 
-    lane (s,): the motion of each; t, h (s,): its begin and length; series (p, 6, s): coefficients
-    of the state in powers of the share of the step; on (points, s): 1 for a point that touches.
+    motion (s,): number of the motion of each; t, h (s,): its begin and length; series (p, 6, s):
+    coefficients of the state in powers of the share of the step; on (points, s): 1 for a point that
+    touches.
     """
 
-    lane: np.ndarray
+    motion: np.ndarray
     t: np.ndarray
     h: np.ndarray
     series: np.ndarray
@@ -113,7 +114,7 @@ class Steps(NamedTuple):
 
     def states(self, share: np.ndarray) -> np.ndarray:
         """States (6, s) at a share (s,) of each step."""
-        states = self.series[-1]
+        states = self.series[-1]  # by Horner's rule
         for coefficient in self.series[-2::-1]:
             states = states * share + coefficient
         return np.asarray(states)
@@ -122,7 +123,7 @@ class Steps(NamedTuple):
 class DenseOutput(NamedTuple):
     """The smooth steps of a segment without their contact; fields as in `Steps`."""
 
-    lane: np.ndarray
+    motion: np.ndarray
     t: np.ndarray
     h: np.ndarray
     series: np.ndarray
@@ -142,8 +143,9 @@ class Segment:
     """A part of n motions in natural units, one after the other.
 
     law: the contact law; c: coefficients (n,); t0, t1 (n,): begin and end; first (points, n):
-    contact at the begin, 0 or 1; end (6, n): state at the end; lane, point, t (e,), state (6, e):
-    motion, contact point, time and state of each contact change, in order of motion and time;
+    contact at the begin, 0 or 1; end (6, n): state at the end; motion, point, t (e,), state (6, e):
+    number of the motion, contact point, time and state of each contact change, sorted by motion,
+    then by time;
     count (n,): integration steps; limit (n,): what ended it, see `Limit`; smooth: the steps, None
     without dense output.
     """
@@ -154,7 +156,7 @@ class Segment:
     t1: np.ndarray
     first: np.ndarray
     end: np.ndarray
-    lane: np.ndarray
+    motion: np.ndarray
     point: np.ndarray
     t: np.ndarray
     state: np.ndarray
@@ -162,36 +164,38 @@ class Segment:
     limit: np.ndarray
     smooth: DenseOutput | None = None
 
-    def _contact(self, lane: np.ndarray, changes: np.ndarray) -> np.ndarray:
-        """Contact (points, k) of motions (k,) behind the first so many (k,) of all changes."""
-        # how often each point has changed, over all motions, behind 0, 1, ... changes
-        flips = np.zeros((len(self.first), len(self.lane) + 1), dtype=int)
+    def _contact(self, motion: np.ndarray, changes: np.ndarray) -> np.ndarray:
+        """Contact (points, k) of motions (k,) once the first `changes` (k,) of the changes of all
+        motions have happened."""
+        # how often each point has changed, over all motions, after 0, 1, ... changes
+        flips = np.zeros((len(self.first), len(self.motion) + 1), dtype=int)
         flips[self.point, np.arange(1, flips.shape[1])] = 1
         flips = flips.cumsum(axis=1)
-        changes_of_earlier_motions = np.searchsorted(self.lane, lane)
-        flips_of_the_motion = flips[:, changes] ^ flips[:, changes_of_earlier_motions]
-        return np.asarray((self.first[:, lane] ^ flips_of_the_motion) & 1)
+        changes_of_earlier_motions = np.searchsorted(self.motion, motion)
+        flips_of_the_motion = flips[:, changes] - flips[:, changes_of_earlier_motions]
+        return np.asarray((self.first[:, motion] + flips_of_the_motion) % 2)
 
     @cached_property
     def on(self) -> np.ndarray:
         """Contact (points, e) of 0 or 1 after each change."""
-        return self._contact(self.lane, np.arange(1, len(self.lane) + 1))
+        return self._contact(self.motion, np.arange(1, len(self.motion) + 1))
 
     @cached_property
     def last(self) -> np.ndarray:
         """Contact (points, n) of 0 or 1 at the end."""
-        lane = np.arange(len(self.t0))
-        changes = np.searchsorted(self.lane, lane, side="right")
-        return self._contact(lane, changes)
+        motion = np.arange(len(self.t0))
+        changes = np.searchsorted(self.motion, motion, side="right")
+        return self._contact(motion, changes)
 
     @cached_property
     def steps(self) -> Steps:
         """Steps of the trajectories, where there is dense output."""
         assert self.smooth is not None
-        lane, t, h, series = self.smooth
-        # complex numbers are sorted by their real parts, then by their imaginary ones
-        changes = np.searchsorted(self.lane + 1j * self.t, lane + 1j * t, side="right")
-        return Steps(lane, t, h, series, on=self._contact(lane, changes))
+        motion, t, h, series = self.smooth
+        # how many changes precede each step, in the order of motion, then of time: NumPy sorts
+        # complex numbers by their real parts, then by their imaginary ones
+        changes = np.searchsorted(self.motion + 1j * self.t, motion + 1j * t, side="right")
+        return Steps(motion, t, h, series, on=self._contact(motion, changes))
 
     @cached_property
     def beyond(self) -> np.ndarray:
@@ -201,15 +205,16 @@ class Segment:
         heights = np.array(self.law.gaps(self.c, pose(np, self.c.place(end))))
         return np.where(self.last > 0, heights, -heights)
 
-    def coefficients(self, lane: np.ndarray) -> Coefficients:
-        """Coefficients of some motions (k,), of a single one (1,)."""
+    def coefficients(self, motion: np.ndarray) -> Coefficients:
+        """Coefficients (k,) of motions of these numbers (k,); of a single motion always (1,)."""
         if len(self.t0) == 1:
             return self.c
-        return Coefficients(*(values[lane] for values in self.c))
+        return Coefficients(*(values[motion] for values in self.c))
 
     def at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States (k, 6) and contact (points, k) of a single motion at times (k,)."""
-        steps = self.steps.some(np.searchsorted(self.steps.t[1:], t))
+        step_of_time = np.searchsorted(self.steps.t[1:], t)
+        steps = self.steps.some(step_of_time)
         length = np.maximum(steps.h, _TINY)  # a step may take no time
         share = (t - steps.t) / length
         return steps.states(share).T, steps.on
@@ -219,21 +224,16 @@ class Segment:
         """The parts of one motion, one after the other, as one."""
         if len(parts) == 1:
             return parts[0]
-        first = parts[0]
-        last = parts[-1]
-        return Segment(
-            law=last.law,
-            c=last.c,
-            t0=first.t0,
-            t1=last.t1,
-            first=first.first,
-            end=last.end,
-            lane=np.concatenate([part.lane for part in parts]),
+        # the last part tells the end, and what ended the motion
+        return dataclasses.replace(
+            parts[-1],
+            t0=parts[0].t0,
+            first=parts[0].first,
+            motion=np.concatenate([part.motion for part in parts]),
             point=np.concatenate([part.point for part in parts]),
             t=np.concatenate([part.t for part in parts]),
             state=np.concatenate([part.state for part in parts], axis=-1),
             count=np.sum([part.count for part in parts], axis=0),
-            limit=last.limit,
             smooth=DenseOutput.joined([part.smooth for part in parts]),
         )
 
@@ -265,7 +265,8 @@ def state_of(contact: np.ndarray) -> State:
 
 
 def state_rates(model: PadModel, state: np.ndarray, on: Touching | None = None) -> np.ndarray:
-    """Rates (6, ...) of scaled states (6, ...), where no contact is given in that of their gaps."""
+    """Rates (6, ...) of scaled states (6, ...) in the contact `on`; without it, in that which their
+    gaps show."""
     c = model.c
     q = np.array(c.place(state[:3]))
     velocity = np.array(c.place(state[3:]))
@@ -290,7 +291,7 @@ def first_contact(model: PadModel, state: np.ndarray, options: Options = DEFAULT
         step = options.first_step
         k1 = state_rates(model, start)
         k2 = state_rates(model, start + step * k1)
-        # a h^2 / 2 + (da/dt) h^3 / 6, with da/dt from both accelerations
+        # the acceleration a adds a h^2 / 2 + (da/dt) h^3 / 6, where da/dt is (k2 - k1) / h
         moved = start[:3] + step * start[3:] + step**2 / 6 * (2 * k1 + k2)[3:]
         # the change of the gap, not the gap: an offset of rounding size must not decide
         change = model.gaps(model.c.place(moved)) - gaps
@@ -304,27 +305,30 @@ def off_level(
     """Scaled states (6, ...) from which partial contact can go on; contact (2, ...) is that of the
     leading and of the trailing edge.
 
-    A level pad exactly on the surface that turns leaves the contact length 0/0. It is turned by
-    less than rounding, so that the edge that touches lies lower.
+    The contact length of a level pad exactly on the surface is 0/0. The pad is turned by less than
+    rounding, so that the edge that touches lies lower. Other states are returned as they are.
     """
-    if model.law.points > 2:
+    if model.law.points > 2:  # springs have no contact length
         return state
     leading, trailing = model.gaps(model.c.place(np.asarray(state, dtype=float)))
     is_level = np.abs(leading - trailing) < options.least_turn * model.pad.w
-    partial = contact[0] - contact[1]  # 1 where the leading edge touches alone, -1 the trailing
-    turn = is_level * options.least_turn * partial
+    # 1 where the leading edge touches alone, -1 the trailing edge, 0 in full or no contact
+    sense = contact[0] - contact[1]
+    turn = np.where(is_level, options.least_turn * sense, 0.0)
     if not np.any(turn):
         return state
-    w_theta = np.eye(6)[2]  # the unit vector of that coordinate
-    return state + np.multiply.outer(w_theta, turn)
+    turned = np.array(state)
+    turned[2] += turn  # w theta
+    return turned
 
 
 def _simultaneous(model: PadModel, segment: Segment, point: int) -> np.ndarray:
     """The other points that have passed their switching surface in the same instant as `point`, at
-    the end of a segment.
+    the end of the segment of a single motion.
 
-    Such a crossing lies behind the located one by rounding and would not be seen again: its gap
-    is as far beyond zero as that of the located point, which rounding may leave just before it.
+    Such a crossing lies before the end of the segment by rounding, so that the integrator would not
+    see it again. Its gap is then beyond zero, or short of it by no more than rounding left that of
+    `point`, and still goes on in that sense.
     """
     beyond = segment.beyond[:, 0]
     passed = beyond >= -abs(beyond[point])
@@ -342,13 +346,15 @@ def _simultaneous(model: PadModel, segment: Segment, point: int) -> np.ndarray:
 def _with_simultaneous(model: PadModel, segment: Segment) -> Segment:
     """A segment that ends at a change, with those of other points in the same instant."""
     points = _simultaneous(model, segment, int(segment.point[-1]))
-    order = np.append(np.arange(len(segment.t)), np.full(len(points), -1))  # the last one again
+    # motion, time and state of the last change hold for those in the same instant too
+    repeats = np.ones(len(segment.t), dtype=int)
+    repeats[-1] += len(points)
     return dataclasses.replace(
         segment,
-        lane=segment.lane[order],
+        motion=segment.motion.repeat(repeats),
         point=np.append(segment.point, points),
-        t=segment.t[order],
-        state=segment.state[:, order],
+        t=segment.t.repeat(repeats),
+        state=segment.state.repeat(repeats, axis=1),
     )
 
 
@@ -375,7 +381,7 @@ def integrate(
     """Run a scaled pad from a state (6,) to the time `stop`, both in natural units.
 
     Each segment is handed to the observers; with `dense` it holds the motion between changes.
-    `since` is the time that has passed before, which the times in messages count from. Raises
+    `since` is the time that has passed before, which messages add to the time. Raises
     ModelEnd after the last segment before the model ends, and ComputationError where a contact
     change was missed.
     """
@@ -388,7 +394,7 @@ def integrate(
     t = 0.0
     steps = 0
     changes = 0
-    while t < stop:
+    while t < stop:  # a segment a pass
         segment = integrator.run(contact, t, z, stop, dense)
         begin = t
         t = segment.t1[0]

@@ -58,35 +58,35 @@ class Grid:
         steps = segment.steps
         self.steps = steps
         self.shares, self.weights = lobatto(count)
-        powers = self.shares[:, None] ** np.arange(len(steps.series))
+        powers = self.shares[:, None] ** np.arange(len(steps.series))  # (k, p)
         self.states = np.tensordot(powers, steps.series, 1).swapaxes(0, 1)
         self.t = steps.t + steps.h * self.shares[:, None]
-        self.c = segment.coefficients(steps.lane)
+        self.c = segment.coefficients(steps.motion)
         self.coefficients_of = segment.coefficients
-        self.first = np.searchsorted(steps.lane, np.arange(len(segment.t0)))
+        self.first = np.searchsorted(steps.motion, np.arange(len(segment.t0)))
 
     def read(self, signal: Read) -> np.ndarray:
         """A signal (..., k, s) at all places."""
         return signal(self.c, self.states, self.steps.on[:, None])
 
-    def peaks(self, signal: Read, values: np.ndarray, enough: np.ndarray) -> Peaks:
+    def peaks(self, signal: Read, values: np.ndarray, threshold: np.ndarray) -> Peaks:
         """Maxima of a signal between its samples `values` (k, s), exact to rounding.
 
-        Those that cannot exceed `enough` (s,), a number for each step, are left out, which saves
+        Those that cannot exceed `threshold` (s,), a number for each step, are left out, which saves
         time. By parabolas through three samples each, then Newton's method on differences.
         """
         high = np.fmax.reduce(values)
         low = np.fmin.reduce(values)
-        # no peak rises over the samples by more than half of their range
-        promising = np.flatnonzero(high + 0.5 * (high - low) > enough)
-        parabola, column, share = self._tops(values[:, promising], enough[promising])
+        # taken for granted: no peak rises over the samples by more than half of their range
+        promising = np.flatnonzero(high + 0.5 * (high - low) > threshold)
+        parabola, column, share = self._tops(values[:, promising], threshold[promising])
         step = promising[column]
         if not step.size:
             return Peaks(step, share, value=share)
         least = self.shares[parabola]
         most = self.shares[parabola + 2]
         steps = self.steps.some(step)
-        c = self.coefficients_of(steps.lane)
+        c = self.coefficients_of(steps.motion)
         distance = 1e-3 * (most - least)
 
         def value(share: np.ndarray) -> np.ndarray:
@@ -98,21 +98,23 @@ class Grid:
             after = value(share + distance)
             with np.errstate(divide="ignore", invalid="ignore"):
                 move = distance * (after - before) / (2.0 * (2.0 * here - before - after))
-            move = np.where(np.isfinite(move), move, 0.0)
+            move = np.where(np.isfinite(move), move, 0.0)  # where the signal is straight: none
             share = np.clip(share + move, least, most)
+        # the greater of the values at the last two shares, which differ by rounding
         return Peaks(step, share, np.fmax(value(share), here))
 
     def _tops(
-        self, values: np.ndarray, enough: np.ndarray
+        self, values: np.ndarray, threshold: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Tops of the parabolas through each three neighbouring samples (k, j) of j steps.
 
-        Those that may exceed `enough` (j,): number (m,) of the parabola's first sample, number (m,)
-        of its step, and share (m,) of the step at which the top lies.
+        Of those that may exceed `threshold` (j,): number (m,) of the parabola's first sample,
+        number (m,) of its step, and share (m,) of the step at which the top lies.
         """
         shares = self.shares[:, None]
-        # the place of each top, and its height over the middle sample
+        # the share at which each top lies, and its height over the middle sample
         slopes = np.diff(values, axis=0) / np.diff(shares, axis=0)
+        # the parabolas' coefficients of the square: half of their second derivatives
         curvature = np.diff(slopes, axis=0) / (shares[2:] - shares[:-2])
         middles = (shares[1:] + shares[:-1]) / 2.0
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -124,8 +126,8 @@ class Grid:
         left[0] = 0.0
         right[-1] = 1.0
         has_top = (curvature < 0.0) & (top >= left) & (top <= right)
-        may_be_enough = values[1:-1] + 2.0 * rise > enough
-        parabola, step = np.nonzero(has_top & may_be_enough)
+        may_exceed = values[1:-1] + 2.0 * rise > threshold  # twice: the signal is no parabola
+        parabola, step = np.nonzero(has_top & may_exceed)
         return parabola, step, top[parabola, step]
 
     def ranges(
@@ -137,14 +139,14 @@ class Grid:
         samples do not count. inf and -inf stand for a signal that a motion nowhere has.
         """
         read = self.read(signal) if values is None else values
-        begin = np.full(len(self.steps.lane), -np.inf)
+        begin = np.full(len(self.steps.motion), -np.inf)
         counting = read
         around_peaks = read
         if since is not None:
-            begin = since[self.steps.lane]
+            begin = since[self.steps.motion]
             counts = self.t >= begin - 1e-12 * np.abs(begin)
             counting = np.where(counts, read, np.nan)
-            # a peak beside the first sample that counts does so too
+            # all samples of a step with one that counts, since a peak beside that one counts too
             around_peaks = np.where(counts.any(axis=0), read, np.nan)
 
         def negative(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
@@ -159,19 +161,20 @@ class Grid:
     ) -> np.ndarray:
         """Greatest value (n,) of a signal in each motion.
 
-        counting, around_peaks (k, s): its values at all places, NaN where they do not count, and
-        where there is no peak that does; begin (s,): the time from which on peaks count.
+        counting (k, s): its values at all places, NaN at those that do not count; around_peaks
+        (k, s): the same values, NaN in steps without any peak that counts; begin (s,): the time
+        from which on peaks count.
         """
-        lane = self.steps.lane
+        motion = self.steps.motion
         highest = np.fmax.reduce(counting)
         highest = np.where(np.isnan(highest), -np.inf, highest)
         greatest = np.fmax.reduceat(highest, self.first)
-        peaks = self.peaks(signal, around_peaks, greatest[lane])
+        peaks = self.peaks(signal, around_peaks, greatest[motion])
         step = peaks.step
         # a peak counts as well if it lies less than one sample before the time
         widest = np.diff(self.shares).max()
         counts = self.steps.t[step] + self.steps.h[step] * (peaks.share + widest) >= begin[step]
-        np.fmax.at(greatest, lane[step[counts]], peaks.value[counts])
+        np.fmax.at(greatest, motion[step[counts]], peaks.value[counts])
         return greatest
 
 
@@ -326,12 +329,16 @@ class Sliding:
         return np.asarray(states[3] - self._speed)
 
     def observe(self, segment: Segment) -> None:
+        """Locate the first instant in a part of the motion at which the pad is as fast.
+
+        At samples of each step and at the peaks of its speed between them.
+        """
         if self.lost is not None:
             return
         grid = Grid(segment, self._count)
         steps = segment.steps
         values = grid.read(self._excess)
-        peaks = grid.peaks(self._excess, values, np.zeros(len(steps.t)))
+        peaks = grid.peaks(self._excess, values, threshold=np.zeros(len(steps.t)))
         times_of_peaks = steps.t[peaks.step] + steps.h[peaks.step] * peaks.share
         too_fast = np.append(grid.t[values >= 0.0], times_of_peaks[peaks.value >= 0.0])
         if not too_fast.size:
@@ -395,15 +402,16 @@ class ResponseObserver:
     """Samples of the start, of the last part and of the kinetic energy, in natural units."""
 
     def __init__(self, model: PadModel, units: Units, stop: float) -> None:
+        """Choose the times of the samples, up to the end of the run."""
         pad = model.pad
         self._units = units
         # weights of the squared rates of (x, y, w theta) in the kinetic energy
         self._mass = np.array([pad.m, pad.m, pad.I / pad.w**2])
-        # a quarter of a radian of the fast rotation
+        # the time step: a quarter of a radian of the fast rotation
         self._step = 0.25 / max(1.0, math.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I))
         # of a long run no more samples than tell its frequency well
         first = np.arange(min(32_768, int(stop / self._step) + 1)) * self._step
-        last = stop - first[first <= LAST * stop][::-1]
+        last = stop - first[first <= LAST * stop][::-1]  # as far from the end, in rising order
         # random times in equal cells, which no frequency is in step with
         cells = np.arange(200 * PARTS)
         spread = stop * (cells + np.random.default_rng(0).random(len(cells))) / len(cells)
@@ -419,6 +427,7 @@ class ResponseObserver:
             self._first_change = min(self._first_change, float(segment.t[0]))
 
     def result(self) -> Response:
+        """What the samples show, in SI units."""
         energy = self._energy_of_parts()
         last = self._last.states
         greatest = float(np.sqrt(energy.max()))

@@ -225,7 +225,7 @@ def make_integrator(
     return SciPyIntegrator(model, tolerance, options)
 
 
-def first_place(scene: Scene) -> tuple[float, ...]:
+def initial_state(scene: Scene) -> tuple[float, ...]:
     """(x, y, theta, x_dot, y_dot, theta_dot) in SI units from which a scene's motion starts.
 
     Raises ComputationError where there is no equilibrium to start from.
@@ -262,9 +262,9 @@ def in_natural_units(scene: Scene) -> InitialValues:
     damping cannot be computed.
     """
     assert scene.stop is not None  # as a scene that is simulated has it
-    first = first_place(scene)
+    initial = initial_state(scene)
     model = scene.pad_model
-    units = natural_units(model, first)
+    units = natural_units(model, initial)
     if scene.damping is not None:
         from squeal.equilibrium.damping import damped_model
 
@@ -272,7 +272,7 @@ def in_natural_units(scene: Scene) -> InitialValues:
     return InitialValues(
         units=units,
         model=units.scaled(model),
-        state=units.to_scaled(np.array(first)),
+        state=units.to_scaled(np.array(initial)),
         stop=scene.stop / units.time,
     )
 

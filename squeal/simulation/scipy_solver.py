@@ -99,25 +99,28 @@ class SciPyIntegrator(Integrator):
         """The time of the first extremum of a gap within a step that comes close to zero or passes
         it, so that both ends of the step may hide two changes of contact; None if there is none.
 
-        By cubics through the gaps and their rates at nodes (s,) with states (6, s).
+        By the cubic Hermite interpolants a + da s + second s^2 + third s^3 of the gaps over each
+        step, 0 <= s <= 1, from the gaps and their rates at nodes (n,) with states (6, n).
         """
         c = self._model.c
-        moving = states.astype(complex)
+        moving = states.astype(complex)  # rates of the gaps by the complex step
         moving[:3] += 1j * _IMAGINARY * states[3:]
         gaps = np.array(self._model.law.gaps(c, pose(np, c.place(moving))))
-        gaps *= np.where(contact, 1.0, -1.0)[:, None]  # a change of contact raises them above zero
+        # with such signs a gap is below zero until its contact changes
+        gaps *= np.where(contact, 1.0, -1.0)[:, None]
         rates = gaps.imag / _IMAGINARY
         h = np.diff(nodes)
-        a = gaps.real[:, :-1]
-        b = gaps.real[:, 1:]
+        a = gaps.real[:, :-1]  # at the begin of each step
+        b = gaps.real[:, 1:]  # at its end
         da = h * rates[:, :-1]
         db = h * rates[:, 1:]
         second = 3 * (b - a) - 2 * da - db
         third = 2 * (a - b) + da + db
         with np.errstate(all="ignore"):
+            # the root of the cubic's derivative at which the cubic is greatest
             share = da / (np.sqrt(second**2 - 3 * da * third) - second)
             top = a + share * (da + share * (second + share * third))
-            near_zero = top > 0.02 * np.maximum(a, b)
+            near_zero = top > 0.02 * np.maximum(a, b)  # or above: these are below zero
         has_top = (a < 0) & (b < 0) & (da > 0) & (db < 0) & near_zero
         has_top &= (share > 0.01) & (share < 0.99)  # a top at a node has been solved up to already
         first = np.where(has_top, nodes[:-1] + share * h, np.inf).min(initial=np.inf)
@@ -146,12 +149,12 @@ class SciPyIntegrator(Integrator):
                 f"SciPy gave up at natural time {solution.t[-1]:.9g}: {solution.message}"
             )
         turning_time = self._turning_time(solution.t, solution.y, contact)
-        if turning_time is not None:
+        if turning_time is not None:  # with an end there SciPy sees the change of sign
             return self.run(contact, t, state, turning_time, dense)
         last = len(solution.t) - 1
         limit = Limit.NONE
         point = np.empty(0, dtype=int)
-        if solution.status == 1:
+        if solution.status == 1:  # an event, of which `_events` gives the order, has ended it
             event = next(i for i, times in enumerate(solution.t_events) if len(times))
             if event < len(touching):
                 point = np.array([event])
@@ -162,7 +165,7 @@ class SciPyIntegrator(Integrator):
             limit, last = collapse
             point = point[:0]  # what comes behind the collapse does not count
         nodes = solution.t[: last + 1]
-        t1 = nodes[-1:]
+        t1 = nodes[-1:]  # (1,), as a segment of a single motion has it
         end = solution.y[:, last : last + 1].copy()
         return Segment(
             law=self._model.law,
@@ -171,7 +174,7 @@ class SciPyIntegrator(Integrator):
             t1=t1,
             first=contact[:, None],
             end=end,
-            lane=np.zeros(len(point), dtype=int),
+            motion=np.zeros(len(point), dtype=int),
             point=point,
             t=t1.repeat(len(point)),
             state=end.repeat(len(point), axis=1),
@@ -198,10 +201,10 @@ class SciPyIntegrator(Integrator):
 def _smooth(nodes: np.ndarray, motion: Callable[[np.ndarray], np.ndarray]) -> DenseOutput:
     """SciPy's dense output, times (k,) to states (6, k), as the polynomials of degree 7 that it is
     between nodes (s + 1,)."""
-    shares, _ = lobatto(8)
+    shares, _ = lobatto(8)  # eight values determine a polynomial of degree 7
     fit = np.linalg.inv(np.vander(shares, increasing=True))
     h = np.diff(nodes)
     times = nodes[:-1, None] + h[:, None] * shares
     states = motion(times.ravel()).reshape(6, len(h), -1)
     series = (states @ fit.T).transpose(2, 0, 1)
-    return DenseOutput(lane=np.zeros(len(h), dtype=int), t=nodes[:-1], h=h, series=series)
+    return DenseOutput(motion=np.zeros(len(h), dtype=int), t=nodes[:-1], h=h, series=series)

@@ -120,7 +120,7 @@ class ContactChange(NamedTuple):
 class ContactChanges(NamedTuple):
     """Contact changes of some motions as arrays (e,), see `Segment`; states (6, e)."""
 
-    lane: np.ndarray
+    motion: np.ndarray
     point: np.ndarray
     t: np.ndarray
     state: np.ndarray
@@ -192,9 +192,8 @@ class Machine:
         # views of heyoka's arrays, with one lane for a single motion; parts of them for callbacks
         self.pars = self.ta.pars.reshape(count, -1)
         self.state = self.ta.state.reshape(6, -1)
-        self._times = np.atleast_1d(
-            self.ta.time
-        )  # a view of several lanes, whose callback reads it
+        # of several lanes a view, which their callback reads; a single motion's reads ta.time
+        self._times = np.atleast_1d(self.ta.time)
         self._columns = list(self.state.T)  # the state (6,) of each lane
         self._on = list(self.pars[len(NAMES) : len(NAMES) + law.points])  # (lanes,) of each point
 
@@ -256,7 +255,7 @@ class Machine:
     def _another_point_is_near(self, point: int) -> bool:
         """Whether another point of a single motion is near the surface, on the other side or on its
         way there, so that it has to be looked at before the motion goes on."""
-        state = self._columns[0]
+        state = self._columns[0]  # gaps do not depend on x, its first entry
         at = pose(math, self.c.place((0.0, float(state[1]), float(state[2]))))
         for other, gap in enumerate(self.code.law.gaps(self.c, at)):
             touches = self._on[other][0]
@@ -282,7 +281,7 @@ class Machine:
         changes = sorted(self.log, key=lambda change: change.motion)
         states = np.frombuffer(b"".join(change.state for change in changes), number)
         return ContactChanges(
-            lane=np.array([change.motion for change in changes], dtype=int),
+            motion=np.array([change.motion for change in changes], dtype=int),
             point=np.array([change.point for change in changes], dtype=int),
             t=np.array([change.t for change in changes], dtype=number),
             state=states.reshape(len(changes), 6).T,
@@ -324,14 +323,15 @@ class Record:
         steps_of_lanes = steps_of_lanes.reshape(*steps_of_lanes.shape[:3], -1)
         lengths = np.diff(t, axis=0)
         taken = lengths > 0.0  # motions at their end wait for others
-        taken[0] |= ~taken.any(axis=0)  # a change of contact may take no time
+        # a change of contact may take no time: the first step of such a motion serves
+        taken[0] |= ~taken.any(axis=0)
         lane, step = np.nonzero(taken.T)
         h = lengths[step, lane]
         series = np.ascontiguousarray(steps_of_lanes[step, :, :, lane].T)
         # from powers of time to powers of the share of the step
         powers = np.cumprod(np.broadcast_to(h, (len(series) - 1, len(h))), axis=0)
         series[1:] *= powers[:, None]
-        return DenseOutput(lane=first_motion + lane, t=t[step, lane], h=h, series=series)
+        return DenseOutput(motion=first_motion + lane, t=t[step, lane], h=h, series=series)
 
 
 @lru_cache
@@ -342,7 +342,7 @@ def _machine(_thread: int, code: Code) -> Machine:
 
 def limit_of(outcome: hy.taylor_outcome, points: int) -> Limit:
     """What stopped heyoka, with so many contact points before the limits among its events."""
-    code = int(outcome)  # of events: -1, -2, ..., not negative where a callback let it go on
+    code = int(outcome)  # the i-th event: -1 - i where it stops heyoka, i where a callback does not
     limit = -code - 1 - points
     if 0 <= limit < len(LIMITS):
         return Limit(limit)

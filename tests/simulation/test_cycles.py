@@ -319,7 +319,7 @@ def test_a_motion_returns_after_all_the_passages_of_its_period(passages):
         t1=empty,
         first=np.ones((2, 1), dtype=int),
         end=np.zeros((6, 1)),
-        lane=0 * order,
+        motion=0 * order,
         point=np.array([1, 0, 0, 1])[order % 4],
         t=5.0 + order * 0.25,
         state=height * np.ones((6, 1)),

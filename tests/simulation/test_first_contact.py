@@ -74,7 +74,7 @@ def falls(**changes):
         t1=np.full(1, 0.5),
         first=none,
         end=high,
-        lane=none[0, :0],
+        motion=none[0, :0],
         point=none[0, :0],
         t=np.empty(0),
         state=high[:, :0],

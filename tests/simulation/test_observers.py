@@ -43,9 +43,9 @@ def test_each_maximum_of_a_parabola_is_found_wherever_in_its_step_it_lies(count)
     places = np.linspace(0.002, 0.998, 250)
     series = np.zeros((3, 6, len(places)))
     series[:, 0] = -(places**2), 2 * places, -np.ones(len(places))  # -(share - place)^2
-    lane = np.zeros(len(places), dtype=int)
-    steps = Steps(lane, np.arange(250.0), np.ones(250), series, np.zeros((2, 250)))
-    segment: Any = SimpleNamespace(steps=steps, t0=np.zeros(1), coefficients=lambda lane: None)
+    motion = np.zeros(len(places), dtype=int)
+    steps = Steps(motion, np.arange(250.0), np.ones(250), series, np.zeros((2, 250)))
+    segment: Any = SimpleNamespace(steps=steps, t0=np.zeros(1), coefficients=lambda motion: None)
     grid = Grid(segment, count)
     enough = np.full(250, -np.inf)
     found, share, values = grid.peaks(lambda c, states, on: states[0], grid.states[0], enough)
@@ -58,15 +58,15 @@ def test_ranges_are_those_of_sines_in_closed_form():
     """Two motions side by side, of other lengths; from their begin, and from a later time on."""
     h = 0.5
     orders = np.arange(16)[:, None]
-    lane = np.repeat([0, 1], [20, 6])
+    motion = np.repeat([0, 1], [20, 6])
     t = np.concatenate([np.arange(0.0, 10.0, h), np.arange(0.0, 3.0, h)])
-    size = 1.0 + lane
-    phase = 0.3 + 0.7 * lane
+    size = 1.0 + motion
+    phase = 0.3 + 0.7 * motion
     series = np.zeros((16, 6, len(t)))
     factorial = np.cumprod(np.maximum(orders, 1.0), axis=0)
     series[:, 0] = size * np.sin(t + phase + orders * np.pi / 2) * h**orders / factorial
-    steps = Steps(lane, t, np.full(len(t), h), series, np.ones((2, len(t))))
-    segment: Any = SimpleNamespace(steps=steps, t0=np.zeros(2), coefficients=lambda lane: None)
+    steps = Steps(motion, t, np.full(len(t), h), series, np.ones((2, len(t))))
+    segment: Any = SimpleNamespace(steps=steps, t0=np.zeros(2), coefficients=lambda motion: None)
 
     def signal(_c, states, _on):
         return states[0]
@@ -78,7 +78,7 @@ def test_ranges_are_those_of_sines_in_closed_form():
         late = [[np.sin(10.3), np.sin(9.3)], [2 * np.sin(4.0), 2 * np.sin(2.0)]]
         found = grid.ranges(signal, since=np.array([9.0, 1.0]))
         assert found == pytest.approx(np.array(late), rel=1e-12)
-        spent = np.bincount(lane, (grid.weights @ grid.states[0]) * h)
+        spent = np.bincount(motion, (grid.weights @ grid.states[0]) * h)
         whole = [np.cos(0.3) - np.cos(10.3), 2 * np.cos(1.0) - 2 * np.cos(4.0)]
         assert spent == pytest.approx(whole, rel=1e-5)
         none = grid.ranges(lambda *where: np.nan * signal(*where))

@@ -8,7 +8,7 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.model.contact import LEADING, STATES, TRAILING
+from squeal.model.contact import LEADING, NONE, STATES, TRAILING
 from squeal.model.equations import Units
 from squeal.model.pad import Coefficients
 from squeal.simulation.hybrid import Segment, whole
@@ -60,38 +60,41 @@ def measures(
     if law.points != 2:
         raise InputError("measures are those of two edges")
     touched = _first_contact(segment)
-    spent = _times(segment)
+    spent = _times(segment)  # (4, n)
     duration = np.where(np.isfinite(touched), segment.t1 - touched, 0.0)
     grid = Grid(segment, places)
-    line = not law.plotted[1].is_force
+    is_line = not law.plotted[1].is_force
     signals = plotted(law)
-    a, b = grid.read(signals)
+    first, second = grid.read(signals)  # (k, s) each
 
     def span(read: Read, values: np.ndarray) -> np.ndarray:
+        """Range (n, 2) of a signal from its first turn on, NaN where it has none."""
         ends = grid.ranges(read, values, _first_turn(grid, values, touched))
         return np.where(np.isfinite(ends), ends, np.nan)
 
     def tilt(c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
         return np.asarray(np.arctan2(c.rty - c.rly, c.rtx - c.rlx) + states[2] / c.w)
 
-    def both(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
+    def edge_force_sum(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
         return np.asarray(signals(c, states, on).sum(axis=0))
 
     def speed(_c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
         return np.asarray(states[3])
 
     nothing = np.full((n, 2), np.nan)
-    lane = grid.steps.lane
+    motion = grid.steps.motion
     tilts = grid.read(tilt)
-    counts = grid.steps.t >= touched[lane]
-    means = np.where(counts, grid.weights @ np.nan_to_num(a), 0.0) * grid.steps.h
-    if line:  # a: the reaction, b: its position
-        load = a
-        moment = a * b
-        vanishing = spent[[1, 1]]  # time without any contact, for either edge
-    else:  # a, b: the forces at the leading and the trailing edge
-        load = a + b
-        moment = b - a
+    has_touched = grid.steps.t >= touched[motion]
+    # of the first signal over each step
+    integrals = np.where(has_touched, grid.weights @ np.nan_to_num(first), 0.0) * grid.steps.h
+    if is_line:  # the reaction and its position
+        load = first
+        moment = first * second
+        without_contact = spent[STATES.index(NONE)]
+        vanishing = np.array([without_contact, without_contact])  # the same for both edges
+    else:  # the forces at the leading and the trailing edge
+        load = first + second
+        moment = second - first
         vanishing = _APART @ spent
     blows, heaviest = _blows(grid, np.nan_to_num(load), np.nan_to_num(moment), n)
     facing_speed = grid.ranges(face_speed)[:, 1]
@@ -101,12 +104,12 @@ def measures(
             "separated": (_APART @ spent).T * np.reshape(units.time, (-1, 1)),
             "shares": (spent / duration).T,
             "losses": _losses(segment),
-            "first": span(one_of(signals, 0), a),
-            "second": span(one_of(signals, 1), b),
-            "together": nothing if line else span(both, a + b),
+            "first": span(one_of(signals, 0), first),
+            "second": span(one_of(signals, 1), second),
+            "together": nothing if is_line else span(edge_force_sum, first + second),
             "tilt": span(tilt, tilts),
             "down": _negative(grid, tilts, touched, n) / duration,
-            "mean": np.bincount(lane, means, n) / duration,
+            "mean": np.bincount(motion, integrals, n) / duration,
             "blows": blows,
             "heaviest": heaviest,
             "vanishes": vanishing.T / duration[:, None],
@@ -119,24 +122,27 @@ def measures(
 def _first_contact(segment: Segment) -> np.ndarray:
     """When (n,) each motion first touches, inf for one that never does."""
     times = np.where(segment.first.any(axis=0), segment.t0, np.inf)
-    np.fmin.at(times, segment.lane, np.where(np.isinf(times[segment.lane]), segment.t, np.inf))
+    # of a motion that begins without contact the first change is a touch
+    np.fmin.at(times, segment.motion, np.where(np.isinf(times[segment.motion]), segment.t, np.inf))
     return times
 
 
 def _times(segment: Segment) -> np.ndarray:
     """Time in each of the four states since first contact, (4, n) in the order of `STATES`."""
     n = len(segment.t0)
-    lane = np.concatenate([np.arange(n), segment.lane])
-    order = np.argsort(lane, kind="stable")  # the times of one contact state, in order
-    lane = lane[order]
+    # an interval of one contact state begins with each motion, and at each change
+    motion = np.concatenate([np.arange(n), segment.motion])
+    order = np.argsort(motion, kind="stable")  # by motion, then by time
+    motion = motion[order]
     begin = np.concatenate([segment.t0, segment.t])[order]
-    final = np.append(lane[1:] != lane[:-1], True)
+    is_last_of_motion = np.append(motion[1:] != motion[:-1], True)
     end = np.append(begin[1:], 0.0)
-    end[final] = segment.t1
+    end[is_last_of_motion] = segment.t1
     code = [1, 2] @ np.concatenate([segment.first, segment.on], axis=1)[:, order]
-    counts = (begin > segment.t0[lane]) | (code > 0)
+    # an interval without contact from the begin on is the time before the first contact
+    counts = (begin > segment.t0[motion]) | (code > 0)
     spent = np.zeros((4, n))
-    np.add.at(spent, (code[counts], lane[counts]), (end - begin)[counts])
+    np.add.at(spent, (code[counts], motion[counts]), (end - begin)[counts])
     return spent[_CODES]
 
 
@@ -144,8 +150,10 @@ def _losses(segment: Segment) -> np.ndarray:
     """Tuples (n,) of the edges in the order in which they separate."""
     lost = segment.on[segment.point, np.arange(len(segment.point))] == 0
     losses: list[list[int]] = [[] for _ in segment.t0]
-    for lane, edge in zip(segment.lane[lost].tolist(), segment.point[lost].tolist(), strict=True):
-        losses[lane].append(edge)
+    for motion, edge in zip(
+        segment.motion[lost].tolist(), segment.point[lost].tolist(), strict=True
+    ):
+        losses[motion].append(edge)
     result = np.empty(len(losses), dtype=object)
     result[:] = [tuple(edges) for edges in losses]
     return result
@@ -153,25 +161,27 @@ def _losses(segment: Segment) -> np.ndarray:
 
 def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarray:
     """When (n,) samples (k, s) of a signal begin to count: at first contact, or if it is zero then
-    where it first turns."""
-    begin = np.append(grid.first, values.shape[1])
+    where it first turns.
+
+    touched (n,): time of the first contact, inf without one.
+    """
+    first_steps = np.append(grid.first, values.shape[1])  # of each motion, and the end of the last
     since = touched.copy()
-    for lane in np.flatnonzero(np.isfinite(touched)).tolist():
-        own = slice(begin[lane], begin[lane + 1])
-        start = begin[lane] + int(np.searchsorted(grid.steps.t[own], touched[lane]))
-        if start == begin[lane + 1] or not abs(values[0, start]) <= START:
+    for motion in np.flatnonzero(np.isfinite(touched)).tolist():
+        begin, end = first_steps[motion : motion + 2]
+        begin += int(np.searchsorted(grid.steps.t[begin:end], touched[motion]))
+        if begin == end or not abs(values[0, begin]) <= START:
             continue
-        # in order of time, the end of each step being the begin of the next
-        own = slice(start, begin[lane + 1])
-        signal = np.append(values[:-1, own].T.ravel(), values[-1, own][-1])
+        # all samples in order of time; the last one of a step is the first one of the next
+        times = grid.t[:, begin:end]
+        signal = np.append(values[:-1, begin:end].T.ravel(), values[-1, end - 1])
         direction = np.sign(np.diff(signal))
         turns = np.flatnonzero((direction[1:] != direction[:-1]) & ~np.isnan(direction[:-1]))
-        times = grid.t[:, own]
         if turns.size == 0:
-            since[lane] = times[-1, -1]
+            since[motion] = times[-1, -1]
             continue
         step, place = divmod(int(turns[0]) + 1, len(values) - 1)
-        since[lane] = times[place, step]
+        since[motion] = times[place, step]
     return since
 
 
@@ -186,9 +196,9 @@ def _negative(grid: Grid, values: np.ndarray, touched: np.ndarray, n: int) -> np
     below = np.maximum(-np.minimum(before, after), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(rise > 0.0, np.minimum(below / rise, 1.0), before < 0.0)
-    counts = grid.t[:-1] >= touched[grid.steps.lane]
-    spent = np.where(counts, share * np.diff(grid.t, axis=0), 0.0).sum(axis=0)
-    return np.bincount(grid.steps.lane, spent, n)
+    has_touched = grid.t[:-1] >= touched[grid.steps.motion]
+    spent = np.where(has_touched, share * np.diff(grid.t, axis=0), 0.0).sum(axis=0)
+    return np.bincount(grid.steps.motion, spent, n)
 
 
 def _blows(
@@ -202,30 +212,31 @@ def _blows(
     that edge's half; its impulse is that of the whole force, over F_n T_1.
     """
     steps = grid.steps
-    period = 2.0 * np.pi * np.sqrt(1.0 / (grid.c.k1 + 0.0 * steps.h))  # the mass is the unit
+    period = 2.0 * np.pi * np.sqrt(1.0 / grid.c.k1)  # T_1, since the mass is the unit
+    # of each sample, in order of motion and time
     impulse = (load * grid.weights[:, None] * steps.h / period).T.ravel()
     side = np.sign(moment).T.ravel()
-    lane = np.repeat(steps.lane, len(load))
-    # without a force the side stays: that of the last sample with one, in the same motion
-    last = np.maximum.accumulate(np.where(side != 0.0, np.arange(side.size), 0))
-    side = np.where(lane[last] == lane, side[last], 0.0)
-    # a blow a stretch of one side and one motion
-    changes = (side[1:] != side[:-1]) | (lane[1:] != lane[:-1])
+    motion = np.repeat(steps.motion, len(load))
+    # a sample without force has the side of the last one with force in the same motion
+    last_with_force = np.maximum.accumulate(np.where(side != 0.0, np.arange(side.size), 0))
+    side = np.where(motion[last_with_force] == motion, side[last_with_force], 0.0)
+    # a blow lasts as long as side and motion stay the same
+    changes = (side[1:] != side[:-1]) | (motion[1:] != motion[:-1])
     begin = np.flatnonzero(np.append(True, changes))
-    total = np.add.reduceat(impulse, begin)
-    side = side[begin]
-    lane = lane[begin]
+    impulse_of_blow = np.add.reduceat(impulse, begin)
+    side_of_blow = side[begin]
+    motion_of_blow = motion[begin]
     turns = np.zeros((n, len(LEVELS)), dtype=int)
     heaviest = np.zeros((n, 2))
     for edge, sign in enumerate((-1.0, 1.0)):
-        own = side == sign
-        np.fmax.at(heaviest[:, edge], lane[own], total[own])
+        on_edge = side_of_blow == sign
+        np.fmax.at(heaviest[:, edge], motion_of_blow[on_edge], impulse_of_blow[on_edge])
     for column, level in zip(turns.T, LEVELS, strict=True):
-        counts = (total > level) & (side != 0.0)
-        motion = lane[counts]
-        edge_struck = side[counts]
-        turn = (edge_struck[1:] != edge_struck[:-1]) & (motion[1:] == motion[:-1])
-        column[:] = np.bincount(motion[1:][turn], minlength=n)
+        counts = (impulse_of_blow > level) & (side_of_blow != 0.0)
+        struck = side_of_blow[counts]
+        of_motion = motion_of_blow[counts]
+        is_turn = (struck[1:] != struck[:-1]) & (of_motion[1:] == of_motion[:-1])
+        column[:] = np.bincount(of_motion[1:][is_turn], minlength=n)
     return turns, heaviest
 
 
@@ -233,11 +244,11 @@ def _calm(grid: Grid, late: np.ndarray) -> np.ndarray:
     """Greatest acceleration after a time (n,) over that of the whole run, (n,)."""
     steps = grid.steps
     k = np.arange(1, len(grid.steps.series))
-    # derivative of the Taylor series of the velocities by the share of the step
+    # derivatives k share^(k - 1) of the powers share^k, 0 of the constant one
     powers = np.pad(grid.shares[:, None] ** (k - 1) * k, ((0, 0), (1, 0)))
-    rates = np.tensordot(powers, steps.series, 1)[:, 3:]
-    squares = (rates**2).sum(axis=1) / np.maximum(steps.h, 1e-300) ** 2
-    late_squares = np.where(grid.t >= late[steps.lane], squares, 0.0)
+    accelerations = np.tensordot(powers, steps.series, 1)[:, 3:]  # by the share of the step
+    squares = (accelerations**2).sum(axis=1) / np.maximum(steps.h, 1e-300) ** 2
+    late_squares = np.where(grid.t >= late[steps.motion], squares, 0.0)
     greatest = np.maximum.reduceat(squares.max(axis=0), grid.first)
     late_greatest = np.maximum.reduceat(late_squares.max(axis=0), grid.first)
     return np.asarray(np.sqrt(late_greatest / greatest))

@@ -82,10 +82,11 @@ class TaylorBatch(HeyokaIntegrator):
         until = t.copy()
         while True:
             machine.ta.propagate_until(until, max_steps=self.options.most_steps, **how)
+            # of each motion: the outcome, its shortest and longest step, and how many steps
             results = machine.ta.propagate_res
             count += [result[3] for result in results]
             stopped_by = np.array([limit_of(result[0], points) for result in results])
-            going = limit == Limit.NONE
+            going = limit == Limit.NONE  # not stopped in an earlier round
             t[:] = machine.ta.time
             state[:, going] = machine.state[:, going]
             stopped = (t < until) & (stopped_by != Limit.NONE)
@@ -97,4 +98,5 @@ class TaylorBatch(HeyokaIntegrator):
             machine.pars[:, stopped] = parameters[:, stopped]
             machine.state[:, stopped] = start[:, stopped]
             machine.ta.reset_cooldowns()
+        # neither a limit nor the end was reached in the allowed number of steps
         limit[t < until] = Limit.FAILED

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
@@ -27,6 +28,7 @@ from squeal.simulation.hybrid import (
 )
 from squeal.simulation.run import heyoka
 
+MEASURED_AT_ONCE = 800.0  # natural time, in each lane, of motions whose steps are stored meanwhile
 DONE = 0
 REFUSED = 1 + len(LIMITS)  # outcomes; those between are 1 + the index into `LIMITS`
 
@@ -58,16 +60,16 @@ def _unsure(segment: Segment, options: Options) -> np.ndarray:
     They could not be carried to the end, a gap has the wrong sign there, or several points may have
     changed in one instant.
     """
-    wrong = (segment.beyond > options.missed).any(axis=0)
-    doubt = (segment.limit == Limit.FAILED) | (wrong & (segment.limit == Limit.NONE))
-    at = segment.coefficients(segment.lane)
+    missed = (segment.beyond > options.missed).any(axis=0)
+    unsure = (segment.limit == Limit.FAILED) | (missed & (segment.limit == Limit.NONE))
+    at = segment.coefficients(segment.motion)
     heights = np.array(segment.law.gaps(at, pose(np, at.place(segment.state))))
-    # another point near the surface than the one that changes
-    beyond = np.where(segment.on > 0, -heights, heights)
-    near = beyond < options.clear * (1.0 + at.w + at.h)
-    near[segment.point, np.arange(len(segment.t))] = False
-    doubt[segment.lane[near.any(axis=0)]] = True
-    return doubt
+    # at each change, how far each point is from the surface on its own side
+    distance = np.where(segment.on > 0, -heights, heights)
+    is_near = distance < options.clear * (1.0 + at.w + at.h)
+    is_near[segment.point, np.arange(len(segment.t))] = False  # the point that changes
+    unsure[segment.motion[is_near.any(axis=0)]] = True
+    return unsure
 
 
 def _motions(
@@ -95,7 +97,7 @@ def _motions(
     state = off_level(model, placed, contact, options)
     results: Arrays = {}
 
-    def put(pads: np.ndarray, segment: Segment) -> None:
+    def store(pads: np.ndarray, segment: Segment) -> None:
         """Store what is wanted of the motions of some pads; measures of those that are whole."""
         own = Units(*(v[pads] for v in vars(units).values()))
         ended = segment.limit != Limit.NONE
@@ -109,15 +111,15 @@ def _motions(
             "ended": time,
             "final": own.to_si(final).T,
             "steps": segment.count,
-            "changes": np.bincount(segment.lane, minlength=len(pads)),
+            "changes": np.bincount(segment.motion, minlength=len(pads)),
         }
         if events:
-            table = np.array([segment.t * np.asarray(own.time)[segment.lane], segment.point]).T
+            table = np.array([segment.t * np.asarray(own.time)[segment.motion], segment.point]).T
             values["events"] = np.empty(len(pads), dtype=object)
-            begin = np.searchsorted(segment.lane, np.arange(1, len(pads)))
+            begin = np.searchsorted(segment.motion, np.arange(1, len(pads)))
             values["events"][:] = np.split(table, begin)
         for name, measured in measure(segment, own).items() if measure else ():
-            blank = {"f": np.nan, "O": None}.get(measured.dtype.kind, 0)
+            blank = {"f": np.nan, "O": None}.get(measured.dtype.kind, 0)  # by floats, objects
             values[name] = measured.copy()
             values[name][ended] = blank
         for name, each in values.items():
@@ -128,17 +130,20 @@ def _motions(
     dense = measure is not None
     lengths = stop * np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
     order = np.argsort(-lengths, kind="stable")
-    order = np.append(order, order[-1:].repeat(-n % options.lanes))
+    to_fill = -n % options.lanes
+    order = np.append(order, order[-1:].repeat(to_fill))
     while order.size:
         # of long motions fewer are measured at once: their steps are stored meanwhile
-        groups = min(int(800.0 / lengths[order[0]]) + 1, 8) if dense else n
+        groups = n
+        if dense:
+            groups = min(int(MEASURED_AT_ONCE / lengths[order[0]]) + 1, 8)
         block, order = np.split(order, [groups * options.lanes])
         side_by_side = TaylorBatch(_some(model, block), tolerance, options=options)
         begin = np.zeros(len(block))
         segment = side_by_side.run(contact[:, block], begin, state[:, block], stop[block], dense)
         unsure = _unsure(segment, options)
         limit = np.where(unsure, Limit.FAILED, segment.limit)
-        put(block, dataclasses.replace(segment, limit=limit))
+        store(block, dataclasses.replace(segment, limit=limit))
         for i in np.unique(block[unsure]).tolist():
             one = _some(model, i)
             own = Units(*(float(v[i]) for v in vars(units).values()))
@@ -152,7 +157,7 @@ def _motions(
                 pass  # as the last segment says
             except ComputationError:
                 continue
-            put(np.array([i]), Segment.joined(segments))
+            store(np.array([i]), Segment.joined(segments))
     return results
 
 
@@ -204,6 +209,7 @@ def simulate_many(
     """
     heyoka()
     starts = np.asarray(initial, dtype=float)
+    # all numbers as arrays (n,), of which each process takes a part
     count = len(starts)
     numbers = {name: np.broadcast_to(v, count) for name, v in pads.given().items()}
     stops = np.broadcast_to(np.asarray(stop, dtype=float), count)
@@ -211,14 +217,14 @@ def simulate_many(
     if damping is not None:
         C = np.broadcast_to(damping, (count, 3, 3))
         rows = tuple(tuple(C[:, i, j] for j in range(3)) for i in range(3))
-    drags = [] if rows is None else [v for row in rows for v in row]
-    finite = np.isfinite([*numbers.values(), *drags, stops, *starts.T]).all(axis=0)
+    entries = [] if rows is None else [entry for row in rows for entry in row]
+    finite = np.isfinite([*numbers.values(), *entries, stops, *starts.T]).all(axis=0)
     if not finite.all():
         raise ComputationError(
             f"the numbers of pad {np.argmin(finite)} of the ensemble are not finite"
         )
     whole = PadModel(model, pads.replace(**numbers), formulation, rows)  # type: ignore[arg-type]
-    size = -(-count // workers)
+    size = math.ceil(count / workers)
     parts = [slice(i, i + size) for i in range(0, count, size)]
     tasks = [(_some(whole, part), starts[part], stops[part]) for part in parts]
     motions = partial(

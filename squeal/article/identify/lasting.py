@@ -22,10 +22,10 @@ from squeal.article.identify.population import (
     OFF,
     SPEED,
     UNDECIDED,
+    assessed_equilibrium,
     compression,
     drawn,
     lines_of,
-    rest,
     single,
     some,
     write_lines,
@@ -63,7 +63,7 @@ class Lasting(NamedTuple):
 def stable(model: PadModel) -> tuple[PadModel, np.ndarray] | None:
     """The damped pad and the place (3,) of its stable sliding equilibrium; None without one."""
     scene = Scene(model.name, model.pad, model.formulation, damping=Damping(ratios=(RATIO,) * 3))
-    found = rest(model)
+    found = assessed_equilibrium(model)
     if found is None:
         return None
     try:
@@ -100,27 +100,31 @@ def _run(pads: Sequence[PadModel], states: np.ndarray, stop: float, measured: bo
 
 def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:
     """Whether (n,) contact still changes after a long time, while the lower face stays slower than
-    the surface."""
-    going = np.arange(len(pads))
+    the surface.
+
+    After `LATE` observation times, and again after `LONGER`, a motion must change contact within
+    the next `SEEN` of them.
+    """
+    going = np.arange(len(pads))  # those in which contact changed at all looks so far
     for before in (LATE, LONGER - LATE):
         if not going.size:
             break
         ends = _run([pads[i] for i in going.tolist()], states, before * STOP, False)
-        there = ends["outcome"] == DONE
-        going = going[there]
-        states = ends["final"][there]
+        is_valid = ends["outcome"] == DONE
+        going = going[is_valid]
+        states = ends["final"][is_valid]
         if not going.size:
             break
         late = _run([pads[i] for i in going.tolist()], states, SEEN * STOP, True)
-        on = np.zeros(len(going), dtype=bool)
+        goes_on = np.zeros(len(going), dtype=bool)
         for k in np.flatnonzero((late["outcome"] == DONE) & (late["changes"] > 0)).tolist():
             speed = case_of(late, k, 1.0).face * LENGTH / TIME
-            on[k] = bool(speed < SPEED)
-        going = going[on]
-        states = states[on]
-    found = np.zeros(len(pads), dtype=bool)
-    found[going] = True
-    return found
+            goes_on[k] = bool(speed < SPEED)
+        going = going[goes_on]
+        states = states[goes_on]
+    lasts = np.zeros(len(pads), dtype=bool)
+    lasts[going] = True
+    return lasts
 
 
 def lasting(numbers: Numbers) -> str:
@@ -129,23 +133,24 @@ def lasting(numbers: Numbers) -> str:
     agree `UNDECIDED`."""
     texts = []
     for model in MODELS:
-        beside = {}
+        stable_cases = {}
         for case in CASES:
             found = stable(single(stacked(numbers, model, case, CONSISTENT), 0))
             if found is not None:
-                beside[case] = found
-        if not beside:
+                stable_cases[case] = found
+        if not stable_cases:
             texts.append(NOT_APPLICABLE)
             continue
-        pads = [damped for damped, _ in beside.values() for _ in range(STARTS)]
-        states = np.concatenate([initial_states(*one) for one in beside.values()])
+        pads = [damped for damped, _ in stable_cases.values() for _ in range(STARTS)]
+        states = np.concatenate([initial_states(*found) for found in stable_cases.values()])
         answers = []
         for repeat in range(REPEATS):
             off = np.random.default_rng(repeat).uniform(-OFF, OFF, states.shape)
-            last = lasts(pads, states * (1.0 + repeat * off)).reshape(len(beside), STARTS)
-            last_any = np.asarray(last.any(axis=1))
-            cases = zip(beside, last_any.tolist(), strict=True)
-            answers.append("".join(case for case, one in cases if one))
+            # the first repeat is undisturbed
+            last = lasts(pads, states * (1.0 + repeat * off)).reshape(len(stable_cases), STARTS)
+            some_last = np.asarray(last.any(axis=1))
+            of_cases = zip(stable_cases, some_last.tolist(), strict=True)
+            answers.append("".join(case for case, lasts_there in of_cases if lasts_there))
         texts.append(answers[0] if len(set(answers)) == 1 else UNDECIDED)
     return "/".join(texts)
 

@@ -40,7 +40,7 @@ from squeal.article.identify.space import (
 )
 from squeal.equilibrium.branch import BranchEnd, follow
 from squeal.equilibrium.find import Equilibrium, record
-from squeal.equilibrium.find import rests as rests_without_friction
+from squeal.equilibrium.find import rests as frictionless_equilibria
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.io.writing import write_text
@@ -161,15 +161,15 @@ class Motions(NamedTuple):
     arrays: Arrays
     row: np.ndarray
 
-    def done(self, repeat: int, case: int, one: int) -> bool:
+    def done(self, repeat: int, case: int, index: int) -> bool:
         """Whether a motion went to its end."""
-        at = self.row[repeat, case, one]
+        at = self.row[repeat, case, index]
         return at >= 0 and self.arrays["outcome"][at] == DONE
 
-    def case(self, repeat: int, case: int, one: int) -> Case | None:
+    def case(self, repeat: int, case: int, index: int) -> Case | None:
         """The measures of a motion; None where it did not go to its end."""
-        at = int(self.row[repeat, case, one])
-        return case_of(self.arrays, at, 1.0) if self.done(repeat, case, one) else None
+        at = int(self.row[repeat, case, index])
+        return case_of(self.arrays, at, 1.0) if self.done(repeat, case, index) else None
 
 
 def disturbed(states: np.ndarray, repeat: int) -> np.ndarray:
@@ -190,21 +190,22 @@ def motions(
 ) -> Motions:
     """Motions of some pads (cases, each of n) from states (cases, n, 6), several times.
 
-    damping: matrices (cases, n, 3, 3).
+    Those of repeat 0 start as given, others slightly off, see `disturbed`. damping: matrices
+    (cases, n, 3, 3).
     """
     all_states = np.stack([disturbed(states, repeat) for repeat in range(repeats)])
     flat = all_states.reshape(-1, 6)
-    able = np.flatnonzero(np.isfinite(flat).all(axis=1))
+    able = np.flatnonzero(np.isfinite(flat).all(axis=1))  # NaN where there is no start
     row = np.full(len(flat), -1)
     row[able] = np.arange(len(able))
-    shape = all_states.shape[:-1]
+    shape = all_states.shape[:-1]  # (repeats, cases, n), in whose order the motions are flattened
     if not able.size:
         return Motions({"outcome": np.empty(0, dtype=int)}, row.reshape(shape))
     given = [stack.pad.given() for stack in stacks]
-    columns: dict[str, Any] = {
-        name: np.tile(np.concatenate([one[name] for one in given]), repeats)[able]
-        for name in given[0]
-    }
+    columns: dict[str, Any] = {}
+    for name in given[0]:
+        of_all_cases = np.concatenate([parameters[name] for parameters in given])
+        columns[name] = np.tile(of_all_cases, repeats)[able]
     matrices = None
     if damping is not None:
         matrices = np.tile(damping.reshape(-1, 3, 3), (repeats, 1, 1))[able]
@@ -225,8 +226,8 @@ def motions(
 def edge_shares(segment: Segment, units: Units) -> Arrays:
     """Shares (n, 4) of the time in the states of the face's edges, in the order of `STATES`.
 
-    Of springs that lie inside the edges and separate later. The time counts from the first place
-    that is looked at in which a spring touches.
+    Of springs that lie inside the edges and separate later. The time counts from the first step in
+    which a spring touches. `units`, which every `Measure` takes, do not matter to shares.
     """
     grid = Grid(segment, FINE)
     gaps = np.array(edge_gaps(grid.c, pose(np, grid.c.place(grid.states))))
@@ -234,22 +235,21 @@ def edge_shares(segment: Segment, units: Units) -> Arrays:
     weights = grid.weights[:, None] * grid.steps.h
     n = len(segment.t0)
     spent = np.zeros((n, len(STATES)))
-    on = np.asarray(grid.steps.on.any(axis=0))
-    touched = np.zeros(on.shape)  # 1 from the first touch of each motion on
-    for lane in range(n):
-        end = grid.first[lane + 1] if lane + 1 < n else len(on)
-        own = slice(grid.first[lane], end)
-        touched[own] = np.logical_or.accumulate(on[own])
+    some_spring_touches = np.asarray(grid.steps.on.any(axis=0))  # in each step
+    has_touched = np.zeros(some_spring_touches.shape)  # 1 from the first touch of a motion on
+    ends = np.append(grid.first[1:], len(has_touched))
+    for begin, end in zip(grid.first.tolist(), ends.tolist(), strict=True):
+        has_touched[begin:end] = np.logical_or.accumulate(some_spring_touches[begin:end])
     for column, state in enumerate(STATES):
-        here = (touching == np.array(state)[:, None, None]).all(axis=0)
-        time = np.where(here, weights, 0.0).sum(axis=0) * touched
-        spent[:, column] = np.bincount(grid.steps.lane, time, n)
+        is_in_state = (touching == np.array(state)[:, None, None]).all(axis=0)
+        time = np.where(is_in_state, weights, 0.0).sum(axis=0) * has_touched
+        spent[:, column] = np.bincount(grid.steps.motion, time, n)
     total = spent.sum(axis=1, keepdims=True)
     with np.errstate(invalid="ignore"):
         return {"shares": spent / total}
 
 
-class Rest(NamedTuple):
+class AssessedEquilibrium(NamedTuple):
     """A sliding equilibrium, the state of its contact points, and whether it flutters."""
 
     equilibrium: Equilibrium
@@ -257,28 +257,28 @@ class Rest(NamedTuple):
     flutters: bool
 
 
-def rest(model: PadModel) -> Rest | None:
+def assessed_equilibrium(model: PadModel) -> AssessedEquilibrium | None:
     """The sliding equilibrium that a model of one pad means; None where there is none."""
-    pad = {name: np.array([float(value)]) for name, value in model.pad.given().items()}
-    return rests_of(dataclasses.replace(model, pad=Pad(**pad)))[0]  # type: ignore[arg-type]
+    pad = {name: np.array([float(value)]) for name, value in model.pad.given().items()}  # a stack
+    return assessed_equilibria(dataclasses.replace(model, pad=Pad(**pad)))[0]  # type: ignore[arg-type]
 
 
-def rests_of(stack: PadModel) -> list[Rest | None]:
+def assessed_equilibria(stack: PadModel) -> list[AssessedEquilibrium | None]:
     """The sliding equilibria of some pads, followed together from no friction up to their own."""
     mu = np.asarray(stack.pad.mu)
     n = mu.size
     statics = Statics.of(stack.replace(mu=np.zeros(n)))
-    branches = follow(statics, rests_without_friction(statics, n), mu)
+    branches = follow(statics, frictionless_equilibria(statics, n), mu)
     places = branches.at(np.arange(n), mu)
-    found: list[Rest | None] = []
-    for one in range(n):
-        reached = branches.end[one] == BranchEnd.REACHED and places.exists[one]
-        state = State(*places.touching[:, one].tolist())
-        found.append(_rest(single(stack, one), places.z[:, one], state) if reached else None)
+    found: list[AssessedEquilibrium | None] = []
+    for i in range(n):
+        reached = branches.end[i] == BranchEnd.REACHED and places.exists[i]
+        state = State(*places.touching[:, i].tolist())
+        found.append(_assessed(single(stack, i), places.z[:, i], state) if reached else None)
     return found
 
 
-def _rest(model: PadModel, z: np.ndarray, state: State) -> Rest | None:
+def _assessed(model: PadModel, z: np.ndarray, state: State) -> AssessedEquilibrium | None:
     """The equilibrium of a pad at a place z (4,) of its branch; None beyond the model's limits."""
     try:
         found = record(Statics.of(model.replace(mu=0.0)), z, state, on_branch=True)
@@ -287,12 +287,14 @@ def _rest(model: PadModel, z: np.ndarray, state: State) -> Rest | None:
     if found is None or not found.admissible:
         return None
     matrices = at_equilibrium(model, found)
-    return Rest(found, model.state_at(np.array(found.q)), verdict(*matrices) == "flutter")
+    return AssessedEquilibrium(
+        found, model.state_at(np.array(found.q)), verdict(*matrices) == "flutter"
+    )
 
 
-def single(stack: PadModel, one: int) -> PadModel:
+def single(stack: PadModel, index: int) -> PadModel:
     """One pad of a stack."""
-    pad = {name: float(np.asarray(values)[one]) for name, values in stack.pad.given().items()}
+    pad = {name: float(np.asarray(values)[index]) for name, values in stack.pad.given().items()}
     return dataclasses.replace(stack, pad=Pad(**pad))
 
 
@@ -304,35 +306,44 @@ def compression(pad: Pad) -> np.ndarray:
 
 
 def released(
-    stack: PadModel, rests: Sequence[Rest | None], height: float | None, load: float
+    stack: PadModel,
+    equilibria: Sequence[AssessedEquilibrium | None],
+    height: float | None,
+    load: float,
 ) -> np.ndarray:
     """States (n, 6) at rest above the equilibrium by a height over the static compression, or where
     the contact would bear so many times the equilibrium's load; NaN where there is none."""
-    states = np.full((len(rests), 6), math.nan)
+    states = np.full((len(equilibria), 6), math.nan)
     unit = compression(stack.pad)
-    for one, at in enumerate(rests):
+    for i, at in enumerate(equilibria):
         if at is None:
             continue
-        share = at.equilibrium.R_n / float(np.asarray(stack.pad.F_n)[one])
+        share = at.equilibrium.R_n / float(np.asarray(stack.pad.F_n)[i])
+        # the load falls linearly with the height, by F_n over a static compression
         lift = (1.0 - load) * share if height is None else height
         x, y, theta = at.equilibrium.q
-        states[one] = (x, y + lift * unit[one], theta, 0.0, 0.0, 0.0)
+        states[i] = (x, y + lift * unit[i], theta, 0.0, 0.0, 0.0)
     return states
 
 
-Rests = dict[str, list[list[Rest | None]]]
+EquilibriaByModel = dict[str, list[list[AssessedEquilibrium | None]]]
 """Equilibria by model, case and set."""
 
 
 class Computed(NamedTuple):
-    """Everything that is computed of a block of sets, by model where it is a mapping."""
+    """Everything that is computed of a block of sets, by model where it is a mapping.
+
+    first: motions from the sets' own initial conditions; locked: the same with rotation stopped;
+    two_springs: of the line's pads on two springs; small_release: of points from `LOW` above the
+    equilibrium; loads: releases from each of `LOADINGS`; linear: what B3 says of each set.
+    """
 
     stacks: dict[str, list[PadModel]]
-    rests: Rests
+    equilibria: EquilibriaByModel
     first: dict[str, Motions]
     locked: dict[str, Motions]
-    two: Motions
-    low: Motions
+    two_springs: Motions
+    small_release: Motions
     loads: dict[str, list[Motions]]
     linear: list[Linear]
 
@@ -341,40 +352,49 @@ def computed(numbers: Numbers) -> Computed:
     """All motions and equilibria of some sets."""
     n = len(numbers["h"])
     stacks: dict[str, list[PadModel]] = {}
-    equilibria: Rests = {}
+    equilibria: EquilibriaByModel = {}
     first: dict[str, Motions] = {}
     locked: dict[str, Motions] = {}
     loads: dict[str, list[Motions]] = {}
     for model in MODELS:
-        own = [stacked(numbers, model, case, CONSISTENT) for case in CASES]
-        states = np.array([starts(numbers, stack) for stack in own])
-        stacks[model] = own
-        equilibria[model] = [rests_of(stack) for stack in own]
-        first[model] = motions(own, states, REPEATS)
-        still = [stack.replace(I=LOCKED * np.asarray(stack.pad.I)) for stack in own]
-        locked[model] = motions(still, states, ONCE_MORE)
+        of_model = [stacked(numbers, model, case, CONSISTENT) for case in CASES]
+        states = np.array([starts(numbers, stack) for stack in of_model])
+        stacks[model] = of_model
+        equilibria[model] = [assessed_equilibria(stack) for stack in of_model]
+        first[model] = motions(of_model, states, REPEATS)
+        not_turning = [stack.replace(I=LOCKED * np.asarray(stack.pad.I)) for stack in of_model]
+        locked[model] = motions(not_turning, states, ONCE_MORE)
         loads[model] = []
         for load in LOADINGS:
-            pairs = zip(own, equilibria[model], strict=True)
-            some_states = np.array([released(stack, there, None, load) for stack, there in pairs])
-            loads[model].append(motions(own, some_states, ONCE_MORE))
+            pairs = zip(of_model, equilibria[model], strict=True)
+            releases = np.array([released(stack, there, None, load) for stack, there in pairs])
+            loads[model].append(motions(of_model, releases, ONCE_MORE))
     springs = [PadModel("BN", stack.pad, Formulation(springs=2)) for stack in stacks["B2"]]
     states = np.array([starts(numbers, stack) for stack in stacks["B2"]])
-    two = motions(springs, states, ONCE_MORE, edge_shares)
+    two_springs = motions(springs, states, ONCE_MORE, edge_shares)
     pairs = zip(stacks["B1"], equilibria["B1"], strict=True)
-    low = motions(
+    small_release = motions(
         stacks["B1"],
         np.array([released(stack, there, LOW, 0.0) for stack, there in pairs]),
         ONCE_MORE,
     )
     linear = []
-    for one in range(n):
-        pad = pad_of({name: v[one] for name, v in numbers.items()}, "B2", CASES["c"])
+    for i in range(n):
+        pad = pad_of({name: v[i] for name, v in numbers.items()}, "B2", CASES["c"])
         linear.append(linear_measures({"c": pad}, MAP_POINTS))
-    return Computed(stacks, equilibria, first, locked, two, low, loads, linear)
+    return Computed(
+        stacks=stacks,
+        equilibria=equilibria,
+        first=first,
+        locked=locked,
+        two_springs=two_springs,
+        small_release=small_release,
+        loads=loads,
+        linear=linear,
+    )
 
 
-class Said(NamedTuple):
+class RepeatVerdicts(NamedTuple):
     """What one repeat says of a set: satisfied independent statements, cases that hammer and that
     separate, shares of time by name, verdicts by name (one letter each)."""
 
@@ -385,7 +405,7 @@ class Said(NamedTuple):
     verdicts: dict[str, str]
 
 
-def _word(value: bool) -> str:
+def _yes_or_no(value: bool) -> str:
     return YES if value else NO
 
 
@@ -395,37 +415,40 @@ def _longer(points: float, line: float) -> str:
     return POINTS if points > line else LINE
 
 
-def _means(found: Computed, runs: Mapping[str, Motions], repeat: int, one: int) -> dict[str, float]:
-    """Mean shares lost1, lost2, apart1, apart2 over the cases in which both models rest; empty
-    where there is none, or a motion did not go to its end."""
-    points, line = (found.rests[model] for model in MODELS)
-    both = [k for k in range(len(CASES)) if points[k][one] and line[k][one]]
+def _mean_shares(
+    found: Computed, runs: Mapping[str, Motions], repeat: int, index: int
+) -> dict[str, float]:
+    """Mean shares lost1, lost2, apart1, apart2, of points (1) and line (2), over the cases in which
+    both models have an equilibrium; empty without such a case, or where a motion did not go to its
+    end."""
+    points, line = (found.equilibria[model] for model in MODELS)
+    with_equilibria = [k for k in range(len(CASES)) if points[k][index] and line[k][index]]
     means: dict[str, float] = {}
-    for k in both:
+    for k in with_equilibria:
         for digit, model in enumerate(MODELS, 1):
-            case = runs[model].case(repeat, k, one)
-            at = found.rests[model][k][one]
+            case = runs[model].case(repeat, k, index)
+            at = found.equilibria[model][k][index]
             if case is None or at is None:
                 return {}
-            lost = lost_share(case.shares, at.state) / len(both)
-            apart = lost_share(case.shares, FULL) / len(both)
+            lost = lost_share(case.shares, at.state) / len(with_equilibria)
+            apart = lost_share(case.shares, FULL) / len(with_equilibria)
             means[f"lost{digit}"] = means.get(f"lost{digit}", 0.0) + lost
             means[f"apart{digit}"] = means.get(f"apart{digit}", 0.0) + apart
     return means
 
 
-def _two(found: Computed, repeat: int, one: int) -> dict[str, float]:
-    """Means of `lost` and `apart` of two points, over the same cases; empty as `_means`."""
+def _means_of_two_springs(found: Computed, repeat: int, index: int) -> dict[str, float]:
+    """Means of `lost` and `apart` of two points, over the same cases; empty as `_mean_shares`."""
     lost = []
     apart = []
     for k in range(len(CASES)):
-        at = found.rests["B2"][k][one]
-        if at is None or found.rests["B1"][k][one] is None:
+        at = found.equilibria["B2"][k][index]
+        if at is None or found.equilibria["B1"][k][index] is None:
             continue
-        if not found.two.done(repeat, k, one):
+        if not found.two_springs.done(repeat, k, index):
             return {}
-        row = found.two.row[repeat, k, one]
-        shares = dict(zip(STATES, found.two.arrays["shares"][row], strict=True))
+        row = found.two_springs.row[repeat, k, index]
+        shares = dict(zip(STATES, found.two_springs.arrays["shares"][row], strict=True))
         lost.append(lost_share(shares, at.state))
         apart.append(lost_share(shares, FULL))
     if not lost:
@@ -448,80 +471,84 @@ def _loses_force(case: Case) -> bool:
     return max(case.vanishes) > TOUCH
 
 
-def _locked(found: Computed, model: str, repeat: int, one: int) -> list[Case] | None:
+def _locked(found: Computed, model: str, repeat: int, index: int) -> list[Case] | None:
     """The cases of a set with rotation locked; None where a motion did not go to its end."""
     cases = []
     for k in range(len(CASES)):
-        case = found.locked[model].case(repeat, k, one)
+        case = found.locked[model].case(repeat, k, index)
         if case is None:
             return None
         cases.append(case)
     return cases
 
 
-def _permanent(found: Computed, repeat: int, one: int) -> list[bool]:
-    """Whether points stay in full contact after a small release, in each case with a rest."""
+def _permanent(found: Computed, repeat: int, index: int) -> list[bool]:
+    """Whether points stay in full contact after a small release, by case with an equilibrium."""
     permanent = []
     for k in range(len(CASES)):
-        if found.rests["B1"][k][one] is not None:
-            case = found.low.case(repeat, k, one)
+        if found.equilibria["B1"][k][index] is not None:
+            case = found.small_release.case(repeat, k, index)
             permanent.append(case is not None and lost_share(case.shares, FULL) == 0.0)
     return permanent
 
 
-def said(found: Computed, repeat: int, one: int) -> Said | None:
-    """What a repeat says of a set; None where one of its motions did not go to its end."""
-    measured: dict[str, Case | Linear] = {"b3": found.linear[one]}
+def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdicts | None:
+    """What a repeat says of a set, the letters of `VERDICTS` among it.
+
+    None where a motion from the set's own initial conditions did not go to its end.
+    """
+    measured: dict[str, Case | Linear] = {"b3": found.linear[index]}
     cases: dict[str, list[Case]] = {model: [] for model in MODELS}
     for model in MODELS:
         for k, letter in enumerate(CASES):
-            case = found.first[model].case(repeat, k, one)
+            case = found.first[model].case(repeat, k, index)
             if case is None:
                 return None
             measured[stem(model, letter)] = case
             cases[model].append(case)
     points = cases["B1"]
     line = cases["B2"]
-    other = min(repeat, ONCE_MORE - 1)  # the motions beside these are repeated less often
+    # which repeat of the other motions, which are repeated less often, goes with this one
+    other = min(repeat, ONCE_MORE - 1)
     points_hammer = _letters(hammers(case).margin > 0.0 for case in points)
     line_hammers = _letters(hammers(case).margin > 0.0 for case in line)
     separates = _letters(map(_separated, line))
-    shares = _means(found, found.first, repeat, one)
+    shares = _mean_shares(found, found.first, repeat, index)
     verdicts: dict[str, str] = dict.fromkeys(VERDICTS, NOT_APPLICABLE)
-    verdicts["restless"] = _word(all(case.calm > CALM for case in (*points, *line)))
-    verdicts["differ"] = _word(0 < len(points_hammer) < len(CASES))
-    verdicts["c_only"] = _word(set(points_hammer) & set(line_hammers) == {"c"})
+    verdicts["restless"] = _yes_or_no(all(case.calm > CALM for case in (*points, *line)))
+    verdicts["differ"] = _yes_or_no(0 < len(points_hammer) < len(CASES))
+    verdicts["c_only"] = _yes_or_no(set(points_hammer) & set(line_hammers) == {"c"})
     if shares:
         verdicts["lost"] = _longer(shares["lost1"], shares["lost2"])
         verdicts["apart"] = _longer(shares["apart1"], shares["apart2"])
-        two = _two(found, other, one)
+        two = _means_of_two_springs(found, other, index)
         if two:
-            own = _means(found, found.first, other, one)
-            shares["two_lost"] = two["two_lost"] - own["lost2"]
-            shares["two_apart"] = two["two_apart"] - own["apart2"]
+            line_shares = _mean_shares(found, found.first, other, index)
+            shares["two_lost"] = two["two_lost"] - line_shares["lost2"]
+            shares["two_apart"] = two["two_apart"] - line_shares["apart2"]
             alike = all(abs(shares[f"two_{key}"]) < least for key, least in ALIKE.items())
-            verdicts["two"] = _word(alike)
-    line_locked = _locked(found, "B2", other, one)
+            verdicts["two"] = _yes_or_no(alike)
+    line_locked = _locked(found, "B2", other, index)
     if separates and line_locked is not None:
         still_separates = _letters(map(_separated, line_locked))
-        verdicts["locked_line"] = _word(not set(still_separates) & set(separates))
-    points_locked = _locked(found, "B1", other, one)
+        verdicts["locked_line"] = _yes_or_no(not set(still_separates) & set(separates))
+    points_locked = _locked(found, "B1", other, index)
     if any(map(_loses_force, points)) and points_locked is not None:
-        verdicts["locked_points"] = _word(any(map(_loses_force, points_locked)))
-    permanent = _permanent(found, other, one)
+        verdicts["locked_points"] = _yes_or_no(any(map(_loses_force, points_locked)))
+    permanent = _permanent(found, other, index)
     if permanent:
-        verdicts["permanent_all"] = _word(all(permanent))
-        verdicts["permanent_some"] = _word(any(permanent))
+        verdicts["permanent_all"] = _yes_or_no(all(permanent))
+        verdicts["permanent_some"] = _yes_or_no(any(permanent))
     for i, load in enumerate(LOADINGS):
         released_alike = {model: found.loads[model][i] for model in MODELS}
-        means = _means(found, released_alike, other, one)
+        means = _mean_shares(found, released_alike, other, index)
         if means:
             verdicts[f"load_{load:g}"] = _longer(means["lost1"], means["lost2"])
     satisfied = []
     for claim in INDEPENDENT:
         outcome = claim.rule(*(measured[scene] for scene in claim.scenes))
         satisfied.append(outcome.margin > 0.0)
-    return Said(
+    return RepeatVerdicts(
         satisfied=tuple(satisfied),
         hammers=f"{points_hammer}/{line_hammers}",
         separates=separates,
@@ -540,22 +567,22 @@ def _agreed(answers: Sequence[str]) -> str:
     return answers[0] if len(set(answers)) == 1 else UNDECIDED
 
 
-def row(found: Computed, one: int) -> Row:
+def row(found: Computed, index: int) -> Row:
     """What a set says."""
-    if any((found.first[model].row[0, :, one] < 0).any() for model in MODELS):
+    if any((found.first[model].row[0, :, index] < 0).any() for model in MODELS):
         return Row("start")
     repeats = []
     for repeat in range(REPEATS):
-        answer = said(found, repeat, one)
+        answer = verdicts_of_repeat(found, repeat, index)
         if answer is None:
             return Row("left")
         repeats.append(answer)
     faces: list[float] = []
     for model in MODELS:
         motions_of = found.first[model]
-        faces += motions_of.arrays["face"][motions_of.row[0, :, one]].tolist()
+        faces += motions_of.arrays["face"][motions_of.row[0, :, index]].tolist()
     fastest = max(faces) * LENGTH / TIME
-    first = repeats[0]
+    first = repeats[0]  # of the undisturbed motions
     undecided = []
     for answers in zip(*(each.satisfied for each in repeats), strict=True):
         undecided.append(len(set(answers)) > 1)
@@ -570,9 +597,9 @@ def row(found: Computed, one: int) -> Row:
     flutters = []
     without = []
     for model in MODELS:
-        rests = [found.rests[model][k][one] for k in range(len(CASES))]
-        flutters.append(_letters(at is not None and at.flutters for at in rests))
-        without.append(_letters(at is None for at in rests))
+        of_cases = [found.equilibria[model][k][index] for k in range(len(CASES))]
+        flutters.append(_letters(at is not None and at.flutters for at in of_cases))
+        without.append(_letters(at is None for at in of_cases))
     return Row(
         outcome="valid" if fastest < SPEED else "outran",
         speed=f"{fastest:.3g}",
@@ -588,7 +615,7 @@ def row(found: Computed, one: int) -> Row:
         apart2=share("apart2"),
         two_lost=share("two_lost"),
         two_apart=share("two_apart"),
-        spread=str(math.ceil(1000.0 * spread - 0.05)),
+        spread=str(math.ceil(1000.0 * spread - 0.05)),  # rounded up, but for 0.05 per mille
         verdicts="".join(_agreed([each.verdicts[name] for each in repeats]) for name in VERDICTS),
     )
 
@@ -596,7 +623,7 @@ def row(found: Computed, one: int) -> Row:
 def rows(numbers: Numbers) -> list[Row]:
     """What some sets say."""
     found = computed(numbers)
-    return [row(found, one) for one in range(len(numbers["h"]))]
+    return [row(found, index) for index in range(len(numbers["h"]))]
 
 
 def read(file: Path) -> list[Row]:

@@ -56,7 +56,7 @@ class SearchResult(Record):
 
 
 def allowed(n: Numbers) -> np.ndarray:
-    """True (n,) for level, released pads whose rest, taken in full contact, is as required.
+    """True (n,) for level, released pads whose equilibrium, taken in full contact, is as required.
 
     The balances of force and moment give the mean reactions of cases (a) and (b) over F_n and where
     they act, over the half length. In cases (c) and (d) the mean reaction acts on the trailing side
@@ -137,14 +137,14 @@ class Start:
         best = np.inf
         nearest = middle
         for _ in range(GENERATIONS[model]):
-            some = np.array(strategy.ask())
-            points = np.tile(middle, (len(some), 1))
-            points[:, free] = some
-            far = self.distances(points, (model,))
-            strategy.tell(list(some), far.tolist())
-            if far.min() < best:
-                best = float(far.min())
-                nearest = points[far.argmin()]
+            candidates = np.array(strategy.ask())
+            points = np.tile(middle, (len(candidates), 1))
+            points[:, free] = candidates
+            distances = self.distances(points, (model,))
+            strategy.tell(list(candidates), distances.tolist())
+            if distances.min() < best:
+                best = float(distances.min())
+                nearest = points[distances.argmin()]
             if best == 0.0 or strategy.stop():
                 break
         return nearest

@@ -35,15 +35,17 @@ def scene_text(
     """The scene file of a model and a case, or of model B3."""
     n = arrays(numbers)
     linear = contact_model(model).linear
-    pad = pad_of(n, model, (0.0, 0.0)).scaled(1.0 / MASS, 1.0 / LENGTH, 1.0 / TIME)
+    any_angles = (0.0, 0.0)  # written as multiples of pi below
+    pad = pad_of(n, model, any_angles).scaled(1.0 / MASS, 1.0 / LENGTH, 1.0 / TIME)
     given = {name: float(np.ravel(v)[0]) for name, v in pad.given().items()}
     about = "Fig. 13 (the map leaves alpha1, alpha2 aside)"
     if case:
         about = f"case ({case}): Fig. {HISTORY_FIGURES[stem(model, case)]}"
     lines = [f"# Model {model}{', ' if case else ': '}{about}", f"model: {model}", "parameters:"]
     for name in PARAMETERS:
-        there = given.get(name) or (name not in ("x0", "theta0") and name in given)
-        if there and not (linear and name in ("L1", "L2", "x0")):
+        placed_at_zero = name in ("x0", "theta0") and not given.get(name)
+        unused = linear and name in ("L1", "L2", "x0")
+        if name in given and not placed_at_zero and not unused:
             lines.append(f"  {name}: {_number(given[name])}")
     angles = ANGLE_TEXTS[case or "c"]
     lines += [f"  alpha1: {angles[0]}", f"  alpha2: {angles[1]}", f"  mu: {_number(given['mu'])}"]
@@ -52,6 +54,7 @@ def scene_text(
     lines += [f"  F_n: {_number(given['F_n'])}", f"  V: {_number(SPEED)}"]
     if contact_law(model).absolute_gap:
         lines.append(f"  y0: {_number(given['y0'])}")
+    # place and velocities, which are all zero
     first = starts(n, stacked(n, model, case, formulation))[0].tolist()
     places = zip(("x", "y", "theta"), first, (LENGTH, LENGTH, 1.0), strict=False)
     start = ", ".join(f"{name}: {_number(v * unit)}" for name, v, unit in places if v)
