@@ -45,7 +45,7 @@ def test_all_sixteen_are_measured(results):
 def test_works_add_up_to_the_energy_gained(model, case):
     scene = read_scene(SCENES / f"{model.lower()}-{case}.yaml")
     works = contact_work(scene)
-    c = works.course
+    c = works.energies
     bare = c.kinetic + c.springs - c.load
     done = c.normal[-1] + works.friction
     assert done == pytest.approx(bare[-1] - bare[0], abs=1e-11 * works.kinetic)
@@ -76,7 +76,7 @@ def test_a_drop_without_friction_gives_back_all_of_it():
     works = contact_work(scene)
     # all that the fall gains is kinetic at the lowest level of the free fall, up to the sag
     assert works.friction == 0.0
-    assert np.abs(works.course.fed).max() < 1e-11 * works.kinetic
+    assert np.abs(works.energies.fed).max() < 1e-11 * works.kinetic
 
 
 def test_energy_on_a_closed_path_vanishes_with_a_potential():

@@ -13,7 +13,7 @@ from tests.conftest import hammering_scene
 @pytest.mark.parametrize("name", ["b1-a", "b2-a", "b2-c"])
 def test_energy_changes_by_the_works_at_every_time(name):
     works = contact_work(hammering_scene(name))
-    c = works.course
+    c = works.energies
     rest = c.kinetic + c.springs - c.load - c.normal - c.friction
     assert np.ptp(rest) < 1e-12 * works.kinetic
     assert np.all(np.diff(c.t) >= 0.0)
@@ -27,10 +27,10 @@ def test_what_is_fed_in_is_fed_in_partial_contact(name):
     works = contact_work(hammering_scene(name))
     fed = [one.fed for one in works.excursions]
     assert sum(fed) == pytest.approx(works.fed, rel=1e-9)
-    outside = np.ones(len(works.course.t), dtype=bool)
+    outside = np.ones(len(works.energies.t), dtype=bool)
     for one in works.excursions:
-        outside &= (works.course.t <= one.start) | (works.course.t > one.stop)
-    steps = np.diff(works.course.fed)[outside[1:]]
+        outside &= (works.energies.t <= one.start) | (works.energies.t > one.stop)
+    steps = np.diff(works.energies.fed)[outside[1:]]
     assert np.all(np.abs(steps) < 1e-12 * works.kinetic)
 
 

@@ -108,6 +108,7 @@ def energy_gained(pad: Pad, line_force: str) -> tuple[float, float]:
     turn = 2 * math.pi * np.arange(PATH) / PATH
     depth = 2e-4 * pad.w
     radius = 1e-4 * pad.w
+    # so large that the leading edge touches alone
     tilts = (10 * depth + radius * np.cos(turn)) / pad.w
     level = _pressed(frictionless, 0.0, float(tilts[0]))[1]
     work = 0.0

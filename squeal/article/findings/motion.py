@@ -88,6 +88,7 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
     """E5, E6: what turning one switch over does to the four B2 runs and to the claims."""
 
     def effect(study: Study) -> Measured:
+        """Simulate and measure the four B2 cases with the switch turned over."""
         apart = 0.0
         ended = []
         measured = {}

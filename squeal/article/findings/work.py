@@ -53,13 +53,13 @@ class Works(NamedTuple):
     """Works in J over a run.
 
     friction: of friction; fed: what the normal reaction did beyond its potential; kinetic: the
-    greatest kinetic energy; course: all over time; excursions: in order, they add up to `fed`.
+    greatest kinetic energy; energies: over time; excursions: in order, they add up to `fed`.
     """
 
     friction: float
     fed: float
     kinetic: float
-    course: Energies
+    energies: Energies
     excursions: tuple[Excursion, ...]
 
 
@@ -75,9 +75,10 @@ class _Power:
     def _contact(
         self, model: PadModel, q: np.ndarray, rates: np.ndarray, on: np.ndarray
     ) -> np.ndarray:
+        """Loads (3, ...) of the contact at places q and velocities (3, ...)."""
         c = at_speed(np, model.c, model.pad.fall, rates[0])
         load: Loads = model.law.loads(c, pose(np, tuple(q)), on)
-        return np.array(np.broadcast_arrays(*load, q[0])[:3])
+        return np.array(np.broadcast_arrays(*load, q[0])[:3])  # in the shape of q[0]
 
     def _energies(self, q: np.ndarray, rates: np.ndarray, on: np.ndarray) -> np.ndarray:
         """Kinetic energy, those of springs and contact, and the work of the load, (4, ...)."""
@@ -85,28 +86,30 @@ class _Power:
         at = pose(np, tuple(q))
         mass = np.array([model.pad.m, model.pad.m, model.pad.I]).reshape(3, *[1] * q[0].ndim)
         kinetic = (0.5 * mass * rates**2).sum(axis=0)
-        contact = model.law.energy(model.c, at, on) + 0.0 * q[1]
+        contact = model.law.energy(model.c, at, on) + 0.0 * q[1]  # in the shape of q[1]
         return np.array([kinetic, spring_energy(np, model.c, at), contact, -model.c.F_n * q[1]])
 
-    def see(self, course: Segment) -> None:
+    def observe(self, segment: Segment) -> None:
         """Add the steps of a part of the motion."""
         model = self._model
-        grid = Grid(course, PLACES)
-        on = course.steps.on
-        turn = np.array([1.0, 1.0, 1.0 / model.pad.w]).reshape(3, *[1] * (grid.states.ndim - 1))
-        q = grid.states[:3] * turn
-        rates = grid.states[3:] * turn
+        grid = Grid(segment, PLACES)
+        on = segment.steps.on
+        # states hold w theta in place of theta
+        units = np.array([1.0, 1.0, 1.0 / model.pad.w]).reshape(3, *[1] * (grid.states.ndim - 1))
+        q = grid.states[:3] * units
+        rates = grid.states[3:] * units
         normal = self._contact(model.replace(mu=0.0), q, rates, on[:, None])
         both = self._contact(model, q, rates, on[:, None])
         C = np.zeros((3, 3)) if model.damping is None else np.array(model.damping)
         damping = -np.tensordot(C, rates, 1)
         power = (np.array([normal, both - normal, damping]) * rates).sum(axis=1)
-        work = np.tensordot(grid.weights, power, (0, 1)) * course.steps.h
+        work = np.tensordot(grid.weights, power, (0, 1)) * segment.steps.h  # (3, s)
         energies = self._energies(q, rates, on[:, None])
         if not self.columns:
             first = [grid.t[0, 0], *energies[:, 0, 0], 0.0, 0.0, 0.0]
             self.columns.append(np.array(first)[:, None])
-        works = self.columns[-1][5:, -1:] + work.cumsum(axis=1)
+        works_before = self.columns[-1][5:, -1:]  # after t, three energies and the load's work
+        works = works_before + work.cumsum(axis=1)
         self.columns.append(np.array([grid.t[-1], *energies[:, -1], *works]))
         self.partial.append((on.max(axis=0) > 0.0) & (on.min(axis=0) <= 0.0))
         self.kinetic = max(self.kinetic, float(energies[0].max()))
@@ -118,28 +121,29 @@ def contact_work(scene: Scene) -> Works:
     Raises ComputationError where the motion leaves the model.
     """
     units, model, start, stop = in_natural_units(scene)
-    watch = _Power(model)
+    power = _Power(model)
     integrator = make_integrator(model, scene.tolerance, "auto")
-    integrate(model, integrator, units, start, stop, [watch.see], True)
-    t, *energies = np.concatenate(watch.columns, axis=1)
-    kinetic, springs, contact, load, *works = (e * units.energy for e in energies)
-    course = Energies(t * units.time, kinetic, springs, contact, load - load[0], *works)
-    in_partial_contact = np.concatenate([[False], *watch.partial, [False]])
+    integrate(model, integrator, units, start, stop, [power.observe], True)
+    t, *rows = np.concatenate(power.columns, axis=1)
+    kinetic, springs, contact, load, *works = (row * units.energy for row in rows)
+    energies = Energies(t * units.time, kinetic, springs, contact, load - load[0], *works)
+    in_partial_contact = np.concatenate([[False], *power.partial, [False]])
+    # each episode has two: its begin and its end
     changes = np.flatnonzero(in_partial_contact[1:] != in_partial_contact[:-1])
-    fed = course.fed
+    fed = energies.fed
     excursions = []
     for begin, end in changes.reshape(-1, 2).tolist():
         excursions.append(
             Excursion(
-                start=float(course.t[begin]),
-                stop=float(course.t[end]),
+                start=float(energies.t[begin]),
+                stop=float(energies.t[end]),
                 fed=float(fed[end] - fed[begin]),
             )
         )
     return Works(
-        friction=float(course.friction[-1]),
+        friction=float(energies.friction[-1]),
         fed=float(fed[-1]),
-        kinetic=watch.kinetic * units.energy,
-        course=course,
+        kinetic=power.kinetic * units.energy,
+        energies=energies,
         excursions=tuple(excursions),
     )

@@ -97,7 +97,7 @@ def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
         works = contact_work(scene)
     except ComputationError as error:
         return Missing(str(error))
-    c = works.course
+    c = works.energies
     # what the motion holds less all work that was done on it: constant if the balance closes
     balance = c.kinetic + c.springs - c.load - c.normal - c.friction - c.damping
     curves = {
