@@ -152,7 +152,8 @@ def outline(
     (first_x, last_x), (first_y, last_y) = ends
     xs = np.concatenate([[first_x], x, [last_x]])
     ys = np.concatenate([[first_y], y, [last_y]])
-    # of each square the codes of its corners, counterclockwise from the lower left one
+    # of each square the codes of its corners (4, n1 + 1, n2 + 1), counterclockwise from the lower
+    # left one
     four = np.array([padded[:-1, :-1], padded[1:, :-1], padded[1:, 1:], padded[:-1, 1:]])
     mixed = (four != four[0]).any(axis=0)
     boxes, box_codes = _boxes(xs, ys, np.where(mixed, -1, four[0]))
@@ -173,7 +174,7 @@ def outline(
             [left, low + along_y[i, j] * (high - low)],
         ]
     )
-    # the codes at both ends of each edge
+    # the codes at both ends of each edge (end, edge, square), edge k from corner k to the next
     beside = np.array([at_corner, np.roll(at_corner, -1, axis=0)])
     changes = beside[0] != beside[1]
     centre = (places * changes[:, None]).sum(axis=0) / changes.sum(axis=0)
@@ -181,9 +182,10 @@ def outline(
     sides = []
     pieces = []
     for k in range(4):
-        changed = np.array([places[k], centre])[:, :, changes[k]]
+        # (point, coordinate, square), and with the squares first
+        segment = np.array([places[k], centre])[:, :, changes[k]]
         piece = np.array([corners[k], places[k], centre, places[k - 1]])
-        segments.append(np.moveaxis(changed, -1, 0))
+        segments.append(np.moveaxis(segment, -1, 0))
         sides.append(beside[:, k, changes[k]].T)
         pieces.append(np.moveaxis(piece, -1, 0))
     return Outline(

@@ -8,7 +8,7 @@ import pytest
 from squeal.article.claims.measures import measure
 from squeal.article.studies import basin, grazing, onset, releases
 from squeal.article.studies.basin import sampled_share
-from squeal.article.studies.hammering import contact, motion
+from squeal.article.studies.hammering import equilibrium_contact, motion
 from squeal.equilibrium.damping import damped_model
 from squeal.io.provenance import NOT_INSTALLED
 from squeal.io.scene import read_scene
@@ -37,7 +37,7 @@ def test_losses_after_a_release_are_those_of_another_program(name, load):
     assert start.initial == pytest.approx(tuple(state), rel=1e-6, abs=1e-12)
     if load > 1.0:  # in full contact the force is that multiple
         assert model.contact(state[:3])[0] == pytest.approx(load * reaction, rel=1e-3)
-    ours = motion(measure(start), contact(scene)).lost
+    ours = motion(measure(start), equilibrium_contact(scene)).lost
     other = move(model, state, scene.stop, 8001).lost(touching)
     assert ours == pytest.approx(other, abs=1e-3)
 

@@ -40,7 +40,9 @@ def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
     lever = np.array([1.0, 1.0, scene.pad.w])
     found = find_all(model)
     taken, _ = sliding_equilibrium(model)
-    if taken is not None:  # it stands for that of the list which is the same, and all lie alike
+    # it takes the place of the same one in the list, which does not know whether it is on the
+    # branch; whether they lie beyond its end is the same for all
+    if taken is not None:
         near = 1e-6 * np.abs(taken.q * lever).max()
         equilibria = [taken]
         for other in found:

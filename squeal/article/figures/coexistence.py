@@ -53,7 +53,10 @@ lose contact at low damping, and some motions outrun the surface; neither are co
 
 
 def _interpolated(points: Sequence[Point], over: str, at: np.ndarray) -> np.ndarray:
-    """Modal damping at which sliding becomes stable, 0 where it needs none."""
+    """Modal damping at which sliding becomes stable, 0 where it needs none.
+
+    Of points of its boundary, at values of what they lie over: contact damping "a", or "mu".
+    """
     if not points:
         return np.zeros(len(at))
     place = np.array([getattr(point, over) for point in points])
@@ -62,6 +65,10 @@ def _interpolated(points: Sequence[Point], over: str, at: np.ndarray) -> np.ndar
 
 
 def _regions(axes: Axes, one: Motion, over: str, at: np.ndarray, low: float, high: float) -> None:
+    """Draw where sliding is unstable, where both are stable, and the boundaries of cycles.
+
+    at: values of `over`, "a" or "mu"; low, high: modal damping at the ends of the panel.
+    """
     sliding = one.sliding if over == "a" else one.over_friction
     unstable = np.maximum(_interpolated(sliding, over, at), low)
     upper = np.array([height_at(one.boundaries, over, float(value)) for value in at])

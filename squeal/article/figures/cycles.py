@@ -44,6 +44,7 @@ def _label(axes: Axes, mu: np.ndarray, values: np.ndarray, text: str, shift: flo
 
 
 def _panel(axes: Axes, cycles: Cycles) -> None:
+    """Draw peak forces of the branch over friction, and below them where sliding is stable."""
     mu = np.array([point.mu for point in cycles.branch])
     peak = np.array([point.peak for point in cycles.branch])
     stable = np.array([point.stable for point in cycles.branch])

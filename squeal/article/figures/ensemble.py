@@ -36,12 +36,14 @@ statements or shuffled ones."""
 
 
 def _interval(axes: Axes, y: float, one: Share) -> None:
+    """Draw a share as a point on its interval, in per cent."""
     low, high = (100.0 * v for v in one.interval)
     axes.plot([low, high], [y, y], color="k", lw=1.2, zorder=3)
     axes.plot(100.0 * one.share, y, "o", color=PRINTED, ms=4, zorder=4)
 
 
 def _shares(axes: Axes, record: Ensemble) -> None:
+    """Draw a row for each property, from top to bottom: the share of the sets that have it."""
     shown = {words: record.shares[name]["all"] for name, words in SHOWN.items()}
     shown[COEXIST] = record.coexist["either"]
     for y, one in enumerate(shown.values()):
@@ -55,7 +57,8 @@ def _shares(axes: Axes, record: Ensemble) -> None:
 
 
 def _lost(axes: Axes, record: Ensemble, reference: ParameterSet) -> None:
-    points, line = np.array(record.lost).T / 10.0
+    """Draw the share of time without contact on the line over that on points, a dot a set."""
+    points, line = np.array(record.lost).T / 10.0  # stored per mille
     axes.plot([0, 100], [0, 100], "k-", lw=0.6)
     axes.plot(points, line, ".", color="#1F6FA8", ms=2.4, mew=0.0)
     own = [100.0 * reference.lost[model] for model in ("B1", "B2")]
@@ -67,6 +70,7 @@ def _lost(axes: Axes, record: Ensemble, reference: ParameterSet) -> None:
 
 
 def _statements(axes: Axes, record: Ensemble) -> None:
+    """Draw how many sets satisfy each number of statements: random ones, and ends of searches."""
     total = sum(record.counts)
     values = np.arange(record.statements + 1)
     axes.bar(values, np.array(record.counts) / total, width=0.9, color=RANDOM, label="random")

@@ -22,10 +22,12 @@ TOP = 10.0  # periods
 
 
 def _curves(axes: Axes, run: Run) -> None:
+    """Draw the errors of a run over time, and their growth by the Lyapunov exponent as a line."""
     for kind, (colour, mark, line, _) in KINDS.items():
         errors = getattr(run.errors, kind)
         axes.plot(run.times, errors, line, color=colour, lw=0.8)
         axes.plot(run.times[::4], errors[::4], mark, color=colour, mfc="white", ms=3.5, mew=0.8)
+    # errors grow by seven powers of ten in the predicted time; the line ends 15 above its begin
     begin = 1e-16
     end = min(TOP, run.predicted * 15.0 / 7.0)
     axes.plot([0.0, end], [begin, begin * 10.0 ** (7.0 * end / run.predicted)], ":", color="0.5")
@@ -39,6 +41,7 @@ def _curves(axes: Axes, run: Run) -> None:
 
 
 def _times(run: Run) -> dict[str, float | None]:
+    """The horizon at the first level by what is compared, the least of the double runs."""
     return {
         "double": run.horizon[0] if run.horizon else None,
         "independent": run.independent[0],
@@ -47,6 +50,7 @@ def _times(run: Run) -> dict[str, float | None]:
 
 
 def _horizons(axes: Axes, runs: tuple[Run, ...], title: str) -> None:
+    """Draw horizons over the contact stiffness; an arrow where there is none up to `TOP`."""
     chaotic = [run for run in runs if run.exponent > 0.0]
     axes.plot(
         [run.stiffness for run in chaotic],
@@ -92,9 +96,9 @@ def draw(record: Horizon) -> Drawing:
         figure.legend(handles, labels, loc="outside upper center", ncols=4)
     parts = []
     for run in record.runs:
-        at = run.horizon
-        told = f"{at[0]:.2g} support periods" if at else f"none in {run.window:.2g}"
-        parts.append(f"{run.model} {run.stiffness:g} k1 {told} (exponent {run.predicted:.2g})")
+        ends = run.horizon
+        words = f"{ends[0]:.2g} support periods" if ends else f"none in {run.window:.2g}"
+        parts.append(f"{run.model} {run.stiffness:g} k1 {words} (exponent {run.predicted:.2g})")
     text = f"Horizon of predictability over contact stiffness: {'; '.join(parts)}."
     title = "Horizon of predictability"
     return Drawing(figure, text, title, origin(__name__, record.provenance))

@@ -27,6 +27,7 @@ line with the energy-consistent law."""
 
 
 def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:
+    """Draw a pad on the moving surface, with its two inclined springs."""
     corners = [(-HALF, HIGH), (HALF, HIGH), (HALF, -HIGH), (-HALF, -HIGH)]
     axes.add_patch(Polygon(corners, facecolor="#EAF3FA", edgecolor="k", linewidth=0.9))
     for corner, way in (

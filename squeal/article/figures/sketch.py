@@ -18,7 +18,6 @@ from squeal.plots.style import SINGLE, Drawing, origin, style
 SPRING = 1.15  # drawn length of springs 1 and 2 in half lengths of the pad
 FOOT = 0.42  # drawn length of the contact springs
 _GREY = "0.55"
-_BLUE = "#3498DB"
 Vector = Any  # (2,) array or tuple of numbers; rows of (2,) for a line
 
 
@@ -38,6 +37,7 @@ def towards_ground(c: Coefficients) -> dict[str, Vector]:
 
 
 def _coil(start: Vector, stop: Vector, turns: int = 7, width: float = 0.055) -> Vector:
+    """Points (n, 2) of a zigzag line from start to stop with straight ends."""
     along = np.subtract(stop, start)
     side = np.array([-along[1], along[0]]) / np.hypot(*along) * width
     shares = [0.0, 0.18, *np.linspace(0.22, 0.78, 2 * turns), 0.82, 1.0]
@@ -97,12 +97,13 @@ def _inclined(axes: Axes, number: str, corner: Vector, direction: Vector, angle:
     reference = np.array([side * 0.36, 0.0])
     _line(axes, (corner, corner + 1.25 * reference), linewidth=0.5, linestyle=(0, (3, 2)))
     axes.add_patch(Arc(tuple(corner), 0.56, 0.56, theta1=begin, theta2=stop, linewidth=0.6))
-    middle = math.radians((begin + stop) / 2 - side * 18)
+    middle = math.radians((begin + stop) / 2 - side * 18)  # beside the spring
     place = corner + 0.43 * np.array([math.cos(middle), math.sin(middle)])
     _text(axes, place, f"$\\alpha_{number}$")
 
 
 def _body(axes: Axes, c: Coefficients, at: dict[str, Vector]) -> None:
+    """Draw the pad with its coordinates, d and beta of a corner, and its height."""
     outline = [at["1"], at["2"], at["t"], at["l"]]
     axes.add_patch(Polygon(outline, facecolor="#EAF3FA", edgecolor="black", linewidth=1.1))
     centre = np.zeros(2)
@@ -127,6 +128,7 @@ def _body(axes: Axes, c: Coefficients, at: dict[str, Vector]) -> None:
 
 
 def _surroundings(axes: Axes, level: float, at: dict[str, Vector]) -> None:
+    """Draw the surface at a height, its speed, the brake force, the fixed frame and the length."""
     axes.fill_between([-2.0, 2.0], level, level - 0.1, color="0.85", linewidth=0.0)
     _line(axes, [(-2.0, level), (2.0, level)], linewidth=1.2)
     _arrow(axes, (1.45, level - 0.2), (1.9, level - 0.2), "$V$", (1.98, level - 0.2))
@@ -151,6 +153,7 @@ def _point_contacts(axes: Axes, at: dict[str, Vector], level: float) -> None:
 
 
 def _line_contact(axes: Axes, at: dict[str, Vector], level: float) -> None:
+    """Draw the springs along the lower face, and their resultant at the distance delta."""
     for x in np.linspace(-0.94, 0.94, 17):
         points = _coil((x, at["l"][1]), (x, level), turns=2, width=0.02)
         _line(axes, points, color=_GREY, linewidth=0.5)
@@ -161,7 +164,7 @@ def _line_contact(axes: Axes, at: dict[str, Vector], level: float) -> None:
     _arrow(axes, foot - (0.0, 0.4), foot, "$R_n$", foot + (0.17, -0.27), **red)
     _arrow(axes, foot, foot + (0.38, 0.0), "$R_f$", foot + (0.3, 0.11), **red)
     _size(axes, (0.0, foot[1] - 0.07), foot - (0.0, 0.07), r"$\delta$", (0.0, -0.12))
-    for text in axes.texts[-4:]:
+    for text in axes.texts[-4:]:  # R_f and delta, which stand on the springs, and their arrows
         text.set_bbox({"facecolor": "white", "linewidth": 0.0, "pad": 0.5})
 
 

@@ -1,5 +1,6 @@
 """Error of the final place against work, a panel a case, from the study `accuracy`."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -60,7 +61,7 @@ def panels(
 ) -> tuple[Figure, list[Axes]]:
     """A figure with a panel a case, row by row, and the axes that are left over."""
     figure = Figure(figsize=(DOUBLE, height))
-    columns = -(-len(record.changes) // 2)
+    columns = math.ceil(len(record.changes) / 2)
     grid = figure.subplots(rows, columns, squeeze=False)
     every = list(grid.ravel())
     for axes, case, letter in zip(every, record.changes, LETTERS, strict=False):

@@ -45,6 +45,7 @@ def typeset(text: str) -> str:
     """Plain text as results hold it ("delta/w = +0.3, 1.2e-05") with symbols and numbers set."""
 
     def token(match: re.Match[str]) -> str:
+        """LaTeX of a token, by the name of the group in `_TOKEN` that it matches."""
         word = match.group()
         if match.lastgroup == "id":  # of a claim
             return escape(word)

@@ -211,7 +211,7 @@ def _figure(name: str, build: Path, made: Path) -> tuple[Path, ...]:
     if any(word.startswith("results/") for word in figure.reads):
         write_csv(made / "data" / "curves.csv", HEAD, rows(drawing.figure))
     origin = Origin(name, f"snakemake {report_file(name)}", reads, module)
-    _write_origin_and_licence(origin, "figure", made, {name: version(name) for name in DRAWN_WITH})
+    _write_origin_and_licence(origin, "figure", made, DRAWN_WITH)
     return reads
 
 
@@ -222,7 +222,7 @@ def _measured(name: str, build: Path, made: Path) -> tuple[Path, ...]:
         _copy(built, made / to)
     module = f"squeal.article.figures.{FIGURES[name].module}"
     origin = Origin(name, f"snakemake {report_file(name)}", drawn, module)
-    _write_origin_and_licence(origin, "figure", made, {name: version(name) for name in DRAWN_WITH})
+    _write_origin_and_licence(origin, "figure", made, DRAWN_WITH)
     return drawn
 
 
@@ -258,10 +258,11 @@ def _number(key: str, build: Path, made: Path) -> None:
 
 
 def _write_origin_and_licence(
-    origin: Origin, kind: str, made: Path, drawn_with: dict[str, str] | None = None
+    origin: Origin, kind: str, made: Path, drawn_with: tuple[str, ...] = ()
 ) -> None:
+    """Write origin, references, licence and command into a folder; drawn_with: packages."""
     write_text(made / ORIGIN, to_json(origin.to_dict()) + "\n")
-    versions = behind(origin.made()) | (drawn_with or {})
+    versions = behind(origin.made()) | {name: version(name) for name in drawn_with}
     texts = [entry.bibtex for entry in references(versions)]
     write_text(made / "references.bib", "\n\n".join(texts) + "\n")
     write_text(made / "LICENCE.txt", _LICENCE.format(kind=kind, version=__version__))

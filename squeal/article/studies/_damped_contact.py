@@ -377,6 +377,7 @@ class Flow:
     """
 
     def __init__(self, law: ContactLaw, tolerance: float = TOLERANCE) -> None:
+        """Compile the equations with their derivatives by the state and by `PARAMETERS`."""
         hy = heyoka().hy
         equations = _equations(law)
         state = [variable for variable, _ in equations.system]
@@ -465,6 +466,7 @@ class Ensemble:
     """A compiled integrator of a law for many motions side by side."""
 
     def __init__(self, law: ContactLaw, tolerance: float = 1e-9) -> None:
+        """Compile the equations for `LANES` motions side by side."""
         hy = heyoka().hy
         equations = _equations(law)
         self._changes = [0] * LANES
@@ -509,8 +511,8 @@ class Ensemble:
     def fate(self, pad: DampedContact, states: np.ndarray, longest: float) -> Fate:
         """What becomes of motions from states (n, 6).
 
-        A motion has come to rest once contact has not changed for `LOOK`; it lasts if it has not
-        until `longest`.
+        A motion has come to rest once contact has not changed for the time `LOOK`; it lasts if
+        contact still changes after the time `longest`.
         """
         count = len(states)
         ends = np.array(states)

@@ -136,8 +136,8 @@ class Cycles:
     ) -> tuple[Cycle, np.ndarray]:
         """The periodic motion next to a guess X, and the tangent (10,) of its branch.
 
-        By Newton's method, with as many equations as unknowns. The tangent is zero where none is
-        given.
+        By Newton's method, with as many equations as unknowns, bordered by that of pseudo-arclength
+        (Keller) where a tangent is given. The tangent returned is zero where none is given.
 
         Parameters
         ----------
@@ -180,14 +180,14 @@ class Cycles:
             except np.linalg.LinAlgError:
                 break
             if np.abs(residual).max() < CLOSED or np.abs(step).max() < CONVERGED:
-                along = np.zeros(SIZE)
+                new_tangent = np.zeros(SIZE)
                 if tangent is not None:
-                    # all equations but that of the tangent, which is the last, go on to hold
+                    # along it all equations stay satisfied but that of the tangent, the last one
                     unit = np.zeros(len(columns))
                     unit[-1] = 1.0
-                    along[columns] = np.linalg.solve(matrix, unit)
-                    along /= np.linalg.norm(along)
-                return cycle, along
+                    new_tangent[columns] = np.linalg.solve(matrix, unit)
+                    new_tangent /= np.linalg.norm(new_tangent)
+                return cycle, new_tangent
             if np.abs(step).max() > TOO_LONG or not np.isfinite(step).all():
                 break
             x = x.copy()
@@ -218,11 +218,14 @@ class Cycles:
 
             [A b; c' 0] [v; g] = [0; 1]
 
-        vanishes where A is singular. b and c are fixed at the first motion for which g is computed.
+        vanishes where A is singular, since by Cramer's rule it is det A over that of the whole
+        matrix (Griewank and Reddien's test function). b and c are fixed at the first motion for
+        which g is computed.
         """
         borders: list[np.ndarray] = []
 
         def singular_at_zero(x: np.ndarray) -> float:
+            """The number g at X."""
             cycle = self.over(x)
             if sign > 0.0:
                 flow_direction = cycle.pad.rates(x[:6])
@@ -292,14 +295,15 @@ class Cycles:
             tangent = -tangent
         while step > least:
             try:
-                cycle, along = self.solve(x + step * tangent, free, conditions(), tangent, anchored)
+                guess = x + step * tangent
+                cycle, following = self.solve(guess, free, conditions(), tangent, anchored)
             except ComputationError:
                 step /= 2.0
                 continue
-            if along @ tangent < STRAIGHT:
+            if following @ tangent < STRAIGHT:
                 step /= 2.0
                 continue
             yield cycle
             x = cycle.x
-            tangent = along
+            tangent = following
             step = min(1.4 * step, most)

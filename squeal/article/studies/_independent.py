@@ -84,33 +84,34 @@ class _Equations:
         """Heights of the leading and of the trailing lower edge over the surface."""
         return self._gaps(z, _rotation_less_one(angle))
 
-    def _gaps(self, z: complex, bent: complex) -> tuple[float, float]:
+    def _gaps(self, z: complex, turn: complex) -> tuple[float, float]:
         first, second = self.lower
-        leading = self.open[0] + z.imag + (bent * first).imag
-        return leading, self.open[1] + z.imag + (bent * second).imag
+        leading = self.open[0] + z.imag + (turn * first).imag
+        return leading, self.open[1] + z.imag + (turn * second).imag
 
     def acceleration(self, touching: tuple[bool, bool]) -> Acceleration:
         """The accelerations of x + i y and of the angle within a contact state."""
         pad = self.pad
 
         def function(z: complex, angle: float) -> tuple[complex, float]:
+            """From the forces of both supports and of the contact, and their moments."""
             self.count += 1
-            bent = _rotation_less_one(angle)
+            turn = _rotation_less_one(angle)
             force = complex(0.0, -(pad.F_n or 0.0))
             moment = 0.0
             for k, length, relaxed, corner in self.supports:
-                moved = z + bent * corner
+                moved = z + turn * corner
                 spring = relaxed + moved
                 size = abs(spring)
                 # size^2 - length^2 without the difference of two large numbers
                 more = 2.0 * (relaxed * moved.conjugate()).real + abs(moved) ** 2
                 support = -k * more / (size + length) / size * spring
-                arm = corner + bent * corner
+                arm = corner + turn * corner
                 force += support
                 moment += arm.real * support.imag - arm.imag * support.real
             if any(touching):
-                gaps = self._gaps(z, bent)
-                arms = [corner + bent * corner for corner in self.lower]
+                gaps = self._gaps(z, turn)
+                arms = [corner + turn * corner for corner in self.lower]
                 of_contact = self._line_load if self.line else self._point_loads
                 for contact, turning in of_contact(gaps, arms, touching):
                     force += contact
@@ -129,6 +130,7 @@ class _Equations:
         if touching == (True, True):  # a trapezium of pressure
             normal = -pad.k_c * (leading + trailing) / 2.0
             turning = (arms[0].real + arms[1].real) / 2.0 * normal
+            # of the part of the pressure that is linear about the middle
             turning += pad.k_c * width * (leading - trailing) / 12.0
         else:  # a triangle of pressure, a third of its base from the edge that touches
             low, high = (leading, trailing) if touching[0] else (trailing, leading)
@@ -172,6 +174,7 @@ def _midpoint(
     """
     z, a, v, r = state
     step = h / n
+    # changes of the state up to u_(j-1), and with a 1 up to u_j
     dz = 0j
     da = 0.0
     dv = 0j
@@ -430,7 +433,8 @@ class _Run:
                     return True
                 self.h = h / 8.0
                 return False
-            # the poses on the way are those of a rule of second order
+            # between the poses at j h / n and (j + 1) h / n, which are of second order: the change
+            # is searched one substep further to both sides
             low = max(j - 1, 0) * h / n
             high = min(j + 2, n) * h / n
             guess = (j + 0.5) * h / n

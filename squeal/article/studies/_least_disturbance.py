@@ -44,13 +44,13 @@ class Least(NamedTuple):
 def unit_disturbances(pad: DampedContact, norm: Norm) -> np.ndarray:
     """Columns (6, k): disturbances whose combinations have the norm of their coefficients.
 
-    For the energy these are L with q'Kq/2 = |z|^2 E for q = Lz, E the energy of the static
-    compression, and the same of the velocities with the masses.
+    For the energy these are L with q'Kq/2 = |z|^2 E for q = Lz, that is L L' = 2 E K^-1, E the
+    energy of the static compression, and the same of the velocities with the masses.
     """
     if norm == "displacement":
         return np.eye(6)[:, :3]
     undamped = dataclasses.replace(pad, a=0.0, zeta=0.0, mu=0.0)
-    mass = np.array([1.0, 1.0, pad.c.I / (pad.c.m * pad.c.w**2)])
+    mass = np.array([1.0, 1.0, pad.c.I / (pad.c.m * pad.c.w**2)])  # of x, y and w theta
     stiffness = -mass[:, None] * complex_step(undamped.rates, pad.sliding)[3:, :3]
     static_energy = 0.5 * pad.c.F_n  # the static compression is the unit of length
     flexibility = np.linalg.inv(0.5 * (stiffness + stiffness.T))
@@ -96,7 +96,7 @@ def least_disturbance(pad: DampedContact, norm: Norm, seed: int) -> Least | None
     best = _first_lasting(pad, columns, random)
     if best is None:
         return None
-    width = FIRST_WIDTH
+    width = FIRST_WIDTH  # wider after a round of several that last, narrower after one of none
     for _ in range(ROUNDS):
         length = np.linalg.norm(best)
         candidates = best / length + width * random.normal(size=(CANDIDATES, len(best)))

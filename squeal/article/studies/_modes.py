@@ -37,7 +37,7 @@ def track(system: SystemFunction, mus: Iterable[float]) -> ComplexArray:
             index = link.order[index]
             before = roots
             roots = link.after.exponents[index]
-            if undamped:  # of both square roots that which goes on
+            if undamped:  # only squares are known: of both roots the one nearer to that before
                 roots = np.where(np.abs(roots - before) <= np.abs(roots + before), roots, -roots)
         rows.append(roots)
     modes = np.array(rows)
@@ -78,7 +78,9 @@ def sweep_modes(scene: Scene, low: float, high: float) -> ModeSweep:
             path.at(low)  # raises, with the reason
         changes = [mu for mu in path.breakpoints if low < mu < end]
         contacts = tuple((mu, path.model.state_name(path.at(mu)[1])) for mu in changes)
-        if path.fold is not None:  # a frequency falls there as a fourth root: the values crowd
+        if path.fold is not None:
+            # the least eigenvalue of K falls there as the root of the distance, its frequency as
+            # the fourth root: the values of mu crowd
             share = 1.0 - (1.0 - share) ** 2
             stop = end * (1.0 - 1e-9)
     contact_changes = [mu for mu, _ in contacts]

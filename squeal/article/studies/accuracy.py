@@ -229,6 +229,7 @@ def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
         state: np.ndarray,
         stop: float,
     ) -> Leg:
+        """To the first event of an edge that changes contact, by `solve_ivp`."""
         # solve_ivp asks for each edge alone: the gaps of a state are computed once for both
         gaps_at = lru_cache(maxsize=1)(lambda state_bytes: gaps(np.frombuffer(state_bytes)))
         events = []
@@ -270,6 +271,7 @@ def with_fixed_step(scene: Scene, tolerance: float) -> Run:
         state: np.ndarray,
         stop: float,
     ) -> Leg:
+        """Step by step to the first one at whose end the sign of a gap has changed."""
         now = t
         s = state
         steps = 0
@@ -280,8 +282,8 @@ def with_fixed_step(scene: Scene, tolerance: float) -> Run:
             third = rhs(s + 0.5 * h * second)
             fourth = rhs(s + h * third)
             s = s + h / 6.0 * (first + 2.0 * second + 2.0 * third + fourth)
-            now = now + h
-            steps = steps + 1
+            now += h
+            steps += 1
             for edge, (gap, touches) in enumerate(zip(gaps(s), contact, strict=True)):
                 if (gap < 0.0) != touches:
                     return Leg(now, s, edge, steps)
@@ -360,10 +362,10 @@ def points_of(
 def smooth(scene: Scene) -> Scene:
     """The scene from rest near its equilibrium, so that contact stays full."""
     model = scene.pad_model
-    rest, why = sliding_equilibrium(model)
-    if rest is None:
+    equilibrium, why = sliding_equilibrium(model)
+    if equilibrium is None:
         raise ComputationError(why)
-    x, y, angle = rest.q
+    x, y, angle = equilibrium.q
     above = OFF * scene.pad.F_n / (scene.pad.k1 + scene.pad.k2)
     return replace(scene, initial=(x, y + above, angle, 0.0, 0.0, 0.0))
 

@@ -69,15 +69,15 @@ class Hammering(Result):
     turns: int = TURNS
 
 
-def contact(scene: Scene) -> State | None:
+def equilibrium_contact(scene: Scene) -> State | None:
     """State of the sliding equilibrium that the model means; None where there is none."""
-    rest, _ = sliding_equilibrium(scene.pad_model)
-    if rest is None or not rest.admissible:
+    equilibrium, _ = sliding_equilibrium(scene.pad_model)
+    if equilibrium is None or not equilibrium.admissible:
         return None
-    return scene.pad_model.state_at(np.array(rest.q))
+    return scene.pad_model.state_at(np.array(equilibrium.q))
 
 
-def motion(case: Case, rest: State | None) -> Motion:
+def motion(case: Case, in_equilibrium: State | None) -> Motion:
     """What a case and the contact state of its equilibrium, None without one, say."""
     return Motion(
         hammers=hammers(case).margin > 0.0,
@@ -85,17 +85,17 @@ def motion(case: Case, rest: State | None) -> Motion:
         leading=case.heaviest[0],
         trailing=case.heaviest[1],
         vanishes=min(case.vanishes),
-        lost=None if rest is None else lost_share(case.shares, rest),
+        lost=None if in_equilibrium is None else lost_share(case.shares, in_equilibrium),
         apart=lost_share(case.shares, FULL),
         separated=case.shares.get(NONE, 0.0),
     )
 
 
-def _lose_contact(scene: Scene, rest: Equilibrium, heights: np.ndarray) -> list[bool]:
+def _lose_contact(scene: Scene, equilibrium: Equilibrium, heights: np.ndarray) -> list[bool]:
     """Whether an edge separates within the longest time, from rest at heights (n,) above the
     equilibrium, over the static compression."""
     assert scene.stop is not None
-    starts = np.tile([*rest.q, 0.0, 0.0, 0.0], (len(heights), 1))
+    starts = np.tile([*equilibrium.q, 0.0, 0.0, 0.0], (len(heights), 1))
     starts[:, 1] += heights * compression(scene)
     motions = simulate_many(
         scene.model,
@@ -118,15 +118,15 @@ def least_height(scene: Scene) -> float | None:
 
     By the steps of `KICKS`, then by finer ones below the first that loses it; None without any.
     """
-    rest, _ = sliding_equilibrium(scene.pad_model)
-    assert rest is not None
-    lost = _lose_contact(scene, rest, KICKS)
+    equilibrium, _ = sliding_equilibrium(scene.pad_model)
+    assert equilibrium is not None
+    lost = _lose_contact(scene, equilibrium, KICKS)
     if not any(lost):
         return None
     step = KICKS[0]
     below = float(KICKS[lost.index(True)]) - step
     finer = np.arange(1, FINER + 1) * step / FINER
-    lost = _lose_contact(scene, rest, below + finer)
+    lost = _lose_contact(scene, equilibrium, below + finer)
     if not any(lost):
         return None
     return float(below + float(finer[lost.index(True)]))
@@ -135,9 +135,9 @@ def least_height(scene: Scene) -> float | None:
 def reference_height(scene: Scene) -> float:
     """Height of the reference initial conditions above or below the equilibrium, over the static
     compression."""
-    rest, _ = sliding_equilibrium(scene.pad_model)
-    assert rest is not None
-    return abs(scene.initial[1] - rest.q[1]) / compression(scene)
+    equilibrium, _ = sliding_equilibrium(scene.pad_model)
+    assert equilibrium is not None
+    return abs(scene.initial[1] - equilibrium.q[1]) / compression(scene)
 
 
 def mean_lost(motions: Mapping[str, Motion], model: str) -> float:
@@ -159,7 +159,7 @@ def locked_cases(scenes: Mapping[str, Scene]) -> dict[str, tuple[str, ...]]:
 def study(files: Sequence[Path]) -> Hammering:
     """The eight cases of models B1 and B2."""
     scenes = read_scenes(files, HISTORY_FIGURES)
-    rests = {name: contact(scene) for name, scene in scenes.items()}
+    contact_states = {name: equilibrium_contact(scene) for name, scene in scenes.items()}
     motions: dict[str, dict[str, Motion]] = {name: {} for name in scenes}
     hammering = {}
     for windows in WINDOWS:
@@ -167,13 +167,14 @@ def study(files: Sequence[Path]) -> Hammering:
         for name, scene in scenes.items():
             longer = dataclasses.replace(scene, stop=windows * (scene.stop or 0.0))
             cases[name] = measure(longer)
-            motions[name][str(windows)] = motion(cases[name], rests[name])
+            motions[name][str(windows)] = motion(cases[name], contact_states[name])
         for level in LEVELS:
             hammering[f"{level}, {windows}"] = hammering_cases(cases, level)
     equilibrium = {}
-    for name, rest in rests.items():
-        state = "none" if rest is None else scenes[name].pad_model.state_name(rest)
-        equilibrium[name] = state
+    for name, state in contact_states.items():
+        equilibrium[name] = "none"
+        if state is not None:
+            equilibrium[name] = scenes[name].pad_model.state_name(state)
     able = version("heyoka") != NOT_INSTALLED
     b1 = {name: scene for name, scene in scenes.items() if scene.model == "B1"}
     first = {name: by_windows["1"] for name, by_windows in motions.items()}
@@ -202,8 +203,10 @@ def sentences(record: Hammering) -> Mapping[str, bool]:
     by_time = {windows: by_level_and_time[f"{LEVEL}, {windows}"] for windows in WINDOWS}
     first = {name: by_windows["1"] for name, by_windows in record.motions.items()}
     lost = {name: one.lost or 0.0 for name, one in first.items()}
-    points_separated = {name for name, one in first.items() if name < "b2" and one.apart > 0.0}
-    line_separated = {name for name, one in first.items() if name > "b2" and one.separated > 0.0}
+    points_separated = {name for name, one in first.items() if name[:2] == "b1" and one.apart > 0.0}
+    line_separated = {
+        name for name, one in first.items() if name[:2] == "b2" and one.separated > 0.0
+    }
     strong_blows = [by_level_and_time[f"0.5, {windows}"]["B1"] for windows in WINDOWS]
     return {
         "points-separate-in-all-cases-the-line-in-c": len(points_separated) == len(CASES)

@@ -339,13 +339,13 @@ def sampled_states(scene: Scene, half_width: float, count: int) -> np.ndarray:
     far: the half-width of each displacement times (k1/m)^(1/2). The draws of all boxes are alike
     but for their scale. There is no state (0, 6) where there is no equilibrium.
     """
-    rest, _ = sliding_equilibrium(scene.pad_model)
-    if rest is None:
+    equilibrium, _ = sliding_equilibrium(scene.pad_model)
+    if equilibrium is None:
         return np.empty((0, 6))
     displacement = half_width * compression(scene) * np.array([1.0, 1.0, 1.0 / scene.pad.w])
     velocity = displacement * np.sqrt(scene.pad.k1 / scene.pad.m)
     drawn = np.random.default_rng(SEED).uniform(-1.0, 1.0, (STARTS, 6))[:count]
-    return np.append(rest.q, np.zeros(3)) + np.append(displacement, velocity) * drawn
+    return np.append(equilibrium.q, np.zeros(3)) + np.append(displacement, velocity) * drawn
 
 
 def growth(scene: Scene, ratio: float) -> float | None:
@@ -370,8 +370,8 @@ def after(scene: Scene, ratio: float, repeat: int = 0) -> AfterAndState:
     """
     assert scene.stop is not None
     model = damped_model(damped(scene, ratio))
-    rate = growth(scene, ratio)
-    unstable = (rate or 0.0) > 0.0
+    growth_rate = growth(scene, ratio)
+    unstable = (growth_rate or 0.0) > 0.0
     sampled = sampled_states(scene, BOX, STARTS_UNSTABLE if unstable else STARTS)
     states = disturbed(np.array([scene.initial, *sampled]), repeat)  # the reference one first
     late = settle_late([Begun(model, state) for state in states], scene.stop)
@@ -395,7 +395,7 @@ def after(scene: Scene, ratio: float, repeat: int = 0) -> AfterAndState:
         ceased=late.ceased,
         unlike=float(np.ptp([one.lost for one in lasting])) if lasting else 0.0,
         liveliest=liveliest,
-        growth=rate,
+        growth=growth_rate,
     )
     return AfterAndState(row, state)
 
@@ -567,7 +567,8 @@ def other_damping(scene: Scene, state: np.ndarray) -> dict[str, Settled | None]:
 def contact_growth(scene: Scene, a: float) -> float:
     """Greatest growth rate (1/s) about sliding where each contact point bears k p (1 + a p').
 
-    p is its penetration; the damping matrix about rest is the sum over the points of
+    p is its penetration, p' = -(rate of the gap). The damping matrix about the equilibrium is
+    therefore the sum over the points of
 
         a k p (load of a unit normal force) (derivative of the gap by x, y and theta)'
 

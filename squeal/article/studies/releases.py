@@ -17,7 +17,7 @@ from squeal.article.cases import CASES, HISTORY_FIGURES, stem
 from squeal.article.claims.measures import measure
 from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import REFERENCE, by_set, read_scenes
-from squeal.article.studies.hammering import Motion, contact, motion
+from squeal.article.studies.hammering import Motion, equilibrium_contact, motion
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
 from squeal.io.scene import Scene
 from squeal.model.contact import NONE
@@ -77,10 +77,10 @@ def contact_stiffness(scene: Scene) -> float:
     return sum(getattr(scene.pad, name) for name in scene.pad_model.law.parameters)
 
 
-def released(scene: Scene, rest: Equilibrium, load: float) -> Scene:
+def released(scene: Scene, at: Equilibrium, load: float) -> Scene:
     """The scene from rest at (1 - load) R_n/k above its equilibrium, k of full contact."""
-    x, y, theta = rest.q
-    height = (1.0 - load) * rest.R_n / contact_stiffness(scene)
+    x, y, theta = at.q
+    height = (1.0 - load) * at.R_n / contact_stiffness(scene)
     return dataclasses.replace(scene, initial=(x, y + height, theta, 0.0, 0.0, 0.0), start="origin")
 
 
@@ -96,19 +96,19 @@ def start_force(scene: Scene) -> float:
 
 def released_set(scenes: Mapping[str, Scene]) -> ReleasedSet:
     """A set from its eight scenes."""
-    rests: dict[str, Equilibrium] = {}
+    equilibria: dict[str, Equilibrium] = {}
     for name, scene in scenes.items():
-        rest = equilibrium(scene)
-        if rest is not None:
-            rests[name] = rest
-    cases = [case for case in CASES if all(stem(model, case) in rests for model in MODELS)]
+        found = equilibrium(scene)
+        if found is not None:
+            equilibria[name] = found
+    cases = [case for case in CASES if all(stem(model, case) in equilibria for model in MODELS)]
 
     def motions(model: str, load: float) -> list[Motion]:
         """Of a model released from a load, in the cases in which both have an equilibrium."""
         found = []
         for name in [stem(model, case) for case in cases]:
-            start = released(scenes[name], rests[name], load)
-            found.append(motion(measure(start), contact(scenes[name])))
+            start = released(scenes[name], equilibria[name], load)
+            found.append(motion(measure(start), equilibrium_contact(scenes[name])))
         return found
 
     loads = {}

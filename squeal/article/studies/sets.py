@@ -11,7 +11,7 @@ from squeal.article.claims.rules import hammering_cases
 from squeal.article.records import Moved, Record, Result
 from squeal.article.studies._scenes import REFERENCE, by_set, read_scenes
 from squeal.article.studies._spread import moved
-from squeal.article.studies.hammering import contact, motion
+from squeal.article.studies.hammering import equilibrium_contact, motion
 from squeal.article.studies.line_springs import on_springs
 from squeal.article.studies.onset import RATIO, After, after, repeats
 from squeal.io.provenance import NOT_INSTALLED, version
@@ -137,16 +137,17 @@ def parameters(points: Scene, line: Scene) -> dict[str, float]:
     return values
 
 
-def edges_apart(line: Scene, rest: State) -> dict[str, float]:
-    """`lost` and `apart` of the edges of the face on two springs for the line, which rests so.
+def edges_apart(line: Scene, in_equilibrium: State) -> dict[str, float]:
+    """`lost` and `apart` of the edges of the face on two springs in place of the line.
 
-    The springs lie inside the edges, and separate for less time than these.
+    The springs lie inside the edges, and separate for less time than these. in_equilibrium: which
+    edges touch in the sliding equilibrium of the line.
     """
     run = simulate(on_springs(line, 2).replace(V=None, outputs=("history",), samples=SAMPLES))
     assert run.history is not None
     q = np.array([run.history[name] for name in ("x", "y", "theta")])
     off = line.pad_model.gaps(q) > 0.0
-    touching = np.array(rest)[:, None]
+    touching = np.array(in_equilibrium)[:, None]
     return {
         "lost": float(np.mean(np.any(off & touching, axis=0))),
         "apart": float(np.mean(np.any(off, axis=0))),
@@ -161,14 +162,14 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     linear = linear_measures({case: scene.pad for case, scene in b2.items()})
     judged = judge_claims({**cases, "b3": linear})
     independent = {claim.id for claim in CLAIMS if claim.informative}
-    rests = {name: contact(scenes[name]) for name in cases}
-    motions = {name: motion(case, rests[name]) for name, case in cases.items()}
+    contact_states = {name: equilibrium_contact(scenes[name]) for name in cases}
+    motions = {name: motion(case, contact_states[name]) for name, case in cases.items()}
     verdicts: dict[str, str | None] = {}  # None without a sliding equilibrium
     late: dict[str, list[After]] = {}  # with damping, a row a repeat
     able = version("heyoka") != NOT_INSTALLED
-    for name, rest in rests.items():
+    for name, state in contact_states.items():
         verdicts[name] = None
-        if rest is None:
+        if state is None:
             continue
         verdicts[name] = analyse(scenes[name]).judgement.verdict
         if able:
@@ -184,21 +185,21 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
         return found
 
     without = cases_with(None)
-    both = [case for case in CASES if case not in (*without["B1"], *without["B2"])]
+    with_equilibria = [case for case in CASES if case not in (*without["B1"], *without["B2"])]
     two_points = []
-    for case in both:
-        rest = rests[stem("B2", case)]
-        assert rest is not None
-        two_points.append(edges_apart(b2[case], rest))
+    for case in with_equilibria:
+        state = contact_states[stem("B2", case)]
+        assert state is not None
+        two_points.append(edges_apart(b2[case], state))
 
     def mean(share: str) -> dict[str, float]:
         """`lost` or `apart` over the cases in which both models have an equilibrium, by model and
         of two points."""
         means = {}
         for model in ("B1", "B2"):
-            own = [getattr(motions[stem(model, case)], share) for case in both]
-            means[model] = sum(own) / len(both)
-        means[TWO] = sum(one[share] for one in two_points) / len(both)
+            own = [getattr(motions[stem(model, case)], share) for case in with_equilibria]
+            means[model] = sum(own) / len(with_equilibria)
+        means[TWO] = sum(one[share] for one in two_points) / len(with_equilibria)
         return means
 
     return ParameterSet(

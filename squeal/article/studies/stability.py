@@ -18,7 +18,6 @@ from squeal.queries.thresholds import critical_friction
 from squeal.results.eigenvalues import mode_shapes
 
 MU_MAX = 1.0
-ROUNDING = 1e-9  # of the greatest imaginary part: real parts below are none
 
 Row = tuple[float, ...]
 
@@ -52,11 +51,6 @@ class Branch(Record):
     fold: float | None
     end: str
     thresholds: tuple[Threshold, ...]
-
-    @property
-    def leaves_axis(self) -> bool:
-        """Whether some root leaves the imaginary axis."""
-        return bool(np.abs(self.real).max() > ROUNDING * np.abs(self.imag).max())
 
 
 class ModeShape(Record):

@@ -132,21 +132,22 @@ def _map(scene: Scene, equilibrium: np.ndarray, windows: int) -> Map:
         else:
             kinds.append(KINDS.index("invalid simulation"))
     of_map = np.array(kinds[:-1])
-    besides_equilibrium = of_map[(height != 0.0) | (tilt != 0.0)]
+    is_equilibrium = (height == 0.0) & (tilt == 0.0)
+    others = of_map[~is_equilibrium]
     return Map(
         windows=windows,
         rows=tuple("".join(map(str, row)) for row in of_map.reshape(SIDE, SIDE).tolist()),
         own=kinds[-1],
-        share={name: float(np.mean(besides_equilibrium == i)) for i, name in enumerate(KINDS)},
+        share={name: float(np.mean(others == i)) for i, name in enumerate(KINDS)},
     )
 
 
 def maps(scene: Scene) -> CaseMaps | Missing:
     """The maps of a scene of B1 or B2."""
-    rest, why = sliding_equilibrium(scene.pad_model)
-    if rest is None:
+    equilibrium, why = sliding_equilibrium(scene.pad_model)
+    if equilibrium is None:
         return Missing(why)
-    q = np.array(rest.q)
+    q = np.array(equilibrium.q)
     unit = compression(scene)
     x, y, theta = ((np.array(scene.initial[:3]) - q) / unit).tolist()
     return CaseMaps(

@@ -16,6 +16,7 @@ magnitude."""
 
 
 def _row(name: str, loop: Loop) -> list[str]:
+    """The row of a loop: frequencies and damping of its modes, and its critical frictions."""
     frequencies = [f"{pole.frequency_hz / 1e3:.2f}" for pole in loop.poles]
     ratios = []
     for pole in loop.poles:
