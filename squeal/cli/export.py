@@ -90,7 +90,7 @@ def _export_pad(given: argparse.Namespace, scene: Scene) -> _Exported:
     refuse(given, "method", "band", "region", "values", beside=scene_name)
     analysis = analyse(scene)
     doubt = analysis.doubt
-    radii: tuple[Any, ...] | None = None
+    radii: tuple[Any, ...] | None = None  # how far the entries of each matrix may be off
     if analysis.errors is not None:
         radii = data_of_pad(scene, analysis).radii
     if radii is not None and not np.isfinite(radii).all():  # no file holds such errors

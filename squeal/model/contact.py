@@ -300,10 +300,10 @@ class LineContact(ContactLaw):
     def _partial(self, gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]:
         """Penetration of the edge that touches alone and contact length over 2 w, else zeros."""
         leading, trailing = on
-        side = trailing - leading
+        side = trailing - leading  # -1 where the leading edge touches alone, 1 the trailing
         partial = side * side  # 1 in partial contact, else 0
         p = -partial * (leading * gl + trailing * gt)
-        difference = side * (gl - gt)  # of the penetrations
+        difference = side * (gl - gt)  # the penetration at this edge less that at the other
         return p, p / (difference + (1.0 - partial))  # outside of partial contact 0 / 1
 
     def edge_forces(self, c: Coefficients, at: Pose, on: Touching, unit: bool = False) -> Point:
@@ -317,9 +317,11 @@ class LineContact(ContactLaw):
             Rn = 0.5 * c.k_c * p * part
         else:
             Rn = 0.5 * c.k_c * p
-        # the pressure's centroid lies at a third of the contact length
+        # of the edge that touches alone and of the other one: the centroid of the pressure, a
+        # triangle, lies at a third of the contact length
         near = Rn * (1.0 - part / 3.0)
         far = Rn * (part / 3.0)
+        # in full contact a trapezoid
         full = leading * trailing * (c.k_c / 6.0)
         f1 = leading * near + trailing * far - full * (2.0 * gl + gt)
         f2 = trailing * near + leading * far - full * (gl + 2.0 * gt)

@@ -142,8 +142,9 @@ class Pad:
     derived: tuple[str, ...] = field(init=False, default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        """Check the parameters, and derive I and mu where they are left out."""
         at = Place("Pad")
-        own = vars(self)
+        own = vars(self)  # in which a frozen dataclass can be written
         for name, key in PARAMETERS.items():
             if own[name] is None:
                 needed_by_every_model = key.required and key.common and not key.unless

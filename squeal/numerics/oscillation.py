@@ -56,7 +56,7 @@ def _fitted_exponent(samples: np.ndarray, step: float) -> complex | None:
         too_short = abs(value.imag) * duration < 4 * np.pi
     if too_short:
         return None
-    if abs(value.real) <= FAINT * abs(value):
+    if abs(value.real) <= FAINT * abs(value):  # growth of rounding
         return complex(0.0, abs(value.imag))
     return complex(value.real, abs(value.imag))
 
@@ -141,7 +141,8 @@ def _refined_peak(signals: np.ndarray, step: float, start: float, spacing: float
         transform = np.exp(-2j * np.pi * frequencies[:, None] * times) @ windowed
         power = (np.abs(transform) ** 2).sum(axis=1)
         i = min(max(int(np.argmax(power)), 1), 7)
-        # the top of the parabola through the logarithms of three samples, reach / 4 apart
+        # the top of the parabola through the logarithms of three samples; the next round samples
+        # as far to both sides as these are apart
         a, b, c = np.log(power[i - 1 : i + 2])
         reach /= 4.0
         middle = float(frequencies[i] + reach * 0.5 * (a - c) / (a - 2.0 * b + c))

@@ -138,7 +138,7 @@ def _panels(parameter_label: str, roots: _Roots, ends: tuple[float, float]) -> _
     shown = values.real
     if roots.grow.any():
         shown = values.real[roots.grow]
-    reach = 1.1 * np.abs(shown).max(initial=0.0) or 1.0
+    reach = 1.1 * np.abs(shown).max(initial=0.0) or 1.0  # no axis has length 0
     figure = Figure(figsize=(DOUBLE, 3.9))
     grid = figure.add_gridspec(2, 2, width_ratios=[1.55, 1.0], height_ratios=[1.6, 1.0])
     upper = figure.add_subplot(grid[0, 0])
@@ -330,8 +330,8 @@ def _draw_modes(panels: _Panels, roots: _Roots) -> None:
 
     A mode that grows nowhere is pale, and so are its roots; its line is drawn below the others.
     """
-    with_growth = set(roots.numbers[roots.grow].tolist())
-    is_pale = ~np.isin(roots.numbers, list(with_growth)) & ~roots.grow
+    with_growth = np.unique(roots.numbers[roots.grow])  # modes that grow at some value
+    is_pale = ~np.isin(roots.numbers, with_growth) & ~roots.grow
     curves = ((panels.upper, roots.values.imag / math.tau), (panels.lower, roots.values.real))
     for mode in np.unique(roots.numbers[roots.numbers > 0]).tolist():
         of_mode = np.flatnonzero(roots.numbers == mode)

@@ -137,8 +137,9 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
     colours = colours_of(paths)
     all_roots = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
     depth = -float(_ratio(all_roots).min(initial=0.0)) or 1.0  # of the lowest ratio below 0, %
-    fastest = max(float(all_roots.real.max(initial=0.0)), 1e-300)  # 1/s, a divisor
+    fastest = float(all_roots.real.max(initial=0.0)) or 1.0  # 1/s, a divisor
     limits = frequency_limits(all_roots)
+    axes.set(xlim=limits, ylim=(-BELOW * depth, ABOVE * depth))
     # coloured modes are drawn over grey ones
     for mode, roots in sorted(paths.roots.items(), key=lambda item: item[0] in colours):
         hertz = roots.imag / math.tau
@@ -148,26 +149,20 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
         axes.plot(hertz[:1], ratio[:1], "|", color=colour, ms=6)
         if mode not in colours:
             continue
-        grows = np.flatnonzero(roots.real > 0.0)[::-1]
-        across = hertz[grows] / np.ptp(limits)
-        upwards = ratio[grows] / ((BELOW + ABOVE) * depth)
-        path = np.array([across, upwards])
-        travelled = np.hypot(*np.diff(path, prepend=path[:, :1])).cumsum()
-        grows = grows[np.unique(travelled // SPACING, return_index=True)[1]]
-        size = LARGEST * roots.real[grows] / fastest
-        axes.scatter(hertz[grows], ratio[grows], s=size, fc=colour, alpha=0.35, lw=0, zorder=3)
-        named = int(np.argmin(ratio))
+        shown = _spaced_where_growing(axes, roots)
+        size = LARGEST * roots.real[shown] / fastest
+        axes.scatter(hertz[shown], ratio[shown], s=size, fc=colour, alpha=0.35, lw=0, zorder=3)
+        named = int(np.argmin(ratio))  # the root beside which the mode is named
         name = sweep.names.get(mode, f"mode {mode}, {hertz[named]:.4g} Hz")
         if mode not in paths.growing:  # a partner is named where it is damped most
             named = int(np.argmax(np.where(ratio < depth, ratio, -np.inf)))
             name = f"mode {mode}"
-        if ratio[named] < depth:
+        if ratio[named] < depth:  # higher ones lie near the upper edge, or beyond it
             right = 2 if hertz[named] < np.mean(limits) else -2
             look: Any = {"fontsize": 7, "color": colour}
             write_beside(axes, name, (hertz[named], ratio[named]), (right, -7), **look)
     axes.axhspan(-BELOW * depth, 0.0, color=RED, alpha=0.06, lw=0, zorder=0)
     axes.axhline(0.0, color="0.3", lw=0.6)
-    axes.set(xlim=limits, ylim=(-BELOW * depth, ABOVE * depth))
     axes.set(xlabel="frequency [Hz]", ylabel="damping ratio [%]")
     first = sweep.steps[0].value
     last = sweep.steps[-1].value
@@ -185,6 +180,20 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
             label = f"growth rate {growth:.4g} 1/s"
             entries.append(Line2D([], [], ms=diameter, label=label, **look))
     return entries
+
+
+def _spaced_where_growing(axes: Axes, roots: np.ndarray) -> np.ndarray:
+    """Numbers of the roots of a mode that grow and lie at least about `SPACING` apart in the axes.
+
+    From the last root backwards, the first one in each stretch of that length.
+    """
+    growing = np.flatnonzero(roots.real > 0.0)[::-1]
+    across = roots[growing].imag / math.tau / np.ptp(axes.get_xlim())
+    upwards = _ratio(roots[growing]) / np.ptp(axes.get_ylim())
+    place = across + 1j * upwards
+    travelled = np.abs(np.diff(place, prepend=place[:1])).cumsum()
+    _, first_of_stretch = np.unique(travelled // SPACING, return_index=True)
+    return np.asarray(growing[first_of_stretch])
 
 
 def _round_down(value: float) -> float:

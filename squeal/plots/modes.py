@@ -184,7 +184,7 @@ def outline(coordinates: Coordinates, faces: Sequence[tuple[int, ...]]) -> list[
     They belong to one face alone, or to two faces that meet at an angle, see `SHARP`. faces: the
     indices of the nodes of each.
     """
-    normals_of: dict[frozenset[int], list[NDArray]] = {}
+    normals_of: dict[frozenset[int], list[NDArray]] = {}  # of the faces at each edge
     for face in faces:
         a, b, c = coordinates.places[list(face[:3])]
         normal = np.cross(b - a, c - b)

@@ -202,7 +202,7 @@ class Eigenvalues(Answer):
         if not near.any():
             return None
         numbers = self.modes[near].tolist()
-        # of modes with one root each has a number of its own
+        # of several unstable modes with equal roots the k-th has the k-th of their numbers
         alike = [one for one in self.unstable if abs(one.root - mode.root) <= SAME * abs(mode.root)]
         rank = next((k for k, one in enumerate(alike) if one is mode), 0)
         return int(numbers[min(rank, len(numbers) - 1)])

@@ -198,16 +198,17 @@ class Scatter(Answer):
         values = [None if math.isnan(value) else value for value in self.values.tolist()]
         quantiles = []
         for level in LEVELS:
-            lower_rank = int(binom.ppf((1 - CONFIDENCE) / 2, count, level)) - 1 - self.failed
-            upper_rank = int(binom.ppf((1 + CONFIDENCE) / 2, count, level))
+            # how many of the computed samples lie below the quantile, at least and at most
+            least_below = int(binom.ppf((1 - CONFIDENCE) / 2, count, level)) - self.failed
+            most_below = int(binom.ppf((1 + CONFIDENCE) / 2, count, level))
             rank = max(math.ceil(level * known) - 1, 0)
             # beyond the samples the interval is open; only a friction is known to be at least 0
             low = 0.0 if self.of == "threshold" else None
             high = None
-            if lower_rank >= 0:
-                low = values[lower_rank]
-            if upper_rank < known:
-                high = values[upper_rank]
+            if least_below > 0:
+                low = values[least_below - 1]
+            if most_below < known:
+                high = values[most_below]
             quantiles.append(Quantile(level, values[rank], low, high))
         return tuple(quantiles)
 

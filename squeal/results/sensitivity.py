@@ -205,7 +205,8 @@ class Sensitivity(Answer):
         """
         if self.condition is None or self.modes is None:
             return [self.table(), self.note]
-        # a change of 1 / condition^2 makes a mode coalesce: derivatives hold far below it
+        # near a double root eigenvalues split as the square root of a change (Puiseux series), and
+        # the condition grows as its inverse: a change of 1 / condition^2 makes them coalesce
         is_near = STEP * self.condition**2 >= 1.0
         lines = []
         for i in np.flatnonzero(is_near & (np.imag(self.at) >= 0.0)).tolist():
@@ -236,6 +237,7 @@ class Sensitivity(Answer):
         )
 
     def to_dict(self) -> dict[str, Any]:
+        """Derivatives by parameter of the loss; else of each root, a row a parameter."""
         if self.what == "threshold":
             if not self.slopes:
                 return {"sensitivity": None}
