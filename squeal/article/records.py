@@ -94,6 +94,7 @@ def _from(kind: Any, value: Any, at: Place) -> Any:
     if kind in (int, str, bool, type(None)) and type(value) is kind:
         return value
     if origin is tuple and isinstance(value, list):
+        # tuple[T, ...] holds any number of T, another one a kind for each entry
         kinds = inner[:1] * len(value) if inner[1:] == (...,) else inner
         if len(kinds) == len(value):
             pairs = enumerate(zip(kinds, value, strict=True))
@@ -101,6 +102,7 @@ def _from(kind: Any, value: Any, at: Place) -> Any:
     if origin is dict and isinstance(value, dict):
         return {key: _from(inner[1], entry, at / key) for key, entry in value.items()}
     if dataclasses.is_dataclass(kind) and isinstance(value, dict):
+        # some classes of other rooms, such as outlines, read themselves
         own = None if issubclass(kind, Record) else getattr(kind, "from_dict", None)  # type: ignore[arg-type]
         return own(value) if own else _record(kind, value, at)
     raise at.refuse(f"{shown(value)} is not allowed; it must be {getattr(kind, '__name__', kind)}")

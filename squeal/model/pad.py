@@ -65,7 +65,10 @@ def _field(
     needs: tuple[str, ...] = (),
     common: bool = True,
 ) -> Any:
-    """A field of `Pad` with its `Parameter`; without a default in words it is required."""
+    """A field of `Pad` with its `Parameter`, see there and `Key` for what is given.
+
+    Without a default in words it is required.
+    """
     p = Parameter(
         meaning,
         unit,

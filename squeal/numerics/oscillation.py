@@ -71,13 +71,14 @@ def _dynamic_modes(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     differences = np.diff(samples, axis=0).T  # (d, n - 1)
     before = differences[:, :-1]
     after = differences[:, 1:]
-    U, sizes, V = np.linalg.svd(before, full_matrices=False)
+    U, sizes, Vh = np.linalg.svd(before, full_matrices=False)
     rounding = 10 * np.finfo(float).eps * np.abs(samples).max() * np.sqrt(len(samples))
     rank = int(np.sum(sizes > FAINT * sizes[0] + rounding))
     if rank == 0:
         return None
     basis = U[:, :rank]
-    reduced_map = basis.T @ after @ (V[:rank].T / sizes[:rank])  # in coordinates of the basis
+    # after V/sizes U': the map by the pseudo-inverse of `before`, in coordinates of the basis
+    reduced_map = basis.T @ after @ (Vh[:rank].T / sizes[:rank])
     misfit = np.linalg.norm(after - basis @ (reduced_map @ (basis.T @ before)))
     if misfit > 1e-3 * np.linalg.norm(after - before):
         return None

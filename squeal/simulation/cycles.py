@@ -284,7 +284,7 @@ class Shooting:
         Raises
         ------
         ComputationError
-            Where the model ends.
+            Where the model ends, or where no cycle is found next to a motion that returns.
         """
         start = state
         speed = 0.0

@@ -125,8 +125,8 @@ def equilibria(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None)
     if start is not None:
         z[:3] = np.nan_to_num([start[0] / length, start[1] / length, start[2] * w])
     z[3] = mu
-    z, sides = statics.settle(z, None, 10)
-    reached = sides != 0.0
+    z, determinant_signs = statics.settle(z, touching=None, passes=10)
+    reached = determinant_signs != 0.0  # 0 where Newton's method did not converge
     q = statics.place(z)
     gaps = np.where(reached, statics.gaps(z), math.nan)
     touching = (gaps < 0.0).astype(float)

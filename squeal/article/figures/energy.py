@@ -45,6 +45,7 @@ def energy_figure(record: Energy) -> Figure:
             unit, word = (1e3, "mJ") if motion.kinetic < 0.1 else (1.0, "J")
             t = motion.curves["t"]
             for key, (label, colour, look) in CURVES.items():
+                # energies above, works so far below
                 axes = grid[int(key not in ("kinetic", "elastic")), column]
                 values = [unit * v for v in motion.curves[key]]
                 axes.plot(t, values, ls=look, color=colour, label=label, lw=0.9)

@@ -173,8 +173,9 @@ def contact_loss_point(pad: Pad) -> Measured:
         wrong = 0
         for height in random.uniform(-1.5, 1.5, count):  # over w tilt, where an edge touches at 1
             y = -pad.y0 + height * pad.w * tilt
-            phi = pad.theta0 + (tilt - pad.theta0)
+            phi = pad.theta0 + (tilt - pad.theta0)  # with the rounding that a pose has
             x_cl = -(pad.y0 + y + pad.h) / math.tan(phi) + pad.h / math.sin(phi)
+            # which edges touch: for a tilt above 0 those that lie before the point of contact loss
             by_equation = (x_cl > -pad.w, x_cl >= pad.w)
             gap_l, gap_t = gaps(c, pose(math, (0.0, y, tilt - pad.theta0)))
             by_penetration = (gap_l < 0.0, gap_t <= 0.0)

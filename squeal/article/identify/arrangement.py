@@ -31,20 +31,20 @@ class Arrangement(Record):
 
     def outcome(self, claim: Claim, measured: Mapping[str, Case | Linear]) -> Outcome | None:
         """What a claim makes of measures by scene; None where one of its scenes is not measured."""
-        both = len({scene[:2] for scene in claim.scenes}) == 2
+        about_both_models = len({scene[:2] for scene in claim.scenes}) == 2
         arguments: list[Case | Linear] = []
         for scene in claim.scenes:
             model, _, case = scene.partition("-")
             name = scene
             if case:
-                order = self.b1 if model == "b1" and not both else self.b2
-                name = f"{model}-{order[LETTERS.index(case)]}"
+                letters = self.b1 if model == "b1" and not about_both_models else self.b2
+                name = f"{model}-{letters[LETTERS.index(case)]}"
             if name not in measured:
                 return None
-            own = measured[name]
-            if claim.id in self.mirrored and isinstance(own, Case):
-                own = mirrored(own, model == "b2")
-            arguments.append(own)
+            measures = measured[name]
+            if claim.id in self.mirrored and isinstance(measures, Case):
+                measures = mirrored(measures, line=model == "b2")
+            arguments.append(measures)
         return claim.rule(*arguments)
 
 

@@ -53,7 +53,7 @@ def margins(
         states = np.concatenate([starts(numbers, stack) for stack in stacks])
         able = np.flatnonzero(np.isfinite(states).all(axis=1))  # a start exists
         given = [stack.pad.given() for stack in stacks]
-        columns = {name: np.concatenate([one[name] for one in given])[able] for name in given[0]}
+        columns = {name: np.concatenate([case[name] for case in given])[able] for name in given[0]}
         arrays = simulate_many(
             model,
             stacks[0].pad.replace(**columns),
@@ -73,7 +73,7 @@ def margins(
         for row, motion in enumerate(able.tolist()):
             if not done[motion]:
                 continue
-            case, i = divmod(motion, n)
+            case, i = divmod(motion, n)  # n motions of each case
             name = stem(model, list(CASES)[case])
             own_raised = float(raised[i]) if name == "b2-b" else math.nan
             measured[i][name] = case_of(arrays, row, float(speed[i]), own_raised)

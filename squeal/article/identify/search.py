@@ -58,9 +58,15 @@ class SearchResult(Record):
 def allowed(n: Numbers) -> np.ndarray:
     """True (n,) for level, released pads whose equilibrium, taken in full contact, is as required.
 
-    The balances of force and moment give the mean reactions of cases (a) and (b) over F_n and where
-    they act, over the half length. In cases (c) and (d) the mean reaction acts on the trailing side
-    for h/w < -tan(alpha) / 2.
+    The balances of force and moment give the mean reactions R of cases (a) and (b) over F_n and
+    where they act, over the half length: from the centre towards the leading and the trailing edge.
+    In (a) spring 1 is upright and bears R - F_n = y - theta, spring 2 is level and balances
+    friction at the height h, the contact has R = -k_c (y0 + y) and the moment -k_c theta/3:
+
+        (R - F_n) - k_c theta/3 + 2 mu h R = 0
+
+    In (b) the springs change places: k2 (y + theta) = R - F_n, and the first term changes its sign.
+    In cases (c) and (d) the mean reaction acts on the trailing side for h/w < -tan(alpha) / 2.
     """
     friction = 6.0 * n["mu"] * n["h"]
     k2 = n["k2"]

@@ -202,6 +202,7 @@ def hybrid(advance: Advance, scene: Scene) -> Run:
     while t < stop and len(times) < MOST:
         compiled, gaps = functions(model, contact)
 
+        # the default binds the function of this leg
         def rhs(state: np.ndarray, compiled: StateFunction = compiled) -> Any:
             nonlocal evaluations
             evaluations += 1

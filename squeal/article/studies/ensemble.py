@@ -251,6 +251,7 @@ def agrees(stored: Row, again: Row) -> bool:
         return False
     if not stored.verdicts:
         return True
+    # a bit for each statement, in hexadecimal
     undecided = int(stored.undecided, 16) | int(again.undecided, 16)
     differing = int(stored.satisfied, 16) ^ int(again.satisfied, 16)
     if differing & ~undecided:
