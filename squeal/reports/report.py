@@ -167,11 +167,14 @@ def _thresholds_outside(
     subject: Subject, spectrum: Eigenvalues, high: float, options: Mapping[str, Any]
 ) -> Thresholds | None:
     """Thresholds without a band where all roots are computed, else of the fastest mode that was
-    seen outside of the band; None without a band, or where nothing was seen."""
+    seen outside of the band; None without a band, or where nothing was seen, and of small complex
+    matrices, whose thresholds are searched in bands alone."""
     source = spectrum.source
     if not isinstance(source, SystemSource) or not spectrum.extent or not spectrum.unstable:
         return None
     if is_small(source.file.system):
+        if not source.file.system.real:
+            return None
         return thresholds(subject, high, prove=False)
     fastest = spectrum.details.get("fastest_outside")
     if not fastest:

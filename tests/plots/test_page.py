@@ -74,6 +74,13 @@ def test_a_limit_of_a_band_is_said_of_its_modes_alone_where_others_grow():
     assert re.match(outside, alone.fault)
 
 
+@pytest.mark.parametrize("band", [(0.1, 0.3), (0.22, 0.24)])
+def test_thresholds_outside_of_a_band_are_left_out_of_complex_matrices(band):
+    K = {"1": np.array([[2, -1], [-1, 2]]) * (1 + 0.001j), "mu": [[0, 4 / 3], [0, 0]]}
+    report = squeal.report(squeal.System(np.eye(2), K=K, parameters={"mu": 1.0}), band=band)
+    assert report.outside is None
+
+
 def test_the_page_needs_no_other_file_and_holds_no_markup_of_a_name(tmp_path):
     squeal.report(pair(1.0, "<script>x\x1b</script>")).save(tmp_path / "page.html")
     text = (tmp_path / "page.html").read_text(encoding="utf-8")
