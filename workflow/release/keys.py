@@ -19,9 +19,10 @@ _INTRODUCTION = """\
 Written by `python -m workflow.release.keys docs` from the table that also reads the files.
 
 A scene is one YAML file in UTF-8: a model, its pad, and what is wanted. Numbers are finite and in
-SI units; an angle is a number of radians or a multiple of pi such as `0.75*pi` or `pi/2`. A key
-that the model does not use is refused, and so is every unknown or doubled key, with one sentence
-that names the file, the key, the value and what is allowed. `squeal COMMAND -` reads the file from
+SI units; an angle is a number of radians or a multiple of pi such as `0.75*pi` or `pi/2`, which is
+taken as its double, also by proofs: the formula `0.25*pi` stands for 0.7853981633974483. A key that
+the model does not use is refused, and so is every unknown or doubled key, with one sentence that
+names the file, the key, the value and what is allowed. `squeal COMMAND -` reads the file from
 standard input, and `--set NAME=VALUE` changes one value of it, such as `--set mu=0.3` or
 `--set time.stop=0.1`; `--set k3=null` leaves a key out, to try another model.
 
