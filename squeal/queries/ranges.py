@@ -42,6 +42,9 @@ WIDER_BY_DIGITS = 4.0  # ... where data have few digits
 ATTEMPTS_BY_DIGITS = 8
 VAGUE = 1e-3  # of the range: a wider interval may hold more than its threshold
 IS_VAGUE = "a threshold is known to an interval only that may hold more"
+MIXED = (
+    "crossings of several kinds or directions lie in one interval, where counts do not tell them"
+)
 BEYOND_FOLD = 1.05  # of the friction at a fold: how far a branch would be followed
 DISAGREES = "the referee disagrees: "
 PROVED_ROWS = 40  # up to which thresholds of systems are proved without being asked for
@@ -223,6 +226,17 @@ def _rise_within(crossings: Sequence[Crossing], interval: Interval) -> int:
     return sum(_rise(crossing) for crossing in crossings if low <= crossing.mu <= high)
 
 
+def _mixed_interval(
+    crossings: Sequence[Crossing], intervals: Sequence[Interval]
+) -> Interval | None:
+    """The first interval that holds crossings of several kinds or directions; None without one."""
+    for low, high in intervals:
+        inside = [crossing for crossing in crossings if low <= crossing.mu <= high]
+        if len({(crossing.kind, crossing.direction) for crossing in inside}) > 1:
+            return low, high
+    return None
+
+
 def _terms(term: SystemTerm, system: TermSystem) -> Iterator[Term]:
     """Convert a term of a system to terms of the referee: matrix times function of the parameter.
 
@@ -368,6 +382,10 @@ def system_statement(
             break
         if not _is_beside(proof.where, intervals, VAGUE * (high - low)):
             break  # there wider intervals do not help
+    # asked last, since a list that is refuted is searched again
+    mixed = _mixed_interval(crossings, intervals)
+    if proof.status == "proved" and mixed is not None:
+        proof = replace(proof, status="open", reason=MIXED, where=sum(mixed) / 2.0)
     statement = _statement_of(proof, system.parameter, low, high)
     if system.digits is not None:
         statement = replace(statement, data=f"{system.digits} digits")

@@ -201,3 +201,51 @@ def test_what_cannot_be_proved_says_why():
     guessed = squeal.System(np.eye(2), K=np.eye(2), assumptions=("rows 1 and 2 are supports",))
     with pytest.raises(InputError, match="what was assumed: rows 1 and 2"):
         squeal.thresholds(guessed, prove=True)
+
+
+def coincident(*losses):
+    """Uncoupled rows and pairs that lose (sign 1) or regain (-1) stability, each at its own value.
+
+    A kind is "divergence", K = value - mu; "flutter", C = value - mu; or "undamped flutter".
+    """
+    n = sum(2 if kind.startswith("undamped") else 1 for kind, _, _ in losses)
+    C = {"1": np.zeros((n, n)), "mu": np.zeros((n, n))}
+    K = {"1": np.zeros((n, n)), "mu": np.zeros((n, n))}
+    row = 0
+    for kind, sign, value in losses:
+        if kind == "undamped flutter":
+            K["1"][row : row + 2, row : row + 2] = [[2.0, -sign * value], [-1.0, 2.0]]
+            K["mu"][row, row + 1] = sign
+            row += 2
+            continue
+        of_kind = K if kind == "divergence" else C
+        of_kind["1"][row, row] = sign * value
+        of_kind["mu"][row, row] = -sign
+        other = C if kind == "divergence" else K
+        other["1"][row, row] = 1.0
+        row += 1
+    return squeal.System(np.eye(n), C=C, K=K)
+
+
+NEARBY = 0.75 * (1.0 + 1e-13)
+
+
+@pytest.mark.parametrize(
+    ("losses", "reason"),
+    [
+        ([("flutter", 1, 0.75), ("divergence", 1, NEARBY)], "several kinds or directions"),
+        ([("divergence", 1, 0.75), ("divergence", -1, NEARBY), ("flutter", 1, 0.75)], "cancel"),
+        ([("divergence", -1, 0.75), ("flutter", 1, NEARBY), ("flutter", -1, 0.75)], "cancel"),
+        ([("divergence", 1, 0.75), ("undamped flutter", -1, NEARBY), ("flutter", 1, 0.75)], ""),
+    ],
+)
+def test_what_one_interval_does_not_tell_apart_is_not_proved(losses, reason):
+    answer = squeal.thresholds(coincident(*losses))
+    assert (answer.certified, answer.proof["status"]) == (False, "open")
+    assert reason in answer.proof["reason"]
+
+
+def test_twins_of_one_kind_and_direction_are_proved():
+    answer = squeal.thresholds(coincident(("flutter", 1, 0.75), ("flutter", 1, NEARBY)))
+    assert answer.proof["status"] == "proved"
+    assert len(answer.crossings) == 2
