@@ -18,7 +18,17 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import MatrixError
-from squeal.linear.matrices import EPS, ILL, Array, dense, divisor, norm_of, rank_of, unit_diagonal
+from squeal.linear.matrices import (
+    EPS,
+    ILL,
+    Array,
+    dense,
+    divisor,
+    equilibrated,
+    norm_of,
+    scaled_rank,
+    unit_diagonal,
+)
 from squeal.linear.system import Matrices, System, SystemFunction, Term, matrices_of
 
 REFUSED = (
@@ -48,7 +58,7 @@ def completed_to_second_order(system: SystemFunction, p: float) -> Completed | N
     if not isinstance(system, System) or not system.real:
         return None
     ((M, C, K),) = matrices_of(system, [p])
-    rank = rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))  # whatever units M mixes
+    rank = scaled_rank(M)  # whatever units M mixes
     left, _, right = np.linalg.svd(M)
     rows = left[:, rank:]  # y' M = 0
     motions = right[rank:].T  # M x = 0
@@ -169,7 +179,7 @@ class StaticCondensation:
 
         K: the blocks of the stiffness matrix. `cancelled` is raised to what cancels in K11 - K12 X.
         """
-        condition = float(np.linalg.cond(unit_diagonal(K.X22)))
+        condition = float(np.linalg.cond(equilibrated(K.X22)))
         # half of the digits are left; where the sign changes a light coordinate begins to grow
         _require(condition < 1e8 and np.linalg.slogdet(K.X22)[0] == self._sign_of_det_K22)
         X = np.linalg.solve(K.X22, K.X21)

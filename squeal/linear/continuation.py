@@ -30,12 +30,12 @@ from squeal.linear.matrices import (
     LightMassError,
     components,
     divisor,
+    equilibrated,
     first_order,
     norm_of,
     null_spaces,
     reaches,
     reduce,
-    unit_diagonal,
 )
 from squeal.linear.roots import ComplexArray, left_vectors, root_rounding, square_roots
 from squeal.linear.system import SystemFunction, matrices_of, with_slopes
@@ -620,7 +620,9 @@ def _without_free_motions(samples: Sequence[Matrices]) -> tuple[Array, Array] | 
 
 
 def _normalising(M: Array) -> tuple[Array, Array]:
-    """L, R (n, n) with L M R = 1; L = R' if M is symmetric, positive definite, else R = 1.
+    """L, R (n, n) with L M R = 1; L = R' if M is symmetric, positive definite, else R is diagonal.
+
+    It takes the units of the unknowns out then.
 
     Raises LightMassError for a symmetric M that is (nearly) singular, MatrixError for another one.
     """
@@ -629,10 +631,12 @@ def _normalising(M: Array) -> tuple[Array, Array]:
     except LightMassError:  # `thresholds` answers it by static condensation
         raise
     except InputError:  # not symmetric, positive definite
-        if not ILL * np.linalg.cond(unit_diagonal(M)) < 1.0:
+        if not ILL * np.linalg.cond(equilibrated(M)) < 1.0:
             raise MatrixError(
                 "M: a regular matrix is required to search for all thresholds; where rows have no "
                 "mass those of a band can be given"
             ) from None
-        return np.asarray(np.linalg.inv(M)), np.eye(len(M))
+        rows_scaled = np.abs(M) / np.abs(M).max(axis=1, keepdims=True)
+        R = np.diag(1.0 / rows_scaled.max(axis=0))
+        return np.asarray(np.linalg.inv(M @ R)), R
     return T.T, T

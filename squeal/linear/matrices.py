@@ -244,17 +244,18 @@ def divisor(size: Values) -> Values:
 
 
 def unit_diagonal(M: NDArray) -> NDArray:
-    """A matrix (n, n) with a diagonal of ones where it has one: units cost no condition then.
-
-    Where an entry is larger than a positive definite matrix has beside such a diagonal, the largest
-    entries of rows and columns take its place: a diagonal that is rounding is no unit.
-    """
-    entries = np.abs(M)
-    size = np.sqrt(np.diag(entries))
-    if np.any(entries > 2.0 * np.outer(size, size)):
-        size = np.sqrt(np.maximum(entries.max(axis=0), entries.max(axis=1)))
-    size = divisor(size)
+    """A matrix (n, n) with a diagonal of ones where it has one; a symmetric one stays symmetric."""
+    size = divisor(np.sqrt(np.abs(np.diag(M))))
     return M / size[:, None] / size
+
+
+def equilibrated(M: NDArray) -> NDArray:
+    """A matrix (n, n) with its rows, then its columns, scaled to a largest entry of one: units of
+    rows and columns cost no condition then."""
+    scaled = M
+    for axis in (1, 0):
+        scaled = scaled / divisor(np.abs(scaled).max(axis=axis, keepdims=True))
+    return scaled
 
 
 def check_regular(M: NDArray, C: NDArray | None, K: NDArray) -> None:
@@ -281,12 +282,8 @@ def rank_of(singular: Array, size: float | None = None) -> int:
 
 
 def scaled_rank(K: NDArray) -> int:
-    """The rank of K with its rows and columns scaled to a largest entry of one: what is small
-    beside others still counts."""
-    scaled = K
-    for axis in (1, 0, 1):  # rows, columns, and rows again
-        scaled = scaled / divisor(np.abs(scaled).max(axis=axis, keepdims=True))
-    return rank_of(np.linalg.svd(scaled, compute_uv=False))
+    """The rank of an equilibrated K: what is small beside others still counts."""
+    return rank_of(np.linalg.svd(equilibrated(K), compute_uv=False))
 
 
 def first_order(

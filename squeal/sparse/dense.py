@@ -25,13 +25,14 @@ from squeal.linear.matrices import (
     ILL,
     check_regular,
     divisor,
+    equilibrated,
     first_order,
     noise_of,
     norm_of,
     null_spaces,
     rank_of,
     reduce,
-    unit_diagonal,
+    scaled_rank,
     zero_roots,
 )
 from squeal.linear.system import Matrix
@@ -60,7 +61,7 @@ def dense_values(
         B = reduced.B
         rounding = reduced.rounding
     except InputError:  # a light mass, or one that is not symmetric; complex matrices
-        condition = float(np.linalg.cond(unit_diagonal(M)))
+        condition = float(np.linalg.cond(equilibrated(M)))
         if 1.0 / condition <= ILL:
             problem = quadratic(M, damping, K)
             return pencil_values(problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
@@ -122,8 +123,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     C_or_none = _nonzero(C)
     n = len(M)
     U, masses, Wh = np.linalg.svd(M)
-    # how many motions have mass is judged on M of unit diagonal, in which units do not matter
-    rank = rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))
+    rank = scaled_rank(M)  # how many motions have mass, whatever units M mixes
     size = divisor(norm_of(K))
     # a rate (1/s) at which M, or C where there is no mass, is as large as K: a power of two
     if rank == 0 and C_or_none is not None:  # the system is of the first order

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import squeal
 from squeal.errors import InputError
 from squeal.linear import thresholds
 from squeal.linear.system import Term
@@ -125,3 +126,20 @@ def test_stiffness_that_cancels_to_nothing_has_a_threshold_with_an_interval(stif
     assert point.converged
     assert low <= stiffness - 1.0 <= high
     assert high - low < 1e-13
+
+
+@pytest.mark.parametrize(("decades", "damping"), [(4, 0.0), (4, 0.1), (8, 0.0), (12, 0.0)])
+@pytest.mark.parametrize("side", ["rows", "columns"])
+def test_units_of_rows_or_columns_make_no_mass_singular(side, decades, damping):
+    """q'' + d q' + [[2, -1 + 4 mu / 3], [-1, 2]] q = 0, times a full mass, flutters where the roots
+    1 +- sqrt(1 - 4 mu / 3) of -lambda^2 - d lambda part by more than damping allows."""
+    units = np.diag([10.0**-decades, 10.0**decades])
+    left, right = (units, np.eye(2)) if side == "rows" else (np.eye(2), units)
+    M = np.array([[2.0, 1.0], [1.0, 3.0]])
+    K0 = M @ np.array([[2.0, -1.0], [-1.0, 2.0]])
+    K1 = M @ np.array([[0.0, 4.0 / 3.0], [0.0, 0.0]])
+    scaled = [left @ X @ right for X in (M, K0, K1)]
+    system = squeal.System(scaled[0], damping * scaled[0], {"1": scaled[1], "mu": scaled[2]})
+    (crossing,) = squeal.thresholds(system).crossings
+    # lambda = i w: w^2 = 2 and (d w)^2 = 4 mu / 3 - 1
+    assert crossing.mu == pytest.approx(0.75 * (1.0 + 2.0 * damping**2), rel=1e-6)

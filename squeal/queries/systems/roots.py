@@ -15,7 +15,13 @@ import numpy as np
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import DAMPED, problem_class_of
 from squeal.linear.eigen import growing, spectrum_of
-from squeal.linear.matrices import SingularTogetherError, checked, rank_of, reduce, unit_diagonal
+from squeal.linear.matrices import (
+    SingularTogetherError,
+    checked,
+    reduce,
+    scaled_rank,
+    unit_diagonal,
+)
 from squeal.linear.roots import STIFF, ComplexArray, hides_slow_roots, roots_of
 from squeal.linear.system import Matrix, TermSystem
 from squeal.linear.verdicts import ACCEPTED
@@ -410,8 +416,7 @@ def _number_of_roots(problem: Quadratic, roots: EigenvalueTuple) -> int | None:
     It is 2n if M is regular. Else the argument principle counts the roots in a disc twice as wide
     as the computed ones lie. None if that count fails.
     """
-    singular_values = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
-    if rank_of(singular_values) == problem.n:
+    if scaled_rank(problem.M.toarray()) == problem.n:
         return 2 * problem.n
     values = np.array([root.value for root in roots], dtype=complex)
     farthest = float(np.max(np.abs(values), initial=0.0))
