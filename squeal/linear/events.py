@@ -222,10 +222,21 @@ def _locate_event(continuation: Continuation, guess: Guess, crosses: bool) -> Ev
         local = roots_near(continuation, p, roots.mean, roots.right, roots.left, perturbed)
         slopes += abs(local.event_function(coalesces).slope)
     margin = 2 * EPS * slopes / slope
-    # at the lower end of the range growth may begin from rest (`search`); beyond the upper end the
-    # event itself may lie
-    interval = max(first - margin, continuation.low), last + margin
+    interval = beyond_ends(continuation, first - margin, last + margin)
     return Event(p, root.omega, direction, interval, root.residual, coalesces)
+
+
+def beyond_ends(continuation: Continuation, first: float, last: float) -> tuple[float, float]:
+    """The interval of an event, by its width beyond each end of the range that it reaches.
+
+    Rounding hides the sign at that end, so that the event itself may lie beyond.
+    """
+    width = last - first
+    if first <= continuation.low:
+        first = continuation.low - width
+    if last >= continuation.high:
+        last = continuation.high + width
+    return first, last
 
 
 class _RootAtEvent(NamedTuple):

@@ -23,7 +23,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.bends import bends_within, factors_of
 from squeal.linear.continuation import DAMPED, UNDAMPED, Continuation, SpectrumAtParameter
 from squeal.linear.event_guesses import DIVISION_SHARE, guesses_of, window_guesses
-from squeal.linear.events import EVENT_TOLERANCE, Event, bracket_by_sign, locate_event
+from squeal.linear.events import EVENT_TOLERANCE, Event, beyond_ends, bracket_by_sign, locate_event
 from squeal.linear.steps import ROOT_TOLERANCE, Guess, Step, may_exchange_partner, near_coalescences
 from squeal.linear.system import SystemFunction, TermSystem
 from squeal.linear.verdicts import UnstableCount
@@ -463,7 +463,9 @@ class _AdaptiveRefinement:
 
         low, high = limits
         bracket = bracket_by_sign(sign, at=(a, b), half=1e-7 * self.range, low=low, high=high)
-        interval = limits if bracket is None else (bracket.low, bracket.high)
+        if bracket is not None:
+            low, high, _ = bracket
+        interval = beyond_ends(continuation, low, high)
         event = Event((a + b) / 2, change.omega, direction, interval, converged=False)
         return self.snap_to_range_start(event)
 

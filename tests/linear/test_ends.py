@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import squeal
 from squeal.linear import thresholds
 from tests.known import system_of
 
@@ -150,3 +151,16 @@ def test_what_is_at_rest_at_the_start_diverges_there_or_not_at_all(damping, stif
     shown = [(c.mu, c.kind, c.direction, c.changes_verdict) for c in found.crossings]
     assert shown == expected
     assert [(p.mu, p.kind) for p in found.points] == [each[:2] for each in expected]
+
+
+@pytest.mark.parametrize("beyond", [1e-8, 1e-11, 1e-15])
+@pytest.mark.parametrize("end", ["low", "high"])
+@pytest.mark.parametrize("damping", [1.0, 100.0, 1e4])
+@pytest.mark.parametrize("stiffness", [1e-7, 1e-4, 1e-1])
+def test_the_interval_of_a_threshold_holds_one_just_beyond_the_end(stiffness, damping, end, beyond):
+    """One row, k (value - mu) with heavy damping: rounding hides on which side of the end it is."""
+    value = 0.3 * (1.0 - beyond) if end == "low" else 1.7 * (1.0 + beyond)
+    K = {f"{value!r} - mu": [[stiffness]]}
+    answer = squeal.thresholds(squeal.System([[1.0]], [[damping]], K), 1.7, 0.3, prove=False)
+    for crossing in answer.crossings:
+        assert crossing.interval[0] <= value <= crossing.interval[1]
