@@ -1,4 +1,4 @@
-"""To how many digits the numbers of a text file are written: `written_digits`."""
+"""To how many digits, or decimals, the numbers of a text file are written."""
 
 import re
 from collections import Counter
@@ -8,6 +8,7 @@ from itertools import islice
 SAMPLED = 10_000  # numbers of a file that are looked at
 FEWEST = 6  # digits: shorter numbers were typed by hand and are exact
 MOST = 15  # digits: longer ones hold doubles
+FEWEST_DECIMALS = 4  # fewer were typed by hand
 
 
 def _mantissa(word: str) -> str:
@@ -51,6 +52,28 @@ def written_digits(words: Iterable[str]) -> int | None:
     is_usual = 2 * count > len(positive) + len(negative)
     if is_usual and min(lengths) >= FEWEST and max(lengths) <= MOST:
         return min(lengths)
+    return None
+
+
+def written_decimals(words: Iterable[str]) -> int | None:
+    """The number of decimals to which all numbers were rounded when they were written, as by %.6f.
+
+    None where they have exponents or other decimals, and of numbers that are all short or longer
+    than doubles hold.
+
+    >>> written_decimals(["12345.678901", "-0.001235"]), written_decimals(["1.5", "0.25"])
+    (6, None)
+    """
+    counts = set()
+    longest = 0
+    for word in islice(words, SAMPLED):
+        _, _, decimals = word.partition(".")
+        counts.add(len(decimals))
+        longest = max(longest, len(_mantissa(word)))
+        if not decimals.isdecimal():  # an exponent, or a whole number
+            return None
+    if len(counts) == 1 and min(counts) >= FEWEST_DECIMALS and FEWEST <= longest <= MOST:
+        return min(counts)
     return None
 
 

@@ -26,7 +26,12 @@ from squeal.io.formats.matrix_file import (
 from squeal.io.matrix_formats import FORMATS, HEAD, Format
 from squeal.io.writing import write_whole
 from squeal.linear.matrices import given_matrix
-from squeal.linear.precision import Precision, precision_of_floats, short_floats
+from squeal.linear.precision import (
+    Precision,
+    precision_of_decimals,
+    precision_of_floats,
+    short_floats,
+)
 from squeal.schema import Place
 
 FREE_MOTION = 1e-8  # of the diagonal: pivots below are those of a free body
@@ -97,6 +102,8 @@ def precision_of_file(file: MatrixFile, matrix: Matrix) -> Precision:
 
     matrix: that of the file (n, n), on the rows where it is used.
     """
+    if file.decimals is not None:
+        return precision_of_decimals(matrix, file.decimals)
     if file.digits is not None:
         return Precision(file.digits)
     return precision_of_floats(matrix, file.floats)

@@ -94,6 +94,24 @@ def precision_of_floats(matrix: Matrix, floats: np.dtype[np.floating] | None) ->
     return Precision(digits, _errors(matrix, half))
 
 
+def precision_of_decimals(matrix: Matrix, decimals: int) -> Precision:
+    """The precision of entries (n, n) that are written to so many decimals, whatever their size.
+
+    Its digits are those of the smallest entry.
+    """
+    from scipy.sparse import csc_array
+
+    unit = 10.0**-decimals
+
+    def half(numbers: Array) -> Array:
+        return np.where(numbers == 0.0, 0.0, unit / 2.0 + np.spacing(np.abs(numbers)) / 2.0)
+
+    errors = _errors(matrix, half)
+    sizes = np.abs(csc_array(matrix).data)
+    smallest = np.min(sizes[sizes > 0.0], initial=1.0)
+    return Precision(int(np.log10(smallest / unit) + 1e-9) + 1, errors)
+
+
 def _errors(matrix: Matrix, half: Callable[[Array], Array]) -> csc_array:
     """The errors of entries (n, n): `half` of their real parts and of their imaginary parts."""
     from scipy.sparse import csc_array

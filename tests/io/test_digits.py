@@ -15,8 +15,9 @@ from scipy.linalg import eigh
 import squeal
 from squeal.errors import InputWarning
 from squeal.io.digits import written_digits
-from squeal.io.matrices import read_matrix
+from squeal.io.matrices import precision_of_file, read_matrix
 from squeal.linear.precision import half_units
+from squeal.linear.system import Term, TermSystem
 from squeal.proof.balls import half_widths
 from tests.data import free_structures
 
@@ -293,3 +294,32 @@ def test_what_the_solvers_allow_for_digits_is_no_less_than_what_the_referee_does
     numbers = np.append(numbers, np.random.default_rng(6).normal(size=500))
     units = half_units(numbers[:, None], digits).toarray()
     assert np.all(units >= half_widths(numbers[:, None], f"{digits} digits"))
+
+
+@pytest.mark.parametrize("form", ["market", "abaqus", "triples"])
+def test_soft_rows_of_a_file_of_fixed_decimals_are_known_to_these(tmp_path, form):
+    """Most entries have ten digits, the soft ones four: as if of ten they were certified flutter.
+
+    Their difference, 4e-7, is lost in the file, and with it the system is marginal.
+    """
+    stiff = [12345.678901, 23456.789012, 34567.890123, 45678.901234]
+    K = np.diag([*stiff, 0.0012354, 0.001235])
+    head = {"market": "%%MatrixMarket matrix coordinate real general\n6 6 6\n"}.get(form, "")
+    numbers = "{0} 1 {0} 1 {1:.6f}\n" if form == "abaqus" else "{0} {0} {1:.6f}\n"
+    lines = [numbers.format(row, entry) for row, entry in enumerate(np.diag(K), 1)]
+    (tmp_path / "K.mtx").write_text(head + "".join(lines))
+    given = read_matrix(tmp_path / "K.mtx", symmetric=True)
+    precision = precision_of_file(given, given.matrix)
+    assert precision.digits == 4
+    assert precision.errors is not None
+    assert np.all(np.abs(given.matrix - K) <= precision.errors.toarray())
+    assert precision.errors.max() < 5.1e-7
+    circulatory = np.zeros((6, 6))
+    circulatory[4, 5] = 1e-7
+    circulatory[5, 4] = -1e-7
+    exact = squeal.System(np.eye(6), K=K + circulatory)
+    assert squeal.eigenvalues(exact).verdict == "marginal"
+    term = Term(given.matrix, digits=precision.digits, errors=precision.errors)
+    known = TermSystem((Term(np.eye(6)),), (), (term, Term(circulatory)))
+    found = squeal.eigenvalues(known)
+    assert (found.verdict, found.certified) == (None, False)

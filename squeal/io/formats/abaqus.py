@@ -7,10 +7,10 @@ have labels below zero. A line that begins with * may say TYPE=SYMMETRIC or UNSY
 
 import io
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from squeal.io.digits import written_digits
+from squeal.io.digits import written_decimals, written_digits
 from squeal.io.formats.matrix_file import (
     MatrixFile,
     has_internal_nodes,
@@ -81,10 +81,13 @@ def _matrix(path: Path, block: _Block) -> MatrixFile:
         raise ValueError(f"{width} columns; 3 or 5 are read, decimals behind a point")
     positions, columns = read_columns(io.StringIO(block.entries), width - 1, 1)
     values = columns[:, 0]
-    digits = written_digits(line.split()[-1] for line in lines)
+    words = [line.split()[-1] for line in lines]
+    digits = written_digits(words)
+    decimals = written_decimals(words)
     scale = re.search(r"SCALE\s*FACTOR\s*=\s*(\S+)", block.keywords)
     if scale:
         values = float(scale[1]) * values
+        decimals = None
         if digits is not None:
             digits -= 1  # a product may lose up to one
     symmetric = None  # where no keyword says so
@@ -92,7 +95,8 @@ def _matrix(path: Path, block: _Block) -> MatrixFile:
     if kind:
         symmetric = kind[1] is None  # no UN before it
     if width == 5:
-        return labelled_matrix(path, positions, values, symmetric, digits)
+        labelled = labelled_matrix(path, positions, values, symmetric, digits)
+        return replace(labelled, decimals=decimals)
     if positions.min() < 1:
         raise ValueError("rows and columns must count from 1")
     rows = int(positions.max())
@@ -107,5 +111,6 @@ def _matrix(path: Path, block: _Block) -> MatrixFile:
         symmetric=symmetric,
         numbered=has_internal_nodes(labels),
         digits=digits,
+        decimals=decimals,
         assumptions=assumptions,
     )

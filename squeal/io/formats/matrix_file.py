@@ -49,6 +49,8 @@ class MatrixFile:
         alone.
     digits : int or None
         The significant digits that entries were rounded to, None if they are exact or doubles.
+    decimals : int or None
+        The decimals that all entries were rounded to, None if there is no such number.
     assumptions : tuple of str
         What was guessed of the matrix.
     floats : dtype or None
@@ -62,6 +64,7 @@ class MatrixFile:
     form: str = ""
     numbered: bool = False
     digits: int | None = None
+    decimals: int | None = None
     assumptions: tuple[str, ...] = ()
     floats: np.dtype[np.floating] | None = None
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.io.digits import written_digits
+from squeal.io.digits import written_decimals, written_digits
 from squeal.io.formats.matrix_file import MatrixFile, mirror_half, read_columns, sum_entries
 
 SYMMETRIES = ("general", "symmetric", "skew-symmetric")
@@ -37,6 +37,7 @@ def read_matrix_market(path: Path) -> MatrixFile:
         size_line = next((line for line in lines if line.strip()), "")
         indices, numbers = read_columns(lines, index_columns, value_columns)
     digits = written_digits(_value_words(path, index_columns, value_columns))
+    decimals = written_decimals(_value_words(path, index_columns, value_columns))
 
     general = symmetry == "general"
     skew = symmetry == "skew-symmetric"
@@ -72,7 +73,7 @@ def read_matrix_market(path: Path) -> MatrixFile:
         raise ValueError("a skew-symmetric file has no diagonal, and this has")
     if not general:
         matrix = mirror_half(matrix, -1 if skew else 1)
-    return MatrixFile(matrix, digits=digits, assumptions=assumptions)
+    return MatrixFile(matrix, digits=digits, decimals=decimals, assumptions=assumptions)
 
 
 def _values(entry_type: str, numbers: NDArray) -> NDArray:
