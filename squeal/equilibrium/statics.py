@@ -17,7 +17,7 @@ from squeal.model.contact import ContactLaw, Touching
 from squeal.model.equations import PadModel, Units, natural_units, net_loads
 from squeal.model.pad import Coefficients, Number, Operations, Pose, pose, springs
 from squeal.numerics import differentiation
-from squeal.numerics.differentiation import Dual, complex_step, with_derivative
+from squeal.numerics.differentiation import STEP, Dual, complex_step, with_derivative
 
 ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a sum, over the sizes of what is added
 NEWTON_ROUNDING = 0.1  # size of what Newton's method rounds, where the load displaces by about one
@@ -369,6 +369,50 @@ class Statics:
         """Minus the derivative (3, 3, k) of the loads by q at places z (4, k)."""
         model = self.model.replace(mu=z[3])
         return -complex_step(partial(model.loads, state=on), self.place(z))
+
+    def place_error(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
+        """How far rounding may move equilibria z (4, k) in (x, y, w theta), shape (3, k).
+
+        To first order: rounding of the loads over the static stiffness. Contact loads are rounded
+        with the gaps, those of the inclined springs with the displacements of their ends.
+        """
+        c = self.model.c
+        at = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
+        _, J = self.linearised(z, on)
+        of_springs = 0.0
+        for k, rx, ry in ((c.k1, c.r1x, c.r1y), (c.k2, c.r2x, c.r2y)):
+            ends = at.displacement(np.abs(rx), -np.abs(ry))[0] + at.rise(np.abs(rx), np.abs(ry))
+            of_springs = of_springs + k * ends
+        # the moment over w has the arms of the upper corners
+        loads = np.ones(z.shape[1]) * (ROUNDING * (of_springs + c.F_n) * (1.0 + c.h / c.w))
+        columns = [*np.eye(3)[:, :, None] * loads]
+        gap_rounding_of_edges = np.max(self.rounding(z), axis=0)
+        for name in ("gap_l", "gap_t"):
+            shifted = c._replace(mu=z[3], **{name: getattr(c, name) + 1j * STEP})
+            f = net_loads(np, shifted, self.model.law, c.place(z), on)
+            slopes = np.imag(np.broadcast_arrays(f.x, f.y, f.moment / c.w)) / STEP
+            columns.append(slopes * gap_rounding_of_edges)
+        with np.errstate(all="ignore"):
+            moved, regular = solve_stack(
+                np.moveaxis(J[:, :3], -1, 0), np.moveaxis(np.array(columns), (2, 1), (0, 1))
+            )
+        error = np.abs(moved).sum(axis=2).T + ROUNDING * np.abs(z[:3])
+        return np.where(regular, error, np.inf)
+
+    def stiffness_error(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
+        """How far rounding of equilibria z (4, k) may move each entry of `stiffness`, (3, 3, k);
+        infinite where it hides the contact state `on` (points, k)."""
+        moved_by = self.place_error(z, on)
+        K = self.stiffness(z, on)
+        error = np.zeros(K.shape)
+        with np.errstate(all="ignore"):
+            for i in range(3):
+                there = z.copy()
+                there[i] += moved_by[i]
+                error += np.abs(self.stiffness(there, on) - K)
+            tip = moved_by[1] + moved_by[2] * (1.0 + self.model.c.h / self.model.c.w)
+            is_hidden = np.any(np.abs(self.gaps(z)) <= tip, axis=0)
+        return np.where(is_hidden | ~np.isfinite(error), np.inf, error)
 
     def determinant_sign(self, derivatives: np.ndarray) -> np.ndarray:
         """Sign (k,) of the determinant of derivatives (3, 3, k) of the loads by (x, y, w theta).

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.linear.matrices import ROUNDING, Array, Reduced, first_order, invariants
 from squeal.linear.roots import roots_of
@@ -13,13 +14,13 @@ from squeal.linear.verdicts import DIVERGENCE, FLUTTER, MARGINAL, STABLE, VERDIC
 CHUNK = 8192  # matrices per pass: temporaries of 64 kB stay in the cache and in malloc's pool
 
 
-def _code(A: Array, B: Array | None) -> int:
+def _code(A: Array, B: Array | None, relative_error: float = ROUNDING) -> int:
     """The verdict code of one system z'' + B z' + A z = 0, by its roots."""
-    roots = roots_of(Reduced(A, B, np.eye(len(A)), ROUNDING))
+    roots = roots_of(Reduced(A, B, np.eye(len(A)), relative_error))
     return VERDICTS.index(decide(roots.values, roots.rounding).verdict)
 
 
-def damped_verdicts(A: Array, B: Array) -> Codes:
+def damped_verdicts(A: Array, B: Array, relative_error: float | Array = ROUNDING) -> Codes:
     """Verdict codes (N,), indices into VERDICTS, of N damped systems z'' + B z' + A z = 0.
 
     Systems with an eigenvalue within the greatest rounding of the imaginary axis, or with a growing
@@ -29,19 +30,61 @@ def damped_verdicts(A: Array, B: Array) -> Codes:
     ----------
     A, B : array (N, n, n)
         In mass-normalised coordinates. Every system is damped: no B[k] is the zero matrix.
+    relative_error : float or array (N,)
+        Of the matrices. Where that hides whether a root grows, and none grows beyond it, the
+        system counts as marginal.
     """
+    relative_errors = np.broadcast_to(relative_error, len(A))
     matrices, _ = first_order(A, B)
     values = np.linalg.eigvals(matrices)
     norm = np.linalg.norm(matrices, axis=(-2, -1))[:, None]
-    rounding = norm * (2 * matrices.shape[-1] * ROUNDING) ** (1 / 3)  # a triple root moves so far
+    share = (2 * matrices.shape[-1] * relative_errors) ** (1 / 3)  # a triple root moves so far
+    rounding = norm * share[:, None]
     fastest = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
     codes = np.where(fastest.imag != 0.0, FLUTTER, DIVERGENCE).astype(np.int8)
     codes[fastest.real < 0.0] = STABLE
     doubtful = np.abs(values.real) <= rounding
     doubtful |= (values.real > 0.0) & (values.imag != 0.0) & (np.abs(values.imag) <= rounding)
     for k in np.flatnonzero(doubtful.any(axis=-1)):
-        codes[k] = _code(A[k], B[k])
+        codes[k] = _code(A[k], B[k], float(relative_errors[k]))
     return codes
+
+
+def hang_on_errors(A: Array, B: Array | None, errors: Array) -> NDArray[np.bool_]:
+    """Which (N,) of the verdicts on z'' + B z' + A z = 0 errors of the entries of A may change.
+
+    Parameters
+    ----------
+    A, B, errors : array (N, 3, 3)
+        In mass-normalised coordinates, and how far the entries of A may be off; those of B are
+        known to the same share of the largest one. B may be None.
+    """
+    damped = np.zeros(len(A), bool) if B is None else B.any(axis=(1, 2))
+    hang = np.zeros(len(A), bool)
+    hang[~damped] = _hang_on_errors_undamped(A[~damped], errors[~damped])
+    if B is not None and damped.any():
+        largest = np.abs(A[damped]).max(axis=(1, 2))
+        of_largest = errors[damped].max(axis=(1, 2)) / np.where(largest > 0.0, largest, 1.0)
+        relative_errors = np.maximum(of_largest, ROUNDING)
+        hang[damped] = damped_verdicts(A[damped], B[damped], relative_errors) == MARGINAL
+    return hang
+
+
+def _hang_on_errors_undamped(A: Array, errors: Array) -> NDArray[np.bool_]:
+    """As `hang_on_errors`, by the signs of the invariants of A."""
+    a, b, c, discriminant, is_vague = invariants(
+        list(A.reshape(-1, 9).T), errors=list(errors.reshape(-1, 9).T)
+    )
+    has_pair = discriminant.value < -discriminant.bound
+    has_negative = np.zeros(len(A), bool)
+    has_open_sign = np.zeros(len(A), bool)
+    for coefficient in (a, b, c):
+        has_negative |= coefficient.value < -coefficient.bound
+        has_open_sign |= np.abs(coefficient.value) <= coefficient.bound
+    is_symmetric = np.all(np.swapaxes(A, 1, 2) == A, axis=(1, 2))  # which has no complex pair
+    pair_is_open = (np.abs(discriminant.value) <= discriminant.bound) & ~is_symmetric
+    sign_is_open = has_open_sign & ~has_negative & ~has_pair
+    return np.asarray(pair_is_open | sign_is_open | is_vague)
 
 
 def undamped_verdicts(A: Array) -> Codes:

@@ -470,7 +470,9 @@ def _pair_products(x: Values, y: Values, z: Values) -> Values:
     return x * y + (x + y) * z
 
 
-def invariants(entries: Sequence[Values], floor: float = 0.0) -> Cubic:
+def invariants(
+    entries: Sequence[Values], floor: float = 0.0, errors: Sequence[Values] | None = None
+) -> Cubic:
     """The coefficients and the discriminant of the characteristic polynomial of A (3, 3).
 
     Parameters
@@ -480,19 +482,27 @@ def invariants(entries: Sequence[Values], floor: float = 0.0) -> Cubic:
     floor : float
         A size, rad^2/s^2, that is added to that of each: a product with a full M^-1 spreads errors
         of `ROUNDING` times this size over all entries.
+    errors : sequence of nine numbers, or arrays of one shape, optional
+        How far each entry may be off, if that is more than rounding.
     """
     sizes = [np.abs(x) + floor for x in entries]
+    relative_error: Values = ROUNDING
+    if errors is not None:
+        largest = np.max(sizes, axis=0)
+        of_largest = np.max(errors, axis=0) / np.where(largest > 0.0, largest, 1.0)
+        relative_error = np.maximum(of_largest, ROUNDING)
+        sizes = [np.maximum(x, e / relative_error) for x, e in zip(sizes, errors, strict=True)]
     diagonal = entries[::4]
     diagonal_sizes = sizes[::4]
     cycles = _Cycles.of(entries)
     cycle_sizes = _Cycles.of(sizes)
-    unit = 2 * ROUNDING  # relative error of a term for each of its factors
+    unit = 2 * relative_error  # of a term for each of its factors
     d = diagonal
     D = diagonal_sizes
     a = Bounded(d[0] + d[1] + d[2], unit * (D[0] + D[1] + D[2]))
     b = Bounded(_pair_products(*d) - cycles.p, 2 * unit * (_pair_products(*D) + cycle_sizes.p))
     c = Bounded(cycles.determinant(d), 3 * unit * cycle_sizes.terms(D))
-    discriminant = _discriminant(diagonal, a, cycles, cycle_sizes)
+    discriminant = _discriminant(diagonal, a, cycles, cycle_sizes, unit)
     vague = ~np.isfinite(discriminant.value + discriminant.bound)
     share = 0.03  # of the greatest root, below which others are far from it
     square = a.value * a.value
@@ -510,7 +520,11 @@ def invariants(entries: Sequence[Values], floor: float = 0.0) -> Cubic:
 
 
 def _discriminant(
-    diagonal: Sequence[Values], trace: Bounded, cycles: _Cycles, cycle_sizes: _Cycles
+    diagonal: Sequence[Values],
+    trace: Bounded,
+    cycles: _Cycles,
+    cycle_sizes: _Cycles,
+    unit: Values,
 ) -> Bounded:
     """The discriminant 4 J2^3 - 27 J3^2 from the invariants J2 and J3 of the deviator of A.
 
@@ -526,8 +540,9 @@ def _discriminant(
         Its sum.
     cycles, cycle_sizes : _Cycles
         Those of the entries of A and of their sizes.
+    unit : number or array
+        The relative error of a term for each of its factors.
     """
-    unit = 2 * ROUNDING
     mean = trace.value / 3
     error = trace.bound  # the bound of an entry of the deviator
     e = [x - mean for x in diagonal]

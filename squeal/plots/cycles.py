@@ -13,7 +13,7 @@ from squeal.model.pad import PARAMETERS
 from squeal.plots.coupling import NO_EQUILIBRIUM
 from squeal.plots.maps import friction_symbol
 from squeal.plots.style import SINGLE, Drawing, blank, literal, origin, style, write_upright
-from squeal.queries.cycles import Cycles, Orbit
+from squeal.queries.cycles import IN_DOUBT, Cycles, Orbit
 
 LOOKS: dict[str, dict[str, Any]] = {
     "stable": {"color": "#C8380E", "lw": 1.4},
@@ -25,6 +25,7 @@ SLIDING_LOOKS: dict[str, dict[str, Any]] = {
     "marginal": {"color": "0.6"},
     "flutter": {"color": "k", "ls": (0, (3, 1.5))},
     "divergence": {"color": "k", "ls": (0, (1, 1.5))},
+    IN_DOUBT: {"color": "0.8"},
 }
 SEEN = 0.03  # of the axes: a shorter curve is hidden by its marks, and not in the legend
 MARKS = {"fold": "D", "period doubling": "s", "torus": "^", "grazing": "|"}

@@ -8,4 +8,3 @@ AS_GIVEN = "as given"
 HALF_ULP = "half an ulp"
 """The entries of matrices may be off by half a unit in the last place of a double: what is assumed
 of arrays, and of files with all digits."""
-NO_BALLS = "python-flint is not installed (`pip install 'squeal[proof]'` brings it)"

@@ -29,6 +29,7 @@ WINDOWS = 40  # times the length of the scene in which its motion may settle
 STEP = 0.2  # length of a step along the branch, in natural units
 MOST = 80  # cycles of the branch to each side of the first
 SLIDING = 41  # values at which the stability of sliding is computed
+IN_DOUBT = "unknown"  # stands for a verdict that rounding hides
 LOCATED = 1e-10  # of the range: to which a change of that stability is located
 READINGS = 16  # points in each time step of a cycle for quadrature and extrema: to rounding
 
@@ -145,8 +146,8 @@ class Cycles(Answer):
     ends : (str, str)
         Why the branch ends at its first and at its last motion; empty at the end of the range.
     sliding : tuple of (float, str or None)
-        Values of the parameter, each with the verdict on the sliding equilibrium, None where there
-        is no equilibrium.
+        Values of the parameter, each with the verdict on the sliding equilibrium, `IN_DOUBT` where
+        rounding hides it, None where there is no equilibrium.
     critical : tuple of (float, str or None)
         Values at which that verdict changes, each with the verdict from there on.
     source : (Shooting, Cycle) or None
@@ -478,7 +479,7 @@ def cycles(
     def verdict_at(at: float) -> str | None:
         """The verdict on the sliding equilibrium, None if there is none."""
         try:
-            return analyse(scene.replace(**{name: at})).judgement.verdict
+            return analyse(scene.replace(**{name: at})).verdict or IN_DOUBT
         except ComputationError:
             return None
 

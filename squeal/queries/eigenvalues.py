@@ -24,6 +24,7 @@ from squeal.queries.pads.equilibrium import (
     analyse,
     branch_system,
     damping_errors,
+    is_known,
 )
 from squeal.results.columns import OPEN
 from squeal.results.eigenvalues import COORDINATES, Eigenvalues, mode_shapes, shape_rows
@@ -163,10 +164,10 @@ def data_of_pad(scene: Scene, analysis: PadAnalysis) -> Data:
     assert analysis.errors is not None
     C_error, K_error = analysis.errors
     errors = np.zeros((3, 3)), C_error + damping_errors(scene), K_error
-    widths = [half_widths(X, MATRIX_DIGITS) for X in analysis.matrices]
-    if all(np.all(error <= width) for error, width in zip(errors, widths, strict=True)):
+    known = list(zip(analysis.matrices, errors, strict=True))
+    if all(is_known(X, error) for X, error in known):
         return Data(MATRIX_DIGITS)
-    radii = tuple(np.maximum(error, width) for error, width in zip(errors, widths, strict=True))
+    radii = tuple(np.maximum(error, half_widths(X, MATRIX_DIGITS)) for X, error in known)
     return Data(MATRIX_DIGITS, radii, keeps_structure=False)
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from squeal.errors import InputError
+from squeal.errors import NO_BALLS, InputError
 from squeal.linear.events import Crossing
 from squeal.linear.matrices import Array, dense, divisor, norm_of
 from squeal.linear.moduli import Modulus, Tabulated
@@ -23,7 +23,7 @@ from squeal.linear.system import Term as SystemTerm
 from squeal.linear.system import TermSystem
 from squeal.model.equations import PadModel
 from squeal.numerics.differentiation import Formula
-from squeal.proof import AS_GIVEN, HALF_ULP, NO_BALLS
+from squeal.proof import AS_GIVEN, HALF_ULP
 from squeal.queries.systems.proofs import Statement, as_complex, dense_matrices
 from squeal.results.columns import OPEN
 

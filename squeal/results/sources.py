@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from hashlib import sha256
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from squeal.errors import InputError
+from squeal.errors import NO_BALLS, InputError
 from squeal.io.scene import Scene
 from squeal.linear import Judgement, Spectrum
 from squeal.linear.shaft import unit_of_parameter
@@ -24,8 +25,16 @@ if TYPE_CHECKING:  # pads start without the solvers of large systems
     from squeal.sparse.argument_principle import Rectangle
     from squeal.sparse.reduction import Reduction
 
-NOT_ENCLOSED = "rounding hides whether there is an equilibrium, or how it touches the surface"
 LOWEST = 20  # modes of a larger system where nothing else is selected
+
+
+class Doubt(StrEnum):
+    """Why nobody knows how far the matrices about an equilibrium may be off, in words."""
+
+    NONE = ""
+    NOT_ENCLOSED = "rounding hides whether there is an equilibrium, or how it touches the surface"
+    ROUNDING = f"rounding may change the verdict, and {NO_BALLS}"
+    NO_BALLS = NO_BALLS
 
 
 @dataclass(frozen=True)
@@ -35,7 +44,7 @@ class PadAnalysis:
     q = (x, y, theta) in SI units; R_n is None for B3, which is linearised about the origin.
     on_branch: the equilibrium is reached from the one without friction; warnings: a sentence for
     each reason why it is none that the model means. errors: how far the entries of C and K (3, 3)
-    may be off, damping in C left aside; doubt: why nobody knows that, else empty.
+    may be off, damping in C left aside; doubt: why nobody knows that.
     """
 
     model: str
@@ -49,12 +58,13 @@ class PadAnalysis:
     on_branch: bool = True
     warnings: tuple[str, ...] = ()
     errors: tuple[np.ndarray, np.ndarray] | None = field(default=None, repr=False)
-    doubt: str = ""
+    doubt: Doubt = Doubt.NONE
 
     @property
     def verdict(self) -> str | None:
-        """The verdict; None where rounding hides the equilibrium that it would be about."""
-        return None if self.doubt == NOT_ENCLOSED else self.judgement.verdict
+        """The verdict; None where rounding hides it, or the equilibrium that it would be about."""
+        is_hidden = self.doubt in (Doubt.NOT_ENCLOSED, Doubt.ROUNDING)
+        return None if is_hidden else self.judgement.verdict
 
     @property
     def admissible(self) -> bool:

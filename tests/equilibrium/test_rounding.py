@@ -6,6 +6,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+import squeal
 from squeal.article.commands.sliding import judged_equilibria
 from squeal.equilibrium import find_all, sliding_equilibrium
 from squeal.equilibrium.find import rests
@@ -18,10 +19,12 @@ from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Pad
 from squeal.queries.advise import advise
 from squeal.queries.pads.equilibrium import analyse
-from squeal.queries.pads.maps import NAMES, codes_at
+from squeal.queries.pads.maps import NAMES, codes_at, stability_map
 from squeal.queries.thresholds import critical_friction
+from squeal.results.map import Axis
 from tests.conftest import random_pad
 from tests.exact import Exact
+from tests.linear.conftest import exact_verdict
 
 PAD = {"m": 0.15, "w": 0.04, "h": 0.02369996, "I": 1.174823e-4, "L1": 0.04, "L2": 0.04}
 PAD |= {"k1": 1.5e8, "k2": 1.16736e8, "F_n": 1200.012}
@@ -97,6 +100,73 @@ def test_where_rounding_hides_the_contact_a_sentence_says_so(k_c):
             ask(scene)
     codes = codes_at(scene, ("alpha1",), np.array([[scene.pad.alpha1]])).codes
     assert NAMES[codes[0]] == "unknown"
+
+
+# A pad of a small moment of inertia a few roundings beside its threshold.
+BESIDE = Scene(
+    "B1",
+    Pad(
+        m=0.13391467627773374, w=1.5090725898409654, h=0.7136379376332619,
+        I=2.1535334174660996e-06, k1=1.987901055252449e-07, k2=2.9408383517564884e-07,
+        k3=2.0520691913790598e-07, k4=3.726327417456647e-07, L1=10.348602771006481,
+        L2=11.69638979623875, alpha1=0.35669799637069255, alpha2=2.7454597966933787,
+        mu=1.3197471150971487, F_n=3.3242439129827847e-10, x0=0.10666587693987616,
+        y0=-0.0009524579103299487, theta0=0.006344999469603504,
+    ),
+)  # fmt: skip
+
+
+def exact_verdict_of(scene, found):
+    exact = Exact(scene, found.state)
+    with mp.workdps(60):
+        return exact_verdict(exact.squares(exact.equilibrium(found.q, scene.pad.mu), scene.pad.mu))
+
+
+@pytest.mark.parametrize("scene", [BESIDE, LINE.replace(mu=0.3)], ids=["beside", "far"])
+def test_maps_and_doubles_alone_give_the_exact_verdict_or_none(scene, monkeypatch):
+    exact = exact_verdict_of(scene, analyse(scene))
+    proved = squeal.eigenvalues(scene)
+    assert proved.certified and proved.verdict == exact
+    at = Axis("mu", 0.5 * scene.pad.mu, 1.5 * scene.pad.mu, 1)  # in the middle of its cell
+    assert at.values[0] == pytest.approx(scene.pad.mu, rel=1e-15)
+    [[code]] = stability_map(scene, (at, Axis("x0", 0.0, 2.0 * scene.pad.x0 or 1e-3, 1))).codes
+    monkeypatch.setattr("squeal.proof.equilibria.flint", None)
+    alone = analyse(scene)
+    listed = squeal.eigenvalues(scene)
+    assert not listed.certified
+    if scene is BESIDE:
+        assert alone.judgement.verdict != exact  # which is why it is not the answer
+        assert NAMES[code] == "unknown"
+        assert alone.verdict is listed.verdict is None
+        assert "rounding may change the verdict" in listed.criterion
+    else:
+        assert NAMES[code] == alone.verdict == listed.verdict == exact
+
+
+@pytest.mark.parametrize("seed", range(0, 24, 3))
+def test_an_equilibrium_lies_as_close_to_the_exact_one_as_is_said(seed):
+    """Pads as they are, of stiff contact, of small loads."""
+    scene = Scene("B1" if seed % 2 else "B2", random_pad(seed, "B1" if seed % 2 else "B2"))
+    harder = {n: 1e7 * getattr(scene.pad, n) for n in ("k3", "k4", "k_c") if n in scene.pad.given()}
+    changes = ({}, harder, {"F_n": 1e-6 * scene.pad.F_n})[seed // 3 % 3]
+    scene = scene.replace(**changes)
+    found, _ = sliding_equilibrium(scene.pad_model)
+    statics = Statics.of(scene.pad_model)
+    length = statics.units.length
+    lever = statics.units.lever
+    exact = Exact(scene, found.state)
+    with mp.workdps(60):
+        q = exact.equilibrium(found.q, scene.pad.mu)
+        off = [float(abs(v - g)) for v, g in zip(q, found.q, strict=True)]
+        K = np.array(exact.stiffness(q, scene.pad.mu), dtype=float)
+    moved = np.array(off) * [1.0, 1.0, lever] / length
+    z = np.array([*np.array(found.q) * [1.0, 1.0, lever] / length, scene.pad.mu])[:, None]
+    on = 1.0 * np.array(found.state)[:, None]
+    assert np.all(moved <= statics.place_error(z, on)[:, 0])
+    lengths = np.array([1.0, 1.0, length])
+    unit = statics.units.mass / statics.units.time**2 * np.outer(lengths, lengths)
+    error = statics.stiffness_error(z, on)[:, :, 0] + 1e-14 * np.abs(K / unit).max()
+    assert np.all(np.abs(K / unit - statics.stiffness(z, on)[:, :, 0]) <= error)
 
 
 # Without a load the springs lift the pad off its preload along the direction that they leave free:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from squeal.equilibrium.damping import (
     normalised_damping_slope,
     without_friction,
 )
+from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.linear import Judgement, Spectrum, SystemFunction
@@ -23,8 +25,8 @@ from squeal.linear.roots import STIFF, hides_slow_roots
 from squeal.linear.verdicts import decide
 from squeal.model.contact import State
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
-from squeal.proof import NO_BALLS
-from squeal.results.sources import NOT_ENCLOSED, PadAnalysis
+from squeal.queries.pads.stack import hangs_on_rounding, normalised
+from squeal.results.sources import Doubt, PadAnalysis
 
 if TYPE_CHECKING:  # pads start without the referee
     from squeal.proof.equilibria import EnclosedEquilibrium
@@ -51,14 +53,14 @@ class KnownLinearisation(NamedTuple):
         How far the entries of C (of falling friction) and of K may be off; None if nobody knows.
     moved : EnclosedEquilibrium or None
         The equilibrium that takes the place of the given one, where doubles know that too vaguely.
-    doubt : str
+    doubt : Doubt
         Why no errors are known.
     """
 
     matrices: Linearisation
     errors: tuple[np.ndarray, np.ndarray] | None = None
     moved: EnclosedEquilibrium | None = None
-    doubt: str = ""
+    doubt: Doubt = Doubt.NONE
 
 
 def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLinearisation:
@@ -67,16 +69,18 @@ def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLin
     Where that costs the entries some of `MATRIX_DIGITS` digits, or hides the contact state, the
     equilibrium that the referee encloses takes the place of the given one.
     """
-    from squeal.proof.balls import Balls, half_widths, upper
+    from squeal.proof.balls import Balls, upper
     from squeal.proof.equilibria import enclosed_equilibrium
 
     matrices = linearise(model, np.array(q), state)
     try:
         enclosed = enclosed_equilibrium(model, q, state)
     except ImportError:
-        return KnownLinearisation(matrices, doubt=NO_BALLS)
+        is_doubtful = _hangs_on_rounding(model, np.array(q), state, matrices)
+        doubt = Doubt.ROUNDING if is_doubtful else Doubt.NO_BALLS
+        return KnownLinearisation(matrices, doubt=doubt)
     if enclosed is None:
-        return KnownLinearisation(matrices, doubt=NOT_ENCLOSED)
+        return KnownLinearisation(matrices, doubt=Doubt.NOT_ENCLOSED)
     damping = np.zeros((3, 3)) if model.damping is None else np.array(model.damping)
     C = Balls.exact(damping)
     if not enclosed.C.is_zero:  # friction falls with speed, which damps x' alone
@@ -87,12 +91,37 @@ def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLin
     has_digits = enclosed.state == state
     for X, ball in zip((matrices.C, matrices.K), known, strict=True):
         error = np.where(ball.mid == X, ball.rad, upper(np.abs(X - ball.mid) + ball.rad, 2))
-        has_digits = has_digits and bool(np.all(error <= half_widths(ball.mid, MATRIX_DIGITS)))
+        has_digits = has_digits and is_known(ball.mid, error)
         errors.append(error)
     if has_digits:
         return KnownLinearisation(matrices, (errors[0], errors[1]))
     moved = Linearisation(matrices.M, C.mid, enclosed.K.mid)
     return KnownLinearisation(moved, (C.rad, enclosed.K.rad), enclosed)
+
+
+def is_known(X: np.ndarray, error: np.ndarray) -> bool:
+    """Whether a matrix (3, 3) whose entries may be off by `error` is known to `MATRIX_DIGITS`."""
+    from squeal.proof.balls import half_widths
+
+    return bool(np.all(error <= half_widths(X, MATRIX_DIGITS)))
+
+
+def _hangs_on_rounding(
+    model: PadModel, q: np.ndarray, state: State, matrices: Linearisation
+) -> bool:
+    """Whether rounding of an equilibrium q (3,) may change the verdict on the matrices about it."""
+    M, C, K = matrices
+    root = np.sqrt(np.outer(np.diag(M), np.diag(M)))
+    error = np.zeros((1, 3, 3))
+    if not model.linear:
+        statics = Statics.of(dataclasses.replace(model, damping=None))
+        units = statics.units
+        natural = q / units.length * (1.0, 1.0, units.lever)
+        z = np.array([*natural, model.pad.mu])[:, None]
+        of_entries = statics.stiffness_error(z, 1.0 * np.array(state)[:, None])
+        error = normalised(statics.model.pad, of_entries) / units.time**2
+    damping = (C / root)[None] if C.any() else None
+    return bool(hangs_on_rounding((K / root)[None], damping, error)[0])
 
 
 def damping_errors(scene: Scene) -> np.ndarray:

@@ -68,11 +68,14 @@ class PointVerdicts(NamedTuple):
         Indices into the model's contact states; no contact beyond a fold.
     beyond : array (3, n) of bool
         Which of the three `LIMITS` of an equilibrium are exceeded.
+    doubtful : array (n,) of bool
+        Where rounding may change the verdict; a map then leaves it open.
     """
 
     codes: np.ndarray
     contact: np.ndarray
     beyond: np.ndarray
+    doubtful: np.ndarray
 
 
 def codes_at(
@@ -106,6 +109,8 @@ def codes_at(
     at_existing = equilibria.some(existing)
     A, B = stack.matrices(existing, at_existing)
     codes[existing] = verdicts(A, B)
+    doubtful = np.zeros(stack.n, dtype=bool)
+    doubtful[existing] = stack.doubtful(existing, at_existing, A, B)
     states = list(scene.pad_model.states)
     contact = np.full(stack.n, states.index(scene.pad_model.none), dtype=np.int8)
     for i, state in enumerate(states):
@@ -116,7 +121,7 @@ def codes_at(
         statics = stack.statics.pick(existing)
         with np.errstate(all="ignore"):
             beyond[:, existing] = excursion(statics, at_existing.z, at_existing.touching).beyond()
-    return PointVerdicts(codes, contact, beyond)
+    return PointVerdicts(codes, contact, beyond, doubtful)
 
 
 class _Block(NamedTuple):
@@ -186,8 +191,14 @@ def on_grid(
     codes = np.concatenate([part.codes for part in parts])
     contact = np.concatenate([part.contact for part in parts])
     beyond = np.concatenate([part.beyond for part in parts], axis=1)
+    doubtful = np.concatenate([part.doubtful for part in parts])
     shape = (len(x), len(y))
-    return PointVerdicts(codes.reshape(shape), contact.reshape(shape), beyond.reshape(3, *shape))
+    return PointVerdicts(
+        codes=codes.reshape(shape),
+        contact=contact.reshape(shape),
+        beyond=beyond.reshape(3, *shape),
+        doubtful=doubtful.reshape(shape),
+    )
 
 
 def _check(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> None:
@@ -245,7 +256,9 @@ def stability_map(
     _check(scene, axes, quantity)
     names = (axes[0].name, axes[1].name)
     linear = scene.pad_model.linear
-    codes, _, beyond = on_grid(scene, names, axes[0].values, axes[1].values, workers)
+    points = on_grid(scene, names, axes[0].values, axes[1].values, workers)
+    codes = np.where(points.doubtful, UNKNOWN, points.codes).astype(np.int8)
+    beyond = points.beyond
     admissible = (codes < BEYOND_FOLD) & ~beyond.any(axis=0)
     warnings = _inadmissible(codes, beyond)
     details: dict[str, Any] = {

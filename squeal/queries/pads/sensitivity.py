@@ -250,7 +250,7 @@ def pad_root_sensitivity(scene: Scene, analysis: PadAnalysis) -> Sensitivity:
         what="eigenvalues",
         parameter="mu",
         at=spectrum.values,
-        kind=analysis.judgement.verdict,
+        kind=analysis.verdict or "",
         slopes=slopes,
         values=values,
         units=units,

@@ -20,8 +20,8 @@ from squeal.equilibrium.find import rests
 from squeal.equilibrium.statics import Equilibria, Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
-from squeal.linear import VERDICTS, damped_verdicts, undamped_verdicts
-from squeal.linear.matrices import first_order
+from squeal.linear import VERDICTS, damped_verdicts, hang_on_errors, undamped_verdicts
+from squeal.linear.matrices import EPS, first_order
 from squeal.model.contact import contact_model
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import PARAMETERS, Pad
@@ -34,6 +34,8 @@ GRID_POINTS = 64  # values of mu, between 0 and its end, at which verdicts are c
 HALVINGS = 44  # of the interval in which stability is lost: to rounding
 SHRINKS = 25  # of an interval, by golden section, in which a margin of stability has its minimum
 GOLDEN = (3.0 - 5.0**0.5) / 2.0
+KNOWN = 5e-12  # share of an entry: to 12 digits, as the referee takes those of one pad
+HIDDEN = 1e-12  # share of the largest square of a frequency, up to which rounding hides others
 AT_ONCE = 50_000  # matrices that are judged together; bounds the memory
 FOLD, BRANCH_END = "fold", "end of the branch"
 
@@ -346,6 +348,23 @@ class PadStack:
             B = self.damping[pad] if B is None else B + self.damping[pad]
         return A, B
 
+    def doubtful(
+        self, pad: np.ndarray, at: Equilibria, A: np.ndarray, B: np.ndarray | None
+    ) -> np.ndarray:
+        """Where (k,) rounding may change the verdict on pads (k,) about k equilibria.
+
+        A, B: their `matrices`. The verdict is in doubt too where rounding hides slow modes.
+        """
+        errors = np.zeros(A.shape)
+        if not self.linear:
+            statics = self.statics.pick(pad)
+            of_entries = statics.stiffness_error(at.z, 1.0 * at.touching)
+            errors = normalised(statics.model.pad, of_entries)
+        squares = np.abs(np.diagonal(A, axis1=1, axis2=2))
+        has_free_coordinate = squares.min(axis=1) <= EPS**2 * squares.max(axis=1)
+        hides_modes = hides_slow_modes(A, B) & ~has_free_coordinate
+        return hangs_on_rounding(A, B, errors) | hides_modes
+
     def fastest(self) -> tuple[np.ndarray, np.ndarray]:
         """Compute the eigenvalue (n,) of largest real part of each pad at its own friction, rad/s.
 
@@ -508,7 +527,8 @@ class PadStack:
             kinds[pad] = VERDICTS[codes[i]]
             hertz[pad] = frequencies[i] if kinds[pad] == "flutter" else 0.0
         lost_while_stable = intervals.lost & ~np.isin(np.arange(self.n), losing)
-        unknown = lost_while_stable | self._slow_modes_hidden()
+        stiffness = self._stiffness_without_friction
+        unknown = lost_while_stable | hides_slow_modes(stiffness, self.damping)
         return Losses(
             mu=np.where(unknown, np.nan, loss),
             kinds=kinds,
@@ -565,19 +585,6 @@ class PadStack:
         mu[j[unstable]] = np.where(keep_left, left, right)[unstable]
         stable[j[unstable]] = False
 
-    def _slow_modes_hidden(self) -> np.ndarray:
-        """Where (n,) rounding of a very large stiffness or damping may hide the slow modes.
-
-        They are hidden where the least square of a frequency is 1e-12 of the largest or less, which
-        rounding (1e-16) leaves with four digits at most.
-        """
-        singular_values = np.linalg.svd(self._stiffness_without_friction, compute_uv=False)
-        largest = singular_values[:, 0]
-        if self.damping is not None:
-            rates = np.linalg.norm(self.damping, 2, axis=(1, 2))  # as fast as a frequency
-            largest = np.maximum(largest, rates**2)
-        return singular_values[:, -1] <= 1e-12 * largest
-
     def frequency_at_onset(self, A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
         """Compute the frequency (k,) in Hz of the pair that is about to flutter.
 
@@ -603,6 +610,35 @@ class PadStack:
             growth = np.where(roots.imag > 0.0, roots.real, -np.inf)
             omega[damped] = roots.imag[np.arange(len(roots)), np.argmax(growth, axis=1)]
         return omega / self.statics.units.time / (2 * np.pi)
+
+
+def hangs_on_rounding(A: np.ndarray, B: np.ndarray | None, errors: np.ndarray) -> np.ndarray:
+    """Where (k,) the verdict on z'' + B z' + A z = 0 is in doubt.
+
+    Parameters
+    ----------
+    A, B, errors : array (k, 3, 3)
+        In mass-normalised coordinates, and how far rounding of the equilibrium may move the entries
+        of A, infinite where it hides the contact. Of all entries 12 digits count.
+    """
+    unknown = ~np.isfinite(errors).all(axis=(1, 2))
+    known_errors = np.where(unknown[:, None, None], 0.0, errors)
+    return unknown | hang_on_errors(A, B, np.maximum(known_errors, KNOWN * np.abs(A)))
+
+
+def hides_slow_modes(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
+    """Where (k,) rounding of a very large stiffness or damping may hide slow modes of
+    z'' + B z' + A z = 0 with A, B (k, 3, 3).
+
+    They are hidden where the least square of a frequency is `HIDDEN` of the largest or less, which
+    rounding (1e-16) leaves with four digits at most.
+    """
+    singular_values = np.linalg.svd(A, compute_uv=False)
+    largest = singular_values[:, 0]
+    if B is not None:
+        rates = np.linalg.norm(B, 2, axis=(1, 2))  # as fast as a frequency
+        largest = np.maximum(largest, rates**2)
+    return singular_values[:, -1] <= HIDDEN * largest
 
 
 def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
