@@ -166,6 +166,38 @@ class ContactChange(NamedTuple):
     high: float
 
 
+class Balance:
+    """Loads and gaps of a pad, of balls, series or jets of the unknowns x, y, theta and mu.
+
+    Raises ImportError without python-flint.
+    """
+
+    def __init__(self, model: PadModel) -> None:
+        if flint is None:
+            raise ImportError("pads need python-flint", name="flint")
+        self.law = model.law
+        with flint.ctx.workprec(BITS):
+            pad = pad_of_balls(model.pad)
+            self.fall = pad.fall
+            """The friction that falls with the sliding speed, as `Pad.fall`."""
+            # the surface lies at the distance of the absolute gap or not, by the contact law
+            self.c: Coefficients = coefficients(Functions, pad, model.law.absolute_gap)
+
+    def gaps(self, unknowns: Sequence[Any]) -> list[Any]:
+        """The gaps of the contact points."""
+        return list(self.law.gaps(self.c, pose(Functions, tuple(unknowns[:FRICTION]))))
+
+    def loads(self, unknowns: Sequence[Any], state: State) -> tuple[Any, ...]:
+        """Loads (3), two forces and a moment, in one contact state."""
+        c = self.c._replace(mu=unknowns[FRICTION])
+        return net_loads(Functions, c, self.law, tuple(unknowns[:FRICTION]), factors_of(state))
+
+    def jets(self, unknowns: Sequence[Any], state: State) -> list[Jet]:
+        """Loads (3) in one contact state with their slopes by the unknowns."""
+        jets = [Jet(u, unit) for u, unit in zip(unknowns, UNIT_SLOPES, strict=True)]
+        return [Jet.of(load) for load in self.loads(jets, state)]
+
+
 class PadBranch:
     """The equilibria of a pad along their branch.
 
@@ -186,17 +218,10 @@ class PadBranch:
     """
 
     def __init__(self, model: PadModel, start: ArrayLike, low: float, high: float) -> None:
-        if flint is None:
-            raise ImportError("pads need python-flint", name="flint")
         self.model = model
         self.low = low
         self.high = high
-        with flint.ctx.workprec(BITS):
-            pad = pad_of_balls(model.pad)
-            # the friction that falls with the sliding speed, as `Pad.fall`; None if it is constant
-            self.fall = pad.fall
-            # the surface lies at the distance of the absolute gap or not, by the contact law
-            self._c: Coefficients = coefficients(Functions, pad, model.law.absolute_gap)
+        self.balance = Balance(model)
         self._start = np.array([*np.asarray(start, float), low])
         self.reason = ""
         """Why the enclosure stopped early: below `high`, before the branch turned back."""
@@ -294,8 +319,7 @@ class PadBranch:
 
     def _contact_state(self, point: Floats) -> State:
         """Which contact points touch at a point (4,): those whose gaps are negative."""
-        x, y, theta = (flint.arb(v) for v in point[:FRICTION].tolist())
-        gaps = self.model.law.gaps(self._c, pose(Functions, (x, y, theta)))
+        gaps = self.balance.gaps([flint.arb(v) for v in point.tolist()])
         return State(*(float(gap.mid()) < 0.0 for gap in gaps))
 
     def _next_cell(
@@ -352,7 +376,7 @@ class PadBranch:
         point, state, direction = position
         J = np.zeros((3, 4))
         J_change = np.zeros((3, 4))
-        for row, jet in enumerate(self._jets(_along(point, direction), state)):
+        for row, jet in enumerate(self.balance.jets(_along(point, direction), state)):
             for column, slope in enumerate(jet.slopes):
                 value, change = _coefficients(slope, count=2)
                 J[row, column] = float(value.mid())
@@ -405,8 +429,7 @@ class PadBranch:
         tangent = self._tangent(point, state)
         if tangent is None:
             return None
-        x, y, theta, _ = _along(point, tangent)
-        gap = self.model.law.gaps(self._c, pose(Functions, (x, y, theta)))[changed]
+        gap = self.balance.gaps(_along(point, tangent))[changed]
         gap_slope = float(_coefficients(gap, 2)[1].mid())
         if gap_slope == 0.0:
             return None
@@ -420,13 +443,9 @@ class PadBranch:
         `same_state`, the gap that changed there has no certain sign yet at the start of this cell:
         that is the change before, and none of this cell, if the friction is known sharply there.
         """
-        law = self.model.law
-
-        def gaps(u: Sequence[Any]) -> list[Any]:
-            return list(law.gaps(self._c, pose(Functions, tuple(u[:FRICTION]))))
-
         first: ContactChange | None = None
-        for i, gap in enumerate(self._enclosing_polynomials(cell.centre, cell.radii, gaps)):
+        gaps = self._enclosing_polynomials(cell.centre, cell.radii, self.balance.gaps)
+        for i, gap in enumerate(gaps):
             sign_of_state = -1 if cell.state[i] else 1  # -1: touching, the gap is negative
             pieces = signs(gap, cell.start, high=1.0)
             if not same_state and pieces[0].sign != sign_of_state:
@@ -481,7 +500,7 @@ class PadBranch:
         point, Y = newton
         centre = self._taylor_polynomials(point, pivot, half, state, Y)
         loads = self._enclosing_polynomials(
-            centre, np.zeros(4), lambda u: list(self._loads(u, state))
+            centre, np.zeros(4), lambda u: list(self.balance.loads(u, state))
         )
         residuals = np.array(
             [_absolute_bound(_linear_combination(row, loads)) for row in Y.tolist()]
@@ -580,7 +599,7 @@ class PadBranch:
             if order == 1:
                 terms[pivot][1] = flint.arb(half)
             flint.ctx.cap = order + 1
-            loads = self._loads([flint.arb_series(known) for known in terms], state)
+            loads = self.balance.loads([flint.arb_series(known) for known in terms], state)
             residuals = [_coefficients(load, order + 1)[order].mid() for load in loads]
             for i, row in zip(_other_unknowns(pivot), Y.tolist(), strict=True):
                 shift = flint.arb(0)
@@ -617,7 +636,7 @@ class PadBranch:
         """
         unknowns = [Jet(v, unit) for v, unit in zip(point.tolist(), UNIT_SLOPES, strict=True)]
         touches = factors_of(state)
-        c = self.model.c._replace(mu=unknowns[FRICTION])  # doubles; `_c` has the same as balls
+        c = self.model.c._replace(mu=unknowns[FRICTION])  # doubles; `balance` has the same as balls
         try:
             loads = net_loads(Doubles, c, self.model.law, tuple(unknowns[:FRICTION]), touches)
         except (ArithmeticError, ValueError):  # a pole, or a root of a negative number
@@ -629,17 +648,6 @@ class PadBranch:
             return None
         return F, J
 
-    def _loads(self, unknowns: Sequence[Any], state: State) -> tuple[Any, ...]:
-        """Loads (3) of balls, series or jets of the unknowns in one contact state."""
-        touches = factors_of(state)
-        c = self._c._replace(mu=unknowns[FRICTION])
-        return net_loads(Functions, c, self.model.law, tuple(unknowns[:FRICTION]), touches)
-
-    def _jets(self, unknowns: Sequence[Any], state: State) -> list[Jet]:
-        """Loads (3) in one contact state with their slopes by the unknowns."""
-        jets = [Jet(u, unit) for u, unit in zip(unknowns, UNIT_SLOPES, strict=True)]
-        return [Jet.of(load) for load in self._loads(jets, state)]
-
     def _slope_polynomials(
         self, centre: tuple[Polynomial, ...], radii: Floats, state: State
     ) -> tuple[tuple[Polynomial, ...], ...]:
@@ -647,7 +655,7 @@ class PadBranch:
 
         def entries(u: Sequence[Any]) -> list[Any]:
             slopes: list[Any] = []
-            for jet in self._jets(u, state):
+            for jet in self.balance.jets(u, state):
                 slopes += jet.slopes
             return slopes
 

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.model.contact import State
-from squeal.model.equations import PadModel, net_loads
-from squeal.model.pad import Coefficients, coefficients, pose
+from squeal.model.equations import PadModel
+from squeal.model.pad import pose
 from squeal.proof.balls import Ball, Balls, middle_and_radius
-from squeal.proof.branches import BITS, FRICTION, UNIT_SLOPES, factors_of, pad_of_balls
+from squeal.proof.branches import BITS, FRICTION, Balance, factors_of
 from squeal.proof.jets import Functions, Jet
 
 try:
@@ -68,10 +68,8 @@ def enclosed_equilibrium(model: PadModel, q: ArrayLike, state: State) -> Enclose
     ImportError
         Without python-flint.
     """
-    if flint is None:
-        raise ImportError("pads need python-flint", name="flint")
+    near = _Neighbourhood(model, np.asarray(q, float))
     with flint.ctx.workprec(BITS):
-        near = _Neighbourhood(model, np.asarray(q, float))
         if model.linear:
             return near.about([flint.arb(0)] * FRICTION, model.full)
         tried: set[State] = set()
@@ -83,7 +81,7 @@ def enclosed_equilibrium(model: PadModel, q: ArrayLike, state: State) -> Enclose
                 return None
             if box is None:
                 return None
-            gaps = near.gaps(box)
+            gaps = [flint.arb(gap) for gap in near.balance.gaps(box)]
             if any(gap.contains(0) for gap in gaps):
                 return None
             state_of_gaps = State(*(bool(gap < 0) for gap in gaps))
@@ -94,30 +92,19 @@ def enclosed_equilibrium(model: PadModel, q: ArrayLike, state: State) -> Enclose
 
 
 class _Neighbourhood:
-    """The balance of a pad around a given place, in balls."""
+    """The equilibria of a pad at its friction around a given place, in balls."""
 
     def __init__(self, model: PadModel, given: np.ndarray) -> None:
-        pad = pad_of_balls(model.pad)
-        self.law = model.law
-        self.c: Coefficients = coefficients(Functions, pad, model.law.absolute_gap)
-        self.fall = pad.fall
+        self.balance = Balance(model)
         self.given = given
         lever = float(model.pad.w)
         size = float(np.max(np.abs(given) * (1.0, 1.0, lever)))
         self.sizes = size / np.array([1.0, 1.0, lever])
         """What counts as a large x, y and theta (3,)."""
 
-    def gaps(self, box: Sequence[Ball]) -> list[Ball]:
-        """The gaps of the contact points over a box of places."""
-        return [flint.arb(gap) for gap in self.law.gaps(self.c, pose(Functions, tuple(box)))]
-
-    def balance(self, place: Sequence[Ball], state: State) -> list[Jet]:
+    def loads(self, place: Sequence[Ball], state: State) -> list[Jet]:
         """Loads (3) with their slopes by x, y, theta and mu."""
-        unknowns = [*place, self.c.mu]
-        jets = [Jet(u, unit) for u, unit in zip(unknowns, UNIT_SLOPES, strict=True)]
-        c = self.c._replace(mu=jets[FRICTION])
-        loads = net_loads(Functions, c, self.law, tuple(jets[:FRICTION]), factors_of(state))
-        return [Jet.of(load) for load in loads]
+        return self.balance.jets([*place, self.balance.c.mu], state)
 
     def box(self, state: State) -> list[Ball] | None:
         """Balls (3) that hold exactly one equilibrium of a contact state; None if none is found.
@@ -125,9 +112,9 @@ class _Neighbourhood:
         The box is widened until Krawczyk's operator maps it into itself.
         """
         place = [flint.arb(v) for v in self.given.tolist()]
-        sign_at_given = _slopes(self.balance(place, state)).det()
+        sign_at_given = _slopes(self.loads(place, state)).det()
         for _ in range(STEPS):
-            loads = self.balance(place, state)
+            loads = self.loads(place, state)
             slopes = _middles(_slopes(loads))
             step = slopes.solve(flint.arb_mat(3, 1, [flint.arb(f.value).mid() for f in loads]))
             place = [(u - step[i, 0]).mid() for i, u in enumerate(place)]
@@ -136,7 +123,7 @@ class _Neighbourhood:
                 break
         if any(abs(u - g) > FAR * s for u, g, s in zip(place, self.given, self.sizes, strict=True)):
             return None
-        loads = self.balance(place, state)
+        loads = self.loads(place, state)
         slopes = _middles(_slopes(loads))
         if not slopes.det() * sign_at_given > 0:
             return None
@@ -146,7 +133,7 @@ class _Neighbourhood:
         radii = [2 * abs(shift[i, 0]).upper() + 2.0**-BITS * self.sizes[i] for i in range(3)]
         for _ in range(BOXES):
             around = [u + flint.arb(0, r) for u, r in zip(place, radii, strict=True)]
-            contraction = one - Y * _slopes(self.balance(around, state))
+            contraction = one - Y * _slopes(self.loads(around, state))
             image = []
             for i in range(3):
                 moved = sum((abs(contraction[i, j]) * radii[j] for j in range(3)), flint.arb(0))
@@ -158,14 +145,15 @@ class _Neighbourhood:
 
     def about(self, box: Sequence[Ball], state: State) -> EnclosedEquilibrium:
         """The equilibrium in a box, and the matrices about all places of the box."""
-        loads = self.balance(box, state)
+        loads = self.loads(box, state)
         slopes = _slopes(loads)
         C = flint.arb_mat(3, 3)
-        if self.fall is not None:
-            share, rate = self.fall
+        c = self.balance.c
+        if self.balance.fall is not None:
+            share, rate = self.balance.fall
             for i, load in enumerate(loads):
-                C[i, 0] = -flint.arb(load.slopes[FRICTION]) * self.c.mu * share * rate
-        R_n, _ = self.law.normal(self.c, pose(Functions, tuple(box)), factors_of(state))
+                C[i, 0] = -flint.arb(load.slopes[FRICTION]) * c.mu * share * rate
+        R_n, _ = self.balance.law.normal(c, pose(Functions, tuple(box)), factors_of(state))
         x, y, theta = (float(ball.mid()) for ball in box)
         reaction = float(flint.arb(R_n).mid())
         return EnclosedEquilibrium((x, y, theta), state, reaction, _balls(-slopes), _balls(C))

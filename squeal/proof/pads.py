@@ -203,7 +203,7 @@ class _BranchComparison:
         self.roots_met = False
         pad = branch.model.pad
         self.mass = (pad.m, pad.m, pad.I)
-        self.is_damped = branch.model.damping is not None or branch.fall is not None
+        self.is_damped = branch.model.damping is not None or branch.balance.fall is not None
 
     def first_problem(self) -> Problem | None:
         """Walk along the branch and hold each change of the count of growing roots against the
@@ -413,8 +413,8 @@ class _BranchComparison:
         C = []
         for row in self.branch.model.damping or ((0.0,) * 3,) * 3:
             C.append([flint.arb_poly([float(value)]) for value in row])
-        if self.branch.fall is not None:
-            share, rate = self.branch.fall
+        if self.branch.balance.fall is not None:
+            share, rate = self.branch.balance.fall
             friction = cell.centre[FRICTION] + flint.arb(0, float(cell.radii[FRICTION]))
             for i in range(3):
                 C[i][0] = C[i][0] - cell.slopes[i][FRICTION] * friction * (share * rate)

@@ -126,11 +126,12 @@ def exact_verdict_of(scene, found):
 def test_maps_and_doubles_alone_give_the_exact_verdict_or_none(scene, monkeypatch):
     exact = exact_verdict_of(scene, analyse(scene))
     proved = squeal.eigenvalues(scene)
-    assert proved.certified and proved.verdict == exact
+    assert proved.certified
+    assert proved.verdict == exact
     at = Axis("mu", 0.5 * scene.pad.mu, 1.5 * scene.pad.mu, 1)  # in the middle of its cell
     assert at.values[0] == pytest.approx(scene.pad.mu, rel=1e-15)
     [[code]] = stability_map(scene, (at, Axis("x0", 0.0, 2.0 * scene.pad.x0 or 1e-3, 1))).codes
-    monkeypatch.setattr("squeal.proof.equilibria.flint", None)
+    monkeypatch.setattr("squeal.proof.branches.flint", None)
     alone = analyse(scene)
     listed = squeal.eigenvalues(scene)
     assert not listed.certified
