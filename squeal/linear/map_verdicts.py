@@ -7,7 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.linear.matrices import ROUNDING, Array, Reduced, first_order, invariants
+from squeal.linear.matrices import (
+    ROUNDING,
+    Array,
+    Reduced,
+    first_order,
+    invariants,
+    share_of_largest,
+)
 from squeal.linear.roots import roots_of
 from squeal.linear.verdicts import DIVERGENCE, FLUTTER, MARGINAL, STABLE, VERDICTS, Codes, decide
 
@@ -63,10 +70,9 @@ def hang_on_errors(A: Array, B: Array | None, errors: Array) -> NDArray[np.bool_
     hang = np.zeros(len(A), bool)
     hang[~damped] = _hang_on_errors_undamped(A[~damped], errors[~damped])
     if B is not None and damped.any():
-        largest = np.abs(A[damped]).max(axis=(1, 2))
-        of_largest = errors[damped].max(axis=(1, 2)) / np.where(largest > 0.0, largest, 1.0)
-        relative_errors = np.maximum(of_largest, ROUNDING)
-        hang[damped] = damped_verdicts(A[damped], B[damped], relative_errors) == MARGINAL
+        sizes = np.abs(A[damped]).reshape(-1, 9).T
+        shares = share_of_largest(errors[damped].reshape(-1, 9).T, sizes)
+        hang[damped] = damped_verdicts(A[damped], B[damped], shares) == MARGINAL
     return hang
 
 

@@ -470,6 +470,13 @@ def _pair_products(x: Values, y: Values, z: Values) -> Values:
     return x * y + (x + y) * z
 
 
+def share_of_largest(errors: NDArray, sizes: NDArray) -> NDArray:
+    """The largest error of nine entries (9, ...) over their largest size, at least `ROUNDING`."""
+    largest = sizes.max(axis=0)
+    share = errors.max(axis=0) / np.where(largest > 0.0, largest, 1.0)
+    return np.maximum(share, ROUNDING)
+
+
 def invariants(
     entries: Sequence[Values], floor: float = 0.0, errors: Sequence[Values] | None = None
 ) -> Cubic:
@@ -488,9 +495,7 @@ def invariants(
     sizes = [np.abs(x) + floor for x in entries]
     relative_error: Values = ROUNDING
     if errors is not None:
-        largest = np.max(sizes, axis=0)
-        of_largest = np.max(errors, axis=0) / np.where(largest > 0.0, largest, 1.0)
-        relative_error = np.maximum(of_largest, ROUNDING)
+        relative_error = share_of_largest(np.array(errors), np.array(sizes))
         sizes = [np.maximum(x, e / relative_error) for x, e in zip(sizes, errors, strict=True)]
     diagonal = entries[::4]
     diagonal_sizes = sizes[::4]
