@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -568,15 +569,21 @@ def _solve(A: Matrix, right: Array) -> Array:
     """A^-1 right. Raises InputError where A is singular, or so nearly that rounding decides."""
     from scipy.linalg import LinAlgWarning, solve
 
-    try:
-        if is_sparse(A):
-            return factorise(A.tocsc()).solve(right)
-        scale = 1.0 / np.sqrt(divisor(np.abs(np.diag(A))))
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", LinAlgWarning)
-            return scale * solve(A * scale[:, None] * scale, scale * right)
-    except (ZeroDivisionError, np.linalg.LinAlgError, LinAlgWarning):
-        raise InputError(
-            "nothing holds some motion of the components under the load; each needs supports, or "
-            "contact that holds it"
-        ) from None
+    # to a unit diagonal, with which units do not matter
+    scale = 1.0 / np.sqrt(divisor(np.abs(A.diagonal())))
+    with suppress(ZeroDivisionError, np.linalg.LinAlgError, LinAlgWarning):
+        if not is_sparse(A):
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", LinAlgWarning)
+                return scale * solve(A * scale[:, None] * scale, scale * right)
+        factor = factorise(A.tocsc())
+        # answers to some random forces are as long as the norm of the scaled inverse or longer; the
+        # norm of the scaled A is at least 1
+        forces = np.random.default_rng(0).standard_normal((8, len(right)))
+        answers = factor.solve((forces / scale).T).T / scale
+        if EPS * np.linalg.norm(answers) < 1.0:
+            return factor.solve(right)
+    raise InputError(
+        "nothing holds some motion of the components under the load; each needs supports, or "
+        "contact that holds it"
+    )

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh
+from scipy.linalg import block_diag, eigh
+from scipy.sparse import csc_array
 
 import squeal
 from squeal.errors import InputError
@@ -269,6 +270,33 @@ def test_an_array_of_a_component_has_its_rows():
         squeal.Component(system, [1, 2], [0, 0], places=np.zeros((2, 2)))
     with pytest.raises(InputError, match=r"load\.entry 1: nan"):
         squeal.Component(system, [1, 2], [0, 0], load=[0.0, np.nan])
+
+
+@pytest.mark.parametrize("form", [np.asarray, csc_array])
+def test_a_motion_that_nothing_holds_is_refused_in_dense_and_in_sparse_matrices(form, rng):
+    """A chain that is free along x; its springs leave the last pivot a rounding above zero."""
+
+    def chain(springs):
+        off_diagonal = np.diag(springs[1:-1], 1)
+        return np.diag(springs[:-1] + springs[1:]) - off_diagonal - off_diagonal.T
+
+    for _ in range(20):
+        held, pressed, free = rng.uniform(1, 3, (3, 21)) * 1e7 / 3
+        held[-1] = pressed[0] = pressed[-1] = free[0] = free[-1] = 0.0
+        body = squeal.System(form(np.eye(20)), K=form(chain(held)), name="body")
+        stiffness = form(block_diag(chain(pressed), chain(free)))
+        pad = squeal.System(form(np.eye(40)), K=stiffness, name="pad")
+        labels = np.arange(20)
+        load = np.zeros(40)
+        load[19] = -5.0
+        load[22] = 1.0
+        parts = [
+            squeal.Component(body, labels, np.full(20, 2)),
+            squeal.Component(pad, np.tile(labels, 2), np.repeat([2, 0], 20), load=load),
+        ]
+        touch = squeal.Contact(("body", "pad"), [(19, 0)], (0, 0, 1), stiffness=1e6)
+        with pytest.raises(InputError, match="nothing holds some motion"):
+            squeal.assemble(parts, [touch])
 
 
 @pytest.mark.parametrize(("direction", "refusal"), [(0.7, "0.7 is not"), (3, "3 is not")])
