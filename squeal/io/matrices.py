@@ -252,7 +252,7 @@ def _complete(
             "symmetric: true or symmetric: false beside the file must"
         )
     completed = mirror_half(matrix)
-    if Path(at.source).suffix.lower() != ".mas":  # a mass, whatever friction does
+    if Path(at.source).suffix.lower() != ".mas":  # a mass, which friction leaves symmetric
         _refuse_one_sided(at, completed, file.labels)
     at.warn(
         f"{one_sided}, they couple different nodes, and none is too great for the diagonal; each "

@@ -23,12 +23,11 @@ def read_surface(coordinates: Coordinates, surface: str) -> Surface:
     """
     if not coordinates.cells:
         raise InputError("has no elements; the system file needs the key elements")
+    deck = coordinates.elements_file
     if surface == ALL:
         faces = outer_faces(coordinates.cells)
-    elif (
-        coordinates.elements_file is not None and coordinates.elements_file.suffix.lower() == ".inp"
-    ):
-        named = _named_faces(coordinates, coordinates.elements_file, surface)
+    elif deck is not None and deck.suffix.lower() == ".inp":
+        named = _named_faces(coordinates, deck, surface)
         faces = list(dict.fromkeys(named))  # sets of elements may overlap
     else:
         raise InputError(

@@ -145,15 +145,10 @@ def _text_lines(path: Path, at: Place) -> list[str]:
     return read_content(path, at).decode("utf-8-sig", "backslashreplace").splitlines()
 
 
-class _TextLine(NamedTuple):
-    """A line of text of an input file: its place in its own file, and what it says."""
-
-    at: Place
-    text: str
-
-
-def _with_included(path: Path, including: tuple[Path, ...] = ()) -> Iterator[_TextLine]:
+def _with_included(path: Path, including: tuple[Path, ...] = ()) -> Iterator[tuple[Place, str]]:
     """The lines of an input file, those of the files that *INCLUDE names in their places.
+
+    Of each its place in its own file, and its text.
 
     `including` are the files that include it, so that no file includes itself. Raises InputError.
     """
@@ -163,7 +158,7 @@ def _with_included(path: Path, including: tuple[Path, ...] = ()) -> Iterator[_Te
         at = file / f"line {number}"
         name = re.match(r"\s*\*INCLUDE\s*,\s*INPUT\s*=\s*\"?([^\",]+)", text, re.IGNORECASE)
         if not name:
-            yield _TextLine(at, text)
+            yield at, text
             continue
         included = path.parent / name[1].strip()
         if included.resolve() in chain:

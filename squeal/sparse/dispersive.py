@@ -269,9 +269,8 @@ def modes_at_own_frequencies(
             of_root = residuals_of(problem, single_roots[k])
             residuals.right[:, [k]] = of_root.right
             residuals.left[:, [k]] = of_root.left
-        right_errors = np.linalg.norm(residuals.right, axis=0)
-        left_errors = np.linalg.norm(residuals.left, axis=0)
-        errors = np.maximum(right_errors, left_errors)
+        errors = np.linalg.norm(residuals.right, axis=0)
+        errors = np.maximum(errors, np.linalg.norm(residuals.left, axis=0))
         worst = float(np.max(errors, initial=0.0))
         no_longer_improves = worst > before / 2
         if worst <= EXACT or (no_longer_improves and worst <= GOOD_ENOUGH):

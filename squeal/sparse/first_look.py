@@ -262,7 +262,11 @@ class FirstLook(Reduction):
         return self
 
     def _residual_sketch(self) -> ResidualSketch:
-        """Random vectors times terms times basis, to estimate residuals in the full problem."""
+        """Random vectors times terms times basis, to estimate residuals in the full problem.
+
+        Arrays (terms, SKETCH, d): times factors, powers of lambda and reduced vectors they give
+        products with the residuals.
+        """
         V = self.vectors
         probes = []
         for k, structure in enumerate(self.structures):

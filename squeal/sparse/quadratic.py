@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import MatrixError
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import EPS, norm_of
+from squeal.linear.matrices import EPS, divisor, norm_of
 from squeal.linear.roots import ordered, root_rounding
 from squeal.linear.system import Matrix, Term, TermSystem
 
@@ -91,8 +91,7 @@ class Quadratic:
         """|P x| / ((|v|^2 |M| + |v| |C| + |K|) |x|) for each column x of vectors (n, m)."""
         residuals = np.linalg.norm(self.apply(values, vectors), axis=0)
         sizes = self.size(values) * np.linalg.norm(vectors, axis=0)
-        # the root 0 of K = 0 has the size 0, and no error
-        return np.divide(residuals, sizes, out=np.zeros_like(residuals), where=sizes > 0)
+        return residuals / divisor(sizes)  # the root 0 of K = 0 has the size 0, and no error
 
     def size(self, values: NDArray) -> Array:
         """|v|^2 |M| + |v| |C| + |K| for each value, a bound of |P(v)|."""

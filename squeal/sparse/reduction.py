@@ -359,7 +359,7 @@ def reduce_system(
             residuals[k] = residuals[k][residuals[k] <= SPURIOUS]
         worst = np.array([np.max(of_value, initial=0.0) for of_value in residuals])
         unsolved = worst.copy()
-        unsolved[list(is_counted)] = 0.0
+        unsolved[list(is_counted)] = 0.0  # the basis has their modes already
         k = int(np.argmax(unsolved))
         if unsolved[k] <= TOLERANCE or len(is_counted) == SAMPLES:
             break
