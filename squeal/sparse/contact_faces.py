@@ -124,15 +124,11 @@ _MIDDLES = ((0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0))
 
 def _quad(at: Array) -> _Shape:
     """Four corners: (1 + r_i r) (1 + s_i s) / 4."""
-    r, s = at.T
-    values = []
-    slopes = []
-    for r_i, s_i in _CORNERS:
-        along_r = 1.0 + r_i * r
-        along_s = 1.0 + s_i * s
-        values.append(along_r * along_s / 4.0)
-        slopes.append(np.stack([r_i * along_s, s_i * along_r], axis=1) / 4.0)
-    return _Shape(np.stack(values, axis=1), np.stack(slopes, axis=1))
+    r_i, s_i = np.array(_CORNERS).T
+    along_r = 1.0 + r_i * at[:, :1]  # (k, 4)
+    along_s = 1.0 + s_i * at[:, 1:]
+    slopes = np.stack([r_i * along_s, s_i * along_r], axis=2)
+    return _Shape(along_r * along_s / 4.0, slopes / 4.0)
 
 
 def _quad_with_middles(at: Array) -> _Shape:

@@ -557,7 +557,7 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     by_parameter = y @ (scaled.slope(name, at, root) @ x)
     # y^H dP/domega x of matrices that depend on the frequency of the root: the parameters that hold
     # the frequency are proportional to omega, so that their values at 1 rad/s are their derivatives
-    by_frequency = 0.0
+    by_frequency = 0j
     for frequency, d_by_omega in system.frequency(1.0).items():
         by_frequency = by_frequency + d_by_omega * (y @ (scaled.slope(frequency, at, root) @ x))
     columns = [1j * by_root + by_frequency, by_parameter]
@@ -573,21 +573,16 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
     omega_step, step = (-inverse @ [product.real, product.imag]).tolist()
     size = float(problem.size(np.array(root)))
-    # how far rounding of P x may move p
+    # how far rounding of P x may move p, which has the second row
     uncertain = 2 * EPS * size * float(np.abs(inverse[1]).sum())
     new_p = p + step
     new_omega = omega + omega_step
     is_small = abs(step) <= CONVERGED * max(abs(new_p), abs(p) or 1.0)
     is_small &= abs(omega_step) <= CONVERGED * max(abs(new_omega), 1.0)
-    if system.follows:  # tables of moduli end somewhere
+    if system.follows:  # tables of moduli end
         least, most = system.covered  # Hz
         new_omega = min(max(new_omega, 2 * math.pi * least), 2 * math.pi * most)
-    # dz/dp = direct - by_own_frequency domega/dp, of which omega = Im z is the imaginary part: the
-    # parameter moves the root, and its frequency the matrices, which move it again
-    direct = -by_parameter / by_root
-    by_own_frequency = by_frequency / by_root
-    frequency_slope = direct.imag / (1.0 + by_own_frequency.imag)  # domega/dp
-    slope = float((direct - by_own_frequency * frequency_slope).real)
+    slope = _growth_slope(by_root, by_parameter, by_frequency)
     half_width = uncertain + abs(step) + 2 * EPS * abs(new_p)
     crossing = AxisCrossing(
         value=new_p,
@@ -600,3 +595,15 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
         left=guess.left,
     )
     return _NewtonStep(crossing, bool(is_small or abs(step) <= uncertain))
+
+
+def _growth_slope(by_root: complex, by_parameter: complex, by_frequency: complex) -> float:
+    """d Re z/dp of a root z, from the derivatives of y^H P x by z, by p and by omega = Im z.
+
+    by_root dz + by_parameter dp + by_frequency domega = 0: the parameter moves the root, and its
+    frequency the matrices, which move it again.
+    """
+    direct = -by_parameter / by_root
+    by_own_frequency = -by_frequency / by_root
+    frequency_slope = direct.imag / (1.0 - by_own_frequency.imag)  # domega/dp
+    return float((direct + by_own_frequency * frequency_slope).real)
