@@ -208,7 +208,7 @@ class ReducedBasis:
         """Add modes until no error at the points is above what is allowed, or none is left to add.
 
         First all modes at the middle, the first and the last point; then, greedily, at the point of
-        the largest error those modes whose errors are too large. Errors may stay above what is
+        the largest error those modes whose errors are of its size. Errors may stay above what is
         allowed where there are no modes next to these roots, or where the basis has their states
         already.
 
@@ -233,8 +233,8 @@ class ReducedBasis:
             report(f"{self.size} states, errors up to {largest[k]:.2g} of allowed")
             if largest[k] <= 1.0:
                 return
-            is_wrong = ratios[k] > ADDED * largest[k]
-            modes = modes_at(points[k], estimates[k].roots.values[is_wrong])
+            is_missed = ratios[k] > ADDED * largest[k]
+            modes = modes_at(points[k], estimates[k].roots.values[is_missed])
 
     def grow(self, modes: Roots, middle: Changes) -> bool:
         """Add right and left modes of the projection; False if the basis has their states.

@@ -117,6 +117,7 @@ def _dmig_entries(name: str, cards: list[list[str]]) -> list[tuple[str, ...]]:
         if card[0] != name or card[1] == "0":
             continue
         column = (card[1], card[2] or "0")
+        # behind an empty field four fields for each entry
         for start in range(4, len(card) - 3, 4):
             row_node, row_freedom, real, imaginary = card[start : start + 4]
             if row_node:
