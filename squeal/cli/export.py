@@ -89,7 +89,7 @@ def _export_pad(given: argparse.Namespace, scene: Scene) -> _Exported:
     scene_name = f"{name}, a scene with six roots"
     refuse(given, "method", "band", "region", "values", beside=scene_name)
     analysis = analyse(scene)
-    doubt = analysis.doubt
+    doubt: str = analysis.doubt
     radii: tuple[Any, ...] | None = None  # how far the entries of each matrix may be off
     if analysis.errors is not None:
         radii = data_of_pad(scene, analysis).radii

@@ -1,6 +1,7 @@
 """Loads far smaller and contact far stiffer than of any pad: right to rounding, or a sentence."""
 
 import dataclasses
+from typing import Any
 
 import mpmath as mp
 import numpy as np
@@ -148,8 +149,11 @@ def test_maps_and_doubles_alone_give_the_exact_verdict_or_none(scene, monkeypatc
 def test_an_equilibrium_lies_as_close_to_the_exact_one_as_is_said(seed):
     """Pads as they are, of stiff contact, of small loads."""
     scene = Scene("B1" if seed % 2 else "B2", random_pad(seed, "B1" if seed % 2 else "B2"))
-    harder = {n: 1e7 * getattr(scene.pad, n) for n in ("k3", "k4", "k_c") if n in scene.pad.given()}
-    changes = ({}, harder, {"F_n": 1e-6 * scene.pad.F_n})[seed // 3 % 3]
+    harder: dict[str, Any] = {
+        n: 1e7 * getattr(scene.pad, n) for n in ("k3", "k4", "k_c") if n in scene.pad.given()
+    }
+    lighter: dict[str, Any] = {"F_n": 1e-6 * scene.pad.F_n}
+    changes = ({}, harder, lighter)[seed // 3 % 3]
     scene = scene.replace(**changes)
     found, _ = sliding_equilibrium(scene.pad_model)
     statics = Statics.of(scene.pad_model)
