@@ -110,7 +110,6 @@ class Map(Answer):
         return shares
 
     def table(self) -> Table:
-        """A row for each point: both parameters, its verdict, and what else was computed there."""
         # name, unit and values (n1, n2) of the columns behind those of both parameters
         columns = [("verdict", "", np.array(self.verdicts)[self.codes])]
         if self.quantity is not None:

@@ -237,7 +237,6 @@ class Sensitivity(Answer):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Derivatives by parameter of the loss; else of each root, a row a parameter."""
         if self.what == "threshold":
             if not self.slopes:
                 return {"sensitivity": None}

@@ -97,7 +97,7 @@ class Thresholds(Answer):
         return onsets
 
     def table(self) -> Table:
-        """A row for each crossing, and for each change of the verdict that is none, as a fold."""
+        # rows are crossings, and changes of the verdict that are none, such as a fold
         verdict_from = {point.mu: point.kind for point in self.points}
         crossed = {crossing.mu for crossing in self.crossings if crossing.changes_verdict}
         rows: list[CriticalPoint | Crossing] = list(self.crossings)
