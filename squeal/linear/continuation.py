@@ -30,8 +30,8 @@ from squeal.linear.matrices import (
     LightMassError,
     components,
     divisor,
-    equilibrated,
     first_order,
+    is_regular,
     norm_of,
     null_spaces,
     reaches,
@@ -631,7 +631,7 @@ def _normalising(M: Array) -> tuple[Array, Array]:
     except LightMassError:  # `thresholds` answers it by static condensation
         raise
     except InputError:  # not symmetric, positive definite
-        if not ILL * np.linalg.cond(equilibrated(M)) < 1.0:
+        if not is_regular(M):
             raise MatrixError(
                 "M: a regular matrix is required to search for all thresholds; where rows have no "
                 "mass those of a band can be given"

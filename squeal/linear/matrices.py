@@ -258,6 +258,11 @@ def equilibrated(M: NDArray) -> NDArray:
     return scaled
 
 
+def is_regular(M: NDArray) -> bool:
+    """True if the inverse of M (n, n) costs no more digits than `ILL` allows."""
+    return bool(ILL * np.linalg.cond(equilibrated(M)) < 1.0)
+
+
 def check_regular(M: NDArray, C: NDArray | None, K: NDArray) -> None:
     """Refuse matrices (n, n) for which every number is a root, as far as rounding shows.
 

@@ -226,15 +226,11 @@ def _rise_within(crossings: Sequence[Crossing], interval: Interval) -> int:
     return sum(_rise(crossing) for crossing in crossings if low <= crossing.mu <= high)
 
 
-def _mixed_interval(
-    crossings: Sequence[Crossing], intervals: Sequence[Interval]
-) -> Interval | None:
-    """The first interval that holds crossings of several kinds or directions; None without one."""
-    for low, high in intervals:
-        inside = [crossing for crossing in crossings if low <= crossing.mu <= high]
-        if len({(crossing.kind, crossing.direction) for crossing in inside}) > 1:
-            return low, high
-    return None
+def _is_mixed(crossings: Sequence[Crossing], interval: Interval) -> bool:
+    """True if an interval holds crossings of several kinds or directions."""
+    low, high = interval
+    kinds = {(each.kind, each.direction) for each in crossings if low <= each.mu <= high}
+    return len(kinds) > 1
 
 
 def _terms(term: SystemTerm, system: TermSystem) -> Iterator[Term]:
@@ -383,9 +379,9 @@ def system_statement(
         if not _is_beside(proof.where, intervals, VAGUE * (high - low)):
             break  # there wider intervals do not help
     # asked last, since a list that is refuted is searched again
-    mixed = _mixed_interval(crossings, intervals)
-    if proof.status == "proved" and mixed is not None:
-        proof = replace(proof, status="open", reason=MIXED, where=sum(mixed) / 2.0)
+    is_mixed = any(_is_mixed(crossings, interval) for interval in intervals)
+    if proof.status == "proved" and is_mixed:
+        proof = replace(proof, status="open", reason=MIXED)
     statement = _statement_of(proof, system.parameter, low, high)
     if system.digits is not None:
         statement = replace(statement, data=f"{system.digits} digits")

@@ -28,7 +28,7 @@ from squeal.linear.continuation import (
 )
 from squeal.linear.eigen import growing
 from squeal.linear.events import Event
-from squeal.linear.matrices import ILL, dense, equilibrated
+from squeal.linear.matrices import dense, is_regular
 from squeal.linear.roots import ComplexArray
 from squeal.linear.search import SearchResult, cluster_events, search
 from squeal.linear.system import TermSystem, matrices_of
@@ -214,8 +214,7 @@ def _all_roots_are_followed(system: TermSystem, selection: EigenvalueSelection, 
     if system.n > SMALL_ROWS:
         return False  # to follow all roots would cost more than to follow those of the band
     M, _, _ = system(low)
-    is_regular = ILL * np.linalg.cond(equilibrated(dense(M))) < 1.0
-    return bool(is_regular)  # the continuation inverts M
+    return is_regular(dense(M))  # the continuation inverts M
 
 
 def _values_of_reduction(low: float, high: float, step_ends: Sequence[float]) -> list[float]:
