@@ -74,6 +74,19 @@ def unit_of_parameter(system: TermSystem) -> str:
     return ""
 
 
+def name_of_kind(kind: str, unit: str) -> str:
+    """What people call a verdict or the kind of a threshold; unit: of the parameter.
+
+    A whirl grows by damping on the shaft or by fluids, alone: it is no flutter of two modes.
+
+    Examples
+    --------
+    >>> name_of_kind("flutter", "rad/s"), name_of_kind("flutter", "")
+    ('unstable whirl', 'flutter')
+    """
+    return "unstable whirl" if unit and kind == "flutter" else kind
+
+
 def speed_words(value: float, unit: str) -> str:
     """What follows a value of a parameter: its unit and, of a speed, its four digits in rpm.
 

@@ -58,7 +58,7 @@ def campbell_drawing(
     growing_hz = growing_hz[growing_hz <= REACH * highest]
     top = max(top, ABOVE * float(growing_hz.max(initial=0.0)))  # over the whole range of speed
     with style():
-        figure = Figure(figsize=(DOUBLE, 2.1))
+        figure = Figure(figsize=(DOUBLE, 2.4))
         if width == "column":
             figure.set_size_inches(SINGLE, 3.0)
         axes = figure.add_subplot()
@@ -90,7 +90,7 @@ def campbell_drawing(
             own_value = Paths(paths).own_value
             if own_value is not None:
                 axes.axvline(own_value, color="0.4", lw=0.6, ls="-.", zorder=0, gid="own value")
-                write_upright(axes, own_value, f"present {own_value:.4g} rad/s")
+                write_upright(axes, own_value, f"present {own_value:.4g} rad/s", 0.4)
         directions = _mark_directions(axes, answer, top)
         entries = _entries(answer, directions)
         if entries:

@@ -80,7 +80,7 @@ def damping_drawing(
             figure = Figure(figsize=(SINGLE, 3.2 + 2.0 * rows))
             upper, *panels = figure.subplots(1 + rows, 1, height_ratios=[1.3, *rows * [1.0]])
         else:
-            figure = Figure(figsize=(DOUBLE, 2.6 + 0.2 * rows))
+            figure = Figure(figsize=(DOUBLE, 2.0 + 0.6 * rows))
             grid = figure.add_gridspec(rows, 2, width_ratios=[1.3, 1.0])
             upper = figure.add_subplot(grid[:, 0])
             panels = [figure.add_subplot(grid[row, 1]) for row in range(rows)]

@@ -176,11 +176,11 @@ def write_beside(
     )
 
 
-def write_upright(axes: Axes, value: float, text: str) -> None:
-    """Write a text upwards from the lower edge, right of a value on the horizontal axis."""
+def write_upright(axes: Axes, value: float, text: str, height: float = 0.08) -> None:
+    """Write a text upwards from a share of the height, right of a value on the horizontal axis."""
     axes.annotate(
         text,
-        (value, 0.08),
+        (value, height),
         (3, 0),
         ("data", "axes fraction"),
         "offset points",

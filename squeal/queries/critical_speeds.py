@@ -36,6 +36,8 @@ FEW_ROWS = 100
 FEW_STEPS = 100  # where each costs much, as of more than `FEW_ROWS`
 SAMPLES = 9  # speeds at which a reduced system is exact
 GROWS = 1e-9  # of |lambda|: a growth rate above it is no rounding
+WELL_DAMPED = 0.2  # damping ratio above which a peak needs no margin
+TINY = 1e-12
 SAME = 1e-9  # of the range: crossings no further apart are of modes of one frequency
 
 
@@ -196,6 +198,37 @@ class CriticalSpeeds(Answer):
     growing: Bools = field(repr=False)
     diagram: CampbellDiagram = field(repr=False)
 
+    @property
+    def running(self) -> float:
+        """The rotor's own speed, rad/s."""
+        return self.diagram.system.parameters[self.parameter]
+
+    def margin(self, one: CriticalSpeed) -> float | None:
+        """How far a critical speed lies above the running speed, as a share of it; None at rest."""
+        return one.speed / self.running - 1.0 if self.running else None
+
+    def is_near(self, one: CriticalSpeed) -> bool:
+        """Whether the margin is less than API 617 (7th edition) requires of a peak of this damping:
+        17 % (1 - 1 / (AF - 1.5)) below the running speed, 10 % more above it, with the
+        amplification factor AF = 1 / (2 zeta); nothing of one below 2.5."""
+        margin = self.margin(one)
+        if margin is None or one.damping_ratio > WELL_DAMPED:
+            return False
+        amplification = 1.0 / (2.0 * max(one.damping_ratio, TINY))
+        required = 0.17 * (1.0 - 1.0 / (amplification - 1.5)) + 0.1 * (margin > 0.0)
+        return abs(margin) < required
+
+    @property
+    def judgement(self) -> str:
+        """Which critical speeds are near the running one, in words; empty at rest."""
+        if not self.running:
+            return ""
+        near = [f"{one.speed:.4g} rad/s" for one in self.critical if self.is_near(one)]
+        margin = "the margin that API 617 requires"
+        if not near:
+            return f"; at {self.running:.4g} rad/s each has {margin}"
+        return f"; at {self.running:.4g} rad/s {', '.join(near)} lacks {margin}"
+
     def table(self) -> Table:
         table = (
             Column("speed", "rad/s"),
@@ -204,9 +237,10 @@ class CriticalSpeeds(Answer):
             Column("mode", hidden=True),  # counted at this speed, else at one value of a sweep
             Column("growth_rate", "1/s"),
             *columns("damping_ratio%"),
+            Column("margin", value=self.margin, percent=True, words="from running speed, %"),
         )
         nothing = f"no critical speed from {self.low:g} to {self.high:g} rad/s"
-        return Table(table, self.critical, "critical speeds", nothing)
+        return Table(table, self.critical, f"critical speeds{self.judgement}", nothing)
 
     def parts(self) -> Sequence[str | Table]:
         orders = ", ".join(f"{order:g}x" for order in self.orders)

@@ -101,13 +101,15 @@ class PartShare:
     """What one part of the structure does to one mode.
 
     energy: its share of the stored energy; growth: the work of all terms on its rows over twice the
-    stored energy, 1/s; both None of a root that does not oscillate.
+    stored energy, 1/s; damping: that of damping terms alone, below 0 where they take energy; all
+    None of a root that does not oscillate.
     """
 
     mode: int
     part: str
     energy: float | None
     growth: float | None
+    damping: float | None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -217,9 +219,10 @@ class Energy(Answer):
         >>> [(row["part"], round(row["energy"], 9)) for row in found.parts_table().records()][:2]
         [('left', 0.5), ('right', 0.5)]
         """
-        all_columns = (*columns("mode part energy%"), Column("growth", "1/s"))
+        works = (Column("growth", "1/s"), Column("damping", "1/s", words="of it damping, 1/s"))
+        all_columns = (*columns("mode part energy%"), *works)
         rank = {mode: -k for k, mode in enumerate(self.modes)}
-        title = "where: share of the stored energy, and work on each part"
+        title = "where: share of the stored energy, and work on each part, of it by damping"
         return Table(all_columns, self.part_shares, title, rank=lambda row: rank[row.mode])
 
     def parts(self) -> Sequence[str | Table]:
@@ -281,7 +284,7 @@ def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None)
                 slope = group.slopes[i][k]
                 contributions.append(_contribution(mode, root, term, growth, slope))
             for name, rows in _rows_of_parts(found, parts, root.right.size).items():
-                part_shares.append(energy_of_mode.share_of(mode, name, rows))
+                part_shares.append(energy_of_mode.share_of(mode, name, rows, group.terms))
     return Energy(found.name, tuple(contributions), tuple(part_shares))
 
 
@@ -524,14 +527,21 @@ class _EnergyOfMode(NamedTuple):
             return None
         return float(self.growths[k].sum())
 
-    def share_of(self, mode: int, part: str, rows: Sequence[int]) -> PartShare:
+    def share_of(
+        self, mode: int, part: str, rows: Sequence[int], terms: Sequence[NamedTerm]
+    ) -> PartShare:
         """The share of a part, which has these rows, in the stored energy and the growth rate."""
         if not self.growths:
-            return PartShare(mode, part, energy=None, growth=None)
+            return PartShare(mode, part, energy=None, growth=None, damping=None)
         index = list(rows)
         share = float(self.stored[index].sum()) / float(self.stored.sum())
-        growth = float(sum(growth[index].sum() for growth in self.growths))
-        return PartShare(mode, part, share, growth)
+        growth = 0.0
+        damping = 0.0
+        for term, growth_of_term in zip(terms, self.growths, strict=True):
+            of_part = float(growth_of_term[index].sum())
+            growth += of_part
+            damping += of_part * ("damping" in term.role)
+        return PartShare(mode, part, share, growth, damping)
 
 
 def _energy_of_mode(terms: Sequence[NamedTerm], root: Eigenvalue) -> _EnergyOfMode:

@@ -29,6 +29,7 @@ from squeal.results.thresholds import Thresholds
 
 ROUNDED = {"frequency_hz", "growth_rate", "damping_ratio"}  # columns of the page in four digits
 NAMED = 3  # modes or parameters in a sentence
+WORTH = 0.9  # of the fastest growth: a change that leaves more is no choice
 NO_WAY = 90.0  # %: nobody takes the parameter back by more
 TIMES = 3.0  # from which on a value is so many times another one, not so many % above it
 STATIONARY = (
@@ -397,13 +398,24 @@ class Findings(Answer):
         if not self.eigenvalues.unstable or self.remedy is not None:
             return []
         lines = []
-        idle = self.search.without_effect
+        idle = [*self.search.without_effect]
+        idle += [one.change.parameter for one in self.search.partial if one not in self._partial]
         if idle:
-            lines.append(f"Changing {' or '.join(idle)} by up to a factor of 4 does not help.")
-        named = {*idle, *(part.change.parameter for part in self.search.partial)}
-        if named <= OF_CONTACT:
+            words = "by up to a factor of 4 takes less than a tenth of the growth"
+            lines.append(f"Changing {' or '.join(idle)} {words}.")
+        if {*idle, *(one.change.parameter for one in self._partial)} <= OF_CONTACT:
             lines.append(HINT)
         return lines
+
+    @property
+    def _partial(self) -> list[Remedy]:
+        """Changes of one parameter that stop not all that grows but a good part of it."""
+        partial = []
+        for remedy in self.search.partial:
+            growth = max(mode.growth_rate for mode in remedy.computed.unstable)
+            if growth <= WORTH * self.eigenvalues.unstable[0].growth_rate:
+                partial.append(remedy)
+        return partial
 
     @property
     def remedies(self) -> Table:
@@ -440,7 +452,7 @@ class Findings(Answer):
         else:
             table += [Column("growth_left", shown=growth_left, words="growth left"), *costs]
         title = "changes of one parameter, the smallest with 10 % in hand first; degrees count as %"
-        return Table(table, self.search.remedies or self.search.partial, title)
+        return Table(table, self.search.remedies or self._partial, title)
 
     @property
     def growing(self) -> Table:

@@ -15,6 +15,7 @@ from squeal import __version__
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Table, number
+from squeal.linear.shaft import name_of_kind
 from squeal.reports.findings import Findings
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
@@ -28,7 +29,7 @@ VISIBLE = 1e-12  # of a mode's angular frequency: smaller growth rates of terms 
 CONFIDENCE = {
     "proved": "Proved by a second program, which shares no code with the first: no mode is missing "
     "from the list",
-    "counted": "Counted in a second way, not proved: no mode is missing from the list",
+    "counted": "Counted a second time (certified, not proved): no mode is missing from the list",
     "open": "A mode may be missing from the list: nothing has counted them",
 }
 
@@ -175,7 +176,8 @@ def _moves(report: Findings) -> Table:
         effects[head] = _effects(report.sensitivity, nearest)
     if onset is not None and onset.slopes:
         unit = f", {unit_of(report.thresholds.source)}".rstrip(", ")
-        where = f"{onset.kind} at {onset.parameter} = {number(onset.at, 4)}"
+        kind = name_of_kind(onset.kind, unit_of(report.thresholds.source))
+        where = f"{kind} at {onset.parameter} = {number(onset.at, 4)}"
         effects[f"first loss ({where}){unit}"] = _effects(onset, 0)
     strengths: dict[str, list[float]] = {}
     for changes in effects.values():
@@ -227,7 +229,8 @@ def _confidence(report: Findings) -> Iterator[str]:
         yield f"Proved too: {onset}{limit}."
     elif searched.certified:
         yield (
-            f"Counted, not proved: no onset from {where} is missing{limit}, but for narrow ranges."
+            f"Counted too (certified, not proved): no onset from {where} is missing{limit}, "
+            "but for narrow ranges."
         )
     else:
         yield "Another onset than the listed ones may exist."

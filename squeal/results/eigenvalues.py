@@ -15,7 +15,7 @@ from squeal.io.writing import Answer, Column, Panel, Table, columns, number, pic
 from squeal.linear import Spectrum, UnstableMode
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.paths import mode_numbers
-from squeal.linear.shaft import speed_words
+from squeal.linear.shaft import name_of_kind, speed_words
 from squeal.results.columns import (
     ERROR,
     OPEN,
@@ -326,7 +326,8 @@ class Eigenvalues(Answer):
         """The table of the modes that grow, with the error of a reduction if it is known."""
         heads = [
             Column("mode", value=self.mode_of),
-            *columns("kind frequency_hz"),
+            Column("kind", shown=lambda mode: name_of_kind(mode.kind, unit_of(self.source))),
+            *columns("frequency_hz"),
             Column("growth_rate", "1/s"),
         ]
         if ERROR in self.columns:  # the eigenvalue of a mode knows its error, the mode does not

@@ -12,7 +12,7 @@ import numpy as np
 from squeal.io.writing import Answer, Column, Panel, Table, located, number, picked
 from squeal.linear import CriticalPoint, Crossing, UnstableMode
 from squeal.linear.roots import assigned
-from squeal.linear.shaft import RPM
+from squeal.linear.shaft import RPM, name_of_kind
 from squeal.results.columns import parameter_entry, with_unit
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import Source, unit_of
@@ -122,10 +122,14 @@ class Thresholds(Answer):
                 shown=lambda row: located(row.mu, *row.interval),
                 words=with_unit(self.parameter, unit),
             ),
-            Column("kind"),
+            Column("kind", shown=lambda row: name_of_kind(row.kind, unit)),
             Column("direction", value=lambda row: getattr(row, "direction", None)),
             Column("frequency_hz"),
-            Column("verdict", value=new_verdict),
+            Column(
+                "verdict",
+                value=new_verdict,
+                shown=lambda row: name_of_kind(new_verdict(row) or "-", unit),
+            ),
             Column("low", value=lambda row: row.interval[0], hidden=True),
             Column("high", value=lambda row: row.interval[1], hidden=True),
             Column("error", value=error, shown=lambda row: number(error(row), 2)),
@@ -141,14 +145,15 @@ class Thresholds(Answer):
         if self.proof_line:
             proof = self.proof_line
         elif self.certified:
-            proof = "certified: a count of growing roots between the crossings agrees"
+            proof = "certified by a count, not proved: what grows between the crossings agrees"
         else:
             doubts = self.details.get("doubts") or ["nothing was counted"]
             proof = f"not certified: {'; '.join(doubts)}"
         # the line of the proof has the doubts of the seat already
         seat = [line for line in self.seat if line not in proof]
         end = f"followed up to {self.parameter} = {self.high:.9g}: {self.end}"
-        head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict or 'open'}"
+        verdict = name_of_kind(self.verdict or "open", unit_of(self.source))
+        head = f"{self.name}: at {self.parameter} = {number(self.low)}: {verdict}"
         return [head, self.table(), "\n".join([*self.notes, *seat, proof, end])]
 
     def _entries(self, points: Sequence[CriticalPoint | Crossing]) -> list[dict[str, Any]]:

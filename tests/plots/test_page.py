@@ -445,3 +445,21 @@ def test_a_mode_that_no_longer_vibrates_keeps_its_number():
     system = squeal.System(np.eye(3), 0.01 * np.eye(3), K, parameters={"mu": 1.0})
     report = squeal.report(system)
     assert [report.eigenvalues.mode_of(mode) for mode in report.eigenvalues.unstable] == [2]
+
+
+def test_a_change_with_hardly_an_effect_is_no_choice():
+    """k adds at most 0.4 % to one of two stiffnesses that flutter far beyond their onset."""
+    K = {"1": [[2, -1], [-1, 2]], "k": [[0.001, 0], [0, 0]], "mu": [[0, 4 / 3], [0, 0]]}
+    report = squeal.report(squeal.System(np.eye(2), K=K, parameters={"mu": 1.5, "k": 1.0}))
+    assert report.eigenvalues.unstable
+    assert not report.remedies.rows
+    words = "Changing k by up to a factor of 4 takes less than a tenth of the growth."
+    assert words in str(report)
+
+
+def test_a_lone_whirl_that_grows_is_no_flutter_in_words():
+    report = squeal.report(jeffcott(350.0), 400.0)
+    assert report.thresholds.first.kind == "flutter"  # as files and records have it
+    text = f"{html.page(report)} {report.thresholds} {report.eigenvalues}"
+    assert "flutter" not in text
+    assert "unstable whirl" in text

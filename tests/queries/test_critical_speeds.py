@@ -258,3 +258,25 @@ def test_a_mass_that_vanishes_at_one_speed_is_refused():
     with pytest.raises(InputError, match="singular at all speeds of the range, or at none"):
         squeal.critical_speeds(system, 20.0)
     assert squeal.critical_speeds(system, 20.0, low=1.0).speeds[0] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("running", "ratio", "is_near"),
+    [
+        (110.0, 0.001, True),  # 9.1 % below, 17 % required
+        (125.0, 0.001, False),  # 20 % below
+        (85.0, 0.001, True),  # 17.6 % above, 27 % required
+        (75.0, 0.001, False),  # 33 % above
+        (105.0, 0.25, False),  # so well damped that no peak is left
+    ],
+)
+def test_critical_speeds_are_judged_by_the_margin_of_the_standard(running, ratio, is_near):
+    """A Jeffcott rotor of 100 rad/s."""
+    damping = {"1": 200.0 * ratio * np.eye(2), "speed": 1e-9 * np.array([[0.0, 1.0], [-1.0, 0.0]])}
+    rotor = squeal.System(np.eye(2), damping, 1e4 * np.eye(2), {"speed": running}, "speed")
+    found = squeal.critical_speeds(rotor, 300.0)
+    assert found.critical
+    for row in found.table().records():
+        assert row["margin"] == pytest.approx(row["speed"] / running - 1.0)
+    assert ("lack" in str(found)) == is_near
+    assert ("each has" in str(found)) != is_near

@@ -436,3 +436,13 @@ def test_a_stiffness_from_a_table_is_a_stiffness():
     system = squeal.System(np.eye(1), K=K, parameters={"speed": 0.5})
     roles = [term.role for term in named_terms(system, SystemFile(system))]
     assert roles == ["mass", "stiffness"]
+
+
+def test_a_part_says_how_much_of_the_damping_it_gives():
+    """Modes (1, 1) and (1, -1) of two masses, and a damper of 0.002 at the left one alone."""
+    system = squeal.System(np.eye(2), np.diag([0.002, 0.0]), [[2.0, -1.0], [-1.0, 2.0]])
+    found = squeal.energy(squeal.eigenvalues(system), parts={"left": [0], "right": [1]})
+    rows = found.parts_table().records()
+    assert [row["damping"] for row in rows if row["part"] == "right"] == [0.0, 0.0]
+    left = [row["damping"] for row in rows if row["part"] == "left"]
+    assert left == pytest.approx([-0.0005, -0.0005], rel=1e-5)
