@@ -23,6 +23,7 @@ REACH = 6.0  # a growing frequency above so many times the highest critical one 
 ABOVE = 1.05  # shown frequencies over the highest one that grows
 MARGIN = 1.6  # shown frequencies over the highest critical one
 NAMED_AT = 1.4  # share of that frequency at which the line of a multiple is named, at most
+NAME_WIDTH = 0.08  # of the axis: names of critical speeds nearer than that are left out
 ROOM = 0.25  # of the axis: left of a mark so far to the right is room for its name
 BISECTIONS = 16  # of a step of the speed, in which growth begins
 
@@ -58,7 +59,7 @@ def campbell_drawing(
     growing_hz = growing_hz[growing_hz <= REACH * highest]
     top = max(top, ABOVE * float(growing_hz.max(initial=0.0)))  # over the whole range of speed
     with style():
-        figure = Figure(figsize=(DOUBLE, 2.4))
+        figure = Figure(figsize=(DOUBLE, 2.1))
         if width == "column":
             figure.set_size_inches(SINGLE, 3.0)
         axes = figure.add_subplot()
@@ -70,18 +71,21 @@ def campbell_drawing(
         _draw_frequencies(axes, answer, top)
         for order in answer.orders:
             _draw_multiple(axes, answer, order, highest)
-        named: list[str] = []
+        named: list[float] = []
         for critical in answer.critical:
             point = (critical.speed, critical.frequency_hz)
             axes.plot(*point, MARKS[critical.direction], mfc="w", mec="k", ms=5.5, zorder=4)
-            text = f"{critical.speed:.4g}{speed_words(critical.speed, 'rad/s')}"
-            if text not in named and len(named) < NAMED:
+            speed = critical.speed
+            # the table has those that would be written over each other
+            is_apart = all(speed - other > NAME_WIDTH * answer.high for other in named)
+            if is_apart and len(named) < NAMED:
+                text = f"{speed:.4g}{speed_words(speed, 'rad/s')}"
                 # on alternating sides, so that names of neighbours do not meet
                 offset = (4, -4)
-                if len(named) % 2 == 0 and critical.speed > ROOM * answer.high:
+                if len(named) % 2 == 0 and speed > ROOM * answer.high:
                     offset = (-4, 4)
                 write_beside(axes, text, point, offset, fontsize=7)
-                named.append(text)
+                named.append(speed)
         axes.set(xlim=(answer.low, answer.high), ylim=(0.0, top))
         axes.set(xlabel=f"{symbol_of(answer.parameter)} [rad/s]", ylabel="frequency [Hz]")
         _name_onset(axes, answer, top)
@@ -94,7 +98,7 @@ def campbell_drawing(
         directions = _mark_directions(axes, answer, top)
         entries = _entries(answer, directions)
         if entries:
-            figure.legend(handles=entries, loc="outside lower center", ncols=3)
+            figure.legend(handles=entries, loc="outside lower center", ncols=len(entries))
     speeds = []
     for critical in answer.critical:
         direction = critical.direction or "no direction"

@@ -136,7 +136,10 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
     """
     colours = colours_of(paths)
     all_roots = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
-    depth = -float(_ratio(all_roots).min(initial=0.0)) or 1.0  # of the lowest ratio below 0, %
+    depth = -float(_ratio(all_roots).min(initial=0.0))  # of the lowest ratio below 0, %
+    if len(all_roots) and not depth:  # of what is stable most modes are shown
+        depth = 2.0 * float(np.median(_ratio(all_roots)))
+    depth = depth or 1.0
     fastest = float(all_roots.real.max(initial=0.0)) or 1.0  # 1/s, a divisor
     limits = frequency_limits(all_roots)
     axes.set(xlim=limits, ylim=(-BELOW * depth, ABOVE * depth))

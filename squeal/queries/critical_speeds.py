@@ -223,11 +223,9 @@ class CriticalSpeeds(Answer):
         """Which critical speeds are near the running one, in words; empty at rest."""
         if not self.running:
             return ""
-        near = [f"{one.speed:.4g} rad/s" for one in self.critical if self.is_near(one)]
-        margin = "the margin that API 617 requires"
-        if not near:
-            return f"; at {self.running:.4g} rad/s each has {margin}"
-        return f"; at {self.running:.4g} rad/s {', '.join(near)} lacks {margin}"
+        near = [f"{one.speed:.4g}" for one in self.critical if self.is_near(one)]
+        allowed = f"nearer to {self.running:.4g} rad/s than API 617 allows"
+        return f"; {allowed}: {', '.join(near) or 'none'}"
 
     def table(self) -> Table:
         table = (

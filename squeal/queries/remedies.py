@@ -22,6 +22,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
+from squeal.linear.shaft import name_of_kind
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.options import Band
 from squeal.queries.pads.equilibrium import analyse
@@ -29,7 +30,7 @@ from squeal.queries.parameter_space import first_loss
 from squeal.queries.thresholds import thresholds
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import DEGREE, Sensitivity
-from squeal.results.sources import EigenvalueSelection, PadSource, SystemSource
+from squeal.results.sources import EigenvalueSelection, PadSource, SystemSource, unit_of
 
 MOST_STEPS = 25  # of 1 % or a degree: the largest change that is looked at first
 STEPS = (1, 2, 3, 4, 6, 8, 10, 13, 16, 20, MOST_STEPS)
@@ -58,11 +59,12 @@ class Loss(NamedTuple):
     frequency_hz: float | None
     high: float
 
-    def words(self, parameter: str) -> str:
-        """Up to where nothing grows, and what follows."""
+    def words(self, parameter: str, unit: str) -> str:
+        """Up to where nothing grows, and what follows; unit: of the parameter."""
         if self.value is None:
             return f"up to {parameter} = {number(self.high, 4)}, where the search ends"
-        text = f"up to {parameter} = {rounded(self.value, 4, math.floor)}, then {self.kind}"
+        text = f"up to {parameter} = {rounded(self.value, 4, math.floor)}, then "
+        text += name_of_kind(self.kind, unit)
         if self.frequency_hz:
             text += f" at {number(self.frequency_hz, 4)} Hz"
         return text
@@ -189,7 +191,7 @@ class Remedy:
             text += f" at {parameter} = {number(self.computed.value, 4)}; below, stability is lost"
             text += f" from {parameter} = {number(self.limit, 4)} on"
         else:
-            text += f" {self.loss.words(parameter)}"
+            text += f" {self.loss.words(parameter, unit_of(self.computed.source))}"
         costs = []
         if self.rise:
             costs.append(f"on the way growth first rises to {number(self.rise, 3)} 1/s")

@@ -430,7 +430,8 @@ class Findings(Answer):
         def next_loss(remedy: Remedy) -> str:
             if remedy.loss is None or remedy.loss.value is None:
                 return f"none up to {number(self.thresholds.high, 4)}"
-            return remedy.loss.words(parameter).removeprefix("up to ").replace(", then", ":")
+            words = remedy.loss.words(parameter, unit_of(self.thresholds.source))
+            return words.removeprefix("up to ").replace(", then", ":")
 
         def shift(remedy: Remedy) -> str:
             return _cell(remedy.shift_hz(self.eigenvalues))
