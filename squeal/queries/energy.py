@@ -220,7 +220,13 @@ class Energy(Answer):
         [('left', 0.5), ('right', 0.5)]
         """
         works = (Column("growth", "1/s"), Column("damping", "1/s", words="of it damping, 1/s"))
-        all_columns = (*columns("mode part energy%"), *works)
+
+        def energy(row: PartShare) -> str:
+            """The share in %, of the size of rounding as 0."""
+            return "-" if row.energy is None else number(round(100.0 * row.energy, 6), 4)
+
+        share = Column("energy", shown=energy, percent=True)
+        all_columns = (*columns("mode part"), share, *works)
         rank = {mode: -k for k, mode in enumerate(self.modes)}
         title = "where: share of the stored energy, and work on each part, of it by damping"
         return Table(all_columns, self.part_shares, title, rank=lambda row: rank[row.mode])

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from base64 import b64encode
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from squeal import __version__
@@ -57,6 +57,7 @@ def page(report: Findings, inputs: Sequence[Any] = ()) -> str:
         chart=_figure(paths, report.name, damping=True, thresholds=report.thresholds),
         campbell=report.critical and _figure(report.critical, report.name, paths=paths),
         feeds=_feeds(report),
+        shares=_shares(report),
         moves=_moves(report),
         abaqus=_abaqus_ratio(spectrum),
         shapes=list(_shapes(report)),
@@ -162,6 +163,13 @@ def _feeds(report: Findings) -> Table:
         columns.append(Column(head, words=head, shown=_signed(of_mode)))
     terms = dict.fromkeys(term for of_mode in works.values() for term in of_mode)
     return Table(columns, list(terms))
+
+
+def _shares(report: Findings) -> Table:
+    """The shares of parts in the modes that the table of terms has."""
+    table = report.energy.parts_table()
+    modes = _growing(report)
+    return replace(table, rows=[row for row in table.rows if row.mode in modes])
 
 
 def _moves(report: Findings) -> Table:
