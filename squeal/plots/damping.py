@@ -34,6 +34,7 @@ LARGEST = 160.0  # points squared: the bubble of the fastest growth
 SPACING = 0.05  # of the axes: bubbles of a mode do not merge
 BELOW = 1.35  # shown damping ratios below zero, over the depth of the lowest one
 PANELS = 3  # of modes that meet, or that grow alone
+NOISE = 1e-7  # %: a damping ratio below is rounding
 ABOVE = 1.4  # shown damping ratios above zero, over the depth of the lowest one
 ALONE = 0.2  # of the frequency: a threshold farther from a mode is none of it
 WIDTHS = ("page", "column")
@@ -137,9 +138,10 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
     colours = colours_of(paths)
     all_roots = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
     depth = -float(_ratio(all_roots).min(initial=0.0))  # of the lowest ratio below 0, %
-    if len(all_roots) and not depth:  # of what is stable most modes are shown
+    if len(all_roots) and depth < NOISE:  # of what is stable most modes are shown
         depth = 2.0 * float(np.median(_ratio(all_roots)))
-    depth = depth or 1.0
+    if depth < NOISE:
+        depth = 1.0
     fastest = float(all_roots.real.max(initial=0.0)) or 1.0  # 1/s, a divisor
     limits = frequency_limits(all_roots)
     axes.set(xlim=limits, ylim=(-BELOW * depth, ABOVE * depth))
