@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -76,7 +76,9 @@ class Term:
 class Terms:
     """M, C and K over a parameter, each a sum of terms; C may have none.
 
-    `data` says how the entries of each matrix are known. Needs python-flint.
+    `data` says how the entries of each matrix are known. `balls` are the matrices of the terms by
+    the letters, made from these if left out; of a component some of their rows and columns. Needs
+    python-flint.
 
     Raises
     ------
@@ -90,32 +92,32 @@ class Terms:
     C: Sequence[Term]
     K: Sequence[Term]
     data: str = AS_GIVEN
-    _balls: dict[str, list[Balls]] = field(init=False, repr=False)
+    balls: Mapping[str, Sequence[Balls]] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         if flint is None:
             raise ImportError("ranges need python-flint", name="flint")
+        if self.balls:
+            return
         balls: dict[str, list[Balls]] = {"M": [], "C": [], "K": []}
         for name, matrices in balls.items():
             for term in getattr(self, name):
-                X = doubles(np.asarray(term.matrix))
-                if not X.imag.any():
-                    X = X.real
+                X = _real_if_possible(doubles(np.asarray(term.matrix)))
                 entries = Balls(X, half_widths(X, self.data))
                 if term.errors is not None:
                     entries = entries.widened(np.asarray(term.errors))
                 matrices.append(entries)
-        object.__setattr__(self, "_balls", balls)
+        object.__setattr__(self, "balls", balls)
 
     @property
     def n(self) -> int:
         """Number of rows."""
-        return len(self._balls["M"][0].mid)
+        return len(self.balls["M"][0].mid)
 
     @property
     def _midpoints(self) -> list[NDArray]:
         """The matrices (n, n) of all terms as they are given."""
-        return [X.mid for matrices in self._balls.values() for X in matrices]
+        return [X.mid for matrices in self.balls.values() for X in matrices]
 
     @property
     def is_real(self) -> bool:
@@ -125,18 +127,18 @@ class Terms:
     @property
     def is_symmetric(self) -> bool:
         """True if M and K are symmetric at each value."""
-        M_and_K = self._balls["M"] + self._balls["K"]
+        M_and_K = (*self.balls["M"], *self.balls["K"])
         return all(np.array_equal(X.mid, X.mid.T) for X in M_and_K)
 
     @property
     def is_skew(self) -> bool:
         """True if C is skew at each value."""
-        return all(np.array_equal(X.mid, -X.mid.T) for X in self._balls["C"])
+        return all(np.array_equal(X.mid, -X.mid.T) for X in self.balls["C"])
 
     @property
     def is_undamped(self) -> bool:
         """True if C is zero at each value."""
-        return all(X.is_zero for X in self._balls["C"])
+        return all(X.is_zero for X in self.balls["C"])
 
     def components(self) -> list[Terms]:
         """The terms of each strong component of the pattern of all terms.
@@ -145,23 +147,18 @@ class Terms:
         those of the diagonal blocks.
         """
         pattern = np.zeros((self.n, self.n), dtype=bool)
-        for matrices in self._balls.values():
+        for matrices in self.balls.values():
             for X in matrices:
                 pattern |= (X.mid != 0.0) | (X.rad > 0.0)
         components = []
         for rows in strong_components(pattern):
-            M, C, K = (self._terms_of_block(name, rows) for name in "MCK")
-            components.append(Terms(M, C, K, self.data))
+            balls: dict[str, list[Balls]] = {"M": [], "C": [], "K": []}
+            for name, matrices in self.balls.items():
+                for X in matrices:
+                    block = X.block(rows)
+                    balls[name].append(replace(block, mid=_real_if_possible(block.mid)))
+            components.append(replace(self, balls=balls))
         return components
-
-    def _terms_of_block(self, name: str, rows: NDArray[np.intp]) -> list[Term]:
-        """The terms of M, C or K, each with some rows and columns of its matrix."""
-        block = np.ix_(rows, rows)
-        terms = []
-        for term, X in zip(getattr(self, name), self._balls[name], strict=True):
-            errors = None if term.errors is None else np.asarray(term.errors)[block]
-            terms.append(Term(X.mid[block], term.factor, errors))
-        return terms
 
     def expanded(self, low: float, high: float) -> tuple[Expansion, Expansion, Expansion]:
         """M, C and K about `middle_and_half` of two values of the parameter.
@@ -185,7 +182,7 @@ class Terms:
         values: list[Balls] = []
         slopes: list[Balls] = []
         remainder = zeros
-        matrices = self._balls[name]
+        matrices = self.balls[name]
         for term, X in zip(getattr(self, name), matrices, strict=True):
             if term.factor is None:
                 values.append(X)
@@ -210,6 +207,11 @@ class Terms:
             slope=total(slopes),
             remainder=np.where(is_used, upper(remainder, 2 * len(matrices)), 0.0),
         )
+
+
+def _real_if_possible(X: NDArray) -> NDArray:
+    """The entries as real numbers where no imaginary part is other than zero."""
+    return X if X.imag.any() else X.real
 
 
 def middle_and_half(low: float, high: float) -> tuple[float, float]:
@@ -323,31 +325,28 @@ def _first_order_form(M: Expansion, C: Expansion, K: Expansion) -> tuple[Expansi
     return A, B
 
 
-class _RangeProof:
-    """The proof that one number of roots grows between thresholds, by steps over the parameter.
+class RangeProof:
+    """Proofs that one number of roots grows between thresholds, by steps over the parameter.
 
     Parameters
     ----------
     terms : Terms
         The systems.
-    growth_below : float
-        A rate (1/s); see `CountBounds`.
+    low, high : float
+        Ends of the range.
     most : int
-        How many intervals are looked at before the answer stays open. One of a single component
+        How many intervals each proof looks at before it stays open. One of a single component
         counts by its share of the rows.
-    ends : tuple of 2 floats
-        The ends of the whole range.
     """
 
-    def __init__(
-        self, terms: Terms, growth_below: float, most: int, ends: tuple[float, float]
-    ) -> None:
+    def __init__(self, terms: Terms, low: float, high: float, most: int = MOST_INTERVALS) -> None:
         self.components = terms.components()
         self.rows = terms.n
         self.data = terms.data
-        self.growth_below = growth_below
-        self.intervals_left = float(most)
-        self.ends = ends
+        self.ends = (low, high)
+        self.most = most
+        self.intervals_left = 0.0  # `prove` sets this, and the rate of `CountBounds`, 1/s
+        self.growth_below = 0.0
 
     def between(self, low: float, high: float, unstable: Sequence[int]) -> Proof:
         """The proof that so many roots of each component grow at all values of a gap.
@@ -457,6 +456,70 @@ class _RangeProof:
         self.intervals_left -= component.n / self.rows
         return bounds_between(component, low, high, self.growth_below)
 
+    def prove(
+        self,
+        intervals: Sequence[tuple[float, float]],
+        growth_below: float,
+        rises: Sequence[int] | None = None,
+    ) -> Proof:
+        """The proof of printed intervals; as `prove_thresholds`."""
+        low, high = self.ends
+        edges = [low]
+        for interval in intervals:
+            edges += interval
+        edges.append(high)
+        if any(b < a for a, b in itertools.pairwise(edges)):
+            return Proof("refuted", reason="the intervals overlap or leave the range")
+        gaps = list(zip(edges[::2], edges[1::2], strict=True))
+        self.intervals_left = float(self.most)
+        self.growth_below = growth_below
+        # first what grows inside of each gap, of each component
+        counts: list[list[int]] = []
+        for a, b in gaps:
+            inside = a + INSIDE * (b - a)
+            each = self.bounds(inside, inside)
+            bounds = total(each)
+            if bounds.doubtful:
+                return self.open_at(inside, bounds.reason)
+            counts.append([component.least for component in each])
+        # then whether it differs on both sides of each interval, as printed
+        for number, (start, stop) in enumerate(intervals):
+            below = sum(counts[number])
+            above = sum(counts[number + 1])
+            rise = rises[number] if rises is not None else None
+            reason = ""
+            if start <= low or stop >= high:
+                reason = AT_END
+            elif below == above and rise == 0:
+                reason = CANCELS
+            if reason:
+                return self.open_at((start + stop) / 2.0, reason)
+            if below == above or (rise is not None and rise != above - below):
+                reason = f"{below} roots grow below a threshold, {above} above"
+                gap_start, gap_end = gaps[number + 1]
+                where = gap_start + ASIDE * (gap_end - gap_start)
+                return Proof("refuted", by="enclosure", data=self.data, reason=reason, where=where)
+        # last whether it is the same at every value of each gap
+        for (a, b), unstable in zip(gaps, counts, strict=True):
+            # over a whole gap at once `growth_below` may leave room for what a single value refutes
+            for value in (a, b):
+                bounds = total(self.bounds(value, value))
+                if not bounds.allow(sum(unstable)):
+                    beside = (value + a + INSIDE * (b - a)) / 2.0
+                    return self.refuted(bounds, sum(unstable), beside)
+            proof = self.between(a, b, unstable)
+            if proof.status != "proved":
+                return proof
+        # What begins and what ends to grow within one interval changes no count beside it, but
+        # takes two roots more. One more is allowed: a divergent root and its mirror meet at zero.
+        for (before, after), (start, stop) in zip(
+            itertools.pairwise(counts), intervals, strict=True
+        ):
+            bounds = total(self.bounds(start, stop))
+            if bounds.most - bounds.least > abs(sum(after) - sum(before)) + 1:
+                return self.open_at((start + stop) / 2.0, CANCELS)
+        return proof
+
 
 def total(bounds: Sequence[CountBounds]) -> CountBounds:
     """The sums of the numbers of all components.
@@ -506,55 +569,4 @@ def prove_thresholds(
     most : int
         How many intervals are looked at before the answer stays open.
     """
-    edges = [low]
-    for interval in intervals:
-        edges += interval
-    edges.append(high)
-    if any(b < a for a, b in itertools.pairwise(edges)):
-        return Proof("refuted", reason="the intervals overlap or leave the range")
-    gaps = list(zip(edges[::2], edges[1::2], strict=True))
-    range_proof = _RangeProof(terms, growth_below, most, (low, high))
-    # first what grows inside of each gap, of each component
-    counts: list[list[int]] = []
-    for a, b in gaps:
-        inside = a + INSIDE * (b - a)
-        each = range_proof.bounds(inside, inside)
-        bounds = total(each)
-        if bounds.doubtful:
-            return range_proof.open_at(inside, bounds.reason)
-        counts.append([component.least for component in each])
-    # then whether it differs on both sides of each interval, as printed
-    for number, (start, stop) in enumerate(intervals):
-        below = sum(counts[number])
-        above = sum(counts[number + 1])
-        rise = rises[number] if rises is not None else None
-        reason = ""
-        if start <= low or stop >= high:
-            reason = AT_END
-        elif below == above and rise == 0:
-            reason = CANCELS
-        if reason:
-            return range_proof.open_at((start + stop) / 2.0, reason)
-        if below == above or (rise is not None and rise != above - below):
-            reason = f"{below} roots grow below a threshold, {above} above"
-            gap_start, gap_end = gaps[number + 1]
-            where = gap_start + ASIDE * (gap_end - gap_start)
-            return Proof("refuted", by="enclosure", data=terms.data, reason=reason, where=where)
-    # last whether it is the same at every value of each gap
-    for (a, b), unstable in zip(gaps, counts, strict=True):
-        # over a whole gap at once `growth_below` may leave room for what a single value refutes
-        for value in (a, b):
-            bounds = total(range_proof.bounds(value, value))
-            if not bounds.allow(sum(unstable)):
-                beside = (value + a + INSIDE * (b - a)) / 2.0
-                return range_proof.refuted(bounds, sum(unstable), beside)
-        proof = range_proof.between(a, b, unstable)
-        if proof.status != "proved":
-            return proof
-    # What begins and what ends to grow within one interval changes no count beside it, but takes
-    # two roots more. One more is allowed: a divergent root and its mirror meet at zero.
-    for (before, after), (start, stop) in zip(itertools.pairwise(counts), intervals, strict=True):
-        bounds = total(range_proof.bounds(start, stop))
-        if bounds.most - bounds.least > abs(sum(after) - sum(before)) + 1:
-            return range_proof.open_at((start + stop) / 2.0, CANCELS)
-    return proof
+    return RangeProof(terms, low, high, most).prove(intervals, growth_below, rises)

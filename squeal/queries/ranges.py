@@ -111,19 +111,6 @@ class RangeStatement(Statement):
         }
 
 
-def _statement_of(proof: Proof, parameter: str, low: float, high: float) -> RangeStatement:
-    """The statement of a proof on a range from low to high.
-
-    A refuted list has an open statement, whose reason says that the referee disagrees.
-    """
-    statement = RangeStatement(
-        "open", proof.by, data=proof.data, parameter=parameter, low=low, until=high, high=high
-    )
-    if proof.status == "proved":
-        return replace(statement, status="proved", growth_below=proof.growth_below)
-    return _with_reason(statement, proof)
-
-
 def _with_reason(statement: RangeStatement, proof: Proof | PadProof) -> RangeStatement:
     """An open statement, with the reason why the proof is open or refuted, and where."""
     reason = proof.reason
@@ -342,42 +329,7 @@ def system_statement(
     at_any_cost : bool
         Whether the range may be divided into as many intervals as that of a system of few rows.
     """
-    from squeal.proof.ranges import SPENT, prove_thresholds
-    from squeal.proof.referee import Proof
-
-    def prove(intervals: Sequence[Interval], growth_below: float) -> Proof:
-        """Try to exclude growth by more than so much, 1/s, outside of the intervals."""
-        if any(_has_table(term) for term in system.terms):
-            return Proof("open", reason="tables over a parameter have no enclosure")
-        try:
-            terms = _terms_in_balls(system)
-        except ImportError:
-            return Proof("open", reason=NO_BALLS)
-        vague = vague_interval(intervals, high - low)
-        if vague is not None:
-            return Proof("open", "enclosure", reason=IS_VAGUE, where=sum(vague) / 2.0)
-        most = INTERVALS
-        if not at_any_cost:
-            states = 2 * system.n if system.C else system.n
-            most = int(INTERVALS / (1.0 + (states / LARGE) ** 2))
-        rises = [_rise_within(crossings, interval) for interval in intervals]
-        try:
-            return prove_thresholds(
-                terms, low, high, intervals, growth_below, rises=rises, most=most
-            )
-        except InputError as error:  # a factor has no value somewhere
-            return Proof("open", reason=str(error))
-
-    for share in _shares_of_intervals(system, crossings):
-        intervals = _intervals_of(crossings, low, high, share)
-        for rate in (rates.slowest_oscillation, rates.fastest):
-            proof = prove(intervals, min(RATE * rate, WIDEST_RATE * rates.slowest))
-            if proof.status != "open" or proof.reason == SPENT:
-                break  # one that is out of intervals will be so again
-        if proof.status != "open" or proof.reason in (SPENT, IS_VAGUE):
-            break
-        if not _is_beside(proof.where, intervals, VAGUE * (high - low)):
-            break  # there wider intervals do not help
+    proof, intervals = _proof_of_system(system, crossings, low, high, rates, at_any_cost)
     # asked last, since a list that is refuted is searched again
     is_mixed = any(_is_mixed(crossings, interval) for interval in intervals)
     if proof.status == "proved" and is_mixed:
@@ -386,8 +338,49 @@ def system_statement(
     if system.digits is not None:
         statement = replace(statement, data=f"{system.digits} digits")
     if proof.status != "proved":
-        return statement, []
-    return statement, intervals
+        return _with_reason(statement, proof), []
+    return replace(statement, status="proved", growth_below=proof.growth_below), intervals
+
+
+def _proof_of_system(
+    system: TermSystem,
+    crossings: Sequence[Crossing],
+    low: float,
+    high: float,
+    rates: MotionRates,
+    at_any_cost: bool,
+) -> tuple[Proof, list[Interval]]:
+    """The last proof that was tried for `system_statement`, and the intervals of thresholds."""
+    from squeal.proof.ranges import SPENT, RangeProof
+    from squeal.proof.referee import Proof
+
+    most = INTERVALS
+    if not at_any_cost:
+        states = 2 * system.n if system.C else system.n
+        most = int(INTERVALS / (1.0 + (states / LARGE) ** 2))
+    if any(_has_table(term) for term in system.terms):
+        return Proof("open", reason="tables over a parameter have no enclosure"), []
+    try:
+        range_proof = RangeProof(_terms_in_balls(system), low, high, most)
+    except ImportError:
+        return Proof("open", reason=NO_BALLS), []
+    for share in _shares_of_intervals(system, crossings):
+        intervals = _intervals_of(crossings, low, high, share)
+        vague = vague_interval(intervals, high - low)
+        if vague is not None:
+            return Proof("open", "enclosure", reason=IS_VAGUE, where=sum(vague) / 2.0), intervals
+        rises = [_rise_within(crossings, interval) for interval in intervals]
+        for rate in (rates.slowest_oscillation, rates.fastest):
+            growth_below = min(RATE * rate, WIDEST_RATE * rates.slowest)
+            try:
+                proof = range_proof.prove(intervals, growth_below, rises)
+            except InputError as error:  # a factor has no value somewhere
+                proof = Proof("open", reason=str(error))
+            if proof.status != "open" or proof.reason == SPENT:
+                return proof, intervals  # one that is out of intervals will be so again
+        if not _is_beside(proof.where, intervals, VAGUE * (high - low)):
+            break  # there wider intervals do not help
+    return proof, intervals
 
 
 def _shares_of_intervals(system: TermSystem, crossings: Sequence[Crossing]) -> list[float]:

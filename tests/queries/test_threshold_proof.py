@@ -37,6 +37,23 @@ def test_thresholds_of_a_small_system_are_proved(apart):
     assert answer.proof_line.startswith("proved: no other mode grows by more than")
 
 
+def test_the_interval_of_a_threshold_is_as_wide_as_the_page_says():
+    """By 1e-10 of its value, by 1e-13 of the range, or as far as slow growth hides."""
+    coupling = [[0.0, 1.0], [-1.0, 0.0]]
+    for onset, margin in ((0.25, 0.25e-10), (1e-6, 2e-13)):
+        system = squeal.System(np.eye(2), K={"1": np.diag([1.0, 1.0 + 2 * onset]), "mu": coupling})
+        answer = squeal.thresholds(system, 2.0)
+        ((low, high),) = [crossing.interval for crossing in answer.crossings]
+        assert answer.proof["status"] == "proved"
+        assert onset - 2 * margin < low < onset - 0.9 * margin
+        assert onset + 0.9 * margin < high < onset + 2 * margin
+    slow = squeal.System([[1.0]], {"-(mu - 1)**3": [[1.0]]}, [[1.0]])
+    answer = squeal.thresholds(slow, 2.0)
+    ((low, high),) = [crossing.interval for crossing in answer.crossings]
+    assert answer.proof["status"] == "proved"
+    assert 1.0 - 1e-3 < low < 1.0 - 1e-6 < 1.0 + 1e-6 < high < 1.0 + 1e-3
+
+
 def test_factors_are_evaluated_over_balls():
     """mu**2/4 + mu/2 - 1/16 in place of mu: the onset moves to a root of the quadratic."""
     K = {"1": [[2, -1], [-1, 2]], "mu**2/4 + mu/2 - 1/16": [[0, 4 / 3], [0, 0]]}
