@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError, MatrixError
+from squeal.linear.condensation import StaticCondensation
 from squeal.linear.matrices import (
     EPS,
     ILL,
@@ -368,9 +369,11 @@ class Continuation:
         abs_left = np.abs(left)
         abs_right = np.abs(right)
         mass_error = abs_left @ np.abs(M) @ abs_right  # what rounding makes of left M right = 1
-        # for both see StaticCondensation
-        amplification = getattr(self.system, "error_amplification", 1.0)
-        terms = np.abs(K) + getattr(self.system, "cancelled", 0.0)
+        amplification = 1.0
+        terms = np.abs(K)
+        if isinstance(self.system, StaticCondensation):
+            amplification = self.system.error_amplification
+            terms = terms + self.system.cancelled
         sizes = amplification * (abs_left @ terms @ abs_right + mass_error @ np.abs(A))
         damping_sizes = amplification * (abs_left @ np.abs(C) @ abs_right + mass_error @ np.abs(B))
         if self.problem is not UNDAMPED:

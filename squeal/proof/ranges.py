@@ -46,7 +46,6 @@ Factor = Callable[[Any], Any]
 """A function of the parameter by + - * / and **; it is given a ball of numbers (`flint.arb`), or a
 Taylor series of balls (`flint.arb_series`)."""
 NARROWEST = 1e-14  # of the range: a step that is not shortened
-MOST_INTERVALS = 4000
 SPENT = "the range takes more steps than are made"
 AT_END = "a threshold lies at an end of the range, beyond which nothing is counted"
 CANCELS = "what begins and what ends to grow at one value may cancel in the count"
@@ -339,7 +338,7 @@ class RangeProof:
         counts by its share of the rows.
     """
 
-    def __init__(self, terms: Terms, low: float, high: float, most: int = MOST_INTERVALS) -> None:
+    def __init__(self, terms: Terms, low: float, high: float, most: int) -> None:
         self.components = terms.components()
         self.rows = terms.n
         self.data = terms.data
@@ -462,7 +461,24 @@ class RangeProof:
         growth_below: float,
         rises: Sequence[int] | None = None,
     ) -> Proof:
-        """The proof of printed intervals; as `prove_thresholds`."""
+        """Whether the number of growing roots changes in the printed intervals and nowhere else.
+
+        Proved is that it differs between the gaps on both sides of each interval, where it is
+        counted inside, that no interval holds two roots more that may cross, and that in each gap
+        as many roots grow for certain at every value, and others by no more than `growth_below`.
+        Refuted is a value or interval at which another number grows for certain. `where` is a value of the parameter: of a refuted list one at
+        which a search for thresholds that are missing has to look, beside a wrong one; of an open
+        list one where the proof stopped.
+
+        Parameters
+        ----------
+        intervals : sequence of (float, float)
+            The printed intervals, ascending and disjoint.
+        growth_below : float
+            A rate, 1/s, above 0.
+        rises : sequence of int, optional
+            By how much the number of growing roots is printed to rise in each interval.
+        """
         low, high = self.ends
         edges = [low]
         for interval in intervals:
@@ -534,39 +550,3 @@ def total(bounds: Sequence[CountBounds]) -> CountBounds:
             reason = component.reason
     least, most, doubtful = numbers.tolist()
     return CountBounds(least, most, doubtful, reason)
-
-
-def prove_thresholds(
-    terms: Terms,
-    low: float,
-    high: float,
-    intervals: Sequence[tuple[float, float]],
-    growth_below: float,
-    rises: Sequence[int] | None = None,
-    most: int = MOST_INTERVALS,
-) -> Proof:
-    """Whether the number of growing roots changes in the printed intervals and nowhere else.
-
-    Proved is that it differs between the gaps on both sides of each interval, where it is counted
-    inside, that no interval holds two roots more that may cross, and that in each gap as many roots
-    grow for certain at every value, and others by no more than `growth_below`. Refuted is a value
-    or interval at which another number grows for certain. `where` is a value of the parameter: of a
-    refuted list one at which a search for thresholds that are missing has to look, beside a wrong
-    one; of an open list one where the proof stopped.
-
-    Parameters
-    ----------
-    terms : Terms
-        The systems.
-    low, high : float
-        Ends of the range.
-    intervals : sequence of (float, float)
-        The printed intervals, ascending and disjoint.
-    growth_below : float
-        A rate, 1/s, above 0.
-    rises : sequence of int, optional
-        By how much the number of growing roots is printed to rise in each interval.
-    most : int
-        How many intervals are looked at before the answer stays open.
-    """
-    return RangeProof(terms, low, high, most).prove(intervals, growth_below, rises)

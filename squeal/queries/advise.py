@@ -220,11 +220,7 @@ def advise(
     unchanged = space.subject
     notes: list[str] = []
     if isinstance(unchanged, TermSystem):
-        from squeal.queries.systems.seat import (  # no pad needs it
-            note_of_seat_parameters,
-            seat_note,
-            seat_parameters,
-        )
+        from squeal.queries.systems.seat import notes_of_seat, seat_parameters  # no pad needs it
         from squeal.queries.systems.system_analysis import file_of
 
         file = file_of(subject)
@@ -232,7 +228,7 @@ def advise(
         for name in seat_parameters(file):  # the seat of contact is held: their effect is unknown
             values.pop(name, None)
         space = replace(space, values=values)
-        notes = [seat_note(file), note_of_seat_parameters(file)]
+        notes = notes_of_seat(file)
     steps = _steps(space, tolerances or {})
     # of each parameter the lowered value, then the raised one: all are computed at once
     changes = []
@@ -275,7 +271,7 @@ def advise(
         levers=tuple(levers),
         first_order=isinstance(unchanged, TermSystem),
         warnings=warnings,
-        notes=tuple(filter(None, notes)),
+        notes=tuple(notes),
     )
 
 

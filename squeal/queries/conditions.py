@@ -97,16 +97,14 @@ def conditions(
         return replace(_answer(subject.model, axes, of_pad), units=units)
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.reduced import basis_of, reduced_for
-    from squeal.queries.systems.system_analysis import SystemAnalysis
+    from squeal.queries.systems.system_analysis import SystemAnalysis, refuse_without_effect
     from squeal.sparse.quadratic import PROGRESS
 
     analysis = SystemAnalysis.of(subject, band, memory=memory, progress=progress)
     system = analysis.system
     seated = analysis.file.assembly is not None
-    for name in axes:
-        if not seated and name not in system.names:
-            used = ", ".join(sorted(system.names)) or "no parameter"
-            raise AT.refuse(f"{name} is not allowed, no matrix depends on it; {used} does")
+    if not seated:
+        refuse_without_effect(analysis.file, axes, AT)
     reduction = None
     if not seated and not is_small(system):
         served = grid[:: max(1, len(grid) // SERVED)]

@@ -15,7 +15,7 @@ from squeal.queries.pads.maps import stability_map
 from squeal.results.columns import basis_text
 from squeal.results.map import Axis, Map
 from squeal.results.sources import EigenvalueSelection, SystemSource
-from squeal.schema import Positive, public
+from squeal.schema import Place, Positive, public
 
 if TYPE_CHECKING:  # pads start without the solvers of systems
     from squeal.linear.system import System
@@ -82,7 +82,8 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     from squeal.io.processes import counted, mapped
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.reduced import basis_of, reduced_for
-    from squeal.queries.systems.seat import seat_note
+    from squeal.queries.systems.seat import notes_of_seat
+    from squeal.queries.systems.system_analysis import refuse_without_effect
     from squeal.queries.systems.verdicts import NO_ROOT
     from squeal.sparse.quadratic import PROGRESS
 
@@ -90,7 +91,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     selection = analysis.selection
     if axes is None or axes[0].name == axes[1].name:
         raise InputError(f"{system.name}: axes: must be two different parameters, by name")
-    _check_names(system, axes)
+    refuse_without_effect(analysis.file, [axis.name for axis in axes], Place("map", "axes"))
     reduction = None
     if not is_small(system):
         corners = _points(axes, [np.linspace(axis.low, axis.high, CORNERS) for axis in axes])
@@ -104,7 +105,9 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     codes = np.reshape([names.index(verdict) for verdict in verdicts], shape).astype(np.int8)
     growth = np.reshape([rate for _, rate in cells], shape)
     basis = basis_of(reduction, selection) or analysis.joined
-    notes = [basis_text(basis) if basis else "", seat_note(analysis.file)]
+    notes = notes_of_seat(analysis.file)
+    if basis:
+        notes.insert(0, basis_text(basis))
     return Map(
         name=system.name,
         axes=axes,
@@ -113,28 +116,9 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
         codes=codes,
         quantity=("largest_real", "1/s", growth),
         details={"verdicts": np.reshape(verdicts, shape).tolist(), "basis": basis},
-        notes=tuple(filter(None, notes)),
+        notes=tuple(notes),
         source=SystemSource(analysis.file, selection, reduction),
     )
-
-
-def _check_names(system: System, axes: tuple[Axis, Axis]) -> None:
-    """Raise InputError for what is no parameter, or one that has no effect on the roots.
-
-    These are parameters that no matrix depends on, and the frequency, which each root has its own
-    of.
-    """
-    names = [axis.name for axis in axes]
-    system.values(dict.fromkeys(names, 0.0))  # refuses what is no parameter
-    for name in names:
-        words = ""
-        if name not in system.names:
-            used = ", ".join(sorted(system.names)) or "no parameter"
-            words = f"no matrix depends on it; {used} does"
-        elif name in system.follows:
-            words = "each root has its own"
-        if words:
-            raise InputError(f"{name}: is not allowed in a chart, {words}")
 
 
 def _points(axes: tuple[Axis, Axis], values: list[np.ndarray]) -> list[dict[str, float]]:

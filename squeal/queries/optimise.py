@@ -17,7 +17,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from squeal.errors import ComputationError, InputError, meant
+from squeal.errors import ComputationError, InputError
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array
@@ -29,7 +29,7 @@ from squeal.queries.systems.all_roots import is_small, roots_of_all
 from squeal.queries.systems.reduced import basis_of, reduced_for
 from squeal.queries.systems.roots import SystemRoots, system_roots
 from squeal.queries.systems.seat import warn_of_held_seat
-from squeal.queries.systems.system_analysis import SystemAnalysis
+from squeal.queries.systems.system_analysis import SystemAnalysis, refuse_without_effect
 from squeal.results.columns import UNSURE, basis_text
 from squeal.results.sources import EigenvalueSelection
 from squeal.schema import Place, Positive, Whole, public
@@ -371,7 +371,8 @@ def optimise(
     system = analysis.system
     selection = analysis.selection
     seed = seed_of(rng, "optimise")
-    ranges = _checked_bounds(system, bounds)
+    refuse_without_effect(analysis.file, bounds, Place("optimise"))
+    ranges = _checked_bounds(bounds)
     system.at()  # refuses matrices at the frequency of each root
     if not is_small(system) and selection.rectangle is None:
         raise InputError("band: is missing; a large system is optimised in a band or a region")
@@ -403,14 +404,11 @@ def optimise(
     )
 
 
-def _checked_bounds(system: TermSystem, bounds: Mapping[str, Band]) -> dict[str, Band]:
-    """The bounds of each parameter. Raises InputError for a name or a range that is none."""
+def _checked_bounds(bounds: Mapping[str, Band]) -> dict[str, Band]:
+    """The bounds of each parameter. Raises InputError for a range that is none."""
     at = Place("optimise")
     checked: dict[str, Band] = {}
     for name, (low, high) in bounds.items():
-        if name not in system.names:
-            hint = meant(name, sorted(system.names))
-            raise (at / name).refuse(f"no matrix depends on it; {hint}")
         if not low < high:
             raise (at / name).must_be(f"{low:g} to {high:g}", "a range with low < high")
         checked[name] = (low, high)

@@ -334,9 +334,10 @@ def system_statement(
     is_mixed = any(_is_mixed(crossings, interval) for interval in intervals)
     if proof.status == "proved" and is_mixed:
         proof = replace(proof, status="open", reason=MIXED)
-    statement = _statement_of(proof, system.parameter, low, high)
-    if system.digits is not None:
-        statement = replace(statement, data=f"{system.digits} digits")
+    data = proof.data if system.digits is None else f"{system.digits} digits"
+    statement = RangeStatement(
+        "open", proof.by, data=data, parameter=system.parameter, low=low, until=high, high=high
+    )
     if proof.status != "proved":
         return _with_reason(statement, proof), []
     return replace(statement, status="proved", growth_below=proof.growth_below), intervals

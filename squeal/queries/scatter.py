@@ -36,7 +36,7 @@ from squeal.queries.sampling import SPREADS, parameters_at, points_of_unit_cube,
 from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
 from squeal.queries.systems.reduced import basis_of, estimated_roots, reduced_for
 from squeal.queries.systems.seat import warn_of_held_seat
-from squeal.queries.systems.system_analysis import file_of
+from squeal.queries.systems.system_analysis import file_of, refuse_without_effect
 from squeal.queries.systems.thresholds import system_thresholds
 from squeal.queries.systems.verdicts import rounding_of, verdict_of_some
 from squeal.queries.variance_indices import points_for_indices, sobol_indices
@@ -300,8 +300,9 @@ def scatter(
         allowed = f"at least {space.free} = {space.at:g}, at which samples are stable or not"
         raise Place("scatter", "high").must_be(high, allowed)
     if isinstance(space.subject, TermSystem):
-        _refuse_without_effect(space.subject, plan.spreads)
-        warn_of_held_seat(file_of(subject), "scatter")
+        file = file_of(subject)
+        refuse_without_effect(file, plan.spreads, Place("scatter", "spreads"))
+        warn_of_held_seat(file, "scatter")
     changes = parameters_at(space, plan.spreads, plan.points())
     computer = _sample_computer(space, of, high, EigenvalueSelection(band), changes)
     question = (of, high, band, plan.spreads, plan.design, plan.seed, plan.indices, plan.samples)
@@ -335,14 +336,6 @@ def scatter(
         indices=sobol,
         basis=_basis(computer, computed),
     )
-
-
-def _refuse_without_effect(system: TermSystem, spreads: Mapping[str, Spread]) -> None:
-    """Refuse parameters of a system that no matrix depends on. Raises InputError."""
-    for name in spreads:
-        if name in system.given and name not in system.names:
-            words = "no matrix depends on it; a load that seats contact is held here"
-            raise Place("scatter", "spreads", name).refuse(words)
 
 
 def _first_reason(rows: Sequence[Sample]) -> str:

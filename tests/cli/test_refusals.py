@@ -59,9 +59,9 @@ eigenvalues pair.yaml --set x=1 | allowed are parameters, mu, gap, omega, freque
 eigenvalues misspelt.yaml | none of the `parameters` of the same system; did you mean mdsic?
 eigenvalues joined.yaml --set presure=2 | did you mean pressure?
 eigenvalues joined.yaml --set kdisc=2 | one of a component's file by a parameter of its name here
-map pair.yaml --first gapp:0:1 --second mu:0:1 | gapp: is no parameter; did you mean gap?
+map pair.yaml --first gapp:0:1 --second mu:0:1 | no matrix depends on it; did you mean gap?
 conditions pair.yaml --axis gapp=0,1 | gapp is no parameter here; did you mean gap?
-optimise pair.yaml --bounds gapp:0:1 | gapp: no matrix depends on it; did you mean gap?
+optimise pair.yaml --bounds gapp:0:1 | gapp is not allowed, no matrix depends on it
 eigenvalues b1.yaml --set my=0.3 | unknown key; did you mean mu?
 check blank.yaml | M.file: blank.mtx: no readable Matrix Market matrix: its first line is empty
 eigenvalues b1.yaml --at 0 | --at 0

@@ -1,5 +1,8 @@
 """Queries of systems from matrices: bands, verdicts, onsets and keys, against closed forms."""
 
+import math
+import re
+
 import numpy as np
 import pytest
 from scipy.io import mmwrite
@@ -224,6 +227,32 @@ def test_a_root_that_grows_beyond_the_band_is_said_to_leave(high, tmp_path, caps
     assert len(found["left_out"]) == (high == "2")
     (of_all,) = answer(capsys, "critical-friction", path, "--max", high)["crossings"]
     assert of_all["mu"] == pytest.approx(1.0, rel=1e-12)  # without a band no root leaves
+
+
+def test_a_root_that_comes_back_into_the_band_is_said_to_be_outside_in_between(tmp_path, capsys):
+    """It grows from mu = 0.2 on; near mu = 0.3 it has twice the frequency, beyond the band."""
+    fast = np.r_[0.0, np.linspace(3.0, 20.0, ROWS) ** 2]
+    bump = "1 + 3/(1 + 200*(mu - 0.3)**2)"
+    path = put(
+        tmp_path,
+        "M: {file: m.mtx}\nC: [{file: c.mtx}, {file: d.mtx, factor: 0.2 - mu}]\n"
+        f"K: [{{file: k.mtx}}, {{file: f.mtx, factor: {bump}}}]\n",
+        m=np.ones(ROWS + 1),
+        c=0.01 * np.r_[0.0, np.ones(ROWS)],
+        d=0.01 * np.r_[1.0, np.zeros(ROWS)],
+        k=fast,
+        f=np.r_[1.0, np.zeros(ROWS)],
+    )
+    found = answer(capsys, "critical-friction", path, "--max", "2", "--band", "0.01:0.25")
+    (crossing,) = found["crossings"]
+    assert crossing["mu"] == pytest.approx(0.2, rel=1e-9)
+    (words,) = found["left_out"]
+    outside, inside = map(float, re.findall(r"mu = ([\d.]+)", words))
+    for mu, is_inside in ((outside, False), (inside, True)):
+        hertz = np.sqrt(1 + 3 / (1 + 200 * (mu - 0.3) ** 2)) / math.tau
+        assert (hertz < 0.25) == is_inside
+    assert "leave or enter" in words
+    assert outside < inside  # it comes back: words of a root that leaves "by" a value were wrong
 
 
 @pytest.mark.parametrize(

@@ -363,6 +363,16 @@ def test_what_acts_through_the_seat_has_no_derivative(brake):
     advice = squeal.advise(file, band=GROWS)
     assert [lever.parameter for lever in advice.levers] == ["tangential"]
     assert "contact, pressure, wear act through the seat" in str(advice)
+    axes = squeal.Axis("contact", 0.5, 2.0, 2), squeal.Axis("mu", 0.0, 0.2, 2)
+    chart = squeal.map(file, axes, band=GROWS)
+    assert "contact, pressure, wear act through the seat" in str(chart)
+    for refused in (
+        lambda: squeal.map(file, (squeal.Axis("wear", 0.0, 1.0, 2), axes[1]), band=GROWS),
+        lambda: squeal.optimise(file, {"wear": (0.0, 1.0)}, band=GROWS),
+        lambda: squeal.scatter(file, {"wear": {"within": 0.1}}, 8, of="growth", band=GROWS),
+    ):
+        with pytest.raises(InputError, match=r"wear is not .* contact stays as it is seated"):
+            refused()
     closed = replace(contact, gap=0.0)
     slopes = []
     for touch in (closed, replace(closed, bonded=True)):

@@ -6,13 +6,18 @@ import pytest
 from squeal import System
 from squeal.errors import InputError
 from squeal.proof import HALF_ULP
-from squeal.proof.ranges import INSIDE, Term, Terms, bounds_between, prove_thresholds
+from squeal.proof.ranges import INSIDE, RangeProof, Term, Terms, bounds_between
 from tests.known import known_system
 
 pytest.importorskip("flint")
 
 SPRINGS = np.array([[2.0, -1.0], [-1.0, 2.0]])
 FRICTION = np.array([[0.0, 1.0], [0.0, 0.0]])
+
+
+def prove_thresholds(terms, low, high, intervals, growth_below, rises=None, most=4000):
+    """The proof of a range, in at most so many intervals."""
+    return RangeProof(terms, low, high, most).prove(intervals, growth_below, rises)
 
 
 def around(value: float, width: float = 1e-12) -> tuple[float, float]:

@@ -230,7 +230,10 @@ REFUSED = [
     ({}, "conditions: axes: none is given; at least one parameter with its values is required"),
     ({"speed": [1.0]}, "conditions: axes: speed is no parameter here; allowed are mu, gap"),
     ({"gap": [1.0, 1.0]}, "conditions: axes: gap has a value twice; each value is allowed once"),
-    ({"unused": [1.0]}, "conditions: axes: unused is not allowed, no matrix depends on it; gap"),
+    (
+        {"unused": [1.0]},
+        "unused is not allowed, no matrix depends on it; allowed are gap",
+    ),
     ({"gap": []}, "conditions: axes.gap: [] is not allowed; it must be a sequence"),
     ({"gap": ["a"]}, "conditions: axes.gap.1: 'a' is not allowed; it must be a finite number"),
     ({"gap": range(1000), "mu": range(1000)}, "1000000 conditions are not allowed; it must be at"),

@@ -461,15 +461,13 @@ def _roots_of_pieces(matrices: Arrays, pieces: Sequence[Piece]) -> EigenvalueTup
 
 
 def _at_centres(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> EigenvalueTuple:
-    """Move listed roots to the centres of pieces, each to a different one, the nearest in sum.
+    """Move listed roots to as many centres of pieces, each to a different one, the nearest in sum.
 
-    They keep their vectors. Without as many centres as roots the list is returned as it is.
+    They keep their vectors.
     """
     from scipy.optimize import linear_sum_assignment  # which pads start without
 
     centres = _centres(pieces)
-    if len(centres) != len(roots):
-        return roots
     listed = np.array([root.value for root in roots])
     _, matched = linear_sum_assignment(np.abs(np.subtract.outer(listed, centres)))
     moved_values = centres[matched]

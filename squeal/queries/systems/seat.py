@@ -87,11 +87,15 @@ def note_of_seat_parameters(file: SystemFile) -> str:
     return "; ".join(notes)
 
 
+def notes_of_seat(file: SystemFile) -> list[str]:
+    """What an answer over several parameters misses while contact keeps its seat."""
+    return [note for note in (seat_note(file), note_of_seat_parameters(file)) if note]
+
+
 def warn_of_held_seat(file: SystemFile, verb: str) -> None:
     """Warn of what an answer over several parameters misses while contact keeps its seat."""
-    for note in (seat_note(file), note_of_seat_parameters(file)):
-        if note:
-            Place(verb).warn(note)
+    for note in notes_of_seat(file):
+        Place(verb).warn(note)
 
 
 def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
@@ -121,8 +125,6 @@ def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
 
 def sweep_as_seated(file: SystemFile, answer: Sweep) -> Sweep:
     """Withdraw the certificates of a sweep at values at which contact seated anew differs."""
-    if not seat_note(file):
-        return answer
     steps = []
     for step in answer.steps:
         if step.certified and doubt_of_seat(file, step.value):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.errors import ComputationError, InputError
+from squeal.errors import ComputationError, InputError, meant
 from squeal.io.system import SystemFile
 from squeal.linear.damping import frictionless
 from squeal.linear.matrices import why_no_mass
@@ -213,6 +213,21 @@ def _free_memory() -> float:
             if line.startswith("MemAvailable:"):
                 return 1e3 * float(line.split()[1])  # "MemAvailable:  123 kB"
     return math.inf
+
+
+def refuse_without_effect(file: SystemFile, names: Iterable[str], at: Place) -> None:
+    """Raise InputError for parameters, at a place, that no matrix depends on, and for the frequency
+    where each root has its own."""
+    system = file.system
+    allowed = sorted(system.names - {*system.follows})
+    for name in names:
+        if name not in allowed:
+            reason = "no matrix depends on it"
+            if name in system.follows:
+                reason = "each root has its own"
+            elif file.assembly is not None:
+                reason += ", and contact stays as it is seated"
+            raise at.refuse(f"{name} is not allowed, {reason}; {meant(name, allowed)}")
 
 
 def file_of(subject: object) -> SystemFile:

@@ -135,7 +135,7 @@ def system_thresholds(
     -------
     SystemThresholds
         In the details of the answer `unconfirmed` names what the full system did not confirm,
-        `left_out` what leaves the band while it grows, and `doubts` why it is not certified.
+        `left_out` what grows outside of the band for a while, and `doubts` why it is not certified.
 
     Raises
     ------
@@ -521,8 +521,8 @@ class _Comparison:
         A sentence for each value at which more roots grow than follows from the events, or, before
         the first event, than at a lower value.
     left_out : list of str
-        A sentence for each interval between clusters in which fewer roots grow than follows from
-        them, if that changes the verdict: a growing root has left the band.
+        A sentence for each interval between clusters in which fewer roots grow somewhere than
+        follows from them, if that changes the verdict: a growing root lies outside of the band.
     """
 
     result: SearchResult
@@ -571,7 +571,7 @@ def _compare(
     The clusters of events cut the range into intervals, on each of which as many roots must grow as
     in the middle of the first one plus what the events bring. More growing roots are unexplained,
     also if fewer grow before in the first interval. Other values with fewer that change the verdict
-    are taken for a growing root that leaves the band. As many with another verdict are a pair that
+    are taken for a growing root outside of the band. As many with another verdict are a pair that
     has become two real roots, which crosses nothing.
 
     Parameters
@@ -618,8 +618,8 @@ def _compare(
                 unexplained.append(f"{what} follows from no threshold that was located")
                 continue
             left_out[k] = (
-                f"what grows at {grows_at} leaves {band} or ceases to grow by {here}; where is not "
-                "listed"
+                f"fewer modes are found to grow in {band} at {here} than at {grows_at}, with no "
+                "threshold between; where they leave or enter is not listed"
             )
     result = SearchResult(tuple(map(tuple, clusters)), tuple(counts), continuation)
     distinct = list(dict.fromkeys(unexplained))
