@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from squeal.linear.eigen import Eigenvalue
+from squeal.linear.eigen import Eigenvalue, arrays_of
 from squeal.linear.matrices import EPS, Array, Matrix, dense, norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
@@ -177,9 +177,7 @@ def known_to_digits(
     if C is None:
         C = csc_array((system.n, system.n))
     dM, dC, dK = data_errors(system, changes)
-    z = np.array([root.value for root in roots])
-    x = np.array([root.right for root in roots]).T
-    y = np.array([root.left for root in roots]).T
+    z, x, y = arrays_of(roots, system.n)
     size = np.abs(z)
 
     def products(left: NDArray, matrix: Matrix, right: NDArray) -> NDArray:

@@ -89,7 +89,7 @@ class Spectrum:
     @property
     def values(self) -> ComplexArray:
         """The eigenvalues as an array (2n,), rad/s."""
-        return np.array([e.value for e in self.eigenvalues])
+        return values_of(self.eigenvalues)
 
     @property
     def rounding(self) -> Array:
@@ -103,6 +103,20 @@ class Spectrum:
 
     def __len__(self) -> int:
         return len(self.eigenvalues)
+
+
+def values_of(roots: Iterable[Eigenvalue]) -> ComplexArray:
+    """The values (m,) of roots, rad/s."""
+    return np.array([root.value for root in roots], dtype=complex)
+
+
+def arrays_of(
+    roots: Sequence[Eigenvalue], n: int
+) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """The values (m,) of roots of n rows, their right vectors (n, m) and their left ones."""
+    right = np.array([root.right for root in roots], dtype=complex)
+    left = np.array([root.left for root in roots], dtype=complex)
+    return values_of(roots), right.reshape(-1, n).T, left.reshape(-1, n).T
 
 
 @dataclass(frozen=True)

@@ -79,6 +79,13 @@ def dense(matrix: Matrix) -> np.ndarray:
     return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)
 
 
+def dense_matrices(
+    M: Matrix, C: Matrix | None, K: Matrix
+) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+    """M, C and K as NumPy arrays; C may be None."""
+    return dense(M), None if C is None else dense(C), dense(K)
+
+
 def unwrapped(value: object) -> object:
     """The sparse matrix in a data frame of sparse columns (pandas) or in a data array (xarray);
     anything else as it is."""

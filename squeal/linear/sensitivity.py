@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.eigen import Eigenvalue
+from squeal.linear.eigen import Eigenvalue, arrays_of
 from squeal.linear.matrices import EPS, Array, Change, Matrix, Values, applied, inertia
 from squeal.linear.roots import ComplexArray
 
@@ -97,11 +97,7 @@ def sensitivities(
     >>> slopes["k"].imag.tolist(), condition.tolist()
     ([0.25, -0.25], [1.0, 1.0])
     """
-    n = matrices[0].shape[0]
-    # vectors as columns (n, m), also without roots
-    z = np.array([e.value for e in eigenvalues], dtype=complex)
-    x = np.array([e.right for e in eigenvalues], complex).reshape(-1, n).T
-    y = np.array([e.left for e in eigenvalues], complex).reshape(-1, n).T
+    z, x, y = arrays_of(eigenvalues, matrices[0].shape[0])
     W = y.conj().T @ inertia(matrices, z, x)  # y_i^H P'(z_j) x_j
     weight = np.abs(W.diagonal())
     real_modes = _real_mode_products(matrices[0], z, x, y)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError, meant, within_doubles
-from squeal.linear.matrices import Array, checked, dense, given_matrix, is_sparse
+from squeal.linear.matrices import Array, checked, dense, dense_matrices, given_matrix, is_sparse
 from squeal.linear.matrices import Matrix as Matrix
 from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
 from squeal.linear.precision import half_units, precision_of_floats, short_floats
@@ -531,8 +531,7 @@ class System:
         >>> sparse.arrays()[2].tolist()
         [[4.0, 0.0], [0.0, 4.0]]
         """
-        M, C, K = self.at(changes)
-        return dense(M), None if C is None else dense(C), dense(K)
+        return dense_matrices(*self.at(changes))
 
     def __call__(self, value: float) -> SystemMatrices:
         """M, C, K at a value of the free parameter."""

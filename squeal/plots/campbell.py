@@ -13,8 +13,8 @@ from squeal.plots.damping import colours_of, draw_mode
 from squeal.plots.maps import symbol_of
 from squeal.plots.modes import RED, RING
 from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, style, write_beside, write_upright
-from squeal.queries.critical_speeds import GROWS, CriticalSpeeds
-from squeal.queries.mode_paths import Paths
+from squeal.queries.critical_speeds import CriticalSpeeds
+from squeal.queries.mode_paths import Paths, is_growing
 from squeal.results.sweep import Sweep
 
 MARKS = {"forward": "^", "backward": "v", "mixed": "D", "straight": "s", None: "o"}
@@ -172,7 +172,7 @@ def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
         for _ in range(BISECTIONS):
             middle = (below + speed) / 2
             roots = answer.diagram.ranked_roots(middle)
-            if (roots.real > GROWS * np.abs(roots))[roots.imag <= math.tau * top].any():
+            if is_growing(roots)[roots.imag <= math.tau * top].any():
                 speed = middle
             else:
                 below = middle

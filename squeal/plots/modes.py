@@ -17,6 +17,7 @@ from squeal.io.cells import corners_of, outer_faces
 from squeal.io.coordinates import Coordinates
 from squeal.io.shapes import unit_displacements
 from squeal.linear import GROWING, Eigenvalue
+from squeal.linear.eigen import values_of
 from squeal.model.pad import Pad
 from squeal.plots.style import (
     DOUBLE,
@@ -109,7 +110,7 @@ def draw_eigenvalues(axes: Axes, roots: Sequence[Eigenvalue]) -> None:
     """Eigenvalues (rad/s) of the upper half plane, those that grow as red squares."""
     axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
     shown = [root for root in roots if root.value.imag >= -root.rounding]
-    upper = np.array([root.value for root in shown], dtype=complex)
+    upper = values_of(shown)
     grows = np.array([root.kind in GROWING for root in shown], dtype=bool)
     y = upper.imag / math.tau
     for which, marker, colour in ((~grows, "o", RING), (grows, "s", RED)):

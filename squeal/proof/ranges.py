@@ -466,9 +466,9 @@ class RangeProof:
         Proved is that it differs between the gaps on both sides of each interval, where it is
         counted inside, that no interval holds two roots more that may cross, and that in each gap
         as many roots grow for certain at every value, and others by no more than `growth_below`.
-        Refuted is a value or interval at which another number grows for certain. `where` is a value of the parameter: of a refuted list one at
-        which a search for thresholds that are missing has to look, beside a wrong one; of an open
-        list one where the proof stopped.
+        Refuted is a value or interval at which another number grows for certain. `where` is a value
+        of the parameter: of a refuted list one at which a search for thresholds that are missing
+        has to look, beside a wrong one; of an open list one where the proof stopped.
 
         Parameters
         ----------

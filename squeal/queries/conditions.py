@@ -21,7 +21,7 @@ from squeal.errors import ComputationError, meant
 from squeal.io.processes import counted, one_thread
 from squeal.io.scene import Scene
 from squeal.linear import GROWING
-from squeal.linear.eigen import Eigenvalue
+from squeal.linear.eigen import Eigenvalue, values_of
 from squeal.linear.verdicts import ACCEPTED
 from squeal.model.pad import PARAMETERS
 from squeal.queries.compare import Mode, assigned_pairs, pairing_costs
@@ -201,7 +201,7 @@ def _system_condition(
 
     if reduction is not None:
         roots = estimated_roots(reduction, changes)
-        values = np.array([root.value for root in roots])
+        values = values_of(roots)
         rounding = np.array([root.rounding for root in roots])
         return _solved(changes, roots, verdict_of_some(values, rounding))
     file = analysis.file.replaced(changes)

@@ -24,6 +24,7 @@ from squeal.linear.matrices import Array
 from squeal.linear.roots import ComplexArray
 from squeal.linear.shaft import RPM
 from squeal.linear.system import TermSystem
+from squeal.queries.mode_paths import is_growing
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.queries.whirl import whirl_direction
@@ -35,7 +36,6 @@ STEPS = 400  # of the range of speeds
 FEW_ROWS = 100
 FEW_STEPS = 100  # where each costs much, as of more than `FEW_ROWS`
 SAMPLES = 9  # speeds at which a reduced system is exact
-GROWS = 1e-9  # of |lambda|: a growth rate above it is no rounding
 WELL_DAMPED = 0.2  # damping ratio above which a peak needs no margin
 TINY = 1e-12
 SAME = 1e-9  # of the range: crossings no further apart are of modes of one frequency
@@ -344,7 +344,7 @@ def critical_speeds(
         critical=tuple(critical),
         speeds=speeds,
         frequencies_hz=frequencies_hz,
-        growing=are_modes & (roots.real > GROWS * np.abs(roots)),
+        growing=are_modes & is_growing(roots),
         diagram=diagram,
     )
 

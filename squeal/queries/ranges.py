@@ -24,7 +24,7 @@ from squeal.linear.system import TermSystem
 from squeal.model.equations import PadModel
 from squeal.numerics.differentiation import Formula
 from squeal.proof import AS_GIVEN, HALF_ULP
-from squeal.queries.systems.proofs import Statement, as_complex, dense_matrices
+from squeal.queries.systems.proofs import Statement, as_complex
 from squeal.results.columns import OPEN
 
 if TYPE_CHECKING:  # scenes start without the referee
@@ -497,5 +497,5 @@ def _count(system: TermSystem, value: float) -> Count:
     from squeal.proof.balls import Quadratic
     from squeal.proof.referee import unstable_count
 
-    arrays = dense_matrices(*system.arrays({system.parameter: value}))
+    arrays = system.arrays({system.parameter: value})
     return unstable_count(Quadratic.of(*arrays, HALF_ULP))

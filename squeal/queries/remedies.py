@@ -22,6 +22,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
+from squeal.linear.eigen import values_of
 from squeal.linear.shaft import name_of_kind
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.options import Band
@@ -474,7 +475,7 @@ def _growing_roots(
 
     def roots_of_reduced(values: Values) -> NDArray[np.complex128]:
         found = estimated_roots(reduction, values)
-        roots = np.array([root.value for root in found], dtype=complex)
+        roots = values_of(found)
         return _upper_growing(roots, np.array([root.rounding for root in found]))
 
     return roots_of_reduced

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
+from squeal.linear.eigen import values_of
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import decide
 from squeal.queries import sample_journal
@@ -143,7 +144,7 @@ class GrowthSamples:
             return _RootsOfSample(roots, rounding_of(subject, roots))
         estimated = estimated_roots(subject, values)
         return _RootsOfSample(
-            roots=np.array([root.value for root in estimated]),
+            roots=values_of(estimated),
             rounding=np.array([root.rounding for root in estimated]),
             residuals=np.array([root.residual for root in estimated]),
         )

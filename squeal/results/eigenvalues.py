@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from squeal.errors import InputError
 from squeal.io.writing import Answer, Column, Panel, Table, columns, number, picked
 from squeal.linear import Spectrum, UnstableMode
-from squeal.linear.eigen import Eigenvalue
+from squeal.linear.eigen import Eigenvalue, values_of
 from squeal.linear.paths import mode_numbers
 from squeal.linear.shaft import name_of_kind, speed_words
 from squeal.results.columns import (
@@ -152,7 +152,7 @@ class Eigenvalues(Answer):
     @property
     def values(self) -> NDArray[np.complex128]:
         """The eigenvalues (m,) in rad/s."""
-        return np.array([root.value for root in self.eigenvalues], dtype=complex)
+        return values_of(self.eigenvalues)
 
     @property
     def modes(self) -> NDArray[np.intp]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.errors import InputError, meant
-from squeal.linear.eigen import Eigenvalue
+from squeal.linear.eigen import Eigenvalue, arrays_of
 from squeal.linear.matrices import is_sparse
 from squeal.linear.system import Matrix, Term, TermSystem, sum_of_terms
 from squeal.linear.verdicts import assumed_rounding
@@ -145,9 +145,7 @@ class Assembly:
         upper = [root for root in roots if root.value.imag >= 0.0 and abs(root.value) < top]
         if not upper:
             return {}
-        z = np.array([root.value for root in upper])
-        right = np.array([root.right for root in upper]).T
-        left = np.array([root.left for root in upper]).T
+        z, right, left = arrays_of(upper, system.n)
         M, C, _ = system.at()
         # y_i^H ((z_i + z_j) M + C) x_j: the divided difference (P(z_i) - P(z_j)) / (z_i - z_j)
         slope = np.add.outer(z, z) * (left.conj().T @ M @ right)

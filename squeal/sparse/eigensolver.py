@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.eigen import Eigenvalue
+from squeal.linear.eigen import Eigenvalue, values_of
 from squeal.linear.matrices import divisor
 from squeal.linear.roots import STIFF
 from squeal.linear.system import Matrix
@@ -253,7 +253,7 @@ class Modes:
     @property
     def values(self) -> ComplexArray:
         """The eigenvalues (m,), rad/s."""
-        return np.array([e.value for e in self.eigenvalues], dtype=complex)
+        return values_of(self.eigenvalues)
 
 
 def corrected_roots(

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import numpy as np
-
 from squeal.errors import InputError
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING
+from squeal.linear.eigen import values_of
 from squeal.queries.systems.proofs import Statement, as_complex, with_proved_errors
 from squeal.queries.systems.roots import SystemRoots
 from squeal.results.columns import OPEN
@@ -36,7 +35,7 @@ def with_band_proof(
     if file.assembly is not None or file.assumptions:
         raise InputError(f"prove: components and guessed matrices have no proof; {ALLOWED}")
     low, high = (math.tau * hertz for hertz in selection.band)
-    values = np.array([root.value for root in roots.eigenvalues], dtype=complex)
+    values = values_of(roots.eigenvalues)
     growth_limit = math.inf if roots.growth_limit is None else roots.growth_limit
     proof = prove_modes(*system.at(), values, low, high, rate=growth_limit)
     if proof.status == "open":

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputWarning, MatrixError
 from squeal.linear import GROWING
-from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import Array, SingularTogetherError, dense
+from squeal.linear.eigen import Eigenvalue, values_of
+from squeal.linear.matrices import Array, SingularTogetherError, dense_matrices
 from squeal.linear.roots import ComplexArray, ordered
 from squeal.linear.system import Matrix
 from squeal.linear.verdicts import ACCEPTED
@@ -42,11 +42,6 @@ Arrays = tuple[NDArray, NDArray | None, NDArray]
 """M, C and K (n, n)."""
 VerdictAndCriterion = tuple[str | None, str]
 """The verdict, None where it is open, and what decided it or why it is open, in words."""
-
-
-def dense_matrices(M: Matrix, C: Matrix | None, K: Matrix) -> Arrays:
-    """M, C and K as arrays (n, n); C may be None."""
-    return dense(M), None if C is None else dense(C), dense(K)
 
 
 def as_complex(where: complex | float | None) -> complex | None:
@@ -279,7 +274,7 @@ def _proof_of(system: Quadratic, roots: EigenvalueTuple, verdict: str | None) ->
     """Ask the referee whether these are all roots of a system, and whether the verdict holds."""
     from squeal.proof.referee import RootList, prove_roots  # here, since scenes start without it
 
-    values = np.array([e.value for e in roots], dtype=complex)
+    values = values_of(roots)
     shapes = None
     if roots and all(len(e.right) == system.n for e in roots):
         shapes = np.column_stack([e.right for e in roots])
@@ -439,7 +434,7 @@ def with_proved_growth(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> Eigen
     from scipy.optimize import linear_sum_assignment  # which pads start without
 
     changed = list(roots)
-    values = np.array([root.value for root in roots])
+    values = values_of(roots)
     is_unmatched = np.ones(len(roots), dtype=bool)
     for piece in growing_pieces:
         if np.count_nonzero(is_unmatched) < piece.count:
@@ -468,7 +463,7 @@ def _at_centres(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> EigenvalueTu
     from scipy.optimize import linear_sum_assignment  # which pads start without
 
     centres = _centres(pieces)
-    listed = np.array([root.value for root in roots])
+    listed = values_of(roots)
     _, matched = linear_sum_assignment(np.abs(np.subtract.outer(listed, centres)))
     moved_values = centres[matched]
     moved = []

@@ -14,7 +14,7 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import DAMPED, problem_class_of
-from squeal.linear.eigen import growing, spectrum_of
+from squeal.linear.eigen import growing, spectrum_of, values_of
 from squeal.linear.matrices import (
     SingularTogetherError,
     checked,
@@ -418,7 +418,7 @@ def _number_of_roots(problem: Quadratic, roots: EigenvalueTuple) -> int | None:
     """
     if scaled_rank(problem.M.toarray()) == problem.n:
         return 2 * problem.n
-    values = np.array([root.value for root in roots], dtype=complex)
+    values = values_of(roots)
     farthest = float(np.max(np.abs(values), initial=0.0))
     return _count_in(problem, Disc(2 * max(farthest, problem.frequency_scale)), values)
 
@@ -466,7 +466,7 @@ def _part_of_all(
     """
     region = selection.rectangle
     assert region is not None  # this selection has a band or a region
-    values = np.array([root.value for root in roots], dtype=complex)
+    values = values_of(roots)
     if selection.band is not None:
         # a band has no limit of growth rates: its region is at least as wide as its roots lie
         in_band = (values.imag > region.low_imag) & (values.imag < region.high_imag)
@@ -488,8 +488,7 @@ def _part_of_all(
     outside = growing(others)
     count = None
     if _none_is_missing(problem, values, region, statement):
-        values_of_motions = np.array([root.value for root in of_motions], dtype=complex)
-        count = int(np.sum(region.contains(values_of_motions)))
+        count = int(np.sum(region.contains(values_of(of_motions))))
     verdict, criterion = judge_roots(inside, complete=False)
     if verdict is None and not outside:
         verdict, criterion = judged

@@ -13,6 +13,7 @@ from squeal.errors import InputError
 from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
 from squeal.linear.continuation import SMALL_ROWS, SpectrumAtParameter
+from squeal.linear.eigen import arrays_of, values_of
 from squeal.linear.paths import Loss, continued
 from squeal.linear.roots import ordered
 from squeal.queries.mode_numbers import assign_mode_numbers
@@ -176,17 +177,12 @@ def _roots_of_full(
     for root in solved.computed:
         if not system.real or root.value.imag >= 0.0:
             tracked.append(root)
-    rows = (-1, system.n)  # also where there is no root
-    with_vectors = Roots(
-        values=np.array([root.value for root in tracked], dtype=complex),
-        right=np.reshape(np.array([root.right for root in tracked]), rows).T,
-        left=np.reshape(np.array([root.left for root in tracked]), rows).T,
-    )
+    values, right, left = arrays_of(tracked, system.n)
     return ComputedRoots(
-        values=np.array([root.value for root in solved.computed], dtype=complex),
+        values=values_of(solved.computed),
         residuals=np.array([root.residual for root in solved.computed]),
         rounding=np.array([root.rounding for root in solved.computed]),
-        with_vectors=with_vectors,
+        with_vectors=Roots(values, right, left),
         verdict=solved.verdict,
         certified=solved.certified,
     )
