@@ -1,15 +1,17 @@
-"""The two real modes behind a growing one, and what would stop it: separation, or damping.
+"""The real modes behind growing ones, and what would stop all of these: separation, or damping.
 
-Separation adds (w^2 - w_2^2) M x x' M to K, which raises the upper mode alone to w; damping adds
-2 zeta w M x x' M to C. Both are U U' with few columns, and have to do at the present value of the
-parameter and at some below. More than `DENSE_ROWS` rows are searched on a basis of their modes, and
-what is named is computed on the full system, with a row more for each column of U.
+Separation adds (w^2 - w_2^2) M x x' M to K, which raises the upper mode of two alone to w; damping
+adds 2 zeta w M x x' M to C. A real mode behind several growing ones gets the largest of what these
+need. Amounts are the least at some values of the parameter, of more than `DENSE_ROWS` rows on a
+basis of modes. Then they are rounded up and confirmed as they are told: for all modes at once, with
+the full matrices, at the present value and at all lower ones. Where something grows lower down that
+value is taken along.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -18,16 +20,22 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import one_thread
-from squeal.linear import UnstableMode
+from squeal.linear import GROWING, CriticalPoint, UnstableMode
+from squeal.linear import thresholds as located_thresholds
 from squeal.linear.damping import bordered, structure_stiffness
-from squeal.linear.matrices import Array, Matrix, dense, divisor, is_sparse
+from squeal.linear.matrices import Array, Matrix, checked, dense, divisor, is_sparse
 from squeal.linear.real_modes import real_modes
-from squeal.linear.system import SystemMatrices
+from squeal.linear.roots import ComplexArray
+from squeal.linear.system import SystemMatrices, Term, TermSystem
+from squeal.linear.verdicts import assumed_rounding
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import pad_terms
-from squeal.queries.mode_paths import Paths, is_growing
-from squeal.queries.pads.equilibrium import analyse
-from squeal.queries.remedies import rounded
+from squeal.queries.mode_paths import is_growing
+from squeal.queries.options import Band
+from squeal.queries.pads.equilibrium import analyse, branch_system
+from squeal.queries.remedies import in_band, rounded
+from squeal.queries.systems.all_roots import is_small
+from squeal.queries.thresholds import thresholds
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import PadSource, SystemSource
 from squeal.sparse.dense import dense_values
@@ -37,130 +45,138 @@ DENSE_ROWS = 40  # up to which all roots are computed for each change
 NEAR = 12  # real modes around a growing one
 ROOTS = 40  # whose vectors make a basis
 PARTNER = 0.02  # of the energy of the leading real mode: what a second one has at least
-NOTHING = 1e-7  # of |lambda|: growth that two undamped modes may have by rounding
+SAME = 1e-4  # of the frequency: real modes that a page does not tell apart
+NOTHING = 1e-7  # of a cosine, and of singular values: rounding
 LEAST = 2.0**-17  # of the frequency, or of critical damping: the first change that is tried
 MOST = 0.25  # and the last one
 BISECTIONS = 10
-BELOW = 6  # values of the parameter below the present one
-RETRIES = 4  # of what the full system does not confirm, each time 5 % more
+RETRIES = 8  # of what is not confirmed: with one value more, or with 5 % more
 
 
 class Cure(Enum):
-    """What is done to two modes."""
+    """What is done to the real modes behind a growing one."""
 
     APART = "further apart"
-    BOTH = "both damped"
+    BOTH = "all damped"
     LOWER = "the lower one damped"
     UPPER = "the upper one damped"
 
 
+SIDES = (Cure.LOWER, Cure.UPPER)
 DAMPED = {Cure.BOTH: (1.0, 1.0), Cure.LOWER: (1.0, 0.0), Cure.UPPER: (0.0, 1.0)}
 
 
 @dataclass(frozen=True, eq=False)
 class Meeting:
-    """Two real modes that feed a growing one, and the least changes that stop it; of more than
-    `DENSE_ROWS` rows they may be 5 % larger than the least.
+    """Two real modes that feed a growing one, or the one that grows alone, and what stops it.
 
     Attributes
     ----------
-    omega : array (2,)
-        Their angular frequencies without friction and damping, rising, rad/s.
-    forces : array (n, 2)
-        M x of both, with x' M x = 1.
+    omega : array (k,)
+        Their angular frequencies without friction and damping, rising, rad/s; of one frequency,
+        as printed, all real modes.
+    is_upper : array (k,)
+        Which are the upper one of two.
+    indices : tuple of k int
+        Which they are among the real modes behind all growing ones.
     cures : mapping
-        What stops the mode: of `APART` how much further apart the two must be, Hz; of the others
-        how much more damping is needed, as a share of critical damping. What needs more than
-        `MOST` is missing.
-    worst : tuple of float
-        Values of the parameter below the present one that need more of a cure than that.
+        What stops all growing modes, if each of them gets the same kind: of `APART` how much
+        further apart the two must be, Hz, of the others how much more damping is needed, as a share
+        of critical damping; 0 where the cures of other modes stop this one too. What is not
+        confirmed up to `MOST` is missing.
+    at_value_alone : frozenset of Cure
+        Those with which something grows at a value of the parameter below the present one.
+    needs_both : bool
+        Whether something grows if one of the two modes alone is damped as both should be.
     """
 
     omega: Array
-    forces: Array
+    is_upper: Array
+    indices: tuple[int, ...]
     cures: Mapping[Cure, float]
-    worst: tuple[float, ...] = ()
+    at_value_alone: frozenset[Cure] = frozenset()
+    needs_both: bool = False
 
     @property
-    def hertz(self) -> tuple[float, float]:
+    def hertz(self) -> tuple[float, ...]:
         """Their frequencies without friction and damping."""
-        lower, upper = (self.omega / math.tau).tolist()
-        return lower, upper
+        hertz = [float(self.omega[0] / math.tau)]
+        if self.is_pair:
+            hertz.append(float(self.omega[-1] / math.tau))
+        return tuple(hertz)
+
+    @property
+    def is_pair(self) -> bool:
+        """Whether two real modes feed the growing one."""
+        return bool(self.is_upper.any())
 
     def needs(self, cure: Cure) -> float:
-        """How much of a cure is needed, infinite where it does not stop the mode."""
+        """How much of a cure is needed, infinite where none is known."""
         return self.cures.get(cure, math.inf)
 
     @property
     def alone(self) -> Cure:
         """Which of the two modes needs less damping alone."""
-        return min((Cure.LOWER, Cure.UPPER), key=self.needs)
+        return min(SIDES, key=self.needs)
 
-    def columns(self, cure: Cure, amount: float) -> Array:
-        """U (n, 2), so that U U' added to K or C is a cure of some amount."""
+    def unit(self, cure: Cure) -> float:
+        """What a share of a cure is a share of: the upper frequency in Hz, or critical damping."""
+        return self.hertz[-1] if cure is Cure.APART else 1.0
+
+    def added(self, cure: Cure, amount: float) -> Array:
+        """The factors (k,) of M x x' M of the modes, by which K or C changes with a cure."""
         if cure is Cure.APART:
-            raised = self.omega[1] + math.tau * amount
-            added = np.array([0.0, raised**2 - self.omega[1] ** 2])
-        else:
-            added = 2.0 * amount * self.omega * DAMPED[cure]
-        return self.forces * np.sqrt(added)
+            raised = self.omega + math.tau * amount * self.is_upper
+            return raised**2 - self.omega**2
+        return 2.0 * amount * self.omega * np.array(DAMPED[cure])[self.is_upper.astype(int)]
 
 
 def find_meetings(
-    spectrum: Eigenvalues, options: Mapping[str, object], paths: Paths | None = None
+    spectrum: Eigenvalues, options: Mapping[str, object], low: float = 0.0
 ) -> dict[int, Meeting]:
-    """The two real modes behind each growing mode, by its number, with what stops it.
+    """The real modes behind each growing mode, by its number, with what stops all of these.
 
-    Empty where matrices are complex or follow the frequency. A mode that grows with one real mode
-    alone is left out.
+    Empty where matrices follow the frequency, or the mass is complex. A mode that does not
+    oscillate is left out, and the others have no cures then.
 
     Parameters
     ----------
     spectrum : Eigenvalues
         Roots with vectors.
     options : mapping
-        Of `eigenvalues`, with which the full system is solved.
-    paths : Paths, optional
-        Of these modes: what stops a mode does so at some values below the present one too.
+        Of `eigenvalues` and `thresholds`: band, memory, progress.
+    low : float
+        The least value of the parameter at which nothing is to grow.
     """
     meetings: dict[int, Meeting] = {}
     with suppress(InputError, ComputationError), one_thread():
-        problem = _Problem(spectrum)
+        problem = _Problem(spectrum, options, low)
         for mode in spectrum.unstable:
-            pair = problem.pair_of(mode)
+            meeting = problem.meeting_of(mode)
             number_of_mode = spectrum.mode_of(mode)
-            if pair is not None and number_of_mode is not None:
-                meetings[number_of_mode] = problem.cured(
-                    pair, _below(spectrum, number_of_mode, paths)
-                )
-        if problem.is_reduced:
-            meetings = _confirmed(spectrum, meetings, options)
+            if meeting is not None and number_of_mode is not None:
+                meetings[number_of_mode] = meeting
+        if len(meetings) == len(spectrum.unstable):
+            return problem.cured(meetings)
     return meetings
 
 
-def _below(spectrum: Eigenvalues, mode: int, paths: Paths | None) -> dict[float, bool]:
-    """Values of a path below the present one, that of the least damping ratio among them, and
-    whether the mode grows there."""
-    if paths is None or mode not in paths.at:
-        return {}
-    below = paths.at[mode] < spectrum.value
-    values = paths.at[mode][below]
-    if not values.size:
-        return {}
-    roots = paths.roots[mode][below]
-    chosen = {*np.linspace(0, len(values) - 1, BELOW).astype(int).tolist()}
-    chosen.add(int(np.argmax(roots.real / abs(roots))))
-    growing = is_growing(roots)
-    return {float(values[k]): bool(growing[k]) for k in sorted(chosen)}
+Cures = Mapping[int, Cure]
+"""What is done for each growing mode, by its number."""
+Amounts = Mapping[int, float]
+"""How much of that, in Hz or as a share of critical damping."""
 
 
 class _Problem:
-    """Matrices at the own parameter, and the structure without friction."""
+    """Matrices over the own parameter, the structure without friction and its modes."""
 
-    def __init__(self, spectrum: Eigenvalues) -> None:
+    def __init__(self, spectrum: Eigenvalues, options: Mapping[str, object], low: float) -> None:
         self.spectrum = spectrum
+        self.options = options
+        self.low = low
         source = spectrum.source
         assert source is not None
+        self.band: Band | None = None
         if isinstance(source, PadSource):
             assert source.analysis is not None
             M, C, K = source.analysis.matrices
@@ -169,110 +185,351 @@ class _Problem:
             self.structure: Matrix = sum(term.matrix for term in terms if term.role == "stiffness")
         else:
             system = source.file.system
-            if system.follows or not system.real:
-                raise InputError("the matrices are complex, or follow the frequency")
+            self.band = source.selection.band
             self.matrices = system.at()
+            if np.iscomplexobj(self.matrices[0]):
+                raise InputError("the mass is complex")
             self.structure, _ = structure_stiffness(system)
         self.is_reduced = self.structure.shape[0] > DENSE_ROWS
+        self.meetings: dict[int, Meeting] = {}
+        self.forces: list[Array] = []  # of each real mode behind a growing one
+        self.basis: Array | None = None
+        self.projected: dict[float, SystemMatrices] = {}
+        self.outside: dict[float, int] = {}  # how many modes grow outside of the band
 
-    def matrices_at(self, value: float) -> SystemMatrices:
-        """The matrices at another value of the parameter."""
+    def meeting_of(self, mode: UnstableMode) -> Meeting | None:
+        """The real modes with the largest shares of a growing one, None if it does not vibrate."""
+        M = self.matrices[0]
+        if not mode.frequency_hz:
+            return None
+        omega, shapes = _modes_near(self.structure, M, mode.root.imag)
+        forces = M @ shapes
+        nearest = int(abs(self.spectrum.values - mode.root).argmin())
+        shares = abs(forces.T @ self.spectrum.eigenvalues[nearest].right) ** 2
+        leading = np.sort(np.argsort(-shares)[:2])
+        leading = leading[shares[leading] >= PARTNER * shares.max()]
+        lower, upper = omega[leading[[0, -1]]]
+        is_upper = abs(omega - upper) <= SAME * upper
+        is_lower = abs(omega - lower) <= SAME * lower
+        if is_upper[leading[0]]:  # one frequency
+            is_upper = np.arange(len(omega)) == leading[-1]
+            is_upper &= len(leading) == 2
+        behind = np.flatnonzero(is_lower | is_upper)
+        if not omega[behind].all():
+            return None
+        indices = tuple(self._index(forces[:, k]) for k in behind.tolist())
+        return Meeting(omega[behind], is_upper[behind], indices, {})
+
+    def _index(self, force: Array) -> int:
+        """The number of a real mode, which another growing mode may have too."""
+        for k, known in enumerate(self.forces):
+            cosine = known @ force / (np.linalg.norm(known) * np.linalg.norm(force))
+            if abs(cosine) > 1.0 - NOTHING:
+                return k
+        self.forces.append(force)
+        return len(self.forces) - 1
+
+    def cured(self, meetings: Mapping[int, Meeting]) -> dict[int, Meeting]:
+        """Growing modes with the confirmed cures: one kind for all of them; of damping one of two
+        modes alone, where several grow, that which needs less."""
+        self.meetings = dict(meetings)
+        self.basis = self._basis()
+        self._take(dict.fromkeys(meetings, Cure.BOTH))
+        if all(meeting.is_pair for meeting in meetings.values()):
+            self._take(dict.fromkeys(meetings, Cure.APART))
+            if len(meetings) == 1:
+                for side in SIDES:
+                    self._take(dict.fromkeys(meetings, side))
+            elif self._knows_both:
+                self._take(self._sides())
+        if self._knows_both:
+            self._look_at_one_of_both()
+        return self.meetings
+
+    @property
+    def _knows_both(self) -> bool:
+        """Whether damping of all modes behind growing ones is known to be enough."""
+        return all(Cure.BOTH in meeting.cures for meeting in self.meetings.values())
+
+    def _take(self, cures: Cures) -> None:
+        """Take cures into the meetings, where they are confirmed."""
+        amounts, is_up_to = self._confirmed(cures)
+        for mode, amount in amounts.items():
+            meeting = self.meetings[mode]
+            alone = meeting.at_value_alone
+            if not is_up_to:
+                alone |= {cures[mode]}
+            known = {**meeting.cures, cures[mode]: amount}
+            self.meetings[mode] = replace(meeting, cures=known, at_value_alone=alone)
+
+    def _sides(self) -> dict[int, Cure]:
+        """Which of two modes is damped alone: for one growing mode after another that which needs
+        less, while the others have what they need; empty where neither is enough."""
+        chosen = dict.fromkeys(self.meetings, Cure.BOTH)
+        shares = {mode: meeting.cures[Cure.BOTH] for mode, meeting in self.meetings.items()}
+        for mode in self.meetings:
+            needed = {}
+            for side in SIDES:
+                sides = {**chosen, mode: side}
+                needed[side] = self._least_of(mode, sides, shares, [self.spectrum.value], MOST)
+            chosen[mode] = min(SIDES, key=needed.__getitem__)
+            shares[mode] = needed[chosen[mode]]
+            if shares[mode] == math.inf:
+                return {}
+        return chosen
+
+    def _look_at_one_of_both(self) -> None:
+        """Find out of which pairs one mode alone, damped as both should be, leaves growth."""
+        both = dict.fromkeys(self.meetings, Cure.BOTH)
+        shares = {mode: meeting.cures[Cure.BOTH] for mode, meeting in self.meetings.items()}
+        for mode, meeting in self.meetings.items():
+            needs_both = meeting.is_pair
+            for side in SIDES:
+                stops = self._stops({**both, mode: side}, shares, [self.spectrum.value])
+                needs_both = needs_both and not stops
+            self.meetings[mode] = replace(meeting, needs_both=needs_both)
+
+    def _confirmed(self, cures: Cures) -> tuple[dict[int, float], bool]:
+        """How much of cures stops all, rounded up, and whether it does so at all values up to the
+        present one, or at that one alone; empty if nothing is known to."""
+        values = [self.spectrum.value]
+        at_present: dict[int, float] = {}
+        more = 1.0
+        for _ in range(RETRIES):
+            shares = self._least(cures, values)
+            if math.inf in shares.values() or not shares:
+                break
+            amounts = {}
+            for mode, share in shares.items():
+                amount = more * share * self.meetings[mode].unit(cures[mode])
+                amounts[mode] = float(rounded(amount, 2, math.ceil))
+            value = self._growing_at(cures, amounts)
+            if value is None:
+                return amounts, True
+            if value in values:
+                more += 0.05
+            else:  # a lower one: nothing grows at the present value
+                at_present = at_present or amounts
+                values.append(value)
+        return at_present, False
+
+    def _least(self, cures: Cures, values: Sequence[float]) -> dict[int, float]:
+        """The least share of each cure with which nothing grows at some values: the same share of
+        all, then less for one after another, that of the fastest mode last."""
+
+        def stops_all(share: float) -> bool:
+            return self._stops(cures, dict.fromkeys(cures, share), values)
+
+        shares = dict.fromkeys(cures, _least_share(stops_all, MOST))
+        if len(shares) > 1 and math.inf not in shares.values():
+            for mode in reversed(shares):
+                shares[mode] = self._least_of(mode, cures, shares, values, shares[mode])
+        return shares
+
+    def _least_of(
+        self, mode: int, cures: Cures, shares: Amounts, values: Sequence[float], most: float
+    ) -> float:
+        """The least share of the cure of one mode, while the others have theirs."""
+
+        def stops_all(share: float) -> bool:
+            return self._stops(cures, {**shares, mode: share}, values)
+
+        return _least_share(stops_all, most)
+
+    def _stops(self, cures: Cures, shares: Amounts, values: Sequence[float]) -> bool:
+        """Whether nothing grows with so much of cures at some values, on the basis."""
+        amounts = {}
+        for mode, cure in cures.items():
+            amounts[mode] = shares[mode] * self.meetings[mode].unit(cure)
+        for added in self._added(cures, amounts):
+            for value in values:
+                if self._grows(value, Cure.APART in cures.values(), added):
+                    return False
+        return True
+
+    def _added(self, cures: Cures, amounts: Amounts) -> list[Array]:
+        """The factors of M x x' M of all real modes, by which K or C changes with cures: of a real
+        mode in several the largest; their sum too, where it is another, as some would read it."""
+        largest = np.zeros(len(self.forces))
+        total = np.zeros(len(self.forces))
+        for mode, cure in cures.items():
+            meeting = self.meetings[mode]
+            factors = meeting.added(cure, amounts[mode])
+            for k, factor in zip(meeting.indices, factors.tolist(), strict=True):
+                largest[k] = max(largest[k], factor)
+                total[k] += factor
+        if np.array_equal(largest, total):
+            return [largest]
+        return [largest, total]
+
+    def _grows(self, value: float, of_stiffness: bool, added: Array) -> bool:
+        """Whether something of the band grows at a value, or was but moved out of the band."""
+        roots = self._growing(value, of_stiffness, added)
+        if value not in self.outside:
+            unchanged = self._growing(value, of_stiffness, np.zeros_like(added))
+            self.outside[value] = len(unchanged) - len(in_band(unchanged, self.band))
+        return len(in_band(roots, self.band)) > 0 or len(roots) > self.outside[value]
+
+    def _growing(self, value: float, of_stiffness: bool, added: Array) -> ComplexArray:
+        """The growing roots with Im >= 0 on the basis."""
+        M, C, K = self._matrices_on_basis(value)
+        U = np.array(self.forces).T
+        if self.basis is not None:
+            U = self.basis.T @ U
+        change = (U * added) @ U.T
+        if of_stiffness:
+            K = K + change
+        elif added.any():
+            C = _sum(C, change)
+        roots = dense_values(M, C, K)
+        grows = is_growing(roots, assumed_rounding(roots, undamped=True))
+        return roots[grows & (roots.imag >= 0.0)]
+
+    def _matrices_on_basis(self, value: float) -> SystemMatrices:
+        """The matrices at a value of the parameter, of many rows projected onto the basis."""
+        if value not in self.projected:
+            M, C, K = self._matrices_at(value)
+            if C is not None:
+                C = self._on_basis(C)
+            self.projected[value] = (self._on_basis(M), C, self._on_basis(K))
+        return self.projected[value]
+
+    def _on_basis(self, matrix: Matrix) -> Array:
+        """A matrix (n, n) projected onto the basis; itself without one."""
+        if self.basis is None:
+            return dense(matrix)
+        return np.asarray(self.basis.T @ (matrix @ self.basis))
+
+    def _matrices_at(self, value: float) -> SystemMatrices:
+        """The matrices at a value of the parameter."""
         source = self.spectrum.source
+        if value == self.spectrum.value:
+            return self.matrices
         if isinstance(source, PadSource):
             M, C, K = analyse(source.scene.replace(mu=value)).matrices
             return M, C, K
         assert source is not None
         return source.file.system.at({self.spectrum.parameter: value})
 
-    def pair_of(self, mode: UnstableMode) -> Meeting | None:
-        """The two real modes with the largest shares of a growing one, None if there is one."""
-        M = self.matrices[0]
-        if not mode.frequency_hz or M.shape[0] < 2:
+    def _growing_at(self, cures: Cures, amounts: Amounts) -> float | None:
+        """A value at which something grows with cures, with the full matrices: the present one, or
+        one below; None if nothing does."""
+        for added in self._added(cures, amounts):
+            value = self._growing_with(added, Cure.APART in cures.values())
+            if value is not None:
+                return value
+        return None
+
+    def _growing_with(self, added: Array, of_stiffness: bool) -> float | None:
+        """The same of one change of K or C."""
+        present = self.spectrum.value
+        columns = np.array(self.forces).T * np.sqrt(added)
+        if self._grows(present, of_stiffness, added):
+            return present
+        if self.is_reduced:
+            changed = self._changed(columns, of_stiffness)
+            if eigenvalues(changed, **self.options).unstable:  # type: ignore[arg-type]
+                return present
+        if self.low >= present or not self.spectrum.depends:
             return None
-        omega, shapes = _modes_near(self.structure, M, mode.root.imag)
-        forces = M @ shapes
-        nearest = int(abs(self.spectrum.values - mode.root).argmin())
-        shares = abs(forces.T @ self.spectrum.eigenvalues[nearest].right) ** 2
-        pair = np.sort(np.argsort(-shares)[:2])
-        if shares[pair].min() < PARTNER * shares[pair].max():
-            return None
-        return Meeting(omega[pair], forces[:, pair], {})
+        if isinstance(self.spectrum.source, PadSource):
+            return self._growing_pad(columns, of_stiffness)
+        changed = self._changed(columns, of_stiffness)
+        answer = thresholds(changed, present, self.low, prove=False, **self.options)  # type: ignore[arg-type]
+        begins = []
+        if answer.verdict in GROWING:
+            begins.append(self.low)
+        return _inside_growth(begins, answer.points, present)
 
-    def cured(self, pair: Meeting, below: Mapping[float, bool]) -> Meeting:
-        """Two modes with the least change of each kind after which one mode less grows, at the
-        present value and at those below at which the mode grows."""
-        basis = self._basis(pair)
+    def _changed(self, columns: Array, of_stiffness: bool) -> TermSystem:
+        """The system with U U' added to C, or to K."""
+        source = self.spectrum.source
+        assert isinstance(source, SystemSource)
+        system = source.file.system
+        if not is_small(system):
+            return bordered(system, columns[:, columns.any(axis=0)], of_stiffness)
+        term = Term(columns @ columns.T)
+        if of_stiffness:
+            return replace(system, K=(*system.K, term))
+        return replace(system, C=(*system.C, term))
 
-        def unit_of(cure: Cure) -> float:
-            return pair.hertz[1] if cure is Cure.APART else 1.0
+    def _growing_pad(self, columns: Array, of_stiffness: bool) -> float | None:
+        """A friction below the present one at which a pad with U U' added grows."""
+        source = self.spectrum.source
+        assert isinstance(source, PadSource)
+        present = self.spectrum.value
+        change = columns @ columns.T
+        matrices_at, path = branch_system(source.scene, present)
 
-        def growing(matrices: SystemMatrices, cure: Cure, share: float) -> int:
-            M, C, K = matrices
-            U = pair.columns(cure, share * unit_of(cure))
-            added = basis.T @ U @ U.T @ basis
-            damping = 0.0 * added if C is None else basis.T @ (C @ basis)
-            stiffness = basis.T @ (K @ basis)
-            if cure is Cure.APART:
-                stiffness = stiffness + added
-            else:
-                damping = damping + added
-            roots = dense_values(basis.T @ (M @ basis), damping, stiffness)
-            return int(np.sum((roots.imag > 0.0) & (roots.real > NOTHING * abs(roots))))
+        def changed_at(mu: float) -> SystemMatrices:
+            M, C, K = checked(*matrices_at(mu))
+            if of_stiffness:
+                return M, C, K + change
+            return M, _sum(C, change), K
 
-        def least(matrices: SystemMatrices, cure: Cure, start: float, most: int) -> float:
-            """The least share from a start on with which no more than `most` grow."""
-            low = high = start
-            while growing(matrices, cure, high) > most:
-                if high >= MOST:
-                    return math.inf
-                low = high
-                high = min(max(2.0 * high, LEAST), MOST)
-            for _ in range(BISECTIONS * (high > start)):
-                middle = (low + high) / 2.0
-                if growing(matrices, cure, middle) > most:
-                    low = middle
-                else:
-                    high = middle
-            return high
+        end = present
+        jumps: Sequence[float] = ()
+        if path is not None:
+            end = min(path.mu_end, present)
+            jumps = path.breakpoints
+        return _inside_growth([], located_thresholds(changed_at, end, jumps).points, present)
 
-        at_values = [(self.spectrum.value, self.matrices, True)]
-        for value, grows in below.items():
-            with suppress(InputError, ComputationError, ArithmeticError):  # none slides there
-                at_values.append((value, self.matrices_at(value), grows))
-        most = []
-        for _, matrices, grows in at_values:
-            most.append(max(growing(matrices, Cure.BOTH, 0.0) - grows, 0))
-        cures = {}
-        worst = set()
-        for cure in Cure:
-            share = 0.0
-            for (value, matrices, _), left in zip(at_values, most, strict=True):
-                more = math.inf if share == math.inf else least(matrices, cure, share, left)
-                if share and share < more < math.inf:
-                    worst.add(value)
-                share = max(share, more)
-            if share < math.inf:
-                cures[cure] = float(rounded(share * unit_of(cure), 2, math.ceil))
-        return replace(pair, cures=cures, worst=tuple(sorted(worst)))
-
-    def _basis(self, pair: Meeting) -> Array:
-        """Orthonormal columns (n, k) that hold the two modes and those around; all of few rows."""
-        n = len(pair.forces)
+    def _basis(self) -> Array | None:
+        """Orthonormal columns (n, k) that hold the real modes and those around; none of few
+        rows."""
         if not self.is_reduced:
-            return np.eye(n)
-        distances = abs(self.spectrum.values - 1j * pair.omega.mean())
-        vectors = []
-        for k in np.argsort(distances)[:ROOTS].tolist():
-            root = self.spectrum.eigenvalues[k]
-            vectors += [root.right, root.left]
-        shapes = np.array([vector for vector in vectors if len(vector)]).T
+            return None
         M = self.matrices[0]
-        _, modes = _modes_near(self.structure, M, float(pair.omega.mean()))
-        columns = np.hstack([shapes.real, shapes.imag, modes])
+        columns = []
+        chosen = set()
+        for meeting in self.meetings.values():
+            omega = float(meeting.omega.mean())
+            chosen.update(np.argsort(abs(self.spectrum.values - 1j * omega))[:ROOTS].tolist())
+            columns.append(_modes_near(self.structure, M, omega)[1])
+        for k in sorted(chosen):
+            root = self.spectrum.eigenvalues[k]
+            for vector in (root.right, root.left):
+                if len(vector):
+                    columns.append(np.array([vector.real, vector.imag]).T)
+        together = np.hstack(columns)
         left, sizes, _ = np.linalg.svd(
-            columns / divisor(np.linalg.norm(columns, axis=0)), full_matrices=False
+            together / divisor(np.linalg.norm(together, axis=0)), full_matrices=False
         )
         return left[:, sizes > NOTHING * sizes[0]]
+
+
+def _sum(matrix: Matrix | None, change: Array) -> Matrix:
+    """A matrix, None where it is zero, and its change."""
+    return change if matrix is None else matrix + change
+
+
+def _least_share(holds: Callable[[float], bool], most: float) -> float:
+    """The least share up to `most` for which a condition holds, infinite if none is seen."""
+    low = high = 0.0
+    while not holds(high):
+        if high >= most:
+            return math.inf
+        low = high
+        high = min(max(2.0 * high, LEAST), most)
+    for _ in range(BISECTIONS * (high > 0.0)):
+        middle = (low + high) / 2.0
+        if holds(middle):
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+def _inside_growth(
+    begins: Sequence[float], points: Sequence[CriticalPoint], end: float
+) -> float | None:
+    """The middle of the first interval in which something grows, None if there is none."""
+    starts = [*begins, *(point.mu for point in points if point.kind in GROWING)]
+    if not starts:
+        return None
+    first = starts[0]
+    last = min((point.mu for point in points if point.mu > first), default=end)
+    return (first + last) / 2.0
 
 
 def _modes_near(K: Matrix, M: Matrix, omega: float) -> tuple[Array, Array]:
@@ -293,65 +550,3 @@ def _modes_near(K: Matrix, M: Matrix, omega: float) -> tuple[Array, Array]:
         raise ComputationError(f"real modes near {omega / math.tau:g} Hz: {error}") from None
     order = np.argsort(squares)
     return np.sqrt(np.maximum(squares[order], 0.0)), shapes[:, order]
-
-
-def _confirmed(
-    spectrum: Eigenvalues, meetings: Mapping[int, Meeting], options: Mapping[str, object]
-) -> dict[int, Meeting]:
-    """Cures that the full system confirms, each kind for all modes at once; the damping of one mode
-    alone with that of the others.
-
-    A cure that stops fewer modes than it should is enlarged, and left out in the end.
-    """
-    confirmed = dict(meetings)
-    for cures in ([Cure.APART], [Cure.BOTH], [Cure.LOWER, Cure.UPPER]):
-        tried: dict[int, Cure] = {}
-        for mode, meeting in meetings.items():
-            least = min(cures, key=meeting.needs)
-            if least in meeting.cures:
-                tried[mode] = least
-        amounts = _confirmed_amounts(spectrum, meetings, tried, options)
-        for mode, meeting in confirmed.items():
-            others = {cure: amount for cure, amount in meeting.cures.items() if cure not in cures}
-            if mode in amounts:
-                others[tried[mode]] = amounts[mode]
-            confirmed[mode] = replace(meeting, cures=others)
-    return confirmed
-
-
-def _confirmed_amounts(
-    spectrum: Eigenvalues,
-    meetings: Mapping[int, Meeting],
-    tried: Mapping[int, Cure],
-    options: Mapping[str, object],
-) -> dict[int, float]:
-    """How much of the cures stops all modes that they are for, by the number of the mode; empty if
-    they do not."""
-    source = spectrum.source
-    assert isinstance(source, SystemSource)
-    if not tried:
-        return {}
-    of_stiffness = Cure.APART in tried.values()
-    left = len(spectrum.unstable) - len(tried)
-    factors = dict.fromkeys(tried, 1.0)
-    values = {value for mode in tried for value in meetings[mode].worst}
-    for _ in range(RETRIES):
-        amounts = {}
-        columns = []
-        for mode, cure in tried.items():
-            amount = factors[mode] * meetings[mode].cures[cure]
-            amounts[mode] = float(rounded(amount, 2, math.ceil))
-            columns.append(meetings[mode].columns(cure, amounts[mode]))
-        changed = bordered(source.file.system, np.hstack(columns), of_stiffness)
-        unstable = eigenvalues(changed, **options).unstable  # type: ignore[arg-type]
-        for value in values:
-            if len(unstable) <= left:
-                computed = eigenvalues(changed.replace({changed.parameter: value}), **options)  # type: ignore[arg-type]
-                unstable = computed.unstable
-        if len(unstable) <= left:
-            return amounts
-        for growing in unstable:  # more for the pair that is nearest
-            omega = growing.root.imag
-            nearest = min(tried, key=lambda mode: abs(meetings[mode].omega.mean() - omega))
-            factors[nearest] += 0.05
-    return {}

@@ -161,9 +161,13 @@ class Paths:
         return sorted(distances, key=distances.__getitem__)
 
 
-def is_growing(roots: NDArray[np.complex128]) -> NDArray[np.bool_]:
-    """Which roots (m,) grow by more than rounding."""
-    return roots.real > GROWS * np.abs(roots)
+def is_growing(
+    roots: NDArray[np.complex128], rounding: NDArray[np.float64] | None = None
+) -> NDArray[np.bool_]:
+    """Which roots (m,) grow by more than rounding may move them, 1/s; left out, a share of each."""
+    if rounding is None:
+        rounding = GROWS * np.abs(roots)
+    return roots.real > rounding
 
 
 def _join(whole: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> dict[int, int]:

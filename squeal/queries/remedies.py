@@ -25,6 +25,7 @@ from squeal.io.writing import number
 from squeal.linear.eigen import values_of
 from squeal.linear.shaft import name_of_kind
 from squeal.queries.eigenvalues import eigenvalues
+from squeal.queries.mode_paths import is_growing
 from squeal.queries.options import Band
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.parameter_space import first_loss
@@ -41,6 +42,7 @@ WIDE_STEPS = (35, 50, 75, 150, 200, 300)  # where none of these stops all
 TO_A_QUARTER = 75  # percent: less is left of a part that might as well be taken out
 QUARTER_TURN = 90  # degrees: no angle is turned by more
 IN_HAND = 1.1  # times the free parameter's value: up to there nothing is to grow
+LOWER = (0.15, 0.3, 0.45, 0.6, 0.75, 0.9)  # times it: nor at these
 DENSE_ROWS = 100  # up to which many steps are looked at
 BISECTIONS = 10  # to a thousandth of what lies between two steps
 RETRIES = 4  # of a change that the full system does not confirm, each time a larger one
@@ -149,6 +151,11 @@ class Remedy:
         return math.inf if self.loss.value is None else self.loss.value
 
     @property
+    def leaves_window(self) -> bool:
+        """Whether something grows at a smaller value of the free parameter than the present one."""
+        return self.limit <= self.computed.value
+
+    @property
     def is_small(self) -> bool:
         """Whether the change is one that is looked at first."""
         return abs(self.change.count) <= MOST_STEPS
@@ -188,9 +195,9 @@ class Remedy:
         text = f"{change.verb.capitalize()} {change.parameter}{meaning} by {change.size}, "
         text += f"{change.values}: nothing grows"
         assert self.loss is not None
-        if self.limit <= self.computed.value:  # stability is lost at a smaller value, and regained
+        if self.leaves_window:
             text += f" at {parameter} = {number(self.computed.value, 4)}; below, stability is lost"
-            text += f" from {parameter} = {number(self.limit, 4)} on"
+            text += f" from {parameter} = {rounded(self.limit, 4, math.floor)} on"
         else:
             text += f" {self.loss.words(parameter, unit_of(self.computed.source))}"
         costs = []
@@ -231,8 +238,9 @@ def find_remedies(
 ) -> RemedySearch:
     """The changes of one parameter that stop every growing mode of the selection.
 
-    First comes the one that leaves a margin with the fewest steps. A step is 1 % of a parameter, or
-    a degree of an angle.
+    First comes the one that leaves a margin with the fewest steps, last those with which something
+    grows at a smaller value of the free parameter. A step is 1 % of a parameter, or a degree of an
+    angle.
 
     Parameters
     ----------
@@ -272,6 +280,7 @@ def find_remedies(
             for remedy in _computed(spectrum, change, take, high, options):
                 remedies.append(replace(remedy, rise=search.rise(change)))
     if remedies:
+        remedies.sort(key=lambda remedy: remedy.leaves_window)
         return RemedySearch(tuple(remedies))
     partial: list[Remedy] = []
     without_effect: list[str] = []
@@ -313,13 +322,7 @@ class _Search:
         self.growing = _growing_roots(self.spectrum.source, served)
         # outside of a band others may grow, and go on growing
         at_present = self.growing({})
-        self.others = len(at_present) - len(self._in_band(at_present))
-
-    def _in_band(self, roots: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        if self.band is None:
-            return roots
-        low, high = self.band
-        return roots[(roots.imag >= math.tau * low) & (roots.imag <= math.tau * high)]
+        self.others = len(at_present) - len(in_band(at_present, self.band))
 
     def roots(self, change: Change, factor: float = 1.0) -> NDArray[np.complex128] | None:
         """The growing roots with a change, and with so many times the free parameter; None where
@@ -339,27 +342,39 @@ class _Search:
         roots = self.roots(change, factor)
         if roots is None:
             return False
-        return not len(self._in_band(roots)) and len(roots) <= self.others
+        return not len(in_band(roots, self.band)) and len(roots) <= self.others
 
     def leaves_margin(self, change: Change) -> bool:
         """Whether nothing grows, and neither with more of the free parameter."""
         return self.stops_all(change) and self.stops_all(change, IN_HAND)
 
+    def leaves_none(self, change: Change) -> bool:
+        """Whether nothing grows, and neither with more or less of the free parameter."""
+        return self.leaves_margin(change) and self.leaves_none_below(change)
+
+    def leaves_none_below(self, change: Change) -> bool:
+        """Whether nothing grows with less of the free parameter."""
+        return all(self.stops_all(change, factor) for factor in LOWER)
+
+    def growth(self, change: Change) -> float:
+        """The rate of the mode that grows fastest with a change, 1/s; 0 where there is none."""
+        roots = self.roots(change)
+        if roots is None:
+            return 0.0
+        return float(in_band(roots, self.band).real.max(initial=0.0))
+
     def rise(self, least: Change) -> float:
-        """The fastest growth, 1/s, with the steps of a change; 0 where it does not first rise."""
-        growth = []
-        for share in (0.0, 0.25, 0.5, 0.75):
-            roots = self.roots(least.of(share * least.count))
-            if roots is not None:
-                growth.append(float(self._in_band(roots).real.max(initial=0.0)))
-        return max(growth, default=0.0) if max(growth, default=0.0) > BETTER * growth[0] else 0.0
+        """The fastest growth, 1/s, with a part of a change; 0 where it does not first rise."""
+        highest = max(self.growth(least.of(share * least.count)) for share in (0.25, 0.5, 0.75))
+        return highest if highest > BETTER * self.growth(least.of(0.0)) else 0.0
 
     def located(self) -> Sequence[tuple[Change, Change | None]]:
         """The least change of each parameter, lowered or raised, that stops all that grows, and a
         larger one that leaves a margin, or None.
 
-        The smallest with a margin first, those that leave none last; large ones if no small one
-        does, none of these where the matrices cannot be computed at them.
+        The smallest with a margin first, those that leave none last, and of these the ones with
+        which something grows lower down; large ones if no small one does, none of these where the
+        matrices cannot be computed at them.
         """
         found = self._located(self.steps)
         if not found:
@@ -368,9 +383,10 @@ class _Search:
                 self.steps = (*self.steps, *WIDE_STEPS)
                 found = self._located(self.steps)
 
-        def rank(pair: tuple[Change, Change | None]) -> tuple[float, float]:
+        def rank(pair: tuple[Change, Change | None]) -> tuple[float, bool, float]:
             change, take = pair
-            return abs((take or change.of(math.inf)).count), abs(change.count)
+            leaves_window = take is None and not self.leaves_none_below(change)
+            return abs((take or change.of(math.inf)).count), leaves_window, abs(change.count)
 
         return sorted(found, key=rank)
 
@@ -384,6 +400,8 @@ class _Search:
             more = IN_HAND * abs(least.count)
             larger = [more * MORE**k for k in range(16)]
             take = self._least(side, larger, self.leaves_margin, more)
+            if take is not None and not self.leaves_none_below(take):  # each costs much
+                take = self._least(side, larger, self.leaves_none, more)
             found.append((least, take))
         return found
 
@@ -422,9 +440,9 @@ class _Search:
                     break
                 change = side.of(math.copysign(step, side.count))
                 roots = self.roots(change)
-                if roots is None or len(roots) - len(self._in_band(roots)) > self.others:
+                if roots is None or len(roots) - len(in_band(roots, self.band)) > self.others:
                     continue
-                growth = float(self._in_band(roots).real.max(initial=0.0))
+                growth = self.growth(change)
                 known = found.get(change.parameter, (math.inf, change))[0]
                 if growth < known / BETTER:
                     found[change.parameter] = (growth, change)
@@ -485,7 +503,15 @@ def _upper_growing(
     roots: NDArray[np.complex128], rounding: NDArray[np.float64]
 ) -> NDArray[np.complex128]:
     """The roots with Im >= 0 that grow by more than rounding may move them."""
-    return roots[(roots.real > rounding) & (roots.imag >= 0.0)]
+    return roots[is_growing(roots, rounding) & (roots.imag >= 0.0)]
+
+
+def in_band(roots: NDArray[np.complex128], band: Band | None) -> NDArray[np.complex128]:
+    """The roots with frequencies within a band in Hz; all without one."""
+    if band is None:
+        return roots
+    low, high = band
+    return roots[(roots.imag >= math.tau * low) & (roots.imag <= math.tau * high)]
 
 
 def _computed(
@@ -543,10 +569,12 @@ def replaced(source: PadSource | SystemSource | None, change: Change) -> Scene |
 
 
 def rounded(value: float, digits: int, towards: Callable[[float], int]) -> str:
-    """A positive limit in so many digits, rounded by `towards` (math.floor or math.ceil).
+    """A limit in so many digits, rounded by `towards` (math.floor or math.ceil).
 
-    >>> rounded(0.30322, 4, math.floor), rounded(0.245226, 2, math.ceil)
-    ('0.3032', '0.25')
+    >>> rounded(0.30322, 4, math.floor), rounded(0.245226, 2, math.ceil), rounded(0.0, 4, math.ceil)
+    ('0.3032', '0.25', '0')
     """
-    unit = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
+    if value == 0.0:
+        return "0"
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - digits)
     return number(towards(value / unit) * unit, digits)

@@ -7,7 +7,10 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from operator import itemgetter
 from typing import Any
+
+import numpy as np
 
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked
@@ -17,8 +20,8 @@ from squeal.model.pad import PARAMETERS
 from squeal.queries.check import Check
 from squeal.queries.critical_speeds import CriticalSpeeds
 from squeal.queries.energy import Energy
-from squeal.queries.meetings import Cure, Meeting
-from squeal.queries.mode_paths import Paths, is_growing
+from squeal.queries.meetings import MOST, Cure, Meeting
+from squeal.queries.mode_paths import Paths
 from squeal.queries.remedies import BETTER, Remedy, RemedySearch, rounded
 from squeal.queries.systems.all_roots import is_small
 from squeal.results.eigenvalues import Eigenvalues
@@ -31,6 +34,7 @@ ROUNDED = {"frequency_hz", "growth_rate", "damping_ratio"}  # columns of the pag
 NAMED = 3  # modes or parameters in a sentence
 WORTH = 0.9  # of the fastest growth: a change that leaves more is no choice
 NO_WAY = 90.0  # %: nobody takes the parameter back by more
+SAME_START = 1e-3  # of the frequency: so near is a mode of the chart to its real mode
 TIMES = 3.0  # from which on a value is so many times another one, not so many % above it
 STATIONARY = (
     " This damping must be stationary, as that of bearings: of the turning shaft it feeds forward "
@@ -158,8 +162,11 @@ class Findings(Answer):
         balance = balance.partition("; in all")[0]
         balance = balance.replace("circulatory", "cross-coupled (skew-symmetric) stiffness")
         group = self.paths.group_of(number_of_mode)
+        real = self._real_modes(mode)
         words = ""
-        if len(group) == 2:
+        if len(group) == 2 and real:
+            words = f"it is made of {real} without friction and damping: "
+        elif len(group) == 2:
             start = max(self.paths.at[one][0] for one in group)
             hertz = []
             for one in group:
@@ -190,17 +197,26 @@ class Findings(Answer):
         count = len(spectrum.unstable)
         if not count:
             return [self._without_growth()]
-        measures = [words for _, words in sorted(map(self._measure, (Cure.APART, Cure.BOTH)))]
+        # what leaves growth at lower values comes last, then what changes most
+        ranked: list[tuple[bool, float, str]] = []
+        for cure in (Cure.APART, Cure.BOTH):
+            words = self._measure(cure)
+            if words:
+                ranked.append((self._is_at_value_alone(cure), self._share(cure), words))
         if self.remedy is not None:
             latest = max(self.search.remedies, key=lambda remedy: remedy.limit)
             changes = [self.remedy]
             if latest.limit > BETTER * self.remedy.limit:
                 changes.append(latest)
-            place = 0 if self.remedy.is_small else len(measures)
-            for remedy in reversed(changes):
-                meaning = self._meaning(remedy.change.parameter)
-                measures.insert(place, remedy.sentence(meaning, spectrum))
-        measures = list(filter(None, [*measures, self._bound()]))
+            place = -1.0 if self.remedy.is_small else MOST
+            for remedy in changes:
+                sentence = remedy.sentence(self._meaning(remedy.change.parameter), spectrum)
+                ranked.append((remedy.leaves_window, place, sentence))
+        bound = self._bound()
+        if bound:
+            ranked.append((False, math.inf, bound))
+        ranked.sort(key=itemgetter(0, 1))
+        measures = list(map(itemgetter(2), ranked))
         if not measures:
             return ["No way out is known to this page."]
         aim = ""
@@ -251,41 +267,43 @@ class Findings(Answer):
             return False
         return not is_small(getattr(self.subject, "system", self.subject))
 
-    def _measure(self, cure: Cure) -> tuple[float, str]:
-        """How much further apart, or more damped, the two modes behind each growing one must be, as
-        the largest share and in words; empty words where that does not stop all."""
+    def _is_at_value_alone(self, cure: Cure) -> bool:
+        """Whether something grows at lower values of the parameter with a cure."""
+        return any(cure in meeting.at_value_alone for meeting in self.meetings.values())
+
+    def _share(self, cure: Cure) -> float:
+        """The largest share of the upper frequency, or of critical damping, of a cure."""
+        return max(meeting.cures[cure] / meeting.unit(cure) for meeting in self.meetings.values())
+
+    def _measure(self, cure: Cure) -> str:
+        """How much further apart, or more damped, the real modes behind each growing one must be;
+        empty where that is not known to stop all."""
         words: list[str] = []
-        shares = []
-        alone_needs_more = cure is Cure.BOTH and bool(self.meetings)
         for mode in self.eigenvalues.unstable:
             meeting = self._meeting(mode)
+            if meeting is None or cure not in meeting.cures:
+                return ""
+            amount = meeting.cures[cure]
+            if not amount:  # the cures of other modes stop this one too
+                continue
             pair = self._pair(mode)
-            if meeting is None:
-                if cure is Cure.APART or not mode.frequency_hz:
-                    return 0.0, ""
-                share = float(rounded(100.0 * self._deepest(mode), 2, math.ceil)) / 100.0
-                words.append(f"of {pair} by at least {number(100.0 * share, 3)} %")
-            elif cure not in meeting.cures:
-                return 0.0, ""
-            elif cure is Cure.BOTH:
-                share = meeting.cures[cure]
-                alone_needs_more &= meeting.needs(meeting.alone) > share
-                words.append(f"of both {pair} by at least {number(100.0 * share, 3)} %")
+            percent = 100.0 * amount / meeting.unit(cure)
+            if cure is Cure.APART:
+                text = f"{pair} by raising the upper one by {number(amount, 3)} Hz, "
+                words.append(f"{text}{number(percent, 2)} % of its frequency")
             else:
-                share = meeting.cures[cure] / meeting.hertz[1]
-                text = f"{pair} by {number(meeting.cures[cure], 3)} Hz, "
-                words.append(f"{text}{number(100.0 * share, 2)} % of the upper frequency")
-            shares.append(share)
-        largest = max(shares)
+                both = "both " * (len(meeting.omega) == 2)
+                words.append(f"of {both}{pair} by at least {number(percent, 3)} %")
         more = len(words) - NAMED
         if more > 0:
-            words[NAMED:] = [f"those of {_others(more)} by up to {number(100.0 * largest, 3)} %"]
+            largest = number(100.0 * self._share(cure), 3)
+            words[NAMED:] = [f"those of {_others(more)} by up to {largest} %"]
         if cure is Cure.APART:
-            return largest, f"Move further apart {'; '.join(words)}, {self._reach}."
+            return f"Move further apart {'; '.join(words)}, {self._reach(cure)}."
         words[0] += " of critical damping"
-        text = f"Raise the damping {', '.join(words)}, {self._reach}"
+        text = f"Raise the damping {', '.join(words)}, {self._reach(cure)}"
         whirl = self._whirl(self.eigenvalues.value, self.eigenvalues.unstable[0].root)
-        if alone_needs_more:
+        if all(meeting.needs_both for meeting in self.meetings.values()):
             groups = [self.paths.group_of(mode) for mode in self.meetings]
             one = "one of both"
             if all(len(group) == 2 for group in groups):
@@ -293,39 +311,23 @@ class Findings(Answer):
             elif whirl and not any(len(group) == 2 for group in groups):
                 one = "one plane"
             text += f"; as much on {one} alone is not enough"
-            needed = [meeting.needs(meeting.alone) for meeting in self.meetings.values()]
-            if len(needed) == 1 and needed[0] < math.inf:
-                text += f", which takes {number(100.0 * needed[0], 3)} %"
-        return largest, f"{text}.{STATIONARY * bool(whirl)}"
+            if len(self.meetings) == 1:
+                (meeting,) = self.meetings.values()
+                side = meeting.alone
+                reaches_as_far = self._is_at_value_alone(side) == self._is_at_value_alone(cure)
+                if side in meeting.cures and reaches_as_far:
+                    text += f", which takes {number(100.0 * meeting.cures[side], 3)} %"
+        return f"{text}.{STATIONARY * bool(whirl)}"
 
-    def _deepest(self, mode: UnstableMode) -> float:
-        """The largest growth over |lambda| of a mode on its path up to the present value."""
-        ratios = [-mode.damping_ratio]
-        path = self.eigenvalues.mode_of(mode)
-        if path in self.paths.at:
-            roots = self.paths.roots[path][self.paths.at[path] <= self.eigenvalues.value]
-            ratios += (roots.real / abs(roots)).tolist()
-        return max(ratios)
-
-    @property
-    def _reach(self) -> str:
-        """At which values separation and damping are enough: up to the present one, if no mode
-        grows below that does not grow there."""
+    def _reach(self, cure: Cure) -> str:
+        """At which values of the parameter a cure is enough."""
         spectrum = self.eigenvalues
-        known: set[int] = set()
-        is_known = self.paths.own_value == spectrum.value
-        for mode in spectrum.unstable:
-            group = self.paths.group_of(spectrum.mode_of(mode))
-            is_known &= bool(group)
-            known.update(group)
-        for number_of_mode in self.paths.growing:
-            roots = self.paths.roots[number_of_mode]
-            below = self.paths.at[number_of_mode] < spectrum.value
-            is_known &= number_of_mode in known or not is_growing(roots[below]).any()
         value = f"{spectrum.parameter} = {number(spectrum.value, 4)}"
         if not spectrum.depends:
             return "just enough"
-        return f"just enough up to {value}" if is_known else f"just enough at {value} alone"
+        if self._is_at_value_alone(cure):
+            return f"just enough at {value} alone"
+        return f"just enough up to {value}"
 
     def _bound(self) -> str:
         """Which values of the parameter nothing grows at, of all that was looked at; empty if
@@ -372,17 +374,30 @@ class Findings(Answer):
         """The two real modes behind a growing one."""
         return self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
 
-    def _pair(self, mode: UnstableMode) -> str:
-        """The two modes behind a growing one by their numbers, else by the frequencies of its real
-        modes; of one that grows alone its name."""
+    def _real_modes(self, mode: UnstableMode) -> str:
+        """The real modes behind a growing one by their frequencies; empty where the chart's modes
+        that it meets are these, or where none is known."""
+        meeting = self._meeting(mode)
         group = self.paths.group_of(self.eigenvalues.mode_of(mode))
+        if meeting is None:
+            return ""
+        starts = sorted(abs(self.paths.roots[one][0]) for one in group)
+        if len(starts) == len(meeting.omega) and np.allclose(starts, meeting.omega, SAME_START):
+            return ""
+        hertz = dict.fromkeys(number(frequency, 4) for frequency in meeting.hertz)
+        modes = "the real mode" if len(meeting.omega) == 1 else "real modes"
+        return f"{modes} at {' and '.join(hertz)} Hz"
+
+    def _pair(self, mode: UnstableMode) -> str:
+        """The modes behind a growing one by the frequencies of real modes, by their numbers where
+        these are modes of the chart; of one that grows alone its name."""
+        group = self.paths.group_of(self.eigenvalues.mode_of(mode))
+        real = self._real_modes(mode)
+        if real:
+            return real
         if len(group) == 2:
             return f"{_numbers(group)} ({number(mode.frequency_hz, 4)} Hz)"
-        meeting = self._meeting(mode)
-        if meeting is None:
-            return self._name(mode)
-        hertz = dict.fromkeys(number(frequency, 4) for frequency in meeting.hertz)
-        return f"real modes at {' and '.join(hertz)} Hz"
+        return self._name(mode)
 
     def _name(self, mode: UnstableMode) -> str:
         """A mode by its number and frequency."""
@@ -394,10 +409,19 @@ class Findings(Answer):
 
     @property
     def hints(self) -> list[str]:
-        """Which parameters do not help where none does, and how to name others."""
-        if not self.eigenvalues.unstable or self.remedy is not None:
+        """What was tried and does not help, and how to name other parameters."""
+        if not self.eigenvalues.unstable:
             return []
         lines = []
+        tried = {Cure.APART: "moving their real modes further apart", Cure.BOTH: "damping them"}
+        failed = []
+        for cure, words in tried.items():
+            if self.meetings and not self._measure(cure):
+                failed.append(words)
+        if failed:
+            lines.append(f"Not known to stop all modes, up to 25 %: {' or '.join(failed)}.")
+        if self.remedy is not None:
+            return lines
         idle = [*self.search.without_effect]
         idle += [one.change.parameter for one in self.search.partial if one not in self._partial]
         if idle:
@@ -448,7 +472,8 @@ class Findings(Answer):
         costs = [replace(damping, words="least damping, %")]
         costs.append(Column("shift", shown=shift, words="frequencies move by, Hz"))
         if self.search.remedies:
-            table.append(Column("least", shown=lambda row: row.change.size, words="just stops"))
+            just = f"just stops at {parameter} = {number(self.eigenvalues.value, 4)}"
+            table.append(Column("least", shown=lambda row: row.change.size, words=just))
             table += [*costs, Column("next_loss", shown=next_loss, words="next loss")]
         else:
             table += [Column("growth_left", shown=growth_left, words="growth left"), *costs]
@@ -457,7 +482,7 @@ class Findings(Answer):
 
     @property
     def growing(self) -> Table:
-        """The modes that grow, with the least separation or damping that stops each."""
+        """The modes that grow, with the least separation or damping that stops all."""
         table = self.eigenvalues.growing
         if not self.meetings:
             return table
@@ -467,7 +492,10 @@ class Findings(Answer):
             if meeting is None or cure not in meeting.cures:
                 return "-"
             unit = 1.0 if cure is Cure.APART else 100.0
-            return number(unit * meeting.cures[cure], 3)
+            text = number(unit * meeting.cures[cure], 3)
+            if cure in meeting.at_value_alone:
+                return f"({text})"
+            return text
 
         def alone(mode: UnstableMode) -> str:
             meeting = self._meeting(mode)
@@ -478,6 +506,8 @@ class Findings(Answer):
 
         def partner(mode: UnstableMode) -> str:
             group = self.paths.group_of(self.eigenvalues.mode_of(mode))
+            if len(group) == 2 and self._real_modes(mode):
+                return self._real_modes(mode)
             others = [str(one) for one in group if one != self.eigenvalues.mode_of(mode)]
             meeting = self.paths.meeting(group)
             return " near ".join([*others, number(meeting, 3)] if meeting else others) or "-"
@@ -495,8 +525,11 @@ class Findings(Answer):
             Column("both", shown=lambda mode: amount(mode, Cure.BOTH), words="both, %"),
             Column("alone", shown=alone, words="one, %"),
         ]
-        title = "unstable modes, and what stops each: Hz further apart, or % of critical "
-        title += "damping more on both modes or on one; - where up to 25 % do not"
+        title = "unstable modes, and what stops all: Hz further apart, or % of critical damping "
+        title += "more on both modes or on one; - where up to 25 % are not known to"
+        if any(meeting.at_value_alone for meeting in self.meetings.values()):
+            value = f"{self.eigenvalues.parameter} = {number(self.eigenvalues.value, 4)}"
+            title += f"; in brackets: at {value} alone"
         return replace(table, columns=columns, title=title)
 
     def _at(self, value: float) -> str:
@@ -567,8 +600,11 @@ class Findings(Answer):
         meetings = []
         for mode, meeting in self.meetings.items():
             entry: dict[str, Any] = {"mode": mode, "frequencies_hz": list(meeting.hertz)}
+            entry["at_value_alone"] = []
             for cure in Cure:
                 entry[cure.name.lower()] = meeting.cures.get(cure)
+                if cure in meeting.at_value_alone:
+                    entry["at_value_alone"].append(cure.name.lower())
             meetings.append(entry)
         return {
             "name": self.name,

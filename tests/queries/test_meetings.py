@@ -80,6 +80,10 @@ def test_damping_of_a_whirl_is_enough_at_lower_speeds_that_need_more():
     assert "stationary" not in report.advice  # nothing is known to turn
 
 
-def test_modes_without_a_pair_have_none():
+def test_a_mode_without_a_partner_is_damped_alone():
+    """x'' - 0.02 x' + x = 0 beside a damped mode: 1 % of critical damping are missing."""
     lonely = squeal.System(np.eye(2), np.diag([-0.02, 0.02]), np.diag([1.0, 1.44]))
-    assert find_meetings(squeal.eigenvalues(lonely), {}) == {}
+    (meeting,) = find_meetings(squeal.eigenvalues(lonely), {}).values()
+    assert meeting.hertz == pytest.approx([1.0 / math.tau])
+    assert set(meeting.cures) == {Cure.BOTH}
+    assert 0.01 <= meeting.cures[Cure.BOTH] <= 0.0111
