@@ -432,14 +432,23 @@ class _Problem:
                 return present
         if self.low >= present or not self.spectrum.depends:
             return None
+        starts = []
         if isinstance(self.spectrum.source, PadSource):
-            return self._growing_pad(columns, of_stiffness)
-        changed = self._changed(columns, of_stiffness)
-        answer = thresholds(changed, present, self.low, prove=False, **self.options)  # type: ignore[arg-type]
-        begins = []
-        if answer.verdict in GROWING:
-            begins.append(self.low)
-        return _inside_growth(begins, answer.points, present)
+            points = self._points_of_pad(columns, of_stiffness)
+        else:
+            changed = self._changed(columns, of_stiffness)
+            answer = thresholds(changed, present, self.low, prove=False, **self.options)  # type: ignore[arg-type]
+            points = answer.points
+            if answer.verdict in GROWING:
+                starts.append(self.low)
+        starts += [point.mu for point in points if point.kind in GROWING]
+        for start in starts:
+            end = min((point.mu for point in points if point.mu > start), default=present)
+            middle = (start + end) / 2.0
+            # so little growth as rounding could make of undamped modes is none
+            if self.is_reduced or self._grows(middle, of_stiffness, added):
+                return middle
+        return None
 
     def _changed(self, columns: Array, of_stiffness: bool) -> TermSystem:
         """The system with U U' added to C, or to K."""
@@ -453,8 +462,8 @@ class _Problem:
             return replace(system, K=(*system.K, term))
         return replace(system, C=(*system.C, term))
 
-    def _growing_pad(self, columns: Array, of_stiffness: bool) -> float | None:
-        """A friction below the present one at which a pad with U U' added grows."""
+    def _points_of_pad(self, columns: Array, of_stiffness: bool) -> Sequence[CriticalPoint]:
+        """The changes of verdict up to the present friction, of a pad with U U' added."""
         source = self.spectrum.source
         assert isinstance(source, PadSource)
         present = self.spectrum.value
@@ -472,7 +481,7 @@ class _Problem:
         if path is not None:
             end = min(path.mu_end, present)
             jumps = path.breakpoints
-        return _inside_growth([], located_thresholds(changed_at, end, jumps).points, present)
+        return located_thresholds(changed_at, end, jumps).points
 
     def _basis(self) -> Array | None:
         """Orthonormal columns (n, k) that hold the real modes and those around; none of few
@@ -518,18 +527,6 @@ def _least_share(holds: Callable[[float], bool], most: float) -> float:
         else:
             low = middle
     return high
-
-
-def _inside_growth(
-    begins: Sequence[float], points: Sequence[CriticalPoint], end: float
-) -> float | None:
-    """The middle of the first interval in which something grows, None if there is none."""
-    starts = [*begins, *(point.mu for point in points if point.kind in GROWING)]
-    if not starts:
-        return None
-    first = starts[0]
-    last = min((point.mu for point in points if point.mu > first), default=end)
-    return (first + last) / 2.0
 
 
 def _modes_near(K: Matrix, M: Matrix, omega: float) -> tuple[Array, Array]:

@@ -228,7 +228,7 @@ def test_what_stops_one_mode_and_drives_another_is_no_advice():
     report = squeal.report(two_pairs(1.1, "2.15 - c"))
     assert report.remedy is None
     assert report.advice.startswith(
-        "To stop both: move further apart modes 3 and 4 (0.4509 Hz) by 0.00"
+        "To stop both: move further apart modes 3 and 4 (0.4509 Hz) by raising the upper one by "
     )
     (part,) = report.search.partial
     c = part.change.after
