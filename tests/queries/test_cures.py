@@ -156,4 +156,4 @@ def test_a_change_after_which_stability_is_lost_from_zero_on_is_reported():
         stiff = K["1"] + remedy.advised.after * K["s"] + mu * K["mu"]
         assert not is_growing(C, stiff)
     window = remedy.loss._replace(value=0.0, kind="flutter")
-    assert window.words("mu") == "up to mu = 0, then flutter"
+    assert window.words("mu", "") == "up to mu = 0, then flutter"
