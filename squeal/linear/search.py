@@ -374,7 +374,9 @@ class _AdaptiveRefinement:
         where these lie, so that twins of them are missing and not crossings elsewhere.
         """
         continuation = self.continuation
-        low, high = hull(inside)
+        first, last = hull(inside)
+        low = max(first, a)  # an interval may reach beyond the range, where nothing is evaluated
+        high = min(last, b)
         persists_below = _count_persists(continuation, (low, high), a, direction=-1)
         if persists_below and _count_persists(continuation, (low, high), b, direction=1):
             return None
