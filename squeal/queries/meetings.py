@@ -156,7 +156,7 @@ def find_meetings(
             number_of_mode = spectrum.mode_of(mode)
             if meeting is not None and number_of_mode is not None:
                 meetings[number_of_mode] = meeting
-        if len(meetings) == len(spectrum.unstable):
+        if meetings and len(meetings) == len(spectrum.unstable):
             return problem.cured(meetings)
     return meetings
 
