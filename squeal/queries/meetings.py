@@ -43,13 +43,13 @@ from squeal.sparse.factor import factorise
 
 DENSE_ROWS = 40  # up to which all roots are computed for each change
 NEAR = 12  # real modes around a growing one
-ROOTS = 40  # whose vectors make a basis
+ROOTS = 16  # whose vectors make a basis
 PARTNER = 0.02  # of the energy of the leading real mode: what a second one has at least
 SAME = 1e-4  # of the frequency: real modes that a page does not tell apart
 NOTHING = 1e-7  # of a cosine, and of singular values: rounding
 LEAST = 2.0**-17  # of the frequency, or of critical damping: the first change that is tried
 MOST = 0.25  # and the last one
-BISECTIONS = 10
+BISECTIONS = 8  # of a factor of two: amounts have two digits
 RETRIES = 8  # of what is not confirmed: with one value more, or with 5 % more
 
 
@@ -494,7 +494,9 @@ class _Problem:
         for meeting in self.meetings.values():
             omega = float(meeting.omega.mean())
             chosen.update(np.argsort(abs(self.spectrum.values - 1j * omega))[:ROOTS].tolist())
-            columns.append(_modes_near(self.structure, M, omega)[1])
+            frequencies, shapes = _modes_near(self.structure, M, omega)
+            nearest = np.argsort(abs(frequencies - omega))[:NEAR]
+            columns.append(shapes[:, nearest])
         for k in sorted(chosen):
             root = self.spectrum.eigenvalues[k]
             for vector in (root.right, root.left):
