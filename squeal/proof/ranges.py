@@ -139,6 +139,11 @@ class Terms:
         """True if C is zero at each value."""
         return all(X.is_zero for X in self.balls["C"])
 
+    @property
+    def is_gyroscopic(self) -> bool:
+        """True if M and K are symmetric and C is skew at each value."""
+        return self.is_symmetric and self.is_skew
+
     def components(self) -> list[Terms]:
         """The terms of each strong component of the pattern of all terms.
 
@@ -285,7 +290,7 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
             elif terms.is_undamped:
                 tallies = tallies_of_squares(S, half)
             else:
-                is_hamiltonian = terms.is_symmetric and terms.is_skew
+                is_hamiltonian = terms.is_gyroscopic
                 tallies = tallies_of_values(S, half, is_hamiltonian)
             least, most = growing_of(tallies)
             doubtful = 0
@@ -342,6 +347,10 @@ class RangeProof:
         self.components = terms.components()
         self.rows = terms.n
         self.data = terms.data
+        # roots on the axis where one more of a component begins to grow: without damping it has a
+        # mirror image, which begins to decay
+        has_images = [each.is_undamped or each.is_gyroscopic for each in self.components]
+        self.roots_at_onset = 1 + np.array(has_images)
         self.ends = (low, high)
         self.most = most
         self.intervals_left = 0.0  # `prove` sets this, and the rate of `CountBounds`, 1/s
@@ -531,8 +540,10 @@ class RangeProof:
         for (before, after), (start, stop) in zip(
             itertools.pairwise(counts), intervals, strict=True
         ):
+            rise = np.subtract(after, before)
             bounds = total(self.bounds(start, stop))
-            if bounds.most - bounds.least > abs(sum(after) - sum(before)) + 1:
+            may_cross = int(self.roots_at_onset @ abs(rise)) + 1
+            if abs(rise).sum() > abs(rise.sum()) or bounds.most - bounds.least > may_cross:
                 return self.open_at((start + stop) / 2.0, CANCELS)
         return proof
 
