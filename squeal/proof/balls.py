@@ -18,6 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from squeal.proof import AS_GIVEN, HALF_ULP
 
+try:
+    import flint
+except ImportError:  # an extra
+    flint = None
+
 Floats = NDArray[np.float64]
 Factors = float | complex | NDArray
 """Real or complex numbers that numpy broadcasts."""
@@ -72,7 +77,12 @@ class Balls:
     @property
     def is_zero(self) -> bool:
         """True if the matrix of zeros is the only one."""
-        return not (self.mid.any() or self.rad.any())
+        return not self.pattern.any()
+
+    @property
+    def pattern(self) -> NDArray[np.bool_]:
+        """Which entries (n, m) are not zero for certain."""
+        return (self.mid != 0.0) | (self.rad != 0.0)
 
     @property
     def is_exact(self) -> bool:
@@ -121,11 +131,10 @@ class Balls:
         """The products (n, k) of each matrix with each one (m, k) of the other balls."""
         terms = self.mid.shape[1]
         mid = self.mid @ other.mid
-        units = 0.5  # u = eps / 2
+        rounding = (terms + 4) * EPS / 2.0  # of the product, as a share of |self| |other|
         if np.iscomplexobj(mid):
-            # each part sums 2 n real products, and both parts together cost a factor sqrt(2)
-            units = 1.5
-        rounding = units * (terms + 4) * EPS  # of the product, as a share of |self| |other|
+            # each part sums 2 n real products, both parts cost a factor sqrt(2): 2 sqrt(2) < 3
+            rounding = 3.0 * rounding
         left = magnitude(self.mid)
         right = magnitude(other.mid)
         rad = left @ upper(other.rad + rounding * right, 2)
@@ -152,6 +161,17 @@ def middle_and_radius(ball: Ball) -> tuple[float, float]:
     if deviation.is_zero():
         return middle, 0.0
     return middle, float(np.nextafter(float(deviation.abs_upper()), np.inf))
+
+
+def in_doubles(rows: Sequence[Sequence[Ball]]) -> Balls:
+    """A matrix (n, m) of balls of any precision, with midpoints and radii in doubles."""
+    entries = np.array([[middle_and_radius(ball) for ball in row] for row in rows])
+    return Balls(mid=entries[:, :, 0], rad=entries[:, :, 1])
+
+
+def between(low: float, high: float) -> Ball:
+    """A ball that holds all numbers between two."""
+    return flint.arb(low).union(flint.arb(high))
 
 
 def low_end(ball: Ball) -> float:

@@ -13,7 +13,7 @@ from squeal.proof import AS_GIVEN
 from squeal.proof.balls import EPS
 from squeal.proof.large import BandProof, prove_band
 from squeal.proof.pieces import Piece
-from squeal.proof.referee import Proof
+from squeal.proof.referee import Proof, growth_bound
 
 BEYOND = 1.02  # the disc that is searched, times the upper end of the band
 CORES = (60, 100, 200)
@@ -118,7 +118,6 @@ def judge_modes(
     errors = np.zeros(len(roots))
     for i, number in enumerate(piece_numbers.tolist()):
         errors[i] = _distance_bound(roots[i], pieces[number])
-    growth_below = 0.0
     open_reason = ""
     open_at: complex | None = None  # a disc of the last piece that leaves the answer open
     for number, piece in enumerate(pieces):
@@ -139,12 +138,10 @@ def judge_modes(
         elif piece.side == "unknown":
             open_reason = "whether this mode grows is not known"
             open_at = centre
-        if piece.side not in ("grows", "axis"):  # a root that is not known to grow, nor to rest
-            growth_below = max(growth_below, piece.high)
     return Proof(
         status="open" if open_reason else "proved",
         by="enclosure",
-        growth_below=growth_below,
+        growth_below=growth_bound(pieces),
         reason=open_reason,
         where=open_at,
         errors=errors,

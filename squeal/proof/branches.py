@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Coefficients, Pad, coefficients, pose
-from squeal.proof.balls import Ball, Floats, high_end, low_end, upper
+from squeal.proof.balls import Ball, Floats, between, high_end, low_end, upper
 from squeal.proof.jets import Doubles, Functions, Jet
 from squeal.proof.signs import Polynomial, first_with_sign, signs
 
@@ -117,7 +117,7 @@ class Cell:
 
     def at_end(self) -> list[Ball]:
         """Balls (4) of the unknowns where the next cell takes over."""
-        return self.at(_between(self.overlap_from, self.end))
+        return self.at(between(self.overlap_from, self.end))
 
     def direction(self, t: float) -> Floats:
         """Derivatives (4,) of the unknowns by t, approximate."""
@@ -263,7 +263,7 @@ class PadBranch:
                 # a fold comes before the change of contact
                 yield replace(cell, end=change.low)
                 return
-            friction = cell.at(_between(change.low, change.high))[FRICTION]
+            friction = cell.at(between(change.low, change.high))[FRICTION]
             if not self.is_sharp(friction, CONTACT):
                 share = min(SHRINKING * (change.high - change.low), 0.5)
                 half_width = share * float(np.linalg.norm(cell.direction(change.low)))
@@ -344,8 +344,8 @@ class PadBranch:
             return None
         pivot, widest = chosen
         sense = 1.0 if direction[pivot] > 0.0 else -1.0  # of the pivot along the branch
-        half = min(widest, largest_half / float(np.linalg.norm(direction)))
-        half *= abs(direction[pivot])
+        multiples = min(widest, largest_half / float(np.linalg.norm(direction)))
+        half = multiples * abs(direction[pivot])  # in units of the pivot
         narrowest = NARROWEST * half
         least_box = 1e-15 * np.abs(point)  # points are doubles
         if last is not None and last.state != state:
@@ -356,7 +356,7 @@ class PadBranch:
             half = max(half, SHRINKING * float(least_box[pivot]))
         while half > max(narrowest, least_box[pivot]):
             overlap = max(OVERLAP * half, least_box[pivot])
-            middle = point[pivot] + sense * (half - overlap)  # it begins by the overlap before
+            middle = point[pivot] + sense * (half - overlap)  # it begins before the point
             cell = self._cell_around(point, pivot, middle, sense * half, state, least_box)
             if cell is not None:
                 joined = _joined(cell, last)
@@ -440,8 +440,9 @@ class PadBranch:
         """Where a gap first loses the sign that the contact state asks of it, None if none does.
 
         Gaps that may do so at the same t are one change. Unless the cell before has the
-        `same_state`, the gap that changed there has no certain sign yet at the start of this cell:
-        that is the change before, and none of this cell, if the friction is known sharply there.
+        `same_state`, the gap that changed between them has no certain sign yet at the start of this
+        cell. This is no other change if friction is known sharply there; if it is not, the change
+        is returned for a narrower cell.
         """
         first: ContactChange | None = None
         gaps = self._enclosing_polynomials(cell.centre, cell.radii, self.balance.gaps)
@@ -449,16 +450,17 @@ class PadBranch:
             sign_of_state = -1 if cell.state[i] else 1  # -1: touching, the gap is negative
             pieces = signs(gap, cell.start, high=1.0)
             if not same_state and pieces[0].sign != sign_of_state:
+                # it has changed where this cell begins
                 certain_from = first_with_sign(pieces, sign_of_state)
-                friction = cell.at(_between(cell.start, certain_from))[FRICTION]
+                friction = cell.at(between(cell.start, certain_from))[FRICTION]
                 if not self.is_sharp(friction, CONTACT_BEYOND):
                     return ContactChange([i], cell.start, certain_from)
                 pieces = [piece for piece in pieces if piece.low >= certain_from]
-            not_of_state = [piece for piece in pieces if piece.sign != sign_of_state]
-            if not not_of_state:
+            lost = [piece for piece in pieces if piece.sign != sign_of_state]
+            if not lost:
                 continue
-            low = not_of_state[0].low
-            high = first_with_sign(not_of_state, -sign_of_state)
+            low = lost[0].low
+            high = first_with_sign(lost, -sign_of_state)
             if first is None or low < first.low:
                 first = ContactChange([i], low, high)
             elif low <= first.high:
@@ -589,7 +591,8 @@ class PadBranch:
         """Approximate Taylor polynomials (4) of the unknowns in t.
 
         Newton's method order by order: the coefficients of an order shift by -Y times that of
-        F(P(t)). Order 0 comes twice: the point, known to doubles, first becomes more precise.
+        F(P(t)), of which the lower ones vanish by then. Order 0 comes twice: each time the point,
+        known to doubles, becomes more precise. The pivot is its value + half t.
         """
         terms = [[flint.arb(value)] for value in point.tolist()]
         for order in (0, 0, *range(1, ORDER + 1)):
@@ -756,8 +759,3 @@ def _absolute_bound(polynomial: Polynomial) -> float:
     """A bound of the absolute values of a polynomial over |t| <= 1."""
     total = sum((c.abs_upper() for c in polynomial.coeffs()), flint.arb(0))
     return float(np.nextafter(float(total.abs_upper()), np.inf))
-
-
-def _between(low: float, high: float) -> Ball:
-    """A ball that holds all numbers between two."""
-    return flint.arb(low).union(flint.arb(high))

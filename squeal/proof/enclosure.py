@@ -54,7 +54,7 @@ def components(system: Quadratic) -> list[NDArray[np.intp]]:
     """
     pattern = np.zeros((system.n, system.n), dtype=bool)
     for X in system.parts:
-        pattern |= (X.mid != 0.0) | (X.rad != 0.0)
+        pattern |= X.pattern
     return strong_components(pattern)
 
 

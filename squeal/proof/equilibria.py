@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from squeal.model.contact import State
 from squeal.model.equations import PadModel
 from squeal.model.pad import pose
-from squeal.proof.balls import Ball, Balls, middle_and_radius
+from squeal.proof.balls import Ball, Balls, in_doubles
 from squeal.proof.branches import BITS, FRICTION, Balance, factors_of
 from squeal.proof.jets import Functions, Jet
 
@@ -106,13 +106,13 @@ class _Neighbourhood:
         """Loads (3) with their slopes by x, y, theta and mu."""
         return self.balance.jets([*place, self.balance.c.mu], state)
 
-    def box(self, state: State) -> list[Ball] | None:
-        """Balls (3) that hold exactly one equilibrium of a contact state; None if none is found.
+    def _computed(self, state: State) -> list[Ball] | None:
+        """The equilibrium (3) of a contact state by Newton's method, as balls without radius.
 
-        The box is widened until Krawczyk's operator maps it into itself.
+        None if it lies far from the given place, or beyond a fold, where det K has another sign.
         """
         place = [flint.arb(v) for v in self.given.tolist()]
-        sign_at_given = _slopes(self.loads(place, state)).det()
+        det_at_given = _slopes(self.loads(place, state)).det()
         for _ in range(STEPS):
             loads = self.loads(place, state)
             slopes = _middles(_slopes(loads))
@@ -123,11 +123,22 @@ class _Neighbourhood:
                 break
         if any(abs(u - g) > FAR * s for u, g, s in zip(place, self.given, self.sizes, strict=True)):
             return None
-        loads = self.loads(place, state)
-        slopes = _middles(_slopes(loads))
-        if not slopes.det() * sign_at_given > 0:
+        if not _middles(_slopes(self.loads(place, state))).det() * det_at_given > 0:
             return None
-        Y = _middles(slopes.inv())
+        return place
+
+    def box(self, state: State) -> list[Ball] | None:
+        """Balls (3) that hold exactly one equilibrium of a contact state; None if none is found.
+
+        The box around a computed equilibrium is widened until Krawczyk's operator maps it into
+        itself: deviations e from its middle to -Y F + (1 - Y J) e, J the slopes of the loads F
+        over the box and Y about their inverse.
+        """
+        place = self._computed(state)
+        if place is None:
+            return None
+        loads = self.loads(place, state)
+        Y = _middles(_middles(_slopes(loads)).inv())
         shift = Y * flint.arb_mat(3, 1, [flint.arb(f.value) for f in loads])
         one = flint.arb_mat(3, 3, [int(i == j) for i in range(3) for j in range(3)])
         radii = [2 * abs(shift[i, 0]).upper() + 2.0**-BITS * self.sizes[i] for i in range(3)]
@@ -156,7 +167,8 @@ class _Neighbourhood:
         R_n, _ = self.balance.law.normal(c, pose(Functions, tuple(box)), factors_of(state))
         x, y, theta = (float(ball.mid()) for ball in box)
         reaction = float(flint.arb(R_n).mid())
-        return EnclosedEquilibrium((x, y, theta), state, reaction, _balls(-slopes), _balls(C))
+        K = in_doubles((-slopes).tolist())
+        return EnclosedEquilibrium((x, y, theta), state, reaction, K, in_doubles(C.tolist()))
 
 
 def _slopes(loads: Sequence[Jet]) -> Matrix:
@@ -167,13 +179,3 @@ def _slopes(loads: Sequence[Jet]) -> Matrix:
 def _middles(A: Matrix) -> Matrix:
     """The midpoints (3, 3) of a matrix of balls."""
     return flint.arb_mat([[A[i, j].mid() for j in range(3)] for i in range(3)])
-
-
-def _balls(A: Matrix) -> Balls:
-    """A matrix of balls (3, 3) in doubles."""
-    mid = np.zeros((3, 3))
-    rad = np.zeros((3, 3))
-    for i in range(3):
-        for j in range(3):
-            mid[i, j], rad[i, j] = middle_and_radius(A[i, j])
-    return Balls(mid, rad)

@@ -70,8 +70,10 @@ def exact_roots(block: Quadratic) -> list[Piece] | Failure:
         scale = rate / unit
         if block.is_undamped:
             zeros = 2 * zeros  # one of s = -lambda^2 is two of lambda
-            pieces = _of_squares(polynomial, -scale * rate)  # lambda^2 = -s, in rate^2 / unit
+            # the roots are unit * s of s in rate^2, and lambda^2 is -s
+            pieces = _of_squares(polynomial, -scale * rate)
         else:
+            # the roots are unit * r of lambda = rate * r
             # p(r) = even(r^2) + r odd(r^2); r and -r are roots where both vanish
             coefficients = polynomial.coeffs()
             even = flint.fmpz_poly(coefficients[::2])
@@ -100,7 +102,7 @@ def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
     for X, shift in zip(block.parts, (time_exponent, 0, -time_exponent), strict=True):
         fractions, powers = np.frexp(X.mid)
         whole = np.ldexp(fractions, 53).astype(np.int64)
-        lowest_bit = np.where(whole == 0, 1, whole & -whole)
+        lowest_bit = np.where(whole == 0, 1, whole & -whole)  # by two's complement
         trailing_zeros = np.log2(lowest_bit).astype(int)
         odd_numbers.append(whole >> trailing_zeros)
         exponents.append(powers.astype(int) - 53 + trailing_zeros + shift)
@@ -208,7 +210,7 @@ def _of_squares(polynomial: Polynomial, scale: Ball) -> list[Piece]:
         return []
     pieces = []
     for root, multiplicity in polynomial.complex_roots():
-        square = flint.acb(root) * scale  # lambda^2; its `_piece`: Re, Im, side, is it real
+        square = flint.acb(root) * scale  # lambda^2
         is_real_square = square.imag == 0  # exactly: FLINT gives a real root no imaginary part
         if is_real_square and square.real < 0:
             size = (-square.real).sqrt()

@@ -36,8 +36,9 @@ def _allow_zeros(block: Quadratic, count: int) -> bool:
     """True if some matrices within the data have `count` roots at zero, to first order.
 
     Each number k of free motions is tried with which damping of some rank r, 0 <= r <= k, leaves
-    2k - r = `count` roots at zero; without damping r = 0. Their vectors come from the singular
-    value decomposition of K, refined in long double.
+    2k - r = `count` roots at zero; without damping r = 0. Then y' K x has to be zero within the
+    data, and y' C x on those k - r motions that have both roots at zero. The null vectors x and y
+    (n, k) of K come from its singular value decomposition, refined in long double.
     """
     U, singular_values, Vt = np.linalg.svd(block.K.mid)
     fewest = (count + 1) // 2
@@ -46,6 +47,7 @@ def _allow_zeros(block: Quadratic, count: int) -> bool:
         flexible = block.n - motions
         if flexible and singular_values[flexible - 1] == 0.0:
             continue  # K leaves more motions free
+        # of K on the other vectors
         inverse = (Vt[:flexible].T / singular_values[:flexible]) @ U[:, :flexible].T
         x = Vt[flexible:].T
         y = U[:, flexible:]
@@ -53,10 +55,10 @@ def _allow_zeros(block: Quadratic, count: int) -> bool:
         y = y - inverse.T @ _long_product(block.K.mid.T, y).astype(float)
         if not _is_zero(block.K, y, x, _moved_by_data(block.K, y, x)):
             continue
-        # free ones that C leaves with two roots at zero: k - r
-        undamped_motions = count - motions
+        undamped_motions = count - motions  # k - r
         if not undamped_motions or block.is_undamped:
             return True
+        # of y' C x the k - r smallest singular values have to be zero
         left, _, right = np.linalg.svd(y.T @ block.C.mid @ x)
         y = y @ left[:, motions - undamped_motions :]
         x = x @ right[motions - undamped_motions :].T
@@ -77,7 +79,10 @@ def _moved_by_data(X: Balls, y: NDArray, x: NDArray) -> NDArray:
 
 
 def _is_zero(X: Balls, y: NDArray, x: NDArray, allowed: NDArray) -> bool:
-    """True if no entry of y' X x is larger than `allowed` (k, k), its rounding included."""
+    """True if no entry of y' X x is larger than `allowed` (k, k), its rounding included.
+
+    Where nothing is allowed, as of exact data, each product of its sum has to be zero.
+    """
     product = np.abs(y.T.astype(Long).dot(_long_product(X.mid, x)))
     sizes = np.abs(y).T @ np.abs(X.mid) @ np.abs(x)
     rounding = 2 * (len(X.mid) + 4) * float(np.finfo(Long).eps) * sizes

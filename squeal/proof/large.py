@@ -153,21 +153,17 @@ def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -
     MY = metric @ Y
     sigma = SIGMA * radius**2
     damping = _damping(metric, C, K)
-    # N = metric + extra, so that |u' C' w| <= DAMPING sigma / radius where u and w have norm 1;
-    # here and below `upper` takes more terms than the few roundings of a bound
+    # N = metric + diag(extra), so that |u' C' w| <= DAMPING sigma / radius for u and w of norm 1 in
+    # N; here and below `upper` takes more terms than the few roundings of a bound
     extra = upper(damping.local * (radius / (DAMPING * sigma)), 8)
     N = csc_array(metric + diags_array(extra))
     reason = _singular_values_above(N, K, MX, MY, sigma)
     if reason:
         return BandProof(radius, reason=reason)
 
-    # between U and W the smallest singular value of P(lambda) is at least that of K, less what
-    # lambda^2 M + lambda (alpha M + beta K + C') takes of it
+    # |M - metric| in its norm: M may be symmetric but for rounding
     skewness = _norm_of(csc_array(abs(M - metric) + EPS * abs(M)), np.sqrt(diagonal), share)
-    smallest = sigma * (1.0 - DAMPING - radius * abs(damping.beta))
-    smallest -= radius * (radius + abs(damping.alpha)) * (1.0 + skewness)
-    # N is a sum in floating point; it misses by no more than EPS / share of itself
-    smallest -= 32.0 * (EPS / share) * (sigma + radius * abs(damping.alpha))
+    smallest = _least_singular_value(damping, sigma, radius, skewness, share)
     if not smallest > 0.0:
         return BandProof(radius, reason="damping beyond the core is too large")
 
@@ -189,6 +185,20 @@ def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -
     if isinstance(pieces, Failure):
         return BandProof(radius, reason=pieces.reason)
     return BandProof(radius, _pieces_in_band(pieces, radius))
+
+
+def _least_singular_value(
+    damping: _Damping, sigma: float, radius: float, skewness: float, share: float
+) -> float:
+    """A lower bound of the singular values of P(lambda) between U and W for |lambda| <= radius.
+
+    Those of K are at least sigma, and lambda^2 M + lambda (alpha M + beta K + C') takes the rest
+    (`docs/proof.md`, Above 400 rows, 4). Not positive where damping is too large.
+    """
+    smallest = sigma * (1.0 - DAMPING - radius * abs(damping.beta))
+    smallest -= radius * (radius + abs(damping.alpha)) * (1.0 + skewness)
+    # N is a sum in floating point; it misses by no more than EPS / share of itself
+    return smallest - 32.0 * (EPS / share) * (sigma + radius * abs(damping.alpha))
 
 
 def _pieces_in_band(pieces: list[Piece], radius: float) -> tuple[Piece, ...]:
@@ -275,11 +285,6 @@ def _factorised(A: csc_array) -> SuperLU:
     return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
-def _row_product(A: csc_array, x: Floats, terms: int) -> Floats:
-    """Upper bounds of A x of non-negative arrays, each entry a sum of at most `terms` products."""
-    return upper(A @ x, terms)
-
-
 def _most_in_a_row(A: csc_array) -> int:
     """The largest number of entries in a row."""
     if not A.nnz:
@@ -316,24 +321,12 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
     pivots = U.diagonal()
     if not (np.isfinite(pivots).all() and np.all(pivots != 0.0)):
         return None
-    # |A - L D L'| <= gamma |L| |U| + |L| |U - D L'|
-    DLt = csc_array(diags_array(pivots) @ L.T)
     terms = max(_most_in_a_row(L), _most_in_a_row(csc_array(L.T))) + 8
-    # gamma |U| for Higham's bound, gamma |D L'| for the rounding of D L'; EPS is two of its units
-    gamma = terms * EPS
-    right = csc_array(abs(U - DLt) + gamma * (abs(U) + abs(DLt)))
-    left = abs(L)  # left @ right bounds |A - L D L'|
-    # the norm of a symmetric matrix E scaled by 1 / weights is at most the largest sum of a row of
-    # the mean of |E| and its transpose, for any bounds |E|
     inverse_weights = np.empty(n)  # in the order of elimination
     inverse_weights[factors.perm_c] = 1.0 / weights  # perm_c[i]: when row i of A is eliminated
-    rows = _row_product(left, _row_product(right, inverse_weights, terms), terms)
-    left_t = csc_array(left.T)
-    right_t = csc_array(right.T)
-    columns = _row_product(right_t, _row_product(left_t, inverse_weights, terms), terms)
-    of_factors = 0.5 * (rows + columns) * inverse_weights
+    of_factors = _factorisation_error(L, U, inverse_weights, terms)
     # symmetric, so that its rows do for its columns
-    of_doubt = _row_product(doubt, 1.0 / weights, _most_in_a_row(doubt) + 1) / weights
+    of_doubt = upper(doubt @ (1.0 / weights), _most_in_a_row(doubt) + 1) / weights
     # what underflows: each of n entries of a row of L D L' sums `terms` products, each of which may
     # lose TINY, in L D L' itself or in L, which a pivot then multiplies
     underflow = n * terms * TINY * (1.0 + np.max(np.abs(pivots))) / np.min(weights) ** 2
@@ -341,6 +334,22 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
     if not np.isfinite(error):
         return None
     return _Inertia(int(np.sum(pivots < 0.0)), error)
+
+
+def _factorisation_error(L: csc_array, U: csc_array, scale: Floats, terms: int) -> Floats:
+    """Row sums (n,) of a bound E of |A - L D L'|, D = diag(U), made symmetric and scaled.
+
+    E = gamma |L| |U| + |L| |U - D L'|. With S = diag(scale) the largest sum of a row of
+    S (E + E') S / 2 bounds the 2-norm of the symmetric matrix S (A - L D L') S.
+    """
+    DLt = csc_array(diags_array(U.diagonal()) @ L.T)
+    # gamma |U| for Higham's bound, gamma |D L'| for the rounding of D L'; EPS is two of its units
+    gamma = terms * EPS
+    right = csc_array(abs(U - DLt) + gamma * (abs(U) + abs(DLt)))
+    left = abs(L)  # E = left @ right
+    rows = upper(left @ upper(right @ scale, terms), terms)
+    columns = upper(right.T @ upper(left.T @ scale, terms), terms)
+    return 0.5 * (rows + columns) * scale
 
 
 def _mass_share(M: csc_array, diagonal: Floats) -> float:
@@ -507,10 +516,9 @@ def _damping(M: csc_array, C: csc_array, K: csc_array) -> _Damping:
     transposed = csc_array(bounds.T)
     # at least as many as a row or a column has, and 8 for the roundings of each entry itself
     terms = _most_in_a_row(bounds) + _most_in_a_row(transposed) + 8
-    ones = np.ones(n)
     # by Cauchy and Schwarz |u' C' w|^2 <= (sum row_i |u_i|^2) (sum column_j |w_j|^2), of sums of
     # the bounds: the larger of both serves u and w
-    local = np.maximum(_row_product(bounds, ones, terms), _row_product(transposed, ones, terms))
+    local = np.maximum(upper(bounds.sum(axis=1), terms), upper(bounds.sum(axis=0), terms))
     return _Damping(float(alpha), float(beta), local)
 
 
@@ -521,8 +529,8 @@ def _norm_of(sizes: csc_array, weights: Floats, share: float) -> float:
     """
     transposed = csc_array(sizes.T)
     terms = _most_in_a_row(sizes) + _most_in_a_row(transposed) + 8
-    rows = _row_product(sizes, 1.0 / weights, terms) / weights
-    columns = _row_product(transposed, 1.0 / weights, terms) / weights
+    rows = upper(sizes @ (1.0 / weights), terms) / weights
+    columns = upper(transposed @ (1.0 / weights), terms) / weights
     norm = np.sqrt(np.max(rows)) * np.sqrt(np.max(columns)) / share
     return float(upper(norm, terms))
 

@@ -83,7 +83,11 @@ def touching(a: NDArray, radii_a: Floats, b: NDArray, radii_b: Floats) -> NDArra
 
 
 def strong_components(joined: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
-    """Indices of each strong component of a relation (n, n), by squaring its reachability."""
+    """Indices of each strong component of a relation (n, n), ascending.
+
+    Indices are of one component if each reaches the other. What is reached in up to k steps,
+    squared as a matrix, is what is reached in up to 2 k.
+    """
     n = len(joined)
     if not n:
         return []
@@ -93,15 +97,22 @@ def strong_components(joined: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
     reach = others[np.ix_(linked, linked)] | np.eye(len(linked), dtype=bool)
     while not reach.all():
         steps = reach.astype(np.float32)
-        further = steps @ steps > 0.0
+        further = steps @ steps > 0.0  # of float32, whose product is fast; of Booleans it is not
         if np.array_equal(further, reach):
             break
         reach = further
     first = np.arange(n)  # the first index of the component of each index
     if len(linked):
         first[linked] = linked[(reach & reach.T).argmax(axis=1)]
-    order = np.argsort(first, kind="stable")
-    return np.split(order, np.flatnonzero(np.diff(first[order])) + 1)
+    return [np.flatnonzero(first == index) for index in np.unique(first)]
+
+
+def labels(parts: Sequence[NDArray[np.intp]], n: int) -> NDArray[np.intp]:
+    """The number (n,) of the part that holds each index, of parts that hold each once."""
+    label = np.empty(n, dtype=int)
+    for number, part in enumerate(parts):
+        label[part] = number
+    return label
 
 
 def clusters(centres: NDArray, radii: Floats) -> list[NDArray[np.intp]]:
@@ -132,13 +143,11 @@ def pieces_of(
         Of which discs the roots are known to have a real square, so that each is real or imaginary.
     """
     parts = clusters(centres, radii)
-    label = np.empty(len(centres), dtype=int)  # the number of the part of each disc
-    for number, part in enumerate(parts):
-        label[part] = number
-    alone = np.bincount(label, minlength=len(parts))[label] == 1
+    label = labels(parts, len(centres))
+    alone = np.bincount(label)[label] == 1  # whether each disc is a part by itself
 
     def are_own_images(images: NDArray[np.complex128]) -> NDArray[np.bool_]:
-        """For each disc whether it alone holds one root, which equals its image."""
+        """For each disc whether it is alone, and its one root equals its image."""
         meets = touching(images, radii, centres, radii)
         meets_others = meets & (label[:, None] != label)
         return alone & ~meets_others.any(axis=1)

@@ -20,8 +20,10 @@ from numpy.typing import ArrayLike, NDArray
 from squeal.proof import AS_GIVEN
 from squeal.proof.balls import (
     Balls,
+    between,
     doubles,
     half_widths,
+    high_end,
     middle_and_radius,
     upper,
 )
@@ -114,14 +116,10 @@ class Terms:
         return len(self.balls["M"][0].mid)
 
     @property
-    def _midpoints(self) -> list[NDArray]:
-        """The matrices (n, n) of all terms as they are given."""
-        return [X.mid for matrices in self.balls.values() for X in matrices]
-
-    @property
     def is_real(self) -> bool:
         """True if no entry is complex."""
-        return not any(map(np.iscomplexobj, self._midpoints))
+        matrices = itertools.chain(*self.balls.values())
+        return not any(np.iscomplexobj(X.mid) for X in matrices)
 
     @property
     def is_symmetric(self) -> bool:
@@ -151,9 +149,8 @@ class Terms:
         those of the diagonal blocks.
         """
         pattern = np.zeros((self.n, self.n), dtype=bool)
-        for matrices in self.balls.values():
-            for X in matrices:
-                pattern |= (X.mid != 0.0) | (X.rad > 0.0)
+        for X in itertools.chain(*self.balls.values()):
+            pattern |= X.pattern
         components = []
         for rows in strong_components(pattern):
             balls: dict[str, list[Balls]] = {"M": [], "C": [], "K": []}
@@ -170,17 +167,18 @@ class Terms:
         Raises ValueError where a factor divides by what may be zero.
         """
         # p = middle + d to first order in d, and about every value between, for the second order
-        middle = flint.arb_series([flint.arb(middle_and_half(low, high)[0]), 1], prec=2)
-        between = flint.arb_series([flint.arb(low).union(flint.arb(high)), 1], prec=3)
-        M, C, K = (self._expansion_of_sum(name, middle, between) for name in "MCK")
+        middle, _ = middle_and_half(low, high)
+        about_middle = flint.arb_series([flint.arb(middle), 1], prec=2)
+        about_all = flint.arb_series([between(low, high), 1], prec=3)
+        M, C, K = (self._expansion_of_sum(name, about_middle, about_all) for name in "MCK")
         return M, C, K
 
-    def _expansion_of_sum(self, name: str, middle: Any, between: Any) -> Expansion:
+    def _expansion_of_sum(self, name: str, about_middle: Any, about_all: Any) -> Expansion:
         """M, C or K, the sum of its terms; entries that are zero in all of them stay zero.
 
-        `middle` and `between` are Taylor series of the parameter: about the middle of an interval
-        to first order, and about all values in it at once to the second, whose coefficient f''/2
-        bounds what is beyond the first (Lagrange).
+        The Taylor series are those of the parameter: about the middle of an interval to first
+        order, and about all values in it at once to the second. There the coefficient f''/2 of a
+        factor f bounds what is beyond the first (Lagrange's remainder).
         """
         zeros = np.zeros((self.n, self.n))
         values: list[Balls] = []
@@ -191,24 +189,23 @@ class Terms:
             if term.factor is None:
                 values.append(X)
                 continue
-            factor, factor_slope = _coefficients(term.factor(middle))[:2]
-            half_curvature = _coefficients(term.factor(between))[2]
+            factor, factor_slope = _coefficients(term.factor(about_middle))[:2]
+            half_curvature = _coefficients(term.factor(about_all))[2]
             values.append(_multiplied(X, factor))
             slopes.append(_multiplied(X, factor_slope))
-            largest = float(np.nextafter(float(half_curvature.abs_upper()), np.inf))
-            remainder = remainder + X.bound() * largest
-        # `upper` adds to zeros, too
-        is_used = sum((np.abs(X.mid) + X.rad for X in matrices), zeros) > 0.0
+            remainder = remainder + X.bound() * high_end(abs(half_curvature))
+        # the rounding of sums would make a ball of zeros, too
+        is_used = np.any([X.pattern for X in matrices], axis=0)
 
-        def total(balls: list[Balls]) -> Balls:
+        def sum_of(balls: list[Balls]) -> Balls:
             if not balls:
                 return Balls.exact(zeros)
             X = functools.reduce(Balls.plus, balls)
             return Balls(X.mid, np.where(is_used, X.rad, 0.0))
 
         return Expansion(
-            value=total(values),
-            slope=total(slopes),
+            value=sum_of(values),
+            slope=sum_of(slopes),
             remainder=np.where(is_used, upper(remainder, 2 * len(matrices)), 0.0),
         )
 
@@ -409,7 +406,7 @@ class RangeProof:
                     return None
                 reached = step_end
                 length *= growth
-                growth = min(growth**2, MOST_GROWTH)
+                growth = min(growth**2, MOST_GROWTH)  # from LEAST_GROWTH on: 1.25, 1.56, 2.4, 6, 32
                 continue
             length = abs(step_end - reached) * SHORTER
             growth = LEAST_GROWTH
@@ -435,9 +432,9 @@ class RangeProof:
         return None
 
     def _of_all_components(self, where: float, unstable: int) -> Proof:
-        """The refutation at a value where a component has another number of growing roots.
+        """The proof where a component has, at a value, another number of growing roots.
 
-        It is open if, for all that is known, the other components may make up for it.
+        Refuted, or open if the other components may make up for it.
         """
         bounds = total(self.bounds(where, where))
         if bounds.allow(unstable):
@@ -499,7 +496,7 @@ class RangeProof:
         self.intervals_left = float(self.most)
         self.growth_below = growth_below
         # first what grows inside of each gap, of each component
-        counts: list[list[int]] = []
+        counts: list[list[int]] = []  # one list for each gap
         for a, b in gaps:
             inside = a + INSIDE * (b - a)
             each = self.bounds(inside, inside)
@@ -512,13 +509,11 @@ class RangeProof:
             below = sum(counts[number])
             above = sum(counts[number + 1])
             rise = rises[number] if rises is not None else None
-            reason = ""
+            middle = (start + stop) / 2.0
             if start <= low or stop >= high:
-                reason = AT_END
-            elif below == above and rise == 0:
-                reason = CANCELS
-            if reason:
-                return self.open_at((start + stop) / 2.0, reason)
+                return self.open_at(middle, AT_END)
+            if below == above and rise == 0:
+                return self.open_at(middle, CANCELS)
             if below == above or (rise is not None and rise != above - below):
                 reason = f"{below} roots grow below a threshold, {above} above"
                 gap_start, gap_end = gaps[number + 1]
@@ -530,6 +525,7 @@ class RangeProof:
             for value in (a, b):
                 bounds = total(self.bounds(value, value))
                 if not bounds.allow(sum(unstable)):
+                    # half way to where the roots were counted
                     beside = (value + a + INSIDE * (b - a)) / 2.0
                     return self.refuted(bounds, sum(unstable), beside)
             proof = self.between(a, b, unstable)

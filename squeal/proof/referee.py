@@ -14,7 +14,15 @@ from squeal.proof import AS_GIVEN, HALF_ULP
 from squeal.proof.balls import Floats, Quadratic, half_widths, upper
 from squeal.proof.enclosure import Guess, components, enclose, scaled
 from squeal.proof.free import with_free_motions
-from squeal.proof.pieces import Failure, Means, Piece, growing_counts, strong_components, touching
+from squeal.proof.pieces import (
+    Failure,
+    Means,
+    Piece,
+    growing_counts,
+    labels,
+    strong_components,
+    touching,
+)
 
 Status = Literal["proved", "open", "refuted"]
 LAST_DIGITS = "the answer hangs on the last digits of the entries"
@@ -384,10 +392,7 @@ def _groups(
     """
     piece_of = np.repeat(np.arange(len(pieces)), [piece.count for piece in pieces])
     is_joined = touching(centres, radii, centres, radii) | (piece_of[:, None] == piece_of)
-    group_of = np.empty(len(centres), dtype=int)
-    for number, group in enumerate(strong_components(is_joined)):
-        group_of[group] = number
-    return group_of
+    return labels(strong_components(is_joined), len(centres))
 
 
 def _compare(pieces: Sequence[Piece], answer: RootList) -> Proof:
@@ -422,7 +427,8 @@ def _compare(pieces: Sequence[Piece], answer: RootList) -> Proof:
     sizes = np.bincount(group_of)
     is_met = touching(values, answer.errors, centres, radii)  # values by discs
     in_group = group_of[:, None] == np.arange(len(sizes))  # discs by groups
-    may_match = is_met.astype(np.float32) @ in_group.astype(np.float32) > 0.0  # values by groups
+    # values by groups: does a value meet any disc of a group? As numbers, so that products count
+    may_match = is_met.astype(np.float32) @ in_group.astype(np.float32) > 0.0
     unmatched = np.flatnonzero(~may_match.any(axis=1))
     if unmatched.size:
         value = complex(values[unmatched[0]])

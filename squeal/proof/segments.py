@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from squeal.proof.balls import EPS, TINY, Balls, Floats, magnitude, row_sums, upper
 from squeal.proof.chains import Chain, find_chains
-from squeal.proof.pieces import Failure, Side, Tally, strong_components
+from squeal.proof.pieces import Failure, Side, Tally, labels, strong_components
 
 try:
     import flint
@@ -132,10 +132,11 @@ class NearDiagonal(NamedTuple):
 
 
 def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> NearDiagonal | Failure:
-    """The pencil A - s B on approximate vectors: S = (Y B X)^-1 (Y A X), for Gershgorin's theorem.
+    """The pencil A - s B on approximate vectors: S = G^-1 R = (Y B X)^-1 (Y A X), nearly diagonal.
 
-    With `half`, half the width of the interval, above 0 the vectors move with the parameter. See
-    the top of the module for the symbols.
+    S0 + d S1 is the part of S that is computed; `N` bounds what it misses. With half the width of
+    the interval, `half`, above 0 the vectors then move with the parameter. See the top of the
+    module for the symbols, and `docs/proof.md`, Ranges, 1 for the bounds.
     """
     X = basis.X
     Y = basis.Y
@@ -154,9 +155,9 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
         stay_together[np.ix_(chain.members, chain.members)] = True
     S0 = Balls.exact(_structured(np.where(stay_together, R0.mid, 0.0), basis.mirror))
     S1 = Balls.exact(np.zeros((n, n)))
-    # |G - 1| <= E, and |R - G (S0 + d S1)| <= U, order by order in d
+    # |G - 1| <= E, and |R - G (S0 + d S1)| <= U, both as sums of bounds of the orders of d
     E = Balls(G0.mid - np.eye(n), upper(G0.rad + EPS * magnitude(G0.mid), 2)).bound()
-    U = R0.minus(G0 @ S0).bound()
+    U = R0.minus(G0 @ S0).bound()  # of order 0
     if half > 0.0:
         sizes_of_X = magnitude(X)
         sizes_of_Y = magnitude(Y)
@@ -168,10 +169,10 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
         S1 = Balls.exact(_structured(first_order.mid, basis.mirror))
         sizes_of_S1 = magnitude(S1.mid)
         U = U + half * first_order.minus(G0 @ S1).bound()
-        U = U + half**2 * (sizes_of_Y @ A.remainder @ sizes_of_X)
+        U = U + half**2 * (sizes_of_Y @ A.remainder @ sizes_of_X)  # from here on order 2 and more
         U = U + G2 @ (sizes_of_S0 + half * sizes_of_S1)
         U = U + half**2 * (G1.bound() @ sizes_of_S1)
-    F = inverse_excess(upper(E, 6 * n + 16))
+    F = inverse_excess(upper(E, 6 * n + 16))  # |G^-1 - 1| <= F
     if F is None:
         return Failure(ILL)
     N = upper(U + F @ U, 8 * n + 16)  # S - (S0 + d S1) = G^-1 (R - G (S0 + d S1))
@@ -183,17 +184,24 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
         L, N = moved
     if not np.isfinite(N).all():
         return Failure(BEYOND)
-    values = S0.mid
-    for chain in basis.chains:
-        couplings = magnitude(values) + half * magnitude(L) + N
-        shifts = chain.shifts(couplings - np.diag(couplings.diagonal()))
-        N = upper(np.ldexp(N, shifts), 1)
-        values = values * np.ldexp(1.0, shifts)
-        L = L * np.ldexp(1.0, shifts)
     is_real = np.zeros(n, dtype=bool)
     if basis.mirror is not None:
         is_real = basis.mirror == np.arange(n)
-    return NearDiagonal(values, L, N, is_real)
+    S = NearDiagonal(S0.mid, L, N, is_real)
+    for chain in basis.chains:
+        S = _with_scaled_levels(S, chain, half)
+    return S
+
+
+def _with_scaled_levels(S: NearDiagonal, chain: Chain, half: float) -> NearDiagonal:
+    """S with the columns of a chain scaled by powers of 2, which makes its largest disc smallest.
+
+    A similarity by a diagonal matrix, so that the eigenvalues stay (see `chains`).
+    """
+    couplings = magnitude(S.S0) + half * magnitude(S.L) + S.N
+    shifts = chain.shifts(couplings - np.diag(couplings.diagonal()))
+    scale = np.ldexp(1.0, shifts)
+    return S._replace(S0=S.S0 * scale, L=S.L * scale, N=upper(np.ldexp(S.N, shifts), 1))
 
 
 def _with_moving_vectors(
@@ -206,9 +214,14 @@ def _with_moving_vectors(
 ) -> tuple[NDArray, Floats] | Failure:
     """L and N (n, n) after the similarity 1 + d Z of the matrices S0 + d S1, known but for Q.
 
-    With V = (1 + d Z)^-1 - 1 it is S0 + d (S1 + [S0, Z]) + d^2 [S1, Z] + V (d [S0, Z] +
-    d^2 [S1, Z]) and what Q becomes; [S, Z] = S Z - Z S, and V = -d Z but for terms of second order.
-    Columns that `stay_together`, or are too near to each other for Z, keep their coupling.
+    With [S, Z] = S Z - Z S and V = (1 + d Z)^-1 - 1 it is
+
+        S0 + d (S1 + [S0, Z]) + d^2 [S1, Z] + V (d [S0, Z] + d^2 [S1, Z]) + (1 + V) Q (1 + d Z).
+
+    Z makes S1 + [S0, Z] zero between columns (`docs/proof.md`, Ranges, 2), but for those that
+    `stay_together` or are too near to each other: they keep their coupling in L. V = -d Z - d Z V,
+    since (1 + d Z) (1 + V) = 1, so that d V [S0, Z] is -d^2 Z [S0, Z], a term of second order, and
+    one of third.
     """
     centres = S0.mid.diagonal()
     gaps = centres[:, None] - centres
@@ -221,7 +234,7 @@ def _with_moving_vectors(
         right_side = S1.mid + chain_couplings @ Z - Z @ chain_couplings
         Z = np.where(stay_together, 0.0, -right_side / np.where(stay_together, 1.0, gaps))
     Z_ball = Balls.exact(_structured(Z, mirror))
-    dZ = half * magnitude(Z_ball.mid)  # bound of |d Z|
+    dZ = half * magnitude(Z_ball.mid)  # |d Z| <= dZ, and |V| <= V from here on
     V = inverse_excess(upper(dZ, 1))
     if V is None:
         return Failure(ILL)
@@ -231,7 +244,6 @@ def _with_moving_vectors(
     L = _structured(np.where(stay_together, slope.mid, 0.0), mirror)
     first_order = half * slope.minus(Balls.exact(L)).bound()
     second_order = half**2 * S1_Z.minus(Z_ball @ S0_Z).bound()
-    # V + d Z = -d Z V
     third_order = dZ @ (V @ (half * S0_Z.bound())) + V @ (half**2 * S1_Z.bound())
     # (1 + V) Q (1 + d Z) is Q but for (1 + V) (Q d Z - d Z Q)
     moved_Q = Q @ dZ + dZ @ Q
@@ -247,7 +259,11 @@ def _structured(W: NDArray, mirror: NDArray[np.intp] | None) -> NDArray:
 
 
 def inverse_excess(E: Floats) -> Floats | None:
-    """Bounds of |(1 + W)^-1 - 1| for all |W| <= E (n, n); None where the row sums are too large."""
+    """Bounds of |(1 + W)^-1 - 1| for all |W| <= E (n, n); None where the row sums are too large.
+
+    By Neumann's series it is at most E + E^2 + ..., and (E^k)_ij, k > 1, is at most the sum of
+    row i times e^(k - 2) times the largest entry of column j, e the largest sum of a row.
+    """
     sums = row_sums(E)
     e = float(np.max(sums))
     if not e <= LARGEST_E:
@@ -270,7 +286,8 @@ class MovingDiscs(NamedTuple):
 
 
 def least_distance(D: NDArray, V: NDArray, half: float) -> Floats:
-    """Lower bounds of |D + d V| for |d| <= half."""
+    """Lower bounds of |D + d V| for |d| <= half, of complex numbers: the distance from zero of the
+    line segment that they are."""
     speed_squared = np.abs(V) ** 2
     projection = (D * V.conj()).real
     nearest_d = np.clip(
@@ -284,7 +301,8 @@ def moving_discs(S: NearDiagonal, half: float) -> MovingDiscs:
     """Gershgorin's discs of the matrices over the interval.
 
     A disc that meets no other is then shrunk by a diagonal similarity, which multiplies its row of
-    S by a share below 1 and its column by the inverse.
+    S by a share a < 1 and its column by 1/a. Disc j grows by N_ji/a, which with
+    a = max 2 N_ji / separation_ij is at most half of its separation from disc i.
     """
     centres = S.centres
     speeds = S.speeds
@@ -297,9 +315,8 @@ def moving_discs(S: NearDiagonal, half: float) -> MovingDiscs:
     separation = distances - radii[:, None] - radii[None, :]
     np.fill_diagonal(separation, np.inf)
     is_isolated = np.all(separation > 0.0, axis=1)
-    # the other discs may grow by half of the separation
     shares = 2.0 * off_diagonal.T / np.where(separation > 0.0, separation, 1.0)
-    # above zero, as the inverse multiplies a column
+    # above zero, as its inverse multiplies a column
     share = np.clip(upper(np.max(shares, axis=1, initial=0.0), 4), 1e-12, None)
     shrunk = upper(diagonal_errors + share * off_diagonal_sums, 4)
     radii = np.where(is_isolated & (share < 1.0), np.minimum(shrunk, radii), radii)
@@ -323,9 +340,7 @@ def _are_own_images(
     distances = least_distance(
         image_centres[:, None] - S.centres, image_speeds[:, None] - S.speeds, half
     )
-    label = np.empty(len(image_centres), dtype=int)
-    for number, part in enumerate(discs.parts):
-        label[part] = number
+    label = labels(discs.parts, len(image_centres))
     may_meet = ~(distances - discs.radii[:, None] - discs.radii > 0.0)
     meets_others = may_meet & (label[:, None] != label)
     return np.array([not meets_others[part].any() for part in discs.parts])
@@ -378,8 +393,9 @@ def tallies_above(S: NearDiagonal, half: float, are_squares: bool) -> list[Tally
         top = float(tops[part].max())
         if are_squares:
             slowest = _growth_above(low, high, top)
+            # the conjugate of s decays as fast as s grows, and has Im <= -bottom
             fastest = -_growth_above(low, high, -bottom)
-        elif top < 0.0:
+        elif top < 0.0:  # all below the real axis
             continue
         else:
             slowest = low if bottom > 0.0 else -np.inf
@@ -389,7 +405,10 @@ def tallies_above(S: NearDiagonal, half: float, are_squares: bool) -> list[Tally
 
 
 def _growth_above(low: float, high: float, top: float) -> float:
-    """A lower bound of Re i sqrt(s), of s of real parts from low to high and Im s <= top."""
+    """A lower bound of Re i sqrt(s), of s of real parts from low to high and Im s <= top.
+
+    Its size (see `_growth`) falls with Re s and rises with |Im s|; it is positive if Im s < 0.
+    """
     if top < 0.0:
         return _growth(high, -top) * (1.0 - 8.0 * EPS)
     return -_growth(low, top) * (1.0 + 8.0 * EPS)
@@ -450,8 +469,10 @@ def _imaginary_bound_of_pair(
 ) -> ImaginaryBound:
     """The bound for two eigenvalues s that share a part, of real columns.
 
-    At each d they are roots of (x - s) (y - s) = b c, whose entries are those of S and what the
-    other columns do to them, at most `through_others`; for real s these are real.
+    At each d they are roots of (x - s) (y - s) = b c, the entries of the Schur complement of the
+    other columns in S - s: those of S but for `through_others`, since what is left of S - s without
+    the pair is diagonally dominant by `separation`; for real s they are real. The discriminant
+    (x - y)^2 + 4 b c then says whether both s are real (`docs/proof.md`, Ranges, 4).
     """
     is_other = np.ones(len(discs.radii), dtype=bool)
     is_other[part] = False
@@ -467,7 +488,8 @@ def _imaginary_bound_of_pair(
     entries = []  # of the block, row by row, as polynomials in d
     numbers = zip(S.S0[block].real.flat, S.L[block].real.flat, errors.flat, strict=True)
     for value, slope, error in numbers:
-        entries.append(flint.arb_poly([flint.arb(float(value), float(error)), float(slope)]))
+        value_ball = flint.arb(float(value), float(error))
+        entries.append(flint.arb_poly([value_ball, float(slope)]))
     x, b, c, y = entries
     discriminant = ((x - y) * (x - y) + 4 * b * c)(interval)
     if discriminant > 0:
