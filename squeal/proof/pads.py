@@ -25,9 +25,10 @@ from squeal.proof.balls import (
     Ball,
     Balls,
     Quadratic,
+    between,
     high_end,
+    in_doubles,
     low_end,
-    middle_and_radius,
 )
 from squeal.proof.branches import BITS, FRICTION, ORDER, Cell, PadBranch
 from squeal.proof.signs import NEAR, Polynomial, Sign, signs
@@ -110,7 +111,7 @@ class Part(NamedTuple):
     @property
     def friction(self) -> Ball:
         """The friction over all t of the part."""
-        return self.cell.at(_t_interval(self))[FRICTION]
+        return self.cell.at(between(self.low, self.high))[FRICTION]
 
 
 @dataclass
@@ -203,7 +204,6 @@ class _BranchComparison:
         self.roots_met = False
         pad = branch.model.pad
         self.mass = (pad.m, pad.m, pad.I)
-        self.is_damped = branch.model.damping is not None or branch.balance.fall is not None
 
     def first_problem(self) -> Problem | None:
         """Walk along the branch and hold each change of the count of growing roots against the
@@ -354,7 +354,8 @@ class _BranchComparison:
         """
         K, C = self._matrices(cell)
         coefficients = _characteristic(self.mass, K, C)
-        condition_of_pairs = _hurwitz if self.is_damped else _discriminant
+        is_damped = len(coefficients) > 4  # of degree 6 in lambda, not 3 in s = -lambda^2
+        condition_of_pairs = _hurwitz if is_damped else _discriminant
         signs_of_det_K = signs(_truncated(coefficients[0]), low, high)
         signs_of_pairs = signs(_truncated(condition_of_pairs(coefficients)), low, high)
         edges: set[float] = set()
@@ -366,20 +367,22 @@ class _BranchComparison:
             sign_of_pairs = _sign_within(signs_of_pairs, left, right)
             det_K_is_open = sign_of_det_K == 0
             if sign_of_det_K and sign_of_pairs:
+                # one count holds for the whole part, so that it is taken in the middle
                 middle = flint.arb((left + right) / 2.0)
                 values = [coefficient(middle) for coefficient in coefficients]
-                count = _growing_count(values, sign_of_pairs, self.is_damped)
+                count = _growing_count(values, sign_of_pairs, is_damped)
                 parts.append(Part(cell, left, right, count))
-            elif parts and parts[-1].growing is None:
+            elif parts and parts[-1].growing is None:  # neighbouring open parts are one
                 parts[-1] = parts[-1]._replace(high=right, folds=parts[-1].folds or det_K_is_open)
             else:
                 parts.append(Part(cell, left, right, growing=None, folds=det_K_is_open))
         return parts
 
     def _refined(self, part: Part, narrowings: int) -> list[Part]:
-        """The parts of an open part, by narrower cells around it.
+        """The parts of an open part, by narrower cells around it or around its halves.
 
-        Itself where there are none, and of a linear model, whose one cell is exact.
+        What no narrower cell covers stays one open part; of a linear model, whose one cell is
+        exact, all of it. `narrowings` more are allowed.
         """
         cell = part.cell
         if self.branch.model.linear:
@@ -394,11 +397,14 @@ class _BranchComparison:
             share = max(0.6 * (high - low), NEAR)  # somewhat more than half its width
             value_of_pivot = cell.middle + cell.half * (low + high) / 2.0
             narrow = self.branch.narrow(cell, middle=value_of_pivot, half=cell.half * share)
-            ends = None if narrow is None else _ends_in_narrow(narrow, cell, low, high)
-            if narrow is None or ends is None:
-                refined.append(Part(cell, low, high, growing=None, folds=part.folds))
-                continue
-            refined += self._parts_between(narrow, *ends, narrowings)
+            if narrow is not None:
+                # the same interval in the t of the narrow cell, rounded outwards
+                start = low_end(narrow.t_of(cell.middle + flint.arb(cell.half) * low))
+                end = high_end(narrow.t_of(cell.middle + flint.arb(cell.half) * high))
+                if start >= -1.0 and end <= 1.0:
+                    refined += self._parts_between(narrow, start, end, narrowings)
+                    continue
+            refined.append(part._replace(low=low, high=high))  # the narrow cell does not cover it
         return refined
 
     def _matrices(self, cell: Cell) -> tuple[list[list[Polynomial]], list[list[Polynomial]]]:
@@ -427,30 +433,15 @@ class _BranchComparison:
         from squeal.proof.referee import enclosed
 
         K, C = self._matrices(part.cell)
-        t_interval = _t_interval(part)
-        damping = _values_over(C, t_interval)
-        stiffness = _values_over(K, t_interval)
+        t = between(part.low, part.high)
+        damping = in_doubles([[entry(t) for entry in row] for row in C])
+        stiffness = in_doubles([[entry(t) for entry in row] for row in K])
         mass = Balls.exact(np.diag([float(v) for v in self.mass]))
         finding = enclosed(Quadratic(mass, damping, stiffness, AS_GIVEN))
         if finding.failure is not None:
             return False
         _, most_growing = growing_counts(finding.pieces, self.growth_below)  # at least, at most
         return most_growing <= count
-
-
-def _t_interval(part: Part) -> Ball:
-    """A ball of all t of a part."""
-    return flint.arb(part.low).union(flint.arb(part.high))
-
-
-def _ends_in_narrow(
-    narrow: Cell, cell: Cell, low: float, high: float
-) -> tuple[float, float] | None:
-    """An interval of t of a narrow cell that covers t from low to high of a cell; None if that is
-    not all in the narrow one."""
-    start = low_end(narrow.t_of(cell.middle + flint.arb(cell.half) * low))
-    end = high_end(narrow.t_of(cell.middle + flint.arb(cell.half) * high))
-    return (start, end) if start >= -1.0 and end <= 1.0 else None
 
 
 def _sign_within(pieces: Sequence[Sign], low: float, high: float) -> int:
@@ -485,9 +476,7 @@ def _characteristic(
 
     The former where C (3, 3) is zero. Each is a polynomial in t. mass: the diagonal (3,) of M.
     """
-    is_damped = False
-    for row in C:
-        is_damped = is_damped or any(entry.length() for entry in row)  # zero has the length 0
+    is_damped = any(entry.length() for row in C for entry in row)  # zero has the length 0
     entries: list[list[list[Polynomial]]] = []  # (3, 3), each by rising powers of s, or of r
     for i in range(3):
         entries_of_row = []
@@ -498,11 +487,14 @@ def _characteristic(
             else:
                 entries_of_row.append([K[i][j], -mass_entry])
         entries.append(entries_of_row)
-    determinant: list[Polynomial] = []  # by the first row
+    # by the first row, whose minors have the sign + where their columns go on cyclically
+    zero = flint.arb_poly([0])
+    determinant: list[Polynomial] = []
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         minor = _minus(_times(entries[1][j], entries[2][k]), _times(entries[1][k], entries[2][j]))
-        so_far_negated = [-c for c in determinant]  # so that the difference adds it
-        determinant = _minus(_times(entries[0][i], minor), so_far_negated)
+        term = _times(entries[0][i], minor)
+        pairs = itertools.zip_longest(determinant, term, fillvalue=zero)
+        determinant = [total + added for total, added in pairs]
     return determinant
 
 
@@ -552,26 +544,17 @@ def _hurwitz(coefficients: Sequence[Polynomial]) -> Polynomial:
 
 
 def _determinant(rows: Sequence[Sequence[Polynomial]]) -> Polynomial:
-    """The determinant of a square matrix (n, n), by minors of its first rows.
-
-    `minors` has those of the rows so far by their columns, so that none is computed twice; the
-    zeros of a Hurwitz matrix are left out. The sign of a term says how many columns of its minor
-    lie behind its own.
-    """
-    n = len(rows)
-    zero = flint.arb_poly([0])
-    minors: dict[tuple[int, ...], Polynomial] = {(): flint.arb_poly([1])}
-    for row in rows:
-        larger: dict[tuple[int, ...], Polynomial] = {}
-        for columns, minor in minors.items():
-            for j in range(n):
-                if j in columns or not row[j].length():
-                    continue
-                key = tuple(sorted((*columns, j)))
-                sign = (-1) ** (len(columns) - key.index(j))
-                larger[key] = larger.get(key, zero) + sign * _product(row[j], minor)
-        minors = larger
-    return minors.get(tuple(range(n)), zero)
+    """The determinant of a square matrix (n, n), by Laplace's expansion along its last row."""
+    if not rows:
+        return flint.arb_poly([1])
+    determinant = flint.arb_poly([0])
+    *others, last = rows
+    for j, entry in enumerate(last):
+        if entry.length():  # a Hurwitz matrix has many zeros
+            minor = _determinant([[*row[:j], *row[j + 1 :]] for row in others])
+            sign = (-1) ** (len(others) + j)
+            determinant = determinant + sign * _product(entry, minor)
+    return determinant
 
 
 def _growing_count(values: Sequence[Ball], sign_of_pairs: int, is_damped: bool) -> int | None:
@@ -587,16 +570,16 @@ def _growing_count(values: Sequence[Ball], sign_of_pairs: int, is_damped: bool) 
     sign_of_pairs : int
         The sign of the discriminant of an undamped pad.
     is_damped : bool
-        Whether the coefficients are those of lambda.
+        Whether the coefficients are those of a polynomial in lambda, not in s.
     """
     if is_damped:
         return _count_in_right_half_plane(values)
     if sign_of_pairs < 0:
-        # one s is real; its sign is that of the product of all three, -d / a
-        product = values[0] * -values[3]
-        if product.contains(0):
+        # one s is real, two are conjugate; its sign is that of the product of all three, -d / a
+        sign_of_real = values[0] * -values[3]
+        if sign_of_real.contains(0):
             return None
-        return 2 if product > 0 else 3
+        return 2 if sign_of_real > 0 else 3
     # three s are real; by Descartes' rule the signs of p(-s) change once for each negative one
     reflected = [values[0], -values[1], values[2], -values[3]]
     if any(value.contains(0) for value in reflected):
@@ -607,7 +590,9 @@ def _growing_count(values: Sequence[Ball], sign_of_pairs: int, is_damped: bool) 
 def _count_in_right_half_plane(values: Sequence[Ball]) -> int | None:
     """How many roots of a polynomial have a positive real part, by Routh's array.
 
-    They are the changes of sign in its first column. None if one of these signs is open.
+    Its first two rows hold every second coefficient, from the highest power and from the next;
+    each further row is the one two above less the multiple of the last that cancels its first
+    entry. The changes of sign in the first column are the number. None if one sign is open.
 
     values: the coefficients of the polynomial, by rising power.
     """
@@ -619,7 +604,7 @@ def _count_in_right_half_plane(values: Sequence[Ball]) -> int | None:
         column.append(lower_row[0])
         if lower_row[0].contains(0):
             return None
-        padded = [*lower_row, flint.arb(0)]
+        padded = [*lower_row, flint.arb(0)]  # to the length of the upper row, or beyond
         ratio = upper_row[0] / lower_row[0]
         next_row = [upper_row[k] - ratio * padded[k] for k in range(1, len(upper_row))]
         upper_row = lower_row
@@ -639,13 +624,3 @@ def _sign_changes(values: Sequence[Ball]) -> int:
         if (a > 0) != (b > 0):
             changes += 1
     return changes
-
-
-def _values_over(matrix: Sequence[Sequence[Polynomial]], span: Ball) -> Balls:
-    """Balls of doubles that hold a matrix of polynomials (3, 3) at all t of a ball."""
-    middles = np.zeros((3, 3))
-    radii = np.zeros((3, 3))
-    for i, row in enumerate(matrix):
-        for j, entry in enumerate(row):
-            middles[i, j], radii[i, j] = middle_and_radius(entry(span))
-    return Balls(middles, radii)

@@ -15,7 +15,13 @@ from squeal.io.scene import Damping, Scene
 from squeal.model.equations import linearise
 from squeal.model.pad import Pad
 from squeal.proof.branches import BITS, PadBranch
-from squeal.proof.pads import Claim, _count_in_right_half_plane, _growing_count, prove_pad
+from squeal.proof.pads import (
+    Claim,
+    _count_in_right_half_plane,
+    _determinant,
+    _growing_count,
+    prove_pad,
+)
 from squeal.proof.signs import signs
 from squeal.queries.thresholds import critical_friction
 from squeal.results.sources import PadSource
@@ -257,6 +263,22 @@ def test_stiffness_along_cells_is_that_of_the_model():
         for row, expected in zip(cell.slopes, K.tolist(), strict=True):
             for slope, value in zip(row[:3], expected, strict=True):
                 assert abs(-slope(t) - value) < 1e-9 * np.abs(K).max()
+
+
+@pytest.mark.parametrize("damping", [{"matrix": ((0.0,) * 3,) * 3}, {"ratios": (0.0,) * 3}])
+def test_damping_of_zeros_is_none(damping):
+    scene = replace(scene_of("b1-a"), damping=Damping(**damping))
+    proof = prove_pad(branch(scene, 2.0), [Claim(0.34586737781, 2)], None, None, 1e-1)
+    assert (proof.status, proof.until) == ("proved", 2.0)
+
+
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_determinants_of_polynomials_are_those_of_their_values(n):
+    rng = np.random.default_rng(n)
+    values = rng.integers(-3, 4, (n, n))
+    rows = [[flint.arb_poly([v, 1]) for v in row] for row in values.tolist()]
+    exact = flint.fmpz_mat((values + 1).tolist()).det()
+    assert _determinant(rows)(flint.arb(1)).contains(flint.arb(exact))
 
 
 def test_a_branch_that_ends_is_open():
