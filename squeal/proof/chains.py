@@ -59,7 +59,7 @@ class Chain:
         for exponent in range(FINEST):
             powers = np.zeros(len(N), dtype=int)
             powers[self.members] = exponent * self.levels
-            shifts = powers[:, None] - powers
+            shifts = powers[:, None] - powers  # entry (i, j) times t^(level of j - level of i)
             scaled_rows = np.ldexp(N[self.members], shifts[self.members])
             radius = float(np.max(np.sum(scaled_rows, axis=1)))
             if radius < smallest_radius:

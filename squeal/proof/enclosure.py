@@ -124,7 +124,8 @@ def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
     M_of_time = block.M.scaled(time_exponent)
     K_of_time = block.K.scaled(-time_exponent)
     entries = largest([M_of_time, block.C, K_of_time])
-    # of each coordinate the geometric mean of the largest entries of its column and row
+    # of each coordinate the geometric mean of the largest entries of its column and row, which
+    # its unit multiplies twice
     sizes = np.sqrt(entries.max(axis=0)) * np.sqrt(entries.max(axis=1))
     unit_exponents = -np.rint(np.log2(np.where(sizes > 0.0, sizes, 1.0)) / 2.0).astype(int)
     exponents = unit_exponents[:, None] + unit_exponents

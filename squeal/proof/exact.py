@@ -106,7 +106,7 @@ def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
         trailing_zeros = np.log2(lowest_bit).astype(int)
         odd_numbers.append(whole >> trailing_zeros)
         exponents.append(powers.astype(int) - 53 + trailing_zeros + shift)
-    is_used = np.array(odd_numbers) != 0
+    is_used = np.array(odd_numbers) != 0  # (3, n, n), as the exponents
     unused = np.iinfo(np.int64).max
     row_exponents = np.where(is_used, np.array(exponents), unused).min(axis=(0, 2))
     matrices = []
