@@ -168,7 +168,7 @@ class RefereedRoots(NamedTuple):
 def refereed(
     matrices: tuple[Matrix, Matrix | None, Matrix],
     roots: EigenvalueTuple,
-    verdict: VerdictAndCriterion,
+    judged: VerdictAndCriterion,
     data: Data,
 ) -> RefereedRoots:
     """Let the referee judge all roots of a small system, and take what it proves into the answer.
@@ -183,7 +183,7 @@ def refereed(
         Arrays or sparse matrices (n, n), C may be None.
     roots : tuple of Eigenvalue
         All finite roots as they were computed.
-    verdict : (str or None, str)
+    judged : (str or None, str)
         The verdict on them, and what decided it.
     data : Data
         How precisely the entries of the matrices are known.
@@ -197,13 +197,13 @@ def refereed(
 
     arrays = dense_matrices(*matrices)
     system = data.around(*arrays)
-    # verdict[0] is the verdict itself, verdict[1] what decided it or why it is open
-    proof = _proof_of(system, roots, verdict[0])
+    verdict, _ = judged
+    proof = _proof_of(system, roots, verdict)
     # entries that are rounded sums may leave a wrong list open: taken for exact they may refute it.
     # What they prove then is not used, since the true entries are not known so well
     sharpest_proof = proof
     if proof.status == "open" and data.is_half_ulp and data.radii is not None:
-        sharpest_proof = _proof_of(Data().around(*arrays), roots, verdict[0])
+        sharpest_proof = _proof_of(Data().around(*arrays), roots, verdict)
     if sharpest_proof.status == "refuted":
         warnings.warn(
             f"the referee refutes the roots that were computed ({sharpest_proof.reason})",
@@ -222,7 +222,7 @@ def refereed(
         proved = _if_proved(system, centred, sharpest_proof, data)
         if proved is not None:
             return proved
-    return _as_proved(roots, verdict, proof, data)
+    return _as_proved(roots, judged, proof, data)
 
 
 def _if_proved(
@@ -283,7 +283,7 @@ def _proof_of(system: Quadratic, roots: EigenvalueTuple, verdict: str | None) ->
 
 
 def _as_proved(
-    roots: EigenvalueTuple, verdict: VerdictAndCriterion, proof: Proof, data: Data
+    roots: EigenvalueTuple, judged: VerdictAndCriterion, proof: Proof, data: Data
 ) -> RefereedRoots:
     """Take into an answer what a proof says of roots that it does not refute.
 
@@ -300,7 +300,7 @@ def _as_proved(
     ----------
     roots : tuple of Eigenvalue
         The list; it gets the proved errors and growth rates.
-    verdict : (str or None, str)
+    judged : (str or None, str)
         The verdict on it, and what decided it or why it is open.
     proof : Proof
         Whether the list is proved, and the verdicts that are possible.
@@ -311,29 +311,31 @@ def _as_proved(
 
     status = proof.status
     reason = proof.reason
-    # verdict[0] is the verdict itself, verdict[1] what decided it or why it is open
-    if status == "open" and proof.verdicts and proof.verdicts != {verdict[0]}:
-        verdict = (None, f"{OPEN}{reason}")
-    elif status == "proved" and verdict[0] is None:
+    verdict, criterion = judged
+    if status == "open" and proof.verdicts and proof.verdicts != {verdict}:
+        verdict = None
+        criterion = f"{OPEN}{reason}"
+    elif status == "proved" and verdict is None:
         only_verdict = _only_verdict(proof)
         if not roots:
-            verdict = (only_verdict, f"{only_verdict}: {NO_MOTION}")
+            verdict = only_verdict
+            criterion = f"{only_verdict}: {NO_MOTION}"
         elif data.is_half_ulp and only_verdict is not None:
+            verdict = only_verdict
             criterion = f"{only_verdict}, which is proved although rounding hides it"
-            verdict = (only_verdict, criterion)
         elif any(piece.side == "free" for piece in proof.pieces):
             # a rigid-body motion: its roots are zero within what the data allow
             status = "open"
             reason = FREE
         else:
             status = "open"
-            reason = verdict[1].removeprefix(OPEN)
+            reason = criterion.removeprefix(OPEN)
     known = with_proved_errors(roots, proof.errors)
-    if verdict[0] in GROWING:
+    if verdict in GROWING:
         known = with_proved_growth(known, proof.pieces)
     growth = proof.growth_below if proof.growth_below < math.inf else None
     statement = Statement(status, proof.by, growth, proof.data, reason, as_complex(proof.where))
-    return RefereedRoots(known, verdict, statement)
+    return RefereedRoots(known, (verdict, criterion), statement)
 
 
 def _only_verdict(proof: Proof) -> str | None:

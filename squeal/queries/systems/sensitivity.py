@@ -30,8 +30,9 @@ from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
 from squeal.results.thresholds import Thresholds
 from squeal.schema import NAME, Place
+from squeal.sparse.assembly import Assembly
 from squeal.sparse.factor import factorise_at
-from squeal.sparse.quadratic import ScaledSystem
+from squeal.sparse.quadratic import ComplexArray, Quadratic, ScaledSystem
 
 Matrices = Mapping[str, Mapping[str, Any]]
 """Names of changes, each with the matrices dM, dC, dK (arrays or files) by the keys M, C, K."""
@@ -42,8 +43,6 @@ NEAR = 1e-6
 ROUNDED = 1e-12
 """Of the sizes of its terms: up to it y^H K x is zero to rounding, so that a root is zero."""
 BY_DIGITS = "how far the digits of the data may move a threshold is not known"
-Residual = Callable[[TermSystem, Singular, complex], float]
-"""Bounds y^H P x at a crossing, from the system there, its vectors and the root (rad/s)."""
 Located = TypeVar("Located", CriticalPoint, Crossing)
 
 
@@ -293,23 +292,11 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
         return answer
     scaled = ScaledSystem(system)
 
-    def residual(frozen: TermSystem, at: Singular, root: complex) -> float:
-        """A bound of what the reduction and the digits leave open of y^H P x."""
-        x = np.abs(at.right)
-        y = np.abs(at.left)
-        dM, dC, dK = data_errors(frozen)
-        bound = float(y @ (abs(root) ** 2 * (dM @ x) + abs(root) * (dC @ x) + dK @ x))
-        if basis:
-            vectors = at.right[:, None], at.left[:, None]
-            truncation = assembly.truncation_term([root], *vectors, frozen.parameters)
-            bound += abs(truncation.value.item()) + abs(truncation.uncertainty.item())
-        return bound
-
     def widened_one(located: Located) -> Located:
         distance = math.inf  # where several modes cross at once
         with suppress(ComputationError):
             omega = 2 * np.pi * located.frequency_hz
-            distance = _shift(scaled, residual, located.mu, omega)
+            distance = _shift(scaled, assembly if basis else None, located.mu, omega)
         low, high = located.interval
         interval = (max(low - distance, answer.low), min(high + distance, answer.high))
         return replace(located, interval=interval)
@@ -323,19 +310,19 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
     return replace(answer, points=points, crossings=crossings, certified=certified)
 
 
-def _shift(scaled: ScaledSystem, residual: Residual, value: float, omega: float) -> float:
-    """Bound how far a residual r = y^H P x may move a crossing, in units of the parameter.
+def _shift(scaled: ScaledSystem, reduced: Assembly | None, value: float, omega: float) -> float:
+    """Bound how far reduction and digits may move a crossing, in units of the parameter.
 
-    The mode is x, its left vector y. The smallest change of K that removes the residual is
-    r y x^H / (|x| |y|)^2, whose phase is not known: the shifts by its real and by its imaginary
-    multiple are combined.
+    They leave a residual r = y^H P x open, x the mode and y its left vector. The smallest change of
+    K that removes it is r y x^H / (|x| |y|)^2, whose phase is not known: the shifts by its real and
+    by its imaginary multiple are combined.
 
     Parameters
     ----------
     scaled : ScaledSystem
         The system.
-    residual : callable
-        As of `widened`.
+    reduced : Assembly or None
+        The assembly if its components were reduced.
     value, omega : float
         The free parameter and the frequency (rad/s) at the crossing.
 
@@ -353,7 +340,7 @@ def _shift(scaled: ScaledSystem, residual: Residual, value: float, omega: float)
     root = 1j * omega
     frozen = system.replace({system.parameter: value, **system.frequency(omega)})
     at = singular_at(scaled, value, root)
-    size = residual(frozen, at, root)
+    size = _open_residual(frozen, reduced, at, root)
     if not math.isfinite(size):
         return math.inf
     x = at.right[:, None]
@@ -365,6 +352,21 @@ def _shift(scaled: ScaledSystem, residual: Residual, value: float, omega: float)
     shift_by_real, _ = slopes["real"]
     shift_by_imaginary, _ = slopes["imaginary"]
     return math.hypot(shift_by_real, shift_by_imaginary)
+
+
+def _open_residual(
+    frozen: TermSystem, reduced: Assembly | None, at: Singular, root: complex
+) -> float:
+    """A bound of what reduction and digits leave open of y^H P x at a root, rad/s, on the axis."""
+    x = np.abs(at.right)
+    y = np.abs(at.left)
+    dM, dC, dK = data_errors(frozen)
+    bound = float(y @ (abs(root) ** 2 * (dM @ x) + abs(root) * (dC @ x) + dK @ x))
+    if reduced is not None:
+        vectors = at.right[:, None], at.left[:, None]
+        truncation = reduced.truncation_term([root], *vectors, frozen.parameters)
+        bound += abs(truncation.value.item()) + abs(truncation.uncertainty.item())
+    return bound
 
 
 def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
@@ -409,26 +411,15 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
         # qr()[0] is an orthonormal basis of the same space
         y = np.linalg.qr(solve(x, adjoint=True))[0]
         x = np.linalg.qr(solve(y, adjoint=False))[0]
-    residual = np.abs(np.sum(y.conj() * problem.apply(np.full(count, root), x), axis=0))
-
-    def magnitude(X: csc_array) -> NDArray[np.float64]:
-        """Of y^H X x, whatever the phases of the pairs of x and y."""
-        of_x = np.abs(np.sum(x.conj() * (X @ x), axis=0))
-        of_y = np.abs(np.sum(y.conj() * (X @ y), axis=0))
-        return np.sqrt(of_x * of_y)
-
+    residuals = np.abs(np.sum(y.conj() * problem.apply(np.full(count, root), x), axis=0))
     if root:
-        # a root that lies dz away has y^H P x = dz y^H (2 z M + C) x: here dz is at most NEAR |z|;
-        # what has no mass is damped
-        by_mass = 2 * abs(root) ** 2 * magnitude(problem.M)
-        by_damping = abs(root) * magnitude(problem.C)
-        largest = NEAR * np.maximum(by_mass, by_damping)
+        largest = _residuals_nearby(problem, root, x, y)
     else:  # a root at zero has no size: K x is zero to rounding of its terms, which may cancel
         of_parameter = abs(value) * abs(scaled.slope(system.parameter, changes, root))
         sizes = (abs(problem.K) + of_parameter) @ np.abs(x)
         largest = ROUNDED * np.sum(np.abs(y) * sizes, axis=0)
-        largest[0] = np.inf  # one passes zero, which is not checked
-    crosses_here = residual <= largest
+        largest[0] = np.inf  # one root passes zero, which is not checked: only a second is
+    crosses_here = residuals <= largest  # for each pair of vectors
     if crosses_here.sum() != 1:
         crosses = "several modes cross" if crosses_here.any() else "no mode crosses"
         where = f"{system.parameter} = {value:.9g}, {abs(root) / (2 * np.pi):.6g} Hz"
@@ -439,3 +430,23 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
         return scale * solve(scale * b, adjoint)
 
     return Singular(root, scale * x[:, 0], scale * y[:, 0], solve_unscaled)
+
+
+def _residuals_nearby(
+    problem: Quadratic, root: complex, x: ComplexArray, y: ComplexArray
+) -> NDArray[np.float64]:
+    """How large |y^H P x| (k,) is if a root lies `NEAR` |z| away from z, for pairs (n, k) of x, y.
+
+    A root that lies dz away has y^H P x = dz y^H (2 z M + C) x. A mode without mass is damped, so
+    that the larger term is taken.
+    """
+
+    def magnitude(X: csc_array) -> NDArray[np.float64]:
+        """Of y^H X x, whatever the phases of the pairs of x and y."""
+        of_x = np.abs(np.sum(x.conj() * (X @ x), axis=0))
+        of_y = np.abs(np.sum(y.conj() * (X @ y), axis=0))
+        return np.sqrt(of_x * of_y)
+
+    by_mass = 2 * abs(root) ** 2 * magnitude(problem.M)
+    by_damping = abs(root) * magnitude(problem.C)
+    return NEAR * np.maximum(by_mass, by_damping)

@@ -604,7 +604,7 @@ def _compare(
     unexplained = []
     left_out: dict[int, str] = {}  # by the number of the interval
     for value in sorted({*computed, *midpoints}):
-        k = sum(cluster[0].value < value for cluster in clusters)
+        k = sum(cluster[0].value < value for cluster in clusters)  # the number of its interval
         count = continuation.at(value).unstable_count
         is_other_verdict = count.verdict != counts[k].verdict
         here = f"{continuation.name} = {value:.6g}"
