@@ -29,6 +29,7 @@ from squeal.queries.pads.stack import hangs_on_rounding, normalised
 from squeal.results.sources import Doubt, PadAnalysis
 
 if TYPE_CHECKING:  # pads start without the referee
+    from squeal.proof.balls import Balls
     from squeal.proof.equilibria import EnclosedEquilibrium
 
 DIGITS = 12
@@ -69,7 +70,7 @@ def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLin
     Where that costs the entries some of `MATRIX_DIGITS` digits, or hides the contact state, the
     equilibrium that the referee encloses takes the place of the given one.
     """
-    from squeal.proof.balls import Balls, upper
+    from squeal.proof.balls import Balls
     from squeal.proof.equilibria import enclosed_equilibrium
 
     matrices = linearise(model, np.array(q), state)
@@ -81,22 +82,26 @@ def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLin
         return KnownLinearisation(matrices, doubt=doubt)
     if enclosed is None:
         return KnownLinearisation(matrices, doubt=Doubt.NOT_ENCLOSED)
-    damping = np.zeros((3, 3)) if model.damping is None else np.array(model.damping)
-    C = Balls.exact(damping)
+    K = enclosed.K
+    C = Balls.exact(np.zeros((3, 3)) if model.damping is None else np.array(model.damping))
     if not enclosed.C.is_zero:  # friction falls with speed, which damps x' alone
         summed = C.plus(enclosed.C)
+        # all other entries are those of the given damping, to which zeros are added without error
         C = Balls(summed.mid, summed.rad * (enclosed.C.mid != 0.0))
-    known = C, enclosed.K
-    errors = []
-    has_digits = enclosed.state == state
-    for X, ball in zip((matrices.C, matrices.K), known, strict=True):
-        error = np.where(ball.mid == X, ball.rad, upper(np.abs(X - ball.mid) + ball.rad, 2))
-        has_digits = has_digits and is_known(ball.mid, error)
-        errors.append(error)
-    if has_digits:
-        return KnownLinearisation(matrices, (errors[0], errors[1]))
-    moved = Linearisation(matrices.M, C.mid, enclosed.K.mid)
-    return KnownLinearisation(moved, (C.rad, enclosed.K.rad), enclosed)
+    C_error = _farthest(matrices.C, C)
+    K_error = _farthest(matrices.K, K)
+    has_digits = is_known(C.mid, C_error) and is_known(K.mid, K_error)
+    if enclosed.state == state and has_digits:
+        return KnownLinearisation(matrices, (C_error, K_error))
+    return KnownLinearisation(Linearisation(matrices.M, C.mid, K.mid), (C.rad, K.rad), enclosed)
+
+
+def _farthest(X: np.ndarray, ball: Balls) -> np.ndarray:
+    """How far entries (3, 3) may lie from what their balls enclose, at most."""
+    from squeal.proof.balls import upper
+
+    distance = upper(np.abs(X - ball.mid) + ball.rad, 2)  # rounded up
+    return np.where(ball.mid == X, ball.rad, distance)
 
 
 def is_known(X: np.ndarray, error: np.ndarray) -> bool:
@@ -111,25 +116,26 @@ def _hangs_on_rounding(
 ) -> bool:
     """Whether rounding of an equilibrium q (3,) may change the verdict on the matrices about it."""
     M, C, K = matrices
-    root = np.sqrt(np.outer(np.diag(M), np.diag(M)))
-    error = np.zeros((1, 3, 3))
+    root = np.sqrt(np.outer(np.diag(M), np.diag(M)))  # M^-1/2 K M^-1/2 is K / root
+    error = np.zeros((1, 3, 3))  # of the mass-normalised stiffness, in SI units
     if not model.linear:
         statics = Statics.of(dataclasses.replace(model, damping=None))
         units = statics.units
-        natural = q / units.length * (1.0, 1.0, units.lever)
-        z = np.array([*natural, model.pad.mu])[:, None]
+        natural = q / units.length * (1.0, 1.0, units.lever)  # x, y and w theta
+        z = np.array([*natural, model.pad.mu])[:, None]  # of a stack of one
         of_entries = statics.stiffness_error(z, 1.0 * np.array(state)[:, None])
         error = normalised(statics.model.pad, of_entries) / units.time**2
-    damping = (C / root)[None] if C.any() else None
-    return bool(hangs_on_rounding((K / root)[None], damping, error)[0])
+    B = (C / root)[None] if C.any() else None
+    return bool(hangs_on_rounding((K / root)[None], B, error)[0])
 
 
 def damping_errors(scene: Scene) -> np.ndarray:
     """How far the entries (3, 3) of a scene's damping matrix may be off, to first order.
 
-    Ratios and Rayleigh's factors make it of the stiffness without friction, whose own error is
-    taken along. Infinite where that is not known, or where two modes of one frequency have
-    different ratios.
+    Ratios and Rayleigh's factors make it of the stiffness without friction: as in
+    `normalised_damping`, B of A = M^-1/2 K M^-1/2. The error of B is its rounding and the sum of
+    |dB / dA_ij| times the error of A_ij over the entries of A. Infinite where that is not known, or
+    where two modes of one frequency have different ratios.
     """
     damping = scene.damping
     if damping is None or damping.matrix is not None:
@@ -142,14 +148,16 @@ def damping_errors(scene: Scene) -> np.ndarray:
     root = np.sqrt(np.outer(np.diag(M), np.diag(M)))
     A = K_given / root
     B, _ = normalised_damping(damping, A)
-    dA = (np.abs(K_given - known.matrices.K) + known.errors[1]) / root
-    dA += ROUNDING * np.linalg.norm(A, 2)
+    _, K_error = known.errors
+    A_error = (np.abs(K_given - known.matrices.K) + K_error) / root
+    A_error += ROUNDING * np.linalg.norm(A, 2)
     error = ROUNDING * np.linalg.norm(B, 2) * np.ones((3, 3))
+    # A counts as symmetric in `normalised_damping`: two entries change together
     for i, j in zip(*np.triu_indices(3), strict=True):
         change = np.zeros((3, 3))
         change[i, j] = change[j, i] = 1.0
         slope = normalised_damping_slope(damping, A, change)
-        error += np.abs(slope) * max(dA[i, j], dA[j, i])
+        error += np.abs(slope) * max(A_error[i, j], A_error[j, i])
     return np.where(np.isfinite(error), error * root, np.inf)
 
 

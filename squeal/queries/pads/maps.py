@@ -185,20 +185,15 @@ def on_grid(
     blocks = _blocks(scene, names, x, y, POINTS_AT_ONCE)
     codes_of_block = partial(_codes_of, compiled)
     if workers == 1:
-        parts = [codes_of_block(block) for block in blocks]  # SciPy's BLAS need not be loaded
+        # `mapped` would first load SciPy, which takes longer than a small map
+        parts = [codes_of_block(block) for block in blocks]
     else:
         parts = list(mapped(codes_of_block, blocks, workers))
-    codes = np.concatenate([part.codes for part in parts])
-    contact = np.concatenate([part.contact for part in parts])
-    beyond = np.concatenate([part.beyond for part in parts], axis=1)
-    doubtful = np.concatenate([part.doubtful for part in parts])
-    shape = (len(x), len(y))
-    return PointVerdicts(
-        codes=codes.reshape(shape),
-        contact=contact.reshape(shape),
-        beyond=beyond.reshape(3, *shape),
-        doubtful=doubtful.reshape(shape),
-    )
+    grids = []
+    for arrays_of_blocks in zip(*parts, strict=True):  # for each field of `PointVerdicts`
+        joined = np.concatenate(arrays_of_blocks, axis=-1)  # the last axis is that over points
+        grids.append(joined.reshape(*joined.shape[:-1], len(x), len(y)))
+    return PointVerdicts(*grids)
 
 
 def _check(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> None:
@@ -263,7 +258,7 @@ def stability_map(
     warnings = _inadmissible(codes, beyond)
     details: dict[str, Any] = {
         "admissible_share": float(admissible.mean()),
-        "admissible": not warnings,  # those of a quantity say nothing of equilibria
+        "admissible": not warnings,  # here, before a warning of the quantity joins them
     }
     if curves:
         details["threshold_curve"] = threshold_curves(scene, axes, codes)
@@ -329,9 +324,8 @@ def _quantity(
     """
     names = (axes[0].name, axes[1].name)
     blocks = _blocks(scene, names, axes[0].values, axes[1].values, QUANTITY_POINTS)
-    parts = list(mapped(partial(_quantity_of, name), blocks, workers))
-    values = np.concatenate([part[0] for part in parts])
-    unknown = np.concatenate([part[1] for part in parts])
+    parts = mapped(partial(_quantity_of, name), blocks, workers)
+    values, unknown = map(np.concatenate, zip(*parts, strict=True))
     shape = (axes[0].n, axes[1].n)
     return values.reshape(shape), unknown.reshape(shape)
 

@@ -102,8 +102,7 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
     dC = np.zeros((3, 3))
     # friction that falls with the sliding speed damps x_dot; dampers are added in `_changes`
     if pad.fall is not None:
-        complex_q = q.astype(complex)
-        dC[:, :1] = -complex_step(lambda v: load_slopes(complex_q, dq, v[0]), np.zeros(1))
+        dC[:, :1] = -complex_step(lambda x_dot: load_slopes(q, dq, x_dot[0]), np.zeros(1))
     dK = -complex_step(lambda at: load_slopes(at, dq), q)
     dgaps = np.array([float(dual.dual(gap).slope) for gap in gaps])
     return Change(loads, dM, dC, dK, dgaps)
@@ -199,17 +198,17 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
         q = path.statics.to_si(z)
         contact_changes = path.breakpoints
     changes = _changes(scene, model, q, state)
-    M, C, K = linearise(model, q, state)
-    inverse_masses = 1.0 / np.diag(M)
-    unit = np.sqrt(np.outer(inverse_masses, inverse_masses))  # M^-1/2 M M^-1/2 is M * unit
-    matrices = M * unit, (C + damping_matrix(scene)) * unit, K * unit
     # a threshold at a change of contact has its value, but for rounding
     if any(abs(mu - point.mu) <= 1e-12 * point.mu for mu in contact_changes):
         changing = int(np.argmin(np.abs(model.gaps(q))))  # the gap that closes or opens
         return _without_frequency({name: by.gaps[changing] for name, by in changes.items()})
+    M, C, K = linearise(model, q, state)
+    inverse_masses = 1.0 / np.diag(M)
+    unit = np.sqrt(np.outer(inverse_masses, inverse_masses))  # M^-1/2 K M^-1/2 is K * unit
+    matrices = M * unit, (C + damping_matrix(scene)) * unit, K * unit
     if point.kind == "fold":
-        # sqrt(diag(unit)) is M^-1/2, which turns the vector of the scaled K into that of K
-        left = np.sqrt(np.diag(unit)) * Singular.of(matrices, 0j).left.conj()
+        # M^-1/2 turns the left vector of the normalised K into that of K
+        left = np.sqrt(inverse_masses) * Singular.of(matrices, 0j).left.conj()
         return _without_frequency({name: left @ by.loads for name, by in changes.items()})
     scaled = {}
     for name, by in changes.items():

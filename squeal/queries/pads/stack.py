@@ -361,6 +361,7 @@ class PadStack:
             of_entries = statics.stiffness_error(at.z, 1.0 * at.touching)
             errors = normalised(statics.model.pad, of_entries)
         squares = np.abs(np.diagonal(A, axis1=1, axis2=2))
+        # the zero mode of a coordinate that no spring holds is no hidden one
         has_free_coordinate = squares.min(axis=1) <= EPS**2 * squares.max(axis=1)
         hides_modes = hides_slow_modes(A, B) & ~has_free_coordinate
         return hangs_on_rounding(A, B, errors) | hides_modes
@@ -450,10 +451,11 @@ class PadStack:
         pad = intervals.pad[grid.interval]
         stability = self._judge(intervals, pad, grid.mu)
         for which in range(len(stability.margins)):
-            self._search_between_points(intervals, grid, stability, which)
+            self._move_points_to_instability(intervals, grid, stability, which)
         unstable = np.flatnonzero(~stability.no_unstable_mode)
         losing, index = np.unique(pad[unstable], return_index=True)
         first = unstable[index]  # of each pad that loses stability its first unstable point
+        # the point before, perhaps of the interval before; at mu = 0 it is replaced below
         last_stable = grid.mu[np.maximum(first - 1, 0)]
         first_unstable = grid.mu[first]
         # a pad that is unstable at mu = 0, or from a change of contact on, loses stability there:
@@ -537,7 +539,7 @@ class PadStack:
             no_start=intervals.no_start,
         )
 
-    def _search_between_points(
+    def _move_points_to_instability(
         self, intervals: _Intervals, grid: _FrictionGrid, stability: _Stability, which: int
     ) -> None:
         """Search for instability between stable points of a grid, where a margin nearly vanishes.
@@ -549,7 +551,7 @@ class PadStack:
         which: the margin, 0 of pairs and 1 of real roots.
         """
         margin = stability.margins[which]
-        stable = stability.no_unstable_mode
+        stable = stability.no_unstable_mode  # this array and the next are changed
         mu = grid.mu
         interval = grid.interval
         pad = intervals.pad[interval]
@@ -563,7 +565,7 @@ class PadStack:
         is_low = (here < before) & (here < after) & (minimum < here / 2)
         same_interval = (interval[i - 1] == interval[i]) & (interval[i] == interval[i + 1])
         all_stable = stable[i - 1] & stable[i] & stable[i + 1]
-        j = i[same_interval & all_stable & is_low]
+        j = i[same_interval & all_stable & is_low]  # points that have a low minimum beside them
         if not j.size:
             return
         low = mu[j - 1]
