@@ -27,18 +27,29 @@ MET = 0.05  # of their first distance: two frequencies have met where they are n
 
 
 class Paths:
-    """The modes of a sweep with Im >= 0, by rising value of the parameter.
+    """The modes of a sweep, by their numbers.
 
-    known: at each value the roots by the numbers of their modes, real ones among them; own_value:
-    the subject's own value of the parameter, None if the sweep does not reach it; at,
-    roots: values and roots of each mode by its number; growing: modes that grow somewhere, the
-    fastest at the own value first; groups: of each of these, once, the mode alone or with the other
-    one that it meets, by rising first frequency.
+    Attributes
+    ----------
+    values : array (n,)
+        The rising values of the parameter.
+    known : dict of float to dict of int to complex
+        At each value the roots (rad/s) by mode, real ones among them.
+    whole : dict of int to array (n,)
+        The roots of each mode that vibrates (Im > 0), NaN at values where they are not known.
+    at, roots : dict of int to array (m,)
+        Of these modes the values at which the root is known, and the roots there.
+    own_value : float or None
+        The subject's own value of the parameter, None if the sweep does not reach it.
+    growing : list of int
+        Modes that grow somewhere, the fastest at the own value first.
+    groups : list of tuple of int
+        Each of these once: alone, or with the other mode that it meets, by rising first frequency.
     """
 
     def __init__(self, sweep: Sweep) -> None:
         self.values = values = np.array([step.value for step in sweep.steps])
-        whole: dict[int, NDArray[np.complex128]] = {}  # NaN where a mode is not known
+        whole: dict[int, NDArray[np.complex128]] = {}
         of_step: list[dict[int, complex]] = []  # roots by modes of the sweep
         for k, step in enumerate(sweep.steps):
             of_step.append({mode: root.value for mode, root in step.root_of_mode().items()})
@@ -52,7 +63,7 @@ class Paths:
             self.known[value] = {lower.get(mode, mode): root for mode, root in roots.items()}
         self.whole = whole
         self.at = {mode: values[np.isfinite(path)] for mode, path in whole.items()}
-        self.roots = {mode: path[np.isfinite(path)] for mode, path in whole.items()}
+        self.roots = {mode: _known_roots(path) for mode, path in whole.items()}
         self.own_value = _own_value(sweep)
         growing = [mode for mode, roots in self.roots.items() if is_growing(roots).any()]
         self.growing = sorted(growing, key=self._rank, reverse=True)
@@ -85,7 +96,8 @@ class Paths:
             return None
         first, second = group
         distances = np.abs((self.whole[first] - self.whole[second]).imag)
-        met = self.values[distances < MET * distances[np.isfinite(distances)][0]]
+        first_distance = distances[np.isfinite(distances)][0]
+        met = self.values[distances < MET * first_distance]
         return float(met[0]) if met.size else None
 
     def growth(self, mode: int) -> float:
@@ -93,8 +105,10 @@ class Paths:
         return float(self.roots[mode].real.max())
 
     def numbered(self, spectrum: Eigenvalues) -> Eigenvalues:
-        """Eigenvalues whose modes have the numbers of the sweep; those that it does not have at
-        their value get the next numbers."""
+        """Eigenvalues whose modes have the numbers of the sweep, by the roots at the same value.
+
+        Modes that the sweep does not have there, to `NEAR`, get the next numbers.
+        """
         by_frequency = mode_numbers(spectrum.values)
         no_residuals = np.zeros(len(by_frequency))
         own = Step(spectrum.value, spectrum.values, no_residuals, None, modes=by_frequency)
@@ -102,12 +116,13 @@ class Paths:
         known = self.known.get(spectrum.value, {})
         modes = list(known)
         values = np.array(list(roots.values()), dtype=complex)
-        distances = np.abs(np.subtract.outer(values, np.array(list(known.values()), dtype=complex)))
+        known_values = np.array(list(known.values()), dtype=complex)
+        distances = np.abs(np.subtract.outer(values, known_values))
         distances /= divisor(np.abs(values))[:, None]
-        nearest = np.full(len(roots), -1)
+        nearest = np.full(len(roots), -1)  # of each root the index of a known one, -1 for none
         if known:
             nearest = assigned(distances)
-        number_of = {0: 0}  # by the number by rising frequency
+        number_of = {0: 0}  # by the number by rising frequency; 0 is a root without a mode
         following = itertools.count(1 + max(itertools.chain(*self.known.values()), default=0))
         for mode, row, k in zip(roots, distances, nearest.tolist(), strict=True):
             is_known = k >= 0 and row[k] <= NEAR
@@ -118,13 +133,14 @@ class Paths:
     def _rank(self, mode: int) -> tuple[float, float]:
         """The growth rates, 1/s, by which growing modes are ranked: at the own value, and the
         fastest."""
-        judged = self._judged(mode)
-        growth = float(self.whole[mode][judged].real)
-        return growth if self.values[judged] == self.own_value else 0.0, self.growth(mode)
+        k = self._where_growing(mode)
+        growth = 0.0
+        if self.values[k] == self.own_value:
+            growth = float(self.whole[mode][k].real)
+        return growth, self.growth(mode)
 
-    def _judged(self, mode: int) -> int:
-        """The index of the value at which a growing mode is judged: the own one, or that of its
-        fastest growth where it does not grow there."""
+    def _where_growing(self, mode: int) -> int:
+        """The index of the own value if a mode grows there, else of that of its fastest growth."""
         path = self.whole[mode]
         own = np.flatnonzero(self.values == self.own_value)
         if own.size and is_growing(path[own[:1]])[0]:
@@ -132,31 +148,33 @@ class Paths:
         return int(np.nanargmax(path.real))
 
     def _partners(self, mode: int, is_speed: bool) -> list[int]:
-        """The modes with which `mode` has met where it is judged, the nearest first.
+        """The modes with which `mode` has met at the value `_where_growing`, the nearest first.
 
-        Two modes that meet feed each other: their frequencies come together, and the growth rate of
-        the partner falls as that of `mode` rises. Over friction they may be together from the
-        first value on, as the two modes of a disc; over a speed (`is_speed`) two that begin so near
-        as `TWINS` are a forward and a backward whirl, of which one grows alone.
+        Two modes that meet feed each other: from the first value that has both on, their
+        frequencies come together, and the growth rate of the partner falls as that of `mode` rises.
+        Over friction they may be together from there on, as the two modes of a disc: no farther
+        from each other than their growth rates. Over a speed (`is_speed`) two that begin so near as
+        `TWINS` are a forward and a backward whirl, of which one grows alone.
         """
         leading = self.whole[mode]
-        judged = self._judged(mode)
+        k = self._where_growing(mode)
         distances: dict[int, float] = {}
         for other, following in self.whole.items():
-            gaps = leading - following
-            if other == mode or np.isnan(gaps[judged]):
+            gaps = leading - following  # imaginary part: of frequencies, real part: of growth rates
+            if other == mode or np.isnan(gaps[k]):
                 continue
-            first = int(np.argmax(np.isfinite(gaps)))
-            rise = leading.real[judged] - leading.real[first]
-            fall = following.real[first] - following.real[judged]
-            distance = abs(gaps.imag[judged])
-            limit = NEARER * abs(gaps.imag[first])
-            if is_speed and abs(gaps.imag[first]) < TWINS * leading.imag[first]:
+            first = int(np.argmax(np.isfinite(gaps)))  # the first value that has both
+            first_distance = abs(gaps.imag[first])
+            if is_speed and first_distance < TWINS * leading.imag[first]:
                 continue
+            limit = NEARER * first_distance
             if not is_speed:
-                limit = max(limit, gaps.real[judged])
-            limit = min(limit, NEAREST * leading.imag[judged])
-            if distance <= limit and fall >= FED * rise:
+                limit = max(limit, gaps.real[k])
+            distance = abs(gaps.imag[k])
+            is_near = distance <= min(limit, NEAREST * leading.imag[k])
+            rise = leading.real[k] - leading.real[first]
+            fall = following.real[first] - following.real[k]
+            if is_near and fall >= FED * rise:
                 distances[other] = distance
         return sorted(distances, key=distances.__getitem__)
 
@@ -172,11 +190,12 @@ def is_growing(
 
 def _join(whole: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> dict[int, int]:
     """Join each path that ends at a meeting with the one of nearest frequency that begins behind
-    it, under the lower of both numbers, which is that of the value where modes are numbered.
+    it. `whole` is changed in place.
 
-    Returns that number by the higher one.
+    A joined path has the lower of both numbers, which is that of the value where modes are
+    numbered. Returns this number by the higher one.
     """
-    lower: dict[int, int] = {}  # number of a joined path, by the higher one
+    lower: dict[int, int] = {}
     for loss in sorted(losses):
         if loss.kind != "begin":
             continue
@@ -184,16 +203,13 @@ def _join(whole: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> d
         for other in losses:
             if other.kind == "end" and other.low <= loss.low <= other.high:
                 ended += [lower.get(mode, mode) for mode in other.modes]
-        ended = [mode for mode in ended if mode in whole]  # which vibrate
+        ended = [mode for mode in ended if mode in whole]  # `whole` has those that vibrate
         begun = [mode for mode in loss.modes if mode in whole]
         if not ended or not begun:
             continue
-        last = []  # rad/s
-        for mode in ended:
-            last.append(whole[mode][np.isfinite(whole[mode])][-1].imag)
-        first = []
-        for mode in begun:
-            first.append(whole[mode][np.isfinite(whole[mode])][0].imag)
+        # frequencies (rad/s) at which paths end, and at which others begin
+        last = [_known_roots(whole[mode])[-1].imag for mode in ended]
+        first = [_known_roots(whole[mode])[0].imag for mode in begun]
         nearest = assigned(np.abs(np.subtract.outer(first, last))).tolist()
         for mode, omega, k in zip(begun, first, nearest, strict=True):
             if k >= 0 and abs(omega - last[k]) <= NEAREST * omega:
@@ -202,6 +218,11 @@ def _join(whole: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> d
                 whole[low] = np.where(np.isfinite(whole[low]), whole[low], path)
                 lower[high] = low
     return lower
+
+
+def _known_roots(path: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """The roots of a path at those values that have them."""
+    return path[np.isfinite(path)]
 
 
 def _own_value(sweep: Sweep) -> float | None:
