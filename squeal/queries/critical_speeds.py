@@ -215,7 +215,9 @@ class CriticalSpeeds(Answer):
         if margin is None or one.damping_ratio > WELL_DAMPED:
             return False
         amplification = 1.0 / (2.0 * max(one.damping_ratio, TINY))
-        required = 0.17 * (1.0 - 1.0 / (amplification - 1.5)) + 0.1 * (margin > 0.0)
+        required = 0.17 * (1.0 - 1.0 / (amplification - 1.5))
+        if margin > 0.0:
+            required += 0.1
         return abs(margin) < required
 
     @property
@@ -324,9 +326,8 @@ def critical_speeds(
     critical = []
     for order in orders:
         for speed, rank in diagram.crossings(speeds, order):
-            if speed == 0.0:
-                continue  # there a frequency of zero is a multiple of the speed, in every rotor
-            if not diagram.are_modes(speed)[rank]:
+            # at a speed of 0 a frequency of zero is a multiple of the speed, in every rotor
+            if speed == 0.0 or not diagram.are_modes(speed)[rank]:
                 continue
             crossing = diagram.critical_speed(speed, rank, order)
             if band is None or band[0] <= crossing.frequency_hz <= band[1]:
@@ -349,14 +350,15 @@ def critical_speeds(
     )
 
 
-def _at_one_speed(places: Sequence[tuple[float, int]], near: float) -> list[tuple[float, int]]:
-    """Speeds and modes at which these cross, those of modes of one frequency at one speed.
+def _at_one_speed(crossings: Sequence[tuple[float, int]], near: float) -> list[tuple[float, int]]:
+    """Crossings as pairs of speed and rank, those that are no farther apart than `near` (rad/s) at
+    the first speed of these.
 
-    Which of them has which number changes with rounding of the speed.
+    They are of modes of one frequency, of which rounding of the speed decides which has which rank.
     """
     joined: list[tuple[float, int]] = []
-    for speed, mode in sorted(places):
+    for speed, rank in sorted(crossings):
         if joined and speed - joined[-1][0] <= near:
             speed = joined[-1][0]
-        joined.append((speed, mode))
+        joined.append((speed, rank))
     return joined

@@ -82,32 +82,34 @@ def whirl_direction(
 
 
 def _by_term(
-    system: TermSystem, speed: float, root: complex, shape: NDArray, orbits: str | None = None
+    system: TermSystem, speed: float, root: complex, shape: NDArray, of_orbits: str | None = None
 ) -> str | None:
     """The direction of a shape by the first term that turns with the shaft and sees the shape,
-    summed over all discs; that of the orbits where no term tells."""
+    summed over all discs; where no term tells, `of_orbits`, the direction of its orbits."""
     M, _, K = system.arrays({system.parameter: speed})
     inertia = abs(root) ** 2 * abs(np.vdot(shape, M @ shape))
     energy = max(inertia, abs(np.vdot(shape, K @ shape)))
     for turning in turning_parts(system, speed):
         matrix = dense(turning.matrix)
-        net = 0.0
-        net_sizes = 0.0  # of parts that the term does not couple, such as discs
-        both = 0.0  # forward and backward part together
+        net = 0.0  # forward parts of the shape less backward ones
+        net_sizes = 0.0  # the sizes of this for each disc, which the term couples to no other
+        both = 0.0  # forward and backward parts together
         for rows in _coupled(matrix):
-            forces, vectors = np.linalg.eigh(1j * matrix[np.ix_(rows, rows)])
-            parts = forces * np.abs(vectors.conj().T @ shape[rows]) ** 2
+            # eigenvalues of i S, see the module: above 0 of forward parts, below 0 of backward ones
+            values, vectors = np.linalg.eigh(1j * matrix[np.ix_(rows, rows)])
+            parts = values * np.abs(vectors.conj().T @ shape[rows]) ** 2
             net += parts.sum()
             net_sizes += abs(parts.sum())
             both += np.abs(parts).sum()
+        # an energy as well, where a term of C is multiplied by |lambda|
         if abs(root) ** turning.power * both <= UNSEEN * energy:
             continue
         if abs(net) < OPPOSED * net_sizes:
-            return orbits or MIXED
+            return of_orbits or MIXED
         if abs(net) < ROUND * both:
-            return orbits or STRAIGHT
+            return of_orbits or STRAIGHT
         return FORWARD if net > 0.0 else BACKWARD
-    return orbits
+    return of_orbits
 
 
 def _coupled(matrix: NDArray) -> list[NDArray[np.intp]]:
@@ -141,16 +143,16 @@ def _by_orbits(
         return _Orbits(None)
     u, v = coordinates.displacements(shape)[:, across].T
     sizes = np.abs(u) ** 2 + np.abs(v) ** 2
-    areas = 2 * (u * v.conj()).imag
+    areas = 2 * (u * v.conj()).imag  # of orbits: up to +-`sizes`, which a circle has
     sense = 1.0
-    if not coordinates.bases:
+    if not coordinates.bases:  # reduced components have no row of a node
         masses = np.abs(system.at({system.parameter: speed})[0].diagonal())
         energies = masses * np.abs(shape) ** 2
         translates = np.isin(coordinates.directions, across)
         if energies[translates].sum() <= UNSEEN * energies.sum():
             return _Orbits(None)
         sense = _sense(coordinates, across, system, speed)
-        areas = areas * (sense or 1.0)
+        areas = areas * (sense or 1.0)  # without a term the sense of the directions is assumed
     moves = sizes > STILL * sizes.max()
     counts = moves & (np.abs(areas) > ROUND * sizes)
     forward = bool(np.any(areas[counts] > 0.0))
@@ -173,9 +175,12 @@ def _sense(coordinates: Coordinates, across: list[int], system: TermSystem, spee
         row_at[direction] = dict(zip(coordinates.nodes[rows].tolist(), rows.tolist(), strict=True))
     first, second = (row_at[direction] for direction in across)
     nodes = sorted(first.keys() & second.keys())
-    pairs = [first[node] for node in nodes], [second[node] for node in nodes]
-    senses = [np.sign(turning.matrix[pairs].sum()) for turning in turning_parts(system, speed)]
-    return float(next(filter(None, senses), 0.0))
+    entries = [first[node] for node in nodes], [second[node] for node in nodes]
+    for turning in turning_parts(system, speed):
+        sense = float(np.sign(turning.matrix[entries].sum()))
+        if sense:
+            return sense
+    return 0.0
 
 
 def _across(coordinates: Coordinates) -> list[int] | None:
