@@ -156,15 +156,14 @@ class Energy(Answer):
         for row in rows:
             works[row.role] = works.get(row.role, 0.0) + (row.growth or 0.0)
         least = NEGLIGIBLE * max(map(abs, works.values()))
-        positive = []
-        negative = []
+        balance = []
         for role in sorted(works, key=lambda role: -works[role]):
             if works[role] > least:
-                positive.append(f"{role} puts in {works[role]:.4g} 1/s")
+                balance.append(f"{role} puts in {works[role]:.4g} 1/s")
             elif works[role] < -least:
-                negative.append(f"{role} takes {-works[role]:.4g}")
-        balance = ", ".join(positive + negative) or "no term does work"
-        return f"{head}: {balance}; in all {number(rows[0].growth_rate, 4)} 1/s"
+                balance.append(f"{role} takes {-works[role]:.4g}")
+        words = ", ".join(balance) or "no term does work"
+        return f"{head}: {words}; in all {number(rows[0].growth_rate, 4)} 1/s"
 
     def place(self, mode: int) -> str:
         """Which parts store the energy of a mode, in a line, the largest share first.
@@ -477,17 +476,17 @@ def slopes_of(
     totals: dict[str, Any] = {"M": None, "C": None, "K": None}
     changes: dict[str, Any] = {}
     for k, term in enumerate(terms):
-        # the derivative of the matrices by the relative size of a term is the term itself
         scaled = term.factor * term.matrix
         total = totals[term.part]
         totals[term.part] = scaled if total is None else total + scaled
-        only_this = {"M": None, "C": None, "K": None, term.part: scaled}
-        changes[f"term {k}"] = tuple(only_this.values())
+        # the derivative of its part by the relative size of a term is the term itself
+        derivatives = {"M": None, "C": None, "K": None} | {term.part: scaled}
+        changes[f"term {k}"] = tuple(derivatives.values())  # of M, C and K
     # where matrices follow the frequency of a root they move on with it: by their derivatives by
     # the frequency `at_own_frequency` makes total derivatives of these at a held one
     if frozen is not None and system is not None:
         changes |= {name: frozen.derivative(name) for name in system.follows}
-    slopes, _ = sensitivities((totals["M"], totals["C"], totals["K"]), changes, roots)
+    slopes, _ = sensitivities(tuple(totals.values()), changes, roots)
     if system is not None:
         slopes = at_own_frequency(system, slopes, frequency_slope=np.imag)
     return [slopes[f"term {k}"] for k in range(len(terms))]

@@ -400,8 +400,8 @@ def _shares_of_intervals(system: TermSystem, crossings: Sequence[Crossing]) -> l
 
 
 def _is_beside(where: complex | None, intervals: Sequence[Interval], distance: float) -> bool:
-    """True if a value lies within a distance of one of the intervals."""
-    if where is None or isinstance(where, complex):
+    """True if a value of the parameter lies within a distance of one of the intervals."""
+    if where is None or isinstance(where, complex):  # a complex number is a root
         return False
     return any(start - distance <= where <= stop + distance for start, stop in intervals)
 

@@ -181,7 +181,7 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
         C = np.zeros((n, n))
     if any(np.iscomplexobj(matrix) for matrix in (M, C, K)):
         raise InputError(f"{system.name}: complex matrices have no real state space")
-    left, masses, right = np.linalg.svd(M)
+    left, masses, right = np.linalg.svd(M)  # M = left diag(masses) right, (V1 V2) = right.T
     m = rank_of(masses)
     if m == n:  # M is regular: the rows themselves are the motions a
         left = np.eye(n)

@@ -174,7 +174,7 @@ def _shares(report: Findings) -> Table:
 
 def _moves(report: Findings) -> Table:
     """What a small change of each parameter does to the modes that grow and to the first loss: a
-    row a parameter, the strongest on the fastest mode first, without noise."""
+    row a parameter, the strongest on the fastest mode first."""
     spectrum = report.eigenvalues
     onset = report.onset
     effects: dict[str, dict[str, float]] = {}  # by the head of a column, then by parameter
@@ -187,14 +187,9 @@ def _moves(report: Findings) -> Table:
         kind = name_of_kind(onset.kind, unit_of(report.thresholds.source))
         where = f"{kind} at {onset.parameter} = {number(onset.at, 4)}"
         effects[f"first loss ({where}){unit}"] = _effects(onset, 0)
-    strengths: dict[str, list[float]] = {}
-    for changes in effects.values():
-        largest = max(filter(math.isfinite, map(abs, changes.values())), default=0.0)
-        for name in list(changes):
-            if abs(changes[name]) <= NOISE * largest:  # false of NaN
-                del changes[name]
-        for name in report.sensitivity.slopes:
-            strengths.setdefault(name, []).append(abs(changes.get(name, 0.0)))
+    strengths: dict[str, list[float]] = {}  # of each parameter, in each column
+    for name in report.sensitivity.slopes:
+        strengths[name] = [abs(changes.get(name, 0.0)) for changes in effects.values()]
     names = [name for name in strengths if any(strengths[name])]
     names.sort(key=strengths.__getitem__, reverse=True)
     columns = [Column("parameter", value=str)]
@@ -206,13 +201,16 @@ def _moves(report: Findings) -> Table:
 
 
 def _effects(derivatives: Sensitivity, which: int) -> dict[str, float]:
-    """What a small step of each parameter adds to the real part of one of what was derived."""
+    """What a small step of each parameter adds to the real part of root number `which`, or to the
+    threshold (0), without those that are noise beside the largest."""
     effects = {}
     for name, slopes in derivatives.slopes.items():
         step, _ = derivatives.step(name)
         if step:
             effects[name] = step * float(slopes[which].real)
-    return effects
+    largest = max(filter(math.isfinite, map(abs, effects.values())), default=0.0)
+    # NaN stays
+    return {name: x for name, x in effects.items() if not abs(x) <= NOISE * largest}
 
 
 def _signed(values: Mapping[Any, float]) -> Callable[[Any], str]:
