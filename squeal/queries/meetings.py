@@ -1,7 +1,8 @@
 """The real modes behind growing ones, and what would stop all of these: separation, or damping.
 
 Separation adds (w^2 - w_2^2) M x x' M to K, which raises the upper mode of two alone to w; damping
-adds 2 zeta w M x x' M to C. A real mode behind several growing ones gets the largest of what these
+adds 2 zeta w M x x' M to C. Both leave all other real modes y of the structure as they are, since
+y' M x = 0 and x' M x = 1. A real mode behind several growing ones gets the largest of what these
 need. Amounts are the least at some values of the parameter, of more than `DENSE_ROWS` rows on a
 basis of modes. Then they are rounded up and confirmed as they are told: for all modes at once, with
 the full matrices, at the present value and at all lower ones. Where something grows lower down that
@@ -205,17 +206,18 @@ class _Problem:
         omega, shapes = _modes_near(self.structure, M, mode.root.imag)
         forces = M @ shapes
         nearest = int(abs(self.spectrum.values - mode.root).argmin())
+        # of the kinetic energy of the growing mode's shape z: |x' M z|^2 of each real mode x
         shares = abs(forces.T @ self.spectrum.eigenvalues[nearest].right) ** 2
-        leading = np.sort(np.argsort(-shares)[:2])
+        leading = np.sort(np.argsort(-shares)[:2])  # by rising frequency
         leading = leading[shares[leading] >= PARTNER * shares.max()]
         lower, upper = omega[leading[[0, -1]]]
         is_upper = abs(omega - upper) <= SAME * upper
         is_lower = abs(omega - lower) <= SAME * lower
-        if is_upper[leading[0]]:  # one frequency
+        if is_upper[leading[0]]:  # one mode, or two of one frequency: the second is the upper one
             is_upper = np.arange(len(omega)) == leading[-1]
             is_upper &= len(leading) == 2
         behind = np.flatnonzero(is_lower | is_upper)
-        if not omega[behind].all():
+        if not omega[behind].all():  # a free motion has no frequency to separate or damp
             return None
         indices = tuple(self._index(forces[:, k]) for k in behind.tolist())
         return Meeting(omega[behind], is_upper[behind], indices, {})
@@ -291,9 +293,13 @@ class _Problem:
 
     def _confirmed(self, cures: Cures) -> tuple[dict[int, float], bool]:
         """How much of cures stops all, rounded up, and whether it does so at all values up to the
-        present one, or at that one alone; empty if nothing is known to."""
+        present one, or at that one alone; empty if nothing is known to.
+
+        Amounts are the least at `values`. If with these something grows at another one it joins
+        them, at one of them (by rounding, or beside the basis) all amounts are raised by 5 % more.
+        """
         values = [self.spectrum.value]
-        at_present: dict[int, float] = {}
+        at_present: dict[int, float] = {}  # the first amounts with which nothing grows there
         more = 1.0
         for _ in range(RETRIES):
             shares = self._least(cures, values)
@@ -363,7 +369,8 @@ class _Problem:
         return [largest, total]
 
     def _grows(self, value: float, of_stiffness: bool, added: Array) -> bool:
-        """Whether something of the band grows at a value, or was but moved out of the band."""
+        """Whether something of the band grows at a value, or was but moved out of the band: then
+        more grows outside of it than without the change."""
         roots = self._growing(value, of_stiffness, added)
         if value not in self.outside:
             unchanged = self._growing(value, of_stiffness, np.zeros_like(added))
@@ -371,9 +378,10 @@ class _Problem:
         return len(in_band(roots, self.band)) > 0 or len(roots) > self.outside[value]
 
     def _growing(self, value: float, of_stiffness: bool, added: Array) -> ComplexArray:
-        """The growing roots with Im >= 0 on the basis."""
+        """The growing roots with Im >= 0 on the basis, with factors (k,) of M x x' M added to K or
+        to C."""
         M, C, K = self._matrices_on_basis(value)
-        U = np.array(self.forces).T
+        U = np.array(self.forces).T  # columns M x
         if self.basis is not None:
             U = self.basis.T @ U
         change = (U * added) @ U.T
@@ -421,9 +429,13 @@ class _Problem:
         return None
 
     def _growing_with(self, added: Array, of_stiffness: bool) -> float | None:
-        """The same of one change of K or C."""
+        """The same of one change of K or C, with the factors (k,) of M x x' M of all real modes.
+
+        Below the present value stability is lost at thresholds. What grows is named by the middle
+        of the interval behind the first of these, up to the next one.
+        """
         present = self.spectrum.value
-        columns = np.array(self.forces).T * np.sqrt(added)
+        columns = np.array(self.forces).T * np.sqrt(added)  # U (n, k): the change is U U'
         if self._grows(present, of_stiffness, added):
             return present
         if self.is_reduced:
@@ -515,14 +527,19 @@ def _sum(matrix: Matrix | None, change: Array) -> Matrix:
 
 
 def _least_share(holds: Callable[[float], bool], most: float) -> float:
-    """The least share up to `most` for which a condition holds, infinite if none is seen."""
+    """The least share up to `most` for which a condition holds, infinite if none is seen.
+
+    0 is tried first, then `LEAST` and each time the double; the first step that holds is bisected.
+    """
     low = high = 0.0
     while not holds(high):
         if high >= most:
             return math.inf
         low = high
         high = min(max(2.0 * high, LEAST), most)
-    for _ in range(BISECTIONS * (high > 0.0)):
+    if high == 0.0:
+        return high
+    for _ in range(BISECTIONS):
         middle = (low + high) / 2.0
         if holds(middle):
             high = middle
@@ -534,7 +551,7 @@ def _least_share(holds: Callable[[float], bool], most: float) -> float:
 def _modes_near(K: Matrix, M: Matrix, omega: float) -> tuple[Array, Array]:
     """The real modes nearest to an angular frequency: omega (k,) rising, and shapes (n, k)."""
     n = K.shape[0]
-    if not is_sparse(K):
+    if not is_sparse(K):  # of few rows: all modes
         return real_modes(K, dense(M), n, None)
     from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 

@@ -322,7 +322,7 @@ class _Search:
         self.growing = _growing_roots(self.spectrum.source, served)
         # outside of a band others may grow, and go on growing
         at_present = self.growing({})
-        self.others = len(at_present) - len(in_band(at_present, self.band))
+        self.others = len(at_present) - len(in_band(at_present, self.band))  # how many
 
     def roots(self, change: Change, factor: float = 1.0) -> NDArray[np.complex128] | None:
         """The growing roots with a change, and with so many times the free parameter; None where
@@ -372,9 +372,9 @@ class _Search:
         """The least change of each parameter, lowered or raised, that stops all that grows, and a
         larger one that leaves a margin, or None.
 
-        The smallest with a margin first, those that leave none last, and of these the ones with
-        which something grows lower down; large ones if no small one does, none of these where the
-        matrices cannot be computed at them.
+        The smallest with a margin first. Those that leave none follow, and last the ones of these
+        with which something grows lower down. Large changes are looked at if no small one stops
+        all, unless the matrices cannot be computed at them.
         """
         found = self._located(self.steps)
         if not found:
@@ -385,12 +385,14 @@ class _Search:
 
         def rank(pair: tuple[Change, Change | None]) -> tuple[float, bool, float]:
             change, take = pair
-            leaves_window = take is None and not self.leaves_none_below(change)
-            return abs((take or change.of(math.inf)).count), leaves_window, abs(change.count)
+            if take is not None:
+                return abs(take.count), False, abs(change.count)
+            return math.inf, not self.leaves_none_below(change), abs(change.count)
 
         return sorted(found, key=rank)
 
     def _located(self, steps: Sequence[float]) -> list[tuple[Change, Change | None]]:
+        """The changes of `located`, searched in these steps, in the order of the parameters."""
         found = []
         for side in self.sides:
             least = self._least(side, steps, self.stops_all)
@@ -412,8 +414,11 @@ class _Search:
         holds: Callable[[Change], bool],
         start: float = 0.0,
     ) -> Change | None:
-        """The least change to a side for which a condition holds, from a start on, None if none
-        is."""
+        """The least change to a side for which a condition holds, None if none is seen.
+
+        The rising steps, all above `start`, are tried one after the other. The first at which the
+        condition holds is bisected from the step before, the first step from `start`.
+        """
         low = math.copysign(start, side.count)
         for step in steps:
             if step > side.most:
@@ -443,7 +448,7 @@ class _Search:
                 if roots is None or len(roots) - len(in_band(roots, self.band)) > self.others:
                     continue
                 growth = self.growth(change)
-                known = found.get(change.parameter, (math.inf, change))[0]
+                known, _ = found.get(change.parameter, (math.inf, change))
                 if growth < known / BETTER:
                     found[change.parameter] = (growth, change)
         return [change for _, change in sorted(found.values(), key=lambda pair: pair[0])]
@@ -521,8 +526,12 @@ def _computed(
     high: float,
     options: Mapping[str, object],
 ) -> Iterator[Remedy]:
-    """A change, rounded up to two digits, with what the full system says of it; none if modes go on
-    growing with it."""
+    """A change, rounded up to two digits, with what the full system says of it: one remedy, none if
+    modes go on growing with it.
+
+    with_margin: the change that shall leave a margin, which is taken if the full system confirms
+    that stability is lost no earlier than at `IN_HAND` times the free parameter.
+    """
     source = spectrum.source
     for change in _rounded_up(least):
         with suppress(InputError, ComputationError):  # there may be no such brake
@@ -541,14 +550,18 @@ def _computed(
 
 
 def _rounded_up(change: Change | None) -> Iterator[Change]:
-    """A change in two digits, rounded up, and somewhat larger ones; nothing of None."""
+    """A change in two digits, rounded up, and `RETRIES` - 1 larger ones; nothing of None.
+
+    These are 1, 3, 6 and so on units of the second digit larger.
+    """
     if change is None:
         return
     count = abs(change.count)
-    unit = 10.0 ** (math.floor(math.log10(count)) - 1)
+    unit = 10.0 ** (math.floor(math.log10(count)) - 1)  # of the second digit
     digits = math.ceil(count / unit * (1.0 - 1e-12))
     for retry in range(RETRIES):
-        rounded_count = float(number((digits + retry * (retry + 1) // 2) * unit, 3))
+        larger = retry * (retry + 1) // 2
+        rounded_count = float(number((digits + larger) * unit, 3))
         if rounded_count <= change.most:
             yield change.of(math.copysign(rounded_count, change.count))
 

@@ -208,6 +208,7 @@ class Findings(Answer):
             changes = [self.remedy]
             if latest.limit > BETTER * self.remedy.limit:
                 changes.append(latest)
+            # a small change stands before separation and damping, a large one behind them
             place = -1.0 if self.remedy.is_small else MOST
             for remedy in changes:
                 sentence = remedy.sentence(self._meaning(remedy.change.parameter), spectrum)
@@ -295,7 +296,7 @@ class Findings(Answer):
                 both = "both " * (len(meeting.omega) == 2)
                 words.append(f"of {both}{pair} by at least {number(percent, 3)} %")
         more = len(words) - NAMED
-        if more > 0:
+        if more > 0:  # the others are summed up
             largest = number(100.0 * self._share(cure), 3)
             words[NAMED:] = [f"those of {_others(more)} by up to {largest} %"]
         if cure is Cure.APART:
@@ -303,21 +304,29 @@ class Findings(Answer):
         words[0] += " of critical damping"
         text = f"Raise the damping {', '.join(words)}, {self._reach(cure)}"
         whirl = self._whirl(self.eigenvalues.value, self.eigenvalues.unstable[0].root)
-        if all(meeting.needs_both for meeting in self.meetings.values()):
-            groups = [self.paths.group_of(mode) for mode in self.meetings]
-            one = "one of both"
-            if all(len(group) == 2 for group in groups):
-                one = "one mode of a pair"
-            elif whirl and not any(len(group) == 2 for group in groups):
-                one = "one plane"
-            text += f"; as much on {one} alone is not enough"
-            if len(self.meetings) == 1:
-                (meeting,) = self.meetings.values()
-                side = meeting.alone
-                reaches_as_far = self._is_at_value_alone(side) == self._is_at_value_alone(cure)
-                if side in meeting.cures and reaches_as_far:
-                    text += f", which takes {number(100.0 * meeting.cures[side], 3)} %"
+        text += self._one_is_not_enough(whirl)
         return f"{text}.{STATIONARY * bool(whirl)}"
+
+    def _one_is_not_enough(self, whirl: str) -> str:
+        """That as much damping on one mode of each pair is not enough, and how much on one of a single
+        pair would be; empty where it may be. whirl: of the fastest mode, empty if unknown."""
+        if not all(meeting.needs_both for meeting in self.meetings.values()):
+            return ""
+        # which modes of the chart meet
+        are_pairs = [len(self.paths.group_of(mode)) == 2 for mode in self.meetings]
+        one = "one of both"
+        if all(are_pairs):
+            one = "one mode of a pair"
+        elif whirl and not any(are_pairs):
+            one = "one plane"
+        text = f"; as much on {one} alone is not enough"
+        if len(self.meetings) == 1:
+            (meeting,) = self.meetings.values()
+            side = meeting.alone
+            reaches_as_far = self._is_at_value_alone(side) == self._is_at_value_alone(Cure.BOTH)
+            if side in meeting.cures and reaches_as_far:
+                text += f", which takes {number(100.0 * meeting.cures[side], 3)} %"
+        return text
 
     def _reach(self, cure: Cure) -> str:
         """At which values of the parameter a cure is enough."""
@@ -334,11 +343,9 @@ class Findings(Answer):
         stability is lost later."""
         spectrum = self.eigenvalues
         first = self.thresholds.first
-        if (
-            first is None
-            or not 0.0 < first.mu < spectrum.value
-            or self.thresholds.verdict in GROWING
-        ):
+        if self.thresholds.verdict in GROWING or first is None:
+            return ""
+        if not 0.0 < first.mu < spectrum.value:
             return ""
         limit = first.mu
         scope = []
