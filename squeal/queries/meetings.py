@@ -303,7 +303,8 @@ class _Problem:
         more = 1.0
         for _ in range(RETRIES):
             shares = self._least(cures, values)
-            if math.inf in shares.values() or not shares:
+            # by rounding nothing may grow on the basis even without cures: no share says enough
+            if math.inf in shares.values() or not any(shares.values()):
                 break
             amounts = {}
             for mode, share in shares.items():

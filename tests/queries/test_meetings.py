@@ -87,3 +87,13 @@ def test_a_mode_without_a_partner_is_damped_alone():
     assert meeting.hertz == pytest.approx([1.0 / math.tau])
     assert set(meeting.cures) == {Cure.BOTH}
     assert 0.01 <= meeting.cures[Cure.BOTH] <= 0.0111
+
+
+def test_growth_below_the_rounding_of_the_search_has_no_cure_and_a_report():
+    """A mode grows by 5e-10 of its frequency, by its own damping: no amount of zero is advised."""
+    K = {"1": np.diag([1.0, 4.0]), "mu": np.array([[0.0, 0.1], [-0.1, 0.0]])}
+    weak = squeal.System(np.eye(2), np.diag([-1e-9, 0.1]), K, parameters={"mu": 1e-6})
+    report = squeal.report(weak)
+    assert report.eigenvalues.verdict == "flutter"
+    assert all(not meeting.cures for meeting in report.meetings.values())
+    assert report.advice == "No way out is known to this page."
