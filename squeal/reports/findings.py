@@ -308,8 +308,8 @@ class Findings(Answer):
         return f"{text}.{STATIONARY * bool(whirl)}"
 
     def _one_is_not_enough(self, whirl: str) -> str:
-        """That as much damping on one mode of each pair is not enough, and how much on one of a single
-        pair would be; empty where it may be. whirl: of the fastest mode, empty if unknown."""
+        """That as much damping on one mode of each pair is not enough, and how much on one of a
+        single pair would be; empty where it may be. whirl: of the fastest mode, or empty."""
         if not all(meeting.needs_both for meeting in self.meetings.values()):
             return ""
         # which modes of the chart meet
