@@ -209,6 +209,7 @@ def _numbers_in_sweep(step: Step, eigenvalues: Eigenvalues) -> dict[int, int | N
     assert step.roots is not None
     distances = np.abs(eigenvalues.values[:, None] - step.roots)
     number_of: dict[int, int | None] = {}
+    # of two real roots, which are one mode, the first gives the number
     for k, nearest in np.transpose(linear_sum_assignment(distances)).tolist():
         number_of.setdefault(int(eigenvalues.modes[k]), step.numbers[nearest])
     return number_of

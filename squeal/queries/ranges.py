@@ -371,6 +371,7 @@ def _proof_of_system(
         if vague is not None:
             return Proof("open", "enclosure", reason=IS_VAGUE, where=sum(vague) / 2.0), intervals
         rises = [_rise_within(crossings, interval) for interval in intervals]
+        # the second excludes less, for entries whose rounding leaves more open than the first
         for rate in (rates.slowest_oscillation, rates.fastest):
             growth_below = min(RATE * rate, WIDEST_RATE * rates.slowest)
             try:
@@ -380,7 +381,7 @@ def _proof_of_system(
             if proof.status != "open" or proof.reason == SPENT:
                 return proof, intervals  # one that is out of intervals will be so again
         if not _is_beside(proof.where, intervals, VAGUE * (high - low)):
-            break  # there wider intervals do not help
+            break  # what is open lies elsewhere: wider intervals do not help
     return proof, intervals
 
 
