@@ -486,7 +486,7 @@ def slopes_of(
     # the frequency `at_own_frequency` makes total derivatives of these at a held one
     if frozen is not None and system is not None:
         changes |= {name: frozen.derivative(name) for name in system.follows}
-    slopes, _ = sensitivities(tuple(totals.values()), changes, roots)
+    slopes, _ = sensitivities((totals["M"], totals["C"], totals["K"]), changes, roots)
     if system is not None:
         slopes = at_own_frequency(system, slopes, frequency_slope=np.imag)
     return [slopes[f"term {k}"] for k in range(len(terms))]

@@ -325,9 +325,9 @@ def _quantity(
     names = (axes[0].name, axes[1].name)
     blocks = _blocks(scene, names, axes[0].values, axes[1].values, QUANTITY_POINTS)
     parts = mapped(partial(_quantity_of, name), blocks, workers)
-    values, unknown = map(np.concatenate, zip(*parts, strict=True))
+    values, unknown = zip(*parts, strict=True)  # arrays of each block
     shape = (axes[0].n, axes[1].n)
-    return values.reshape(shape), unknown.reshape(shape)
+    return np.concatenate(values).reshape(shape), np.concatenate(unknown).reshape(shape)
 
 
 def _quantity_of(name: str, block: _Block) -> tuple[np.ndarray, np.ndarray]:
