@@ -357,6 +357,9 @@ class Continuation:
         With L M R = 1 it is that of A = L K R and B = L C R. As d(M^-1) = -M^-1 dM M^-1 their
         derivatives are L dK R - (L dM R) A and the like. What one strong component of the rows does
         to another changes no eigenvalue and costs digits: it is left out.
+
+        The first call sets the frequency scale for all others; entries that were zero so far renew
+        the pattern and the components.
         """
         M, C, K = (self._projected(X) for X in matrices)
         dM, dC, dK = (self._projected(X) for X in slopes)
@@ -617,20 +620,22 @@ def _without_free_motions(samples: Sequence[Matrices]) -> tuple[Array, Array] | 
         return None
     if np.linalg.cond(combinations.conj().T @ M @ motions) > 1 / ILL:
         return None
+    # P' M x = 0 with P = scale p where p is orthogonal to scale M x; so for Q and y' M Q = 0
     P = scale * np.linalg.qr(scale * (M @ motions), "complete")[0][:, k:]
     Q = scale * np.linalg.qr(scale * (M.T @ combinations), "complete")[0][:, k:]
     return P, Q
 
 
 def _normalising(M: Array) -> tuple[Array, Array]:
-    """L, R (n, n) with L M R = 1; L = R' if M is symmetric, positive definite, else R is diagonal.
+    """L, R (n, n) with L M R = 1, which take the units of the unknowns out.
 
-    It takes the units of the unknowns out then.
+    If M is symmetric, positive definite, L = R'. Else R is diagonal and scales columns to a largest
+    entry of 1, that of the rows being 1 too, and L is the inverse of M R.
 
     Raises LightMassError for a symmetric M that is (nearly) singular, MatrixError for another one.
     """
     try:
-        T = reduce(M, None, np.zeros_like(M)).T
+        R = reduce(M, None, np.zeros_like(M)).T
     except LightMassError:  # `thresholds` answers it by static condensation
         raise
     except InputError:  # not symmetric, positive definite
@@ -642,4 +647,4 @@ def _normalising(M: Array) -> tuple[Array, Array]:
         rows_scaled = np.abs(M) / np.abs(M).max(axis=1, keepdims=True)
         R = np.diag(1.0 / rows_scaled.max(axis=0))
         return np.asarray(np.linalg.inv(M @ R)), R
-    return T.T, T
+    return R.T, R

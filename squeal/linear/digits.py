@@ -155,10 +155,8 @@ def _off_the_axis(
     return (values.real != 0.0) | (bounds >= np.abs(values)) | np.any(meets, axis=1)
 
 
-def known_to_digits(
-    system: TermSystem, roots: Sequence[Eigenvalue], changes: Mapping[str, float] | None = None
-) -> tuple[Eigenvalue, ...]:
-    """Roots with the `error` that the digits of the system's files leave, at some parameters.
+def known_to_digits(system: TermSystem, roots: Sequence[Eigenvalue]) -> tuple[Eigenvalue, ...]:
+    """Roots with the `error` that the digits of the system's files leave.
 
     - The bound is that of the module's head.
     - Where that exceeds a quarter of |lambda| the root may be a double root at zero, whose square
@@ -173,10 +171,10 @@ def known_to_digits(
     """
     if not roots:
         return ()
-    M, C, K = system.at(changes)
+    M, C, K = system.at()
     if C is None:
         C = csc_array((system.n, system.n))
-    dM, dC, dK = data_errors(system, changes)
+    dM, dC, dK = data_errors(system)
     z, x, y = arrays_of(roots, system.n)
     size = np.abs(z)
 

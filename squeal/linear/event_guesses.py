@@ -28,15 +28,15 @@ DIVISION_SHARE = 0.4837
 """Of a step: where it is divided; not in the middle, as thresholds often lie at round numbers."""
 
 
-def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float | None]:
+def guesses_of(step: Step, is_range_end: tuple[bool, bool]) -> tuple[list[Guess], float | None]:
     """Where roots may cross the line within a step, and where to divide it if that is in doubt.
 
     Parameters
     ----------
     step : Step
         The step, with its roots matched.
-    ends : (bool, bool)
-        Whether its two ends are those of the whole range.
+    is_range_end : (bool, bool)
+        Whether the step begins, and ends, where the whole range does.
 
     Returns
     -------
@@ -52,8 +52,9 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
     passes_zero = _may_pass_zero(step)
     # a root on the line at one end alone has met another one, unless the range ends there, or it is
     # a real root that passes zero, perhaps with a twin
-    is_at_range_end = (ends[0] & on_before) | (ends[1] & on_after)
-    known = step.matched & ((on_before == on_after) | passes_zero | is_at_range_end)
+    rests_at_range_end = (is_range_end[0] & on_before) | (is_range_end[1] & on_after)
+    meets_none = (on_before == on_after) | passes_zero | rests_at_range_end
+    known = step.matched & meets_none  # which root continues it, and that it has met no other one
     stays_on_line = on_before & on_after & ~passes_zero
     crosses_nothing = known & (_is_clear_of_line(step, passes_zero) | stays_on_line)
     # others cross alone if their path is a cubic, else together with a second one

@@ -197,7 +197,8 @@ def _locate_event(continuation: Continuation, guess: Guess, crosses: bool) -> Ev
     if half_width > 1e-9 * guess.width:  # not so narrow that the slope is constant within
 
         def sign(x: float) -> int:
-            """The sign of the event function at x, 0 where rounding hides it."""
+            """The sign of the event function at x, 0 where rounding hides it; x becomes the place
+            of `roots`, from whose vectors the next one starts."""
             nonlocal roots
             roots = roots.at(continuation, x)
             local_function = roots.event_function(coalesces)

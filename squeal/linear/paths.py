@@ -132,8 +132,10 @@ def links(
 def _keeps_order(step: Step, pair: list[int], order: Indices) -> bool | None:
     """True if two roots that came close go as `order` says within a step, False if they exchange.
 
-    The square of their difference is smooth, a cubic through values and slopes at both ends. None
-    if its angle turns by 90 degrees or more, so that the sign of the difference is lost.
+    The square of their difference is smooth, a cubic through values and slopes at both ends. While
+    its angle turns by less than 90 degrees that of the difference turns by less than 45, so that a
+    difference after the step that points backwards has the wrong sign: the two exchange. None if it
+    turns further, and the sign is lost.
 
     Parameters
     ----------
@@ -154,7 +156,8 @@ def _keeps_order(step: Step, pair: list[int], order: Indices) -> bool | None:
     angles = np.unwrap(np.angle(np.polyval(square[::-1], np.linspace(0, 1, 17))))
     if not np.ptp(angles) < np.pi / 2:
         return None
-    return not (difference.conj() * later_difference).real.item() < 0
+    points_backwards = (difference.conj() * later_difference).real.item() < 0
+    return not points_backwards
 
 
 def _pairs_with_smooth_mean(step: Step, order: Indices, rows: list[int]) -> Iterator[list[int]]:

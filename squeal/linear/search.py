@@ -309,41 +309,29 @@ class _AdaptiveRefinement:
         """
         continuation = self.continuation
         inside = [event for event in self.events if a <= event.value <= b]
-        below = continuation.at(a).unstable_count
-        above = continuation.at(b).unstable_count
         is_consistent = self._is_consistent(inside, a, b)
         is_coarse = b - a > self.range / 64  # a few of the first steps
-        first = last = b  # without events all of the range lies below the first one
-        if inside:
-            first = inside[0].value
-            last = inside[-1].value
-        if is_consistent:
-            if not is_coarse:
-                return inside
-            is_steady_below = _is_steady(continuation, a, first, below)
-            if is_steady_below and _is_steady(continuation, last, b, above):
-                return inside
-        changes = required_crossings(continuation.at(a), continuation.at(b))
+        if is_consistent and (not is_coarse or self._counts_stay_beside(inside, a, b)):
+            return inside
         division = self._division_point(a, b, inside)
-        coincident = bool(inside) and last - first <= self.merge_distance
         is_exhausted = len(continuation.states) > 2 * self.budget  # `refine` stops at one budget
         if is_exhausted or (is_consistent and division is None):
             return inside
+        changes = required_crossings(continuation.at(a), continuation.at(b))
+        located = [self._located_event(change, a, b) for change in changes]
         if division is None:
             required = []
-            for change in changes:
-                event = self._located_event(change, a, b)
-                if event is None:
-                    event = self._event_from_count(change, a, b, limits)
+            for change, located_event in zip(changes, located, strict=True):
+                event = located_event or self._event_from_count(change, a, b, limits)
                 if event is not None:
                     required.append(event)
             return required
-        if coincident and not is_consistent:
+        coincide = bool(inside) and inside[-1].value - inside[0].value <= self.merge_distance
+        if coincide and not is_consistent:
             rescanned = self._rescan_beside(a, b, inside, limits)
             if rescanned is not None:
                 return rescanned
-            located_events = [self._located_event(change, a, b) for change in changes]
-            twins = [event for event in located_events if event is not None]
+            twins = [event for event in located if event is not None]
             if changes and len(twins) == len(changes):  # of equal subsystems, all at one place
                 return twins
         if is_coarse:  # a finer range was refined within a coarse one: it is only divided
@@ -354,6 +342,19 @@ class _AdaptiveRefinement:
             *self.resolve_events(a, division, limits),
             *self.resolve_events(division, b, limits),
         ]
+
+    def _counts_stay_beside(self, events: list[Event], a: float, b: float) -> bool:
+        """True if up to the first of the events as many roots grow as at a, and from the last one
+        on as many as at b; without events as many as at a throughout."""
+        continuation = self.continuation
+        first = last = b
+        if events:
+            first = events[0].value
+            last = events[-1].value
+        at_a = continuation.at(a).unstable_count
+        at_b = continuation.at(b).unstable_count
+        below_is_steady = _is_steady(continuation, a, first, at_a)
+        return below_is_steady and _is_steady(continuation, last, b, at_b)
 
     def _is_consistent(self, events: list[Event], a: float, b: float) -> bool:
         """True if events from a to b explain the change of the number of growing roots."""

@@ -283,6 +283,7 @@ def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, directi
     distances[row, l] = np.inf
     forth = np.abs(crossing_distance * W[k] * W[:, l].T / distances).sum(axis=1)
     back = np.abs(crossing_distance * W[l] * W[:, k].T / distances).sum(axis=1)
+    # how far (a + forth) (b + back) may be from a b
     return forth * np.abs(pairs.b) + back * np.abs(pairs.a) + forth * back
 
 

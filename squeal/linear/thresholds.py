@@ -130,20 +130,14 @@ def thresholds(
     points: list[CriticalPoint] = []
     crossings: list[Crossing] = []
     parts: list[SearchResult] = []
-    added = 0  # roots that decay, of which the system has none
+    added = 0  # real roots of the searched system that the given one has not
     for a, b in itertools.pairwise([first, *sorted(jumps), last]):
         low = float(np.nextafter(a, b)) if a in jumps else a
         high = float(np.nextafter(b, a)) if b in jumps else b
         try:
             part = search(system, low, high)
-        except MatrixError as error:
-            completed = completed_to_second_order(system, first)
-            if completed is not None:
-                system, added = completed
-            elif isinstance(error, LightMassError):
-                system = StaticCondensation(system, first)
-            else:
-                raise
+        except MatrixError as singular_mass:
+            system, added = _with_regular_mass(system, first, singular_mass)
             part = search(system, low, high)
         if parts:
             before = parts[-1].continuation
@@ -159,6 +153,23 @@ def thresholds(
     if all(part.doubts is not None for part in parts):
         certified = not any(part.doubts for part in parts)
     return Thresholds(points, crossings, certified, tuple(parts))
+
+
+def _with_regular_mass(
+    system: SystemFunction, p: float, refusal: MatrixError
+) -> tuple[SystemFunction, int]:
+    """A system with regular M in place of one whose M, singular at p, a search has refused.
+
+    It has the same thresholds: damped motions without mass are completed to the second order,
+    others condensed statically, see `condensation`. The number is that of the real roots, all of
+    which decay, that it has beside those of the given system. Raises the refusal if neither can be.
+    """
+    completed = completed_to_second_order(system, p)
+    if completed is not None:
+        return completed
+    if isinstance(refusal, LightMassError):
+        return StaticCondensation(system, p), 0
+    raise refusal
 
 
 def points_and_crossings(
@@ -418,36 +429,39 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
     """
     low = a.value
     high = b.value
-    half_width = 1e-7 * (high - low)  # at most
+    widest = 1e-7 * (high - low)  # half the width at most
     resolution = 4 * np.spacing(max(abs(low), abs(high)))
-    p = math.inf
+    zero = math.inf  # of the lead: the latest estimate
     for k in range(100):
-        before = p
+        zero_before = zero
         middle = (low + high) / 2
         counts = [continuation.at(value).unstable_count for value in (low, middle, high)]
         at_low, _, at_high = counts
-        same_counts = (at_low.pairs, at_low.reals) == (at_high.pairs, at_high.reals)
-        if k == 6 and not same_counts:  # after a few halvings, near enough for Newton's method
+        # else a pair becomes two real roots in between, and the lead jumps there
+        is_smooth = (at_low.pairs, at_low.reals) == (at_high.pairs, at_high.reals)
+        if k == 6 and not is_smooth:  # after a few halvings, near enough for Newton's method
             meeting = _meeting_on_real_axis(continuation, low, high)
             if meeting is not None:
                 return meeting
         lead_low, lead_middle, lead_high = (count.pair_rate - count.real_rate for count in counts)
-        p = middle
+        zero = middle
         if lead_low * lead_high < 0.0:  # Ridders's step from the middle
             root = math.sqrt(lead_middle**2 - lead_low * lead_high)
-            p += (middle - low) * np.sign(lead_low) * lead_middle / root
-        if high - low <= resolution or abs(p - before) <= resolution:
+            zero += (middle - low) * np.sign(lead_low) * lead_middle / root
+        if high - low <= resolution or abs(zero - zero_before) <= resolution:
             break
-        for value in sorted({middle, p}):  # the verdict changes between two of low, these and high
+        # of low, these two and high the first with the verdict of b is the new high, and the one
+        # before it the new low
+        for value in sorted({middle, zero}):
             if continuation.at(value).unstable_count.verdict == b.verdict:
                 high = value
                 break
             low = value
-    if same_counts:
-        lead = _lead_of_pair(continuation.at(p))
-        error = lead.rounding / abs(lead.slope) if lead.slope != 0.0 else math.inf
-        half_width = min(error, half_width) + 1e-12 * abs(p)
-    return p, half_width
+    if not is_smooth:
+        return zero, widest
+    lead = _lead_of_pair(continuation.at(zero))
+    error = lead.rounding / abs(lead.slope) if lead.slope != 0.0 else math.inf
+    return zero, min(error, widest) + 1e-12 * abs(zero)
 
 
 def _meeting_on_real_axis(
