@@ -243,7 +243,7 @@ def _first_front(
     n = len(start.exists)
     touching = np.array(start.touching, dtype=bool)
     scale = np.ones((4, n))
-    scale[:3] /= natural_units(statics.model, (0.0,) * 6).length
+    scale[:3] /= natural_units(statics.model).length
     mu_rows = np.tile(np.eye(4)[:, 3:], n)  # rows (4, n) that pick mu: tangents with dmu = 1
     with np.errstate(all="ignore"):
         slope, determinant_sign = statics.tangents(z, 1.0 * touching, mu_rows)

@@ -91,8 +91,7 @@ def _near_seeds(statics: Statics, n: int) -> np.ndarray:
     They are z = (x, y, w theta, mu) in natural units: off the initial position by about the
     displacement under the load, and by half of what `LIMITS` allow.
     """
-    # six zeros: at rest in the initial position, where the load alone makes the unit of length
-    load_size = natural_units(statics.model, (0.0,) * 6).length * np.ones(n)
+    load_size = natural_units(statics.model).length * np.ones(n)
     half_length = statics.model.pad.w * np.ones(n)
     steps = (0.0, -1.0, 1.0)
     tilts = (0.0, -1.0, 1.0, -10.0, 10.0)
@@ -123,8 +122,9 @@ def _far_seeds(statics: Statics) -> np.ndarray:
 class _Search(NamedTuple):
     """Where Newton's method led n pads, each from as many tries (seed and contact state)."""
 
+    statics: Statics  # of tries * n pads: all n pads once for each try
     z: np.ndarray  # (4, tries, n)
-    touching: np.ndarray  # (points, tries), factors 1.0 and 0.0: the contact state of the try
+    touching: np.ndarray  # (points, tries, n), factors 1.0 and 0.0: the contact state of the try
     presses: np.ndarray  # (tries, n), bools: an equilibrium that presses on the surface
     energy: np.ndarray  # (tries, n), potential energy of an equilibrium, else infinite
 
@@ -134,19 +134,20 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Search:
     states = np.array([state for state in statics.model.states if any(state)], dtype=float).T
     per_state, n = seeds.shape[1:]
     tries = states.shape[1] * per_state
-    touching = np.repeat(states, per_state, axis=1)
-    touching_of_each = np.repeat(touching, n, axis=1)
+    # in one row: the seeds of the first state, each of all pads, then those of the next state
+    touching = np.repeat(states, per_state * n, axis=1)
     starts = np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1)
-    part = statics.pick(np.tile(np.arange(n), tries))
-    z, determinant_signs = part.settle(starts, touching_of_each, 60)
+    of_each_try = statics.pick(np.tile(np.arange(n), tries))
+    z, determinant_signs = of_each_try.settle(starts, touching, 60)
     with np.errstate(all="ignore"):  # where there is none
-        is_equilibrium = (determinant_signs != 0.0) & part.is_consistent(z, touching_of_each)
-        presses = is_equilibrium & part.presses(z)
-        energy = part.model.energy(part.place(z), np.zeros(3), touching_of_each)
+        is_equilibrium = (determinant_signs != 0.0) & of_each_try.is_consistent(z, touching)
+        presses = is_equilibrium & of_each_try.presses(z)
+        energy = of_each_try.model.energy(of_each_try.place(z), np.zeros(3), touching)
         energy = np.where(is_equilibrium, energy, np.inf)
     return _Search(
+        statics=of_each_try,
         z=z.reshape(4, tries, n),
-        touching=touching,
+        touching=touching.reshape(-1, tries, n),
         presses=presses.reshape(tries, n),
         energy=energy.reshape(tries, n),
     )
@@ -156,12 +157,10 @@ def _least(statics: Statics, n: int) -> Equilibria:
     """The equilibrium of least potential energy of each of n pads, of those near the initial
     position."""
     search = _search(statics, _near_seeds(statics, n))
-    tries = search.touching.shape[1]
-    part = statics.pick(np.tile(np.arange(n), tries))
-    touching_of_each = np.repeat(search.touching, n, axis=1)
+    touching = search.touching.reshape(len(search.touching), -1)
     with np.errstate(all="ignore"):  # where there is none
-        excursions = excursion(part, search.z.reshape(4, -1), touching_of_each)
-        beyond = excursions.beyond().any(axis=0).reshape(tries, n)
+        excursions = excursion(search.statics, search.z.reshape(4, -1), touching)
+        beyond = excursions.beyond().any(axis=0).reshape(-1, n)
         admissible = search.presses & ~beyond
         # without an admissible one all that press count, unless the pad hangs free of the surface
         # in its springs with less energy
@@ -174,9 +173,10 @@ def _least(statics: Statics, n: int) -> Equilibria:
         alike = candidates & (energy <= least + ALIKE * np.abs(least))
     # of equal energies the one farthest along the surface's motion, where friction pushes
     best = np.argmax(np.where(alike, search.z[0], -np.inf), axis=0)
+    pad = np.arange(n)
     return Equilibria(
-        z=search.z[:, best, np.arange(n)],
-        touching=search.touching[:, best] > 0.0,
+        z=search.z[:, best, pad],
+        touching=search.touching[:, best, pad] > 0.0,
         exists=np.any(candidates, axis=0),
     )
 
@@ -225,7 +225,7 @@ def find_all(model: PadModel) -> list[Equilibrium]:
         if min(distances, default=np.inf) < SAME_PLACE * (1.0 + np.max(np.abs(z))):
             continue
         places.append(z)
-        equilibrium = record(statics, z, State(*(search.touching[:, i] > 0.0).tolist()))
+        equilibrium = record(statics, z, State(*(search.touching[:, i, 0] > 0.0).tolist()))
         if equilibrium is not None:
             equilibria.append(equilibrium)
     return sorted(equilibria, key=lambda equilibrium: equilibrium.potential)

@@ -166,7 +166,7 @@ class Statics:
     @staticmethod
     def of(model: PadModel) -> Statics:
         """The statics of a pad given in SI units."""
-        units = natural_units(model, (0.0,) * 6)
+        units = natural_units(model)
         return Statics(units.scaled(model), units)
 
     def pick(self, index: np.ndarray) -> Statics:
@@ -377,25 +377,25 @@ class Statics:
         with the gaps, those of the inclined springs with the displacements of their ends.
         """
         c = self.model.c
-        at = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
+        sizes = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
         _, J = self.linearised(z, on)
         of_springs = 0.0
         for k, rx, ry in ((c.k1, c.r1x, c.r1y), (c.k2, c.r2x, c.r2y)):
-            ends = at.displacement(np.abs(rx), -np.abs(ry))[0] + at.rise(np.abs(rx), np.abs(ry))
-            of_springs = of_springs + k * ends
+            # the signs with which no term of the displacements is subtracted: their sizes add up
+            along, _ = sizes.displacement(np.abs(rx), -np.abs(ry))
+            of_springs = of_springs + k * (along + sizes.rise(np.abs(rx), np.abs(ry)))
         # the moment over w has the arms of the upper corners
         loads = np.ones(z.shape[1]) * (ROUNDING * (of_springs + c.F_n) * (1.0 + c.h / c.w))
-        columns = [*np.eye(3)[:, :, None] * loads]
+        columns = [*np.eye(3)[:, :, None] * loads]  # five changes (3, k) of the loads
         gap_rounding_of_edges = np.max(self.rounding(z), axis=0)
         for name in ("gap_l", "gap_t"):
             shifted = c._replace(mu=z[3], **{name: getattr(c, name) + 1j * STEP})
             f = net_loads(np, shifted, self.model.law, c.place(z), on)
             slopes = np.imag(np.broadcast_arrays(f.x, f.y, f.moment / c.w)) / STEP
             columns.append(slopes * gap_rounding_of_edges)
+        changes = np.moveaxis(np.array(columns), (2, 1), (0, 1))  # (k, 3, 5)
         with np.errstate(all="ignore"):
-            moved, regular = solve_stack(
-                np.moveaxis(J[:, :3], -1, 0), np.moveaxis(np.array(columns), (2, 1), (0, 1))
-            )
+            moved, regular = solve_stack(np.moveaxis(J[:, :3], -1, 0), changes)
         error = np.abs(moved).sum(axis=2).T + ROUNDING * np.abs(z[:3])
         return np.where(regular, error, np.inf)
 

@@ -269,10 +269,11 @@ class Units:
         return np.concatenate([place, place / self.time])
 
 
-def natural_units(model: PadModel, initial: Sequence[Number] | np.ndarray) -> Units:
+def natural_units(model: PadModel, initial: Sequence[Number] | np.ndarray = (0.0,) * 6) -> Units:
     """Units from the pad's stiffness and mass, and from the size of its load and first state.
 
-    initial: (x, y, theta, rates) in SI units, numbers or arrays (n,). Raises InputError for a pad
+    initial: (x, y, theta, rates) in SI units, numbers or arrays (n,); left out it is at rest in the
+    initial position, where the load alone makes the unit of length. Raises InputError for a pad
     without any stiffness, which has no time of its own.
     """
     pad = model.pad
