@@ -194,6 +194,7 @@ class Path:
         ahead = 1e-4 * np.abs(z).max()
 
         def tangent_at(z: np.ndarray) -> np.ndarray:
+            """The unit null vector (4,) of the balance at z, of either sign."""
             _, J = self.statics.linearised(z, state)
             _, _, rows = np.linalg.svd(J[..., 0])
             return rows[3]
@@ -202,7 +203,7 @@ class Path:
         later = tangent_at(z + ahead * tangent[:, None])
         slope = tangent[3]
         change = later[3] * np.sign(later @ tangent) - slope
-        return float(slope**2 / 2 * ahead / abs(change))
+        return float(slope**2 / 2 * ahead / abs(change))  # the curvature is change / ahead
 
     def equilibrium(self, mu: float) -> Equilibrium | None:
         """The equilibrium at mu in SI units; None beyond the path."""

@@ -6,7 +6,7 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 
 from squeal.linear.eigen import Eigenvalue, Spectrum, UnstableMode, complex_eigenvalues
 from squeal.linear.events import Crossing
-from squeal.linear.map_verdicts import damped_verdicts, hang_on_errors, undamped_verdicts
+from squeal.linear.map_verdicts import damped_verdicts, errors_may_change, undamped_verdicts
 from squeal.linear.paths import unstable_modes
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import Matrices, SystemFunction
@@ -17,7 +17,7 @@ from squeal.linear.verdicts import GROWING, VERDICTS, Judgement, judge, verdict
 __all__ = [
     "GROWING", "VERDICTS", "CriticalPoint", "Crossing", "Eigenvalue",
     "Judgement", "Matrices", "Spectrum", "SystemFunction", "Thresholds",
-    "UnstableMode", "complex_eigenvalues", "damped_verdicts", "hang_on_errors", "judge",
+    "UnstableMode", "complex_eigenvalues", "damped_verdicts", "errors_may_change", "judge",
     "sensitivities",
     "thresholds", "undamped_verdicts", "unstable_modes", "verdict",
 ]

@@ -57,8 +57,8 @@ def damped_verdicts(A: Array, B: Array, relative_error: float | Array = ROUNDING
     return codes
 
 
-def hang_on_errors(A: Array, B: Array | None, errors: Array) -> NDArray[np.bool_]:
-    """Which (N,) of the verdicts on z'' + B z' + A z = 0 errors of the entries of A may change.
+def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bool_]:
+    """Which (N,) of N verdicts on z'' + B z' + A z = 0 may change by errors of the entries of A.
 
     Parameters
     ----------
@@ -67,17 +67,17 @@ def hang_on_errors(A: Array, B: Array | None, errors: Array) -> NDArray[np.bool_
         known to the same share of the largest one. B may be None.
     """
     damped = np.zeros(len(A), bool) if B is None else B.any(axis=(1, 2))
-    hang = np.zeros(len(A), bool)
-    hang[~damped] = _hang_on_errors_undamped(A[~damped], errors[~damped])
+    may_change = np.zeros(len(A), bool)
+    may_change[~damped] = _errors_may_change_undamped(A[~damped], errors[~damped])
     if B is not None and damped.any():
         sizes = np.abs(A[damped]).reshape(-1, 9).T
         shares = share_of_largest(errors[damped].reshape(-1, 9).T, sizes)
-        hang[damped] = damped_verdicts(A[damped], B[damped], shares) == MARGINAL
-    return hang
+        may_change[damped] = damped_verdicts(A[damped], B[damped], shares) == MARGINAL
+    return may_change
 
 
-def _hang_on_errors_undamped(A: Array, errors: Array) -> NDArray[np.bool_]:
-    """As `hang_on_errors`, by the signs of the invariants of A."""
+def _errors_may_change_undamped(A: Array, errors: Array) -> NDArray[np.bool_]:
+    """As `errors_may_change`, by the signs of the invariants of A."""
     a, b, c, discriminant, is_vague = invariants(
         list(A.reshape(-1, 9).T), errors=list(errors.reshape(-1, 9).T)
     )

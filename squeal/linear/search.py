@@ -555,10 +555,11 @@ def _midpoints(continuation: Continuation, clusters: Sequence[Sequence[Event]]) 
     """
     low = continuation.low
     high = continuation.high
-    lasts = [low, *(cluster[-1].value for cluster in clusters)]
-    nexts = [*(cluster[0].value for cluster in clusters), high]
-    midpoints = [(a + b) / 2 for a, b in zip(lasts, nexts, strict=True)]
-    if clusters and high - lasts[-1] <= EVENT_TOLERANCE * (high - low):
+    # where each interval between clusters begins and ends
+    begins = [low, *(cluster[-1].value for cluster in clusters)]
+    ends = [*(cluster[0].value for cluster in clusters), high]
+    midpoints = [(a + b) / 2 for a, b in zip(begins, ends, strict=True)]
+    if clusters and high - begins[-1] <= EVENT_TOLERANCE * (high - low):
         beyond = high + 1e-6 * (high - low)
         with suppress(InputError, ComputationError, ValueError, ArithmeticError):
             continuation.at(beyond)  # there may be none, beyond a fold

@@ -108,7 +108,7 @@ def sensitivities(
     np.divide(numerator, weight, out=condition, where=weight > rounding)
     clusters = []
     is_one_root = np.abs(z[:, None] - z) <= ONE_ROOT * np.abs(z)
-    for roots in np.unique(is_one_root, axis=0):  # masks (m,)
+    for roots in np.unique(is_one_root, axis=0):  # the mask (m,) that all roots of a cluster share
         block = W[np.ix_(roots, roots)]
         smallest = np.linalg.svd(block, compute_uv=False)[-1]
         clusters.append(_Cluster(roots, block, bool(smallest > rounding[roots].max())))

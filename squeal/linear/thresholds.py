@@ -315,7 +315,7 @@ def _known_verdicts(part: SearchResult) -> list[_VerdictAt]:
                     inner.append(_VerdictAt(state.value, growth.verdict))
         if not inner:
             inner = [_VerdictAt((low + high) / 2, count.verdict)]
-        if k:
+        if k:  # cluster k - 1 lies below this interval
             verdicts += _beside_cluster(part, k - 1, verdicts[-1], inner[0])
         verdicts += inner
     return verdicts

@@ -20,7 +20,7 @@ from squeal.equilibrium.find import rests
 from squeal.equilibrium.statics import Equilibria, Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
-from squeal.linear import VERDICTS, damped_verdicts, hang_on_errors, undamped_verdicts
+from squeal.linear import VERDICTS, damped_verdicts, errors_may_change, undamped_verdicts
 from squeal.linear.matrices import EPS, first_order
 from squeal.model.contact import contact_model
 from squeal.model.equations import PadModel, Units
@@ -625,7 +625,7 @@ def hangs_on_rounding(A: np.ndarray, B: np.ndarray | None, errors: np.ndarray) -
     """
     unknown = ~np.isfinite(errors).all(axis=(1, 2))
     known_errors = np.where(unknown[:, None, None], 0.0, errors)
-    return unknown | hang_on_errors(A, B, np.maximum(known_errors, KNOWN * np.abs(A)))
+    return unknown | errors_may_change(A, B, np.maximum(known_errors, KNOWN * np.abs(A)))
 
 
 def hides_slow_modes(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
