@@ -536,10 +536,11 @@ class RangeProof:
         for (before, after), (start, stop) in zip(
             itertools.pairwise(counts), intervals, strict=True
         ):
-            rise = np.subtract(after, before)
+            rise_of_each = np.subtract(after, before)
             bounds = total(self.bounds(start, stop))
-            may_cross = int(self.roots_at_onset @ abs(rise)) + 1
-            if abs(rise).sum() > abs(rise.sum()) or bounds.most - bounds.least > may_cross:
+            may_cross = int(self.roots_at_onset @ abs(rise_of_each)) + 1
+            cancels = abs(rise_of_each).sum() > abs(rise_of_each.sum())
+            if cancels or bounds.most - bounds.least > may_cross:
                 return self.open_at((start + stop) / 2.0, CANCELS)
         return proof
 
