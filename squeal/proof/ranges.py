@@ -461,6 +461,19 @@ class RangeProof:
         self.intervals_left -= component.n / self.rows
         return bounds_between(component, low, high, self.growth_below)
 
+    def _most_crossing(self, start: float, stop: float) -> int:
+        """How many roots at most pass from decay to growth or back within an interval.
+
+        As many as nothing tells from growing ones somewhere within it, but those that nothing tells
+        at either end, such as free motions.
+        """
+        most = 0
+        ends = zip(self.bounds(start, start), self.bounds(stop, stop), strict=True)
+        for inside, (below, above) in zip(self.bounds(start, stop), ends, strict=True):
+            stay = min(below.most - below.least, above.most - above.least)
+            most += inside.most - inside.least - stay
+        return most
+
     def prove(
         self,
         intervals: Sequence[tuple[float, float]],
@@ -537,10 +550,9 @@ class RangeProof:
             itertools.pairwise(counts), intervals, strict=True
         ):
             rise_of_each = np.subtract(after, before)
-            bounds = total(self.bounds(start, stop))
-            may_cross = int(self.roots_at_onset @ abs(rise_of_each)) + 1
-            cancels = abs(rise_of_each).sum() > abs(rise_of_each.sum())
-            if cancels or bounds.most - bounds.least > may_cross:
+            begins_and_ends = abs(rise_of_each).sum() > abs(rise_of_each.sum())
+            known = int(self.roots_at_onset @ abs(rise_of_each))
+            if begins_and_ends or self._most_crossing(start, stop) > known + 1:
                 return self.open_at((start + stop) / 2.0, CANCELS)
         return proof
 

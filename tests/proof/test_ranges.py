@@ -283,7 +283,7 @@ def test_each_component_takes_steps_of_its_own(monkeypatch):
     proof = prove_thresholds(terms, 0.0, 1.0, intervals, 1e-8, rises=[1] * 8)
     assert proof.status == "proved"
     values_and_gaps = 9 * (1 + 2 + 1)  # of each gap: a value, both ends, the whole of it
-    of_intervals = 8  # each once as a whole, for roots that cross unseen
+    of_intervals = 8 * 3  # each as a whole and at both ends, for roots that cross unseen
     assert len(looked_at) == 8 * (values_and_gaps + of_intervals)
     missed = prove_thresholds(terms, 0.0, 1.0, intervals[1:], 1e-8, rises=[1] * 7)
     assert missed.status == "refuted"

@@ -262,6 +262,20 @@ def test_what_one_interval_does_not_tell_apart_is_not_proved(losses, reason):
     assert reason in answer.proof["reason"]
 
 
+@pytest.mark.parametrize("free_rows", [0, 1, 2])
+def test_a_shaft_beside_free_motions_is_proved(free_rows):
+    """s^2 +- i s + 1 - 2 mu: both pairs of the shaft leave the axis where 1 - 2 mu is -1/4. Free
+    motions of other rows may grow or not, as far as rounding tells, on both sides of that."""
+    n = 2 + free_rows
+    C = np.zeros((n, n))
+    C[:2, :2] = [[0.0, 1.0], [-1.0, 0.0]]
+    shaft = np.diag([1.0] * 2 + [0.0] * free_rows)
+    answer = squeal.thresholds(squeal.System(np.eye(n), C, {"1": shaft, "mu": -2.0 * shaft}))
+    (crossing,) = answer.crossings
+    assert crossing.mu == pytest.approx(0.625, rel=1e-12)
+    assert answer.proof["status"] == "proved"
+
+
 def test_twins_of_one_kind_and_direction_are_proved():
     answer = squeal.thresholds(coincident(("flutter", 1, 0.75), ("flutter", 1, NEARBY)))
     assert answer.proof["status"] == "proved"
