@@ -94,7 +94,7 @@ def damping_drawing(
             panels[0].set(yticks=[])
         for axes, group in zip(panels, groups, strict=False):
             title = _draw_group(axes, sweep, paths, group, thresholds)
-            texts.append(title.replace("$", ""))
+            texts.append(title.replace(r"$\mu$", "mu"))
         entries += _mark_own_value(upper, panels, sweep, paths)
         if entries:
             columns = 2 if width == "column" else len(entries)

@@ -204,13 +204,35 @@ class CriticalSpeeds(Answer):
         return self.diagram.system.parameters[self.parameter]
 
     def margin(self, one: CriticalSpeed) -> float | None:
-        """How far a critical speed lies above the running speed, as a share of it; None at rest."""
+        """How far a critical speed lies above the running speed, as a share of it; None at rest.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> gyroscopic = {"speed": [[0, 2], [-2, 0]]}
+        >>> parts = [[1, 0], [0, 1]], gyroscopic, [[12, 0], [0, 12]]
+        >>> tilt = squeal.System(*parts, {"speed": 1.6}, parameter="speed")
+        >>> found = squeal.critical_speeds(tilt, 20.0)
+        >>> round(found.margin(found.critical[0]), 9)  # 2 rad/s, of 1.6
+        0.25
+        """
         return one.speed / self.running - 1.0 if self.running else None
 
     def is_near(self, one: CriticalSpeed) -> bool:
         """Whether the margin is less than API 617 (7th edition) requires of a peak of this damping:
         17 % (1 - 1 / (AF - 1.5)) below the running speed, 10 % more above it, with the
-        amplification factor AF = 1 / (2 zeta); nothing of one below 2.5."""
+        amplification factor AF = 1 / (2 zeta); nothing of one below 2.5.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> gyroscopic = {"speed": [[0, 2], [-2, 0]]}
+        >>> parts = [[1, 0], [0, 1]], gyroscopic, [[12, 0], [0, 12]]
+        >>> tilt = squeal.System(*parts, {"speed": 1.6}, parameter="speed")
+        >>> found = squeal.critical_speeds(tilt, 20.0)
+        >>> found.is_near(found.critical[0])  # 25 % above; undamped it has to be 27 %
+        True
+        """
         margin = self.margin(one)
         if margin is None or one.damping_ratio > WELL_DAMPED:
             return False

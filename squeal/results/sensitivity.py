@@ -238,7 +238,7 @@ class Sensitivity(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         if self.what == "threshold":
-            if not self.slopes:
+            if self.at is None:
                 return {"sensitivity": None}
             loss: dict[str, Any] = {"mu": self.at, "value": self.at, "kind": self.kind}
             loss["parameters"] = {}  # derivatives of the value at the loss

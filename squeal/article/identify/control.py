@@ -107,7 +107,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         stored = Searches((*stored.searches, one))
         write_text(file, to_json(stored.to_dict()))
         spent = time.process_time() - begun
-        print(f"{kind} {seed}: {len(one.satisfied)} of {one.sets} sets, {spent:.0f} s", flush=True)
+        told = f"{len(one.satisfied)} statements hold, {one.sets} sets judged"
+        print(f"{kind} {seed}: {told}, {spent:.0f} s", flush=True)
     return 0
 
 

@@ -244,7 +244,7 @@ def find_cycle(scene: Scene, family: Family) -> Cycle:
     cycles = Cycles(pad)
     searches = [least_disturbance(pad, "displacement", seed) for seed in SEEDS]
     lasting = [LONGER_THAN_LEAST * found.disturbance for found in searches if found is not None]
-    for disturbances in (box(0), np.array(lasting)):
+    for disturbances in (box(0), np.reshape(lasting, (-1, 6))):
         fate = ensemble(pad.law).fate(pad, pad.sliding + disturbances, SETTLED)
         for state in fate.ends[fate.lasts]:
             cycle = cycle_after(cycles, pad, state)

@@ -140,8 +140,8 @@ def parameters(points: Scene, line: Scene) -> dict[str, float]:
 def edges_apart(line: Scene, in_equilibrium: State) -> dict[str, float]:
     """`lost` and `apart` of the edges of the face on two springs in place of the line.
 
-    The springs lie inside the edges, and separate for less time than these. in_equilibrium: which
-    edges touch in the sliding equilibrium of the line.
+    The springs lie inside the edges, where the face moves less. in_equilibrium: which edges touch
+    in the sliding equilibrium of the line.
     """
     run = simulate(on_springs(line, 2).replace(V=None, outputs=("history",), samples=SAMPLES))
     assert run.history is not None
