@@ -10,6 +10,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from squeal.plots.style import SINGLE, Drawing, literal, origin, style
 from squeal.queries.pads.maps import NAMES, QUANTITIES
@@ -128,6 +129,11 @@ class _Drawn(NamedTuple):
     extent: str
 
 
+def _edges(answer: Map) -> list[NDArray]:
+    """Where the cells (n1, n2) of a map end: n1 + 1 and n2 + 1 values."""
+    return [axis.at(np.linspace(0.0, 1.0, axis.n + 1)) for axis in answer.axes]
+
+
 def _cells(axes: Axes, answer: Map) -> _Drawn:
     """Draw verdicts as cells, hatched where no equilibrium is admissible."""
     x = answer.axes[0].values
@@ -135,10 +141,8 @@ def _cells(axes: Axes, answer: Map) -> _Drawn:
     beyond = VERDICT_COLOURS[NAMES.index(BEYOND)]
     colours = [COLOUR_OF.get(verdict, beyond) for verdict in answer.verdicts]
     axes.pcolormesh(
-        x,
-        y,
+        *_edges(answer),
         answer.codes.T,
-        shading="nearest",
         rasterized=True,
         cmap=ListedColormap(colours),
         vmin=-0.5,
@@ -183,7 +187,7 @@ def _contours(axes: Axes, answer: Map, level: float | None) -> _Drawn:
         if level is not None and known.min() < level < known.max():
             axes.contour(x, y, values, [level], colors=OWN_LEVEL, linewidths=1.6)
     elif known.size:  # one value, or one row of them, has no contours
-        axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis", alpha=0.85)
+        axes.pcolormesh(*_edges(answer), values, cmap="viridis", alpha=0.85)
     span = "no value"
     if known.size:
         span = f"{known.min():.4g} to {known.max():.4g} {unit}"

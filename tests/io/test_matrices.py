@@ -123,6 +123,16 @@ def test_keys_pick_one_of_several_in_the_case_written(tmp_path, matrix):
         read_matrix(tmp_path / "one.npz", "K")
 
 
+def test_comments_of_abaqus_text_say_nothing_of_its_matrix(tmp_path):
+    comments = (
+        "** wear 50 %, job #3\n ** SCALE FACTOR = 0.5 was applied\n** subtype=symmetric rotor\n"
+    )
+    (tmp_path / "K.mtx").write_text(f"{comments}*MATRIX INPUT, NAME=K\n1,1,1,1, 2.0\n")
+    K = read_matrix(tmp_path / "K.mtx")
+    assert K.matrix.sum() == 2.0
+    assert not K.symmetric
+
+
 def test_abaqus_text_is_placed_by_its_labels(tmp_path):
     (tmp_path / "job_STIF1.mtx").write_text(
         "** comment\n*MATRIX INPUT, NAME=K, TYPE=SYMMETRIC\n"

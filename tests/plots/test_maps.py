@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.collections import QuadMesh
 
 import squeal
 from squeal.errors import InputError
@@ -88,3 +89,15 @@ def test_names_of_users_are_shown_as_they_are_written(name, tmp_path):
         save(drawing, tmp_path / "chart.png", text=False)
         assert (tmp_path / "chart.png").stat().st_size > 0
         (tmp_path / "chart.png").unlink()
+
+
+def test_cells_of_a_map_end_where_its_axes_say():
+    """On a logarithmic axis, and of an axis of one value, which drew nothing."""
+    K = {"1": 2 * np.eye(2), "gap": np.diag([1.0, -1.0]), "mu": [[0, 1], [-1, 0]]}
+    pair = squeal.System(np.eye(2), K=K, parameters={"gap": 0.5})
+    gap = squeal.Axis("gap", 1e-3, 1.0, 3, log=True)
+    drawn = squeal.map(pair, (squeal.Axis("mu", 0.0, 1.0, 1), gap)).plot()
+    (mesh,) = (one for one in drawn.collections if isinstance(one, QuadMesh))
+    corners = np.asarray(mesh.get_coordinates())
+    assert corners[:, 0, 1] == pytest.approx([1e-3, 1e-2, 1e-1, 1.0])
+    assert corners[0, :, 0] == pytest.approx([0.0, 1.0])

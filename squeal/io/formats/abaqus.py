@@ -23,7 +23,7 @@ from squeal.io.formats.matrix_file import (
 
 @dataclass
 class _Block:
-    """One matrix: its name, its keywords and comments in capitals, and the lines of its entries."""
+    """One matrix: its name, its keywords in capitals, and the lines of its entries."""
 
     name: str = ""
     keywords: str = ""
@@ -32,7 +32,8 @@ class _Block:
 
 def read_abaqus(path: Path) -> MatrixFile | dict[str, MatrixFile]:
     """The matrix of a file, or those of a file with several, by their names. Raises ValueError."""
-    text = path.read_text(encoding="utf-8").replace(",", " ")
+    text = re.sub(r"(?m)^[ \t]*\*\*.*$", "", path.read_text(encoding="utf-8"))  # comments
+    text = text.replace(",", " ")
     for mark in "#%":
         if mark in text:
             raise ValueError(f"{mark} is not what Abaqus writes; comments begin with **")
@@ -66,7 +67,7 @@ def _blocks(text: str) -> list[_Block]:
         if re.match(r"\*\s*MATRIX\s*INPUT", part, re.IGNORECASE):
             name = re.search(r"NAME\s*=\s*(\S+)", part, re.IGNORECASE)
             blocks.append(_Block(name[1] if name else ""))
-        elif not part.startswith("**"):
+        else:
             raise ValueError(f"the keyword {part.strip()} is not allowed; *MATRIX INPUT is")
         blocks[-1].keywords += f" {part.upper()} "
     return blocks
