@@ -60,6 +60,11 @@ class Eigenvalue:
         return VERDICTS[kinds(self.value, self.rounding)]
 
     @property
+    def decides(self) -> bool:
+        """Whether a verdict may rest on it: it solves the equations, or is proved to grow."""
+        return self.grows or self.residual <= ACCEPTED
+
+    @property
     def frequency_hz(self) -> float:
         """|Im| / (2 pi), in Hz."""
         return abs(self.value.imag) / (2 * math.pi)
@@ -144,13 +149,13 @@ class UnstableMode:
 def growing(values: Iterable[Eigenvalue]) -> tuple[UnstableMode, ...]:
     """The modes of eigenvalues that grow by more than rounding, the fastest first.
 
-    Those with too large a residual are left out, and of each pair the conjugate with Im < 0. Two
+    Those that decide nothing are left out, and of each pair the conjugate with Im < 0. Two
     conjugates that rounding does not tell from real roots are both divergent.
     """
     modes = []
     for e in sorted(values, key=lambda e: -e.growth_rate):
         is_lower = e.kind == "flutter" and e.value.imag < 0.0
-        if not is_lower and e.residual <= ACCEPTED and e.kind in GROWING:
+        if not is_lower and e.decides and e.kind in GROWING:
             modes.append(UnstableMode(e.kind, e.frequency_hz, e.growth_rate, e.damping_ratio))
     return tuple(modes)
 

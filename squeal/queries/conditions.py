@@ -22,7 +22,6 @@ from squeal.io.processes import counted, one_thread
 from squeal.io.scene import Scene
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue, values_of
-from squeal.linear.verdicts import ACCEPTED
 from squeal.model.pad import PARAMETERS
 from squeal.queries.compare import Mode, assigned_pairs, pairing_costs
 from squeal.queries.options import Band, Progress, Subject, Values, refuse_options
@@ -194,7 +193,7 @@ def _system_condition(
 
     Roots whose backward error is too large are left out.
     """
-    from squeal.queries.systems.known import error_bounds
+    from squeal.queries.systems.known import data_of, error_bounds
     from squeal.queries.systems.reduced import estimated_roots
     from squeal.queries.systems.roots import system_roots
     from squeal.queries.systems.verdicts import verdict_of_some
@@ -207,7 +206,12 @@ def _system_condition(
     file = analysis.file.replaced(changes)
     add_errors = error_bounds(file, file.system)
     solution = system_roots(file.system, analysis.selection, add_errors=add_errors)
-    accepted = [root for root in solution.computed if root.residual <= ACCEPTED]
+    if not all(
+        root.decides for root in solution.computed
+    ):  # the solver failed: the referee may not
+        data = data_of(file, file.system)
+        solution = system_roots(file.system, analysis.selection, add_errors=add_errors, data=data)
+    accepted = [root for root in solution.computed if root.decides]
     return _solved(changes, accepted, solution.verdict)
 
 

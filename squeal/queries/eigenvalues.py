@@ -10,7 +10,6 @@ import numpy as np
 from squeal.io.scene import Scene
 from squeal.io.writing import number
 from squeal.linear import Matrices, UnstableMode, thresholds, unstable_modes
-from squeal.linear.verdicts import ACCEPTED
 from squeal.queries.options import (
     Band,
     Modes,
@@ -115,7 +114,7 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
     roots = tuple(analysis.spectrum.eigenvalues)
     verdict = analysis.verdict
     criterion = str(analysis.judgement) if verdict is not None else f"{OPEN}{analysis.doubt}"
-    certified = all(root.residual <= ACCEPTED for root in roots)
+    certified = all(root.decides for root in roots)
     proof = None
     proof_line = ""
     if prove:

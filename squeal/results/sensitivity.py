@@ -55,7 +55,8 @@ class Sensitivity(Answer):
     values, units : mapping
         Of the parameters.
     condition : array (m,) or None
-        Condition numbers of the eigenvalues: 1 of real modes, infinite where two coalesce.
+        Condition numbers of the eigenvalues: 1 of real modes, infinite where two coalesce; NaN of
+        an eigenvalue that does not solve the equations, so that its derivatives are NaN too.
     modes : array (m,) or None
         The numbers of the modes of the eigenvalues.
     note : str

@@ -36,7 +36,14 @@ from squeal.linear.matrices import (
     zero_roots,
 )
 from squeal.linear.system import Matrix
-from squeal.sparse.quadratic import ComplexArray, Indices, Roots, eigenvalues_of, quadratic
+from squeal.sparse.quadratic import (
+    ComplexArray,
+    Indices,
+    Quadratic,
+    Roots,
+    eigenvalues_of,
+    quadratic,
+)
 
 ROUNDING = 64 * EPS
 """The share of |K| that rounding of K does to a motion that it does not hold."""
@@ -198,6 +205,7 @@ def roots_at(
     values: ComplexArray,
     left: bool = False,
     stiffness: float | None = None,
+    exact: bool = False,
 ) -> Roots:
     """Known roots (m,), sorted by Im lambda, with unit right vectors and, if `left`, left ones.
 
@@ -205,6 +213,8 @@ def roots_at(
     By inverse iteration on P at each root. Roots that are too close for a vector each share the
     singular vectors of the smallest singular values of P at their mean, zero roots the null space
     of K. `stiffness` is the norm of the larger matrix whose rounding K carries, if there is one.
+    Where values are `exact`, as those of a proof, each entry of P means something beside larger
+    ones: rows and columns are scaled to their terms first.
     """
     ordered = values[np.lexsort((values.real, values.imag))]
     right_vectors = np.full((len(M), len(ordered)), np.nan, dtype=complex)
@@ -213,13 +223,24 @@ def roots_at(
         mean = ordered[group].mean()
         right: NDArray = np.zeros((len(M), 0))
         left_null = right
-        if mean == 0.0:
+        if mean == 0.0 and not exact:
             noise = noise_of(K) if stiffness is None else ROUNDING * stiffness
             right, left_null = null_spaces(K, noise)
         if not right.shape[1]:  # other roots, or a K that is regular to rounding
             P = mean * mean * M + (0.0 if C is None else mean * C) + K
             dimension = min(len(group), len(M))  # a root may repeat more often than there are rows
-            right, left_null = _null_vectors(P, dimension, left)
+            rows = columns = np.ones(len(M))
+            if exact:
+                terms = abs(mean) ** 2 * abs(M) + abs(K)
+                if C is not None:
+                    terms += abs(mean) * abs(C)
+                rows = 1.0 / divisor(terms.max(axis=1))
+                columns = 1.0 / divisor((rows[:, None] * terms).max(axis=0))
+            right, left_null = _null_vectors(rows[:, None] * P * columns, dimension, left)
+            right = columns[:, None] * right
+            right /= np.linalg.norm(right, axis=0)
+            left_null = rows[:, None] * left_null
+            left_null /= np.linalg.norm(left_null, axis=0)
         # a defective root has fewer vectors than its multiplicity: they are repeated
         repeated = np.arange(len(group)) % right.shape[1]
         right_vectors[:, group] = right[:, repeated]
@@ -288,3 +309,9 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
         return eigenvalues_of(problem, roots_at(*matrices, values, left=True))
     upper = roots_at(*matrices, values[values.imag >= 0.0], left=True)
     return eigenvalues_of(problem, upper.with_conjugates())
+
+
+def spectrum_at(problem: Quadratic, values: ComplexArray) -> tuple[Eigenvalue, ...]:
+    """Exactly known roots (m,) of a small problem with vectors, backward errors and conditions."""
+    matrices = (problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
+    return eigenvalues_of(problem, roots_at(*matrices, values, left=True, exact=True))

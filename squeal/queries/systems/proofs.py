@@ -20,9 +20,8 @@ from squeal.errors import InputWarning, MatrixError
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue, values_of
 from squeal.linear.matrices import Array, SingularTogetherError, dense_matrices
-from squeal.linear.roots import ComplexArray, ordered
+from squeal.linear.roots import ComplexArray
 from squeal.linear.system import Matrix
-from squeal.linear.verdicts import ACCEPTED
 from squeal.proof import AS_GIVEN, HALF_ULP
 from squeal.results.columns import OPEN
 
@@ -174,8 +173,8 @@ def refereed(
     """Let the referee judge all roots of a small system, and take what it proves into the answer.
 
     A refuted list is replaced by the roots that the referee encloses itself, if it can prove these.
-    A list that is open only because its roots cannot be assigned to enclosures, one to one, is
-    moved to their centres, if that proves it.
+    So is one that the solver failed to solve, and one that is open only because its roots cannot be
+    assigned to enclosures, one to one.
 
     Parameters
     ----------
@@ -211,32 +210,28 @@ def refereed(
             stacklevel=2,
         )
         return _with_roots_of_referee(arrays, system, roots, sharpest_proof, data)
-    if proof.status == "proved" and not all(root.residual <= ACCEPTED for root in roots):
-        # the solver failed: its roots lie far from those that they are proved to stand for
-        enclosed = _roots_of_pieces(arrays, proof.pieces)
-        proved = _if_proved(system, enclosed, proof, data)
-        if proved is not None:
-            return proved
-    if sharpest_proof.reason == NOT_TOLD_APART:
-        centred = _at_centres(roots, sharpest_proof.pieces)
-        proved = _if_proved(system, centred, sharpest_proof, data)
+    # the solver failed: its roots lie far from those that they are proved to stand for
+    solver_failed = proof.status == "proved" and not all(root.decides for root in roots)
+    if solver_failed or sharpest_proof.reason == NOT_TOLD_APART:
+        enclosed = _roots_of_pieces(arrays, sharpest_proof.pieces)
+        proved = _if_proved(system, enclosed, sharpest_proof, data)
         if proved is not None:
             return proved
     return _as_proved(roots, judged, proof, data)
 
 
 def _if_proved(
-    system: Quadratic, moved: EigenvalueTuple, proof: Proof, data: Data
+    system: Quadratic, enclosed: EigenvalueTuple, proof: Proof, data: Data
 ) -> RefereedRoots | None:
-    """Judge roots that were moved into the pieces of a proof, and the only verdict that it leaves.
+    """Judge the roots of the pieces of a proof, and the only verdict that it leaves.
 
     None unless the referee proves both.
     """
     only_verdict = _only_verdict(proof)
-    proof_of_moved = _proof_of(system, moved, only_verdict)
-    if only_verdict is None or proof_of_moved.status != "proved":
+    proof_of_enclosed = _proof_of(system, enclosed, only_verdict)
+    if only_verdict is None or proof_of_enclosed.status != "proved":
         return None
-    return _as_proved(moved, (only_verdict, BY_REFEREE), proof_of_moved, data)
+    return _as_proved(enclosed, (only_verdict, BY_REFEREE), proof_of_enclosed, data)
 
 
 def _with_roots_of_referee(
@@ -430,7 +425,7 @@ def with_proved_growth(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> Eigen
     """
     growing_pieces = [piece for piece in pieces if piece.side == "grows"]
     proved_to_grow = sum(piece.count for piece in growing_pieces)
-    known_to_grow = sum(root.value.real > root.rounding for root in roots)
+    known_to_grow = sum(root.decides and root.value.real > root.rounding for root in roots)
     if proved_to_grow <= known_to_grow:
         return roots  # their errors hide nothing
     from scipy.optimize import linear_sum_assignment  # which pads start without
@@ -452,26 +447,15 @@ def with_proved_growth(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> Eigen
 
 
 def _roots_of_pieces(matrices: Arrays, pieces: Sequence[Piece]) -> EigenvalueTuple:
-    """The roots at the centres of pieces with their vectors, by rising frequency."""
-    values = _centres(pieces)
-    return tuple(_root_with_vectors(matrices, complex(values[k])) for k in ordered(values))
+    """The roots at the centres of pieces, by rising frequency, with vectors and residuals there.
 
-
-def _at_centres(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> EigenvalueTuple:
-    """Move listed roots to as many centres of pieces, each to a different one, the nearest in sum.
-
-    They keep their vectors.
+    Their rounding is left to what is proved of them.
     """
-    from scipy.optimize import linear_sum_assignment  # which pads start without
+    from squeal.sparse.dense import spectrum_at  # which pads start without
+    from squeal.sparse.quadratic import quadratic
 
-    centres = _centres(pieces)
-    listed = values_of(roots)
-    _, matched = linear_sum_assignment(np.abs(np.subtract.outer(listed, centres)))
-    moved_values = centres[matched]
-    moved = []
-    for root, value in zip(roots, moved_values.tolist(), strict=True):
-        moved.append(replace(root, value=value))
-    return tuple(moved[k] for k in ordered(moved_values))
+    roots = spectrum_at(quadratic(*matrices), _centres(pieces))
+    return tuple(replace(root, rounding=0.0) for root in roots)
 
 
 def _centres(pieces: Sequence[Piece]) -> ComplexArray:
@@ -487,27 +471,3 @@ def _centres(pieces: Sequence[Piece]) -> ComplexArray:
                 imag = 0.0
             values.append(complex(real, imag))
     return np.array(values, dtype=complex)
-
-
-def _root_with_vectors(matrices: Arrays, z: complex) -> Eigenvalue:
-    """A root z (rad/s) of M, C and K with its vectors, by a singular-value decomposition.
-
-    The vectors are the singular vectors of P = z^2 M + z C + K with the least singular value, so
-    that P x = 0 and y^H P = 0; both are scaled to x^H M x = 1 unless that vanishes. The least
-    singular value over the norms of the three parts is the backward error. The condition is not
-    computed, and infinite.
-    """
-    M, C, K = matrices
-    parts = [z**2 * M, K]
-    if C is not None:
-        parts.insert(1, z * C)
-    left, singular_values, right = np.linalg.svd(sum(parts))
-    x = right[-1].conj()  # rows are conjugated vectors, that of the least value last
-    y = left[:, -1]
-    energy = abs(np.vdot(x, M @ x))
-    if energy > 0.0:
-        x = x / math.sqrt(energy)
-        y = y / math.sqrt(energy)
-    size = sum(float(np.linalg.norm(part)) for part in parts)
-    residual = float(singular_values[-1]) / size if size else 0.0
-    return Eigenvalue(z, right=x, left=y, residual=residual, condition=math.inf)

@@ -24,7 +24,6 @@ from squeal.linear.matrices import (
 )
 from squeal.linear.roots import STIFF, ComplexArray, hides_slow_roots, roots_of
 from squeal.linear.system import Matrix, TermSystem
-from squeal.linear.verdicts import ACCEPTED
 from squeal.queries.systems.all_roots import Changes, is_small
 from squeal.queries.systems.proofs import (
     NO_MOTION,
@@ -127,7 +126,7 @@ class SystemRoots:
             return False
         if self.judged_by is not None:
             return self.judged_by.status == "proved"
-        all_solve = all(root.residual <= ACCEPTED for root in self.computed)
+        all_solve = all(root.decides for root in self.computed)
         return self.count == len(self.computed) and all_solve
 
     @property

@@ -23,6 +23,7 @@ from squeal.linear.matrices import Array, Change, given_matrix
 from squeal.linear.precision import precision_of_floats, short_floats
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.linear.system import Term, TermSystem, labels_of, refuse_other_labels
+from squeal.linear.verdicts import ACCEPTED
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.known import digits_of_files
 from squeal.results.columns import basis_text
@@ -140,6 +141,7 @@ def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
 
     They are rad/s per unit of the parameter, the real part that of the growth rate. Where matrices
     follow the frequency they are total derivatives, along which each root has its own frequency.
+    Of a root that does not solve the equations they are not known: NaN.
     """
     at_value = system.replace({system.parameter: answer.value})
     groups = [answer.eigenvalues]  # roots that share their matrices, perhaps none
@@ -154,10 +156,12 @@ def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
         # of a root v the frequency in rad/s is Im v
         slopes_of_groups.append(at_own_frequency(at_value, at_held_frequency, np.imag))
         conditions.append(condition)
+    is_solved = [root.residual <= ACCEPTED for root in answer.eigenvalues]
     values = at_value.given
     slopes = {}
     for name in values:
-        slopes[name] = np.concatenate([slopes_of[name] for slopes_of in slopes_of_groups])
+        slopes_of_roots = np.concatenate([slopes_of[name] for slopes_of in slopes_of_groups])
+        slopes[name] = np.where(is_solved, slopes_of_roots, np.nan)
     return Sensitivity(
         what="eigenvalues",
         parameter=system.parameter,
@@ -166,7 +170,7 @@ def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
         slopes=slopes,
         values=values,
         units=dict.fromkeys(values, ""),
-        condition=np.concatenate(conditions),
+        condition=np.where(is_solved, np.concatenate(conditions), np.nan),
         modes=answer.modes,
     )
 

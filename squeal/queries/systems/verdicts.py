@@ -11,7 +11,7 @@ from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array
 from squeal.linear.roots import ComplexArray
 from squeal.linear.system import TermSystem
-from squeal.linear.verdicts import ACCEPTED, assumed_rounding, decide
+from squeal.linear.verdicts import assumed_rounding, decide
 from squeal.results.columns import OPEN
 
 NO_ROOT = "no root"  # the verdict on a band or region without one
@@ -49,7 +49,7 @@ def judge_roots(
         fours about it, so that one that rounding leaves near the axis lies on it. Of other systems
         a root on either side of the axis within rounding leaves the verdict open.
     """
-    solved = [root for root in roots if root.residual <= ACCEPTED and root.rounding < np.inf]
+    solved = [root for root in roots if root.decides and root.rounding < np.inf]
     if not solved:
         return None, f"{NO_ROOT} was found that solves the equations"
     judgement = decide([root.value for root in solved], [root.rounding for root in solved])

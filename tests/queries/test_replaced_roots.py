@@ -1,0 +1,58 @@
+"""Roots that the solver misses and the referee proves: they grow, with vectors of their own."""
+
+import numpy as np
+import pytest
+
+import squeal
+
+COUPLED = [[1.0, -3.0], [-3.0, -2e6]]
+# M, C, K, the number of growing modes, and the fastest root: of a row alone, whose coupling to the
+# others moves it by less than rounding; of the flutter, det = 0 with 50 digits
+GROWING = [
+    *[(np.diag([1, m]), None, COUPLED, 1, np.sqrt(2e6 / m)) for m in (1e-11, 1e-12, 1e-13, 1e-14)],
+    (np.diag([1, 1e-20]), None, [[2, 1], [1, -0.5]], 1, np.sqrt(0.5e20)),
+    (np.diag([1e-20, 1]), None, [[-0.5, 1], [1, 2]], 1, np.sqrt(0.5e20)),
+    (np.eye(2), None, [[1, 0.1], [0.1, -1e20]], 1, 1e10),
+    (
+        np.diag([0.002, 0.01, 0.3]),
+        np.diag([0, 3e-9, 3e9]),
+        [[0, -2e12, -2e7], [2e8, 2e-8, -0.2], [5e-13, 2e-7, 1e-6]],
+        1,
+        1495348.7812211455 * (1 + 1j),
+    ),
+    (np.diag([5e-14, 5e-24]), [[-2e-9, 2e-4], [-2e-4, -0.03]], [[0, 0], [-50, 1e8]], 3, 6e21),
+]
+
+
+@pytest.mark.parametrize(("M", "C", "K", "count", "fastest"), GROWING)
+def test_what_is_proved_to_grow_is_listed_as_unstable(M, C, K, count, fastest):
+    found = squeal.eigenvalues(squeal.System(M, C, K))
+    assert found.certified
+    assert len(found.unstable) == count
+    assert found.unstable[0].root == pytest.approx(fastest, rel=1e-6)
+    assert found.verdict == found.unstable[0].kind
+    assert all(root.residual < 1e-12 for root in found.eigenvalues)
+    assert "unstable mode" in found.conclusion
+
+
+LIGHT = squeal.System(
+    np.diag([1, 1e-12]),
+    K={"1": [[1, -3], [-3, 0]], "mu": [[0, 0], [0, -2e6]]},
+    parameters={"mu": 1.0},
+)
+
+
+def test_a_replaced_root_has_its_own_derivative():
+    found = squeal.sensitivity(LIGHT)
+    fastest = int(np.argmax(np.real(found.at)))
+    # lambda = sqrt(2e18 mu)
+    assert found.slopes["mu"][fastest] == pytest.approx(np.sqrt(2e18) / 2, rel=1e-6)
+    slow = int(np.argmax(np.imag(found.at)))
+    # lambda = i sqrt(1 + 9 / (2e6 mu))
+    assert found.slopes["mu"][slow].imag == pytest.approx(-4.5e-6 / 2, rel=1e-4)
+
+
+def test_conditions_list_the_growth_that_the_solver_misses():
+    found = squeal.conditions(LIGHT, {"mu": [0.5, 1.0]})
+    assert [one.verdict for one in found.conditions] == ["divergence"] * 2
+    assert [one.unstable for one in found.conditions] == [1, 1]
