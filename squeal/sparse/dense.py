@@ -229,18 +229,17 @@ def roots_at(
         if not right.shape[1]:  # other roots, or a K that is regular to rounding
             P = mean * mean * M + (0.0 if C is None else mean * C) + K
             dimension = min(len(group), len(M))  # a root may repeat more often than there are rows
-            rows = columns = np.ones(len(M))
-            if exact:
+            if not exact:
+                right, left_null = _null_vectors(P, dimension, left)
+            else:
                 terms = abs(mean) ** 2 * abs(M) + abs(K)
                 if C is not None:
                     terms += abs(mean) * abs(C)
-                rows = 1.0 / divisor(terms.max(axis=1))
-                columns = 1.0 / divisor((rows[:, None] * terms).max(axis=0))
-            right, left_null = _null_vectors(rows[:, None] * P * columns, dimension, left)
-            right = columns[:, None] * right
-            right /= np.linalg.norm(right, axis=0)
-            left_null = rows[:, None] * left_null
-            left_null /= np.linalg.norm(left_null, axis=0)
+                rows = 1.0 / divisor(terms.max(axis=1))[:, None]
+                columns = 1.0 / divisor((rows * terms).max(axis=0))[:, None]
+                right, left_null = _null_vectors(rows * P * columns.T, dimension, True)
+                right = columns * right / np.linalg.norm(columns * right, axis=0)
+                left_null = rows * left_null / np.linalg.norm(rows * left_null, axis=0)
         # a defective root has fewer vectors than its multiplicity: they are repeated
         repeated = np.arange(len(group)) % right.shape[1]
         right_vectors[:, group] = right[:, repeated]
