@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.linear.matrices import EPS, Array, Reduced, components, reduce
+from squeal.linear.matrices import EPS, Array, Reduced, components, reduce, solver_near_singular
 from squeal.linear.roots import ComplexArray, Roots, dependence, ordered, roots_of
 from squeal.linear.verdicts import ACCEPTED, GROWING, VERDICTS, kinds
 
@@ -295,8 +295,8 @@ def _complete_vector(
         is_driven = reach[rows[0], largest] and not reach[largest, rows[0]]
         if is_driven:
             block = P[np.ix_(rows, rows)]
-            block = block + EPS * size * np.eye(len(rows))  # regular where this one is singular
-            vector[rows] = -np.linalg.solve(block, P[rows] @ vector)
+            solve = solver_near_singular(block, EPS * size)
+            vector[rows] = -solve(P[rows] @ vector, 0)
             vector /= np.abs(vector).max()
     vector /= np.linalg.norm(vector)
     return float(abs(vector[largest]) / entry_before)

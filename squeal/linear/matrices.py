@@ -11,7 +11,7 @@ is smaller than the bound of its own rounding, of the entries of A included, cou
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -379,6 +379,29 @@ def components(reach: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
     """
     first = (reach & reach.T).argmax(axis=1)  # the first row of the component of each
     return [np.flatnonzero(first == k) for k in np.unique(first)]
+
+
+def solver_near_singular(P: NDArray, floor: float) -> Callable[[NDArray, int], NDArray]:
+    """x of P x = b (trans 0) or P^H x = b (trans 2), from b (n, m) and trans; P may be singular.
+
+    Pivots smaller than `floor`, the size of rounding, get this size: solutions then point along the
+    null space.
+
+    >>> solve = solver_near_singular(np.diag([2.0, 0.0]), floor=1e-3)
+    >>> solve(np.ones((2, 1)), 0).real.ravel().tolist()
+    [0.5, 1000.0]
+    """
+    from scipy.linalg.lapack import zgetrf, zgetrs  # lu_factor would warn of each singular matrix
+
+    lu, pivots, _ = zgetrf(P)
+    small = np.flatnonzero(np.abs(np.diag(lu)) < floor)
+    lu[small, small] = floor
+
+    def solve(b: NDArray, trans: int) -> NDArray:
+        x, _ = zgetrs(lu, pivots, b, trans=trans)
+        return np.asarray(x)
+
+    return solve
 
 
 def norm_of(A: Matrix) -> float:

@@ -13,7 +13,6 @@ roots of the heavy ones no digit.
 from __future__ import annotations
 
 import math
-import warnings
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +32,7 @@ from squeal.linear.matrices import (
     rank_of,
     reduce,
     scaled_rank,
+    solver_near_singular,
     zero_roots,
 )
 from squeal.linear.system import Matrix
@@ -261,20 +261,11 @@ def _null_vectors(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray
 
     Left ones are NaN unless `left`. Where fewer singular values vanish, the first vector repeats.
     """
-    from scipy.linalg import lu_factor, lu_solve
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a singular P is what is expected here
-        lu, pivots = lu_factor(P, check_finite=False)
-    # a pivot that vanishes gets the size of rounding: solutions then point along the null space
-    floor = EPS / 2 * (float(np.abs(P).max()) or 1.0)
-    small = np.flatnonzero(np.abs(np.diag(lu)) < floor)
-    lu[small, small] = floor
+    solve_near = solver_near_singular(P, EPS / 2 * (float(np.abs(P).max()) or 1.0))
 
     def solve(b: ComplexArray, trans: int) -> ComplexArray:
         """P^-1 b (trans 0) or its adjoint's b (trans 2), the columns made orthonormal."""
-        solution = lu_solve((lu, pivots), b, trans=trans, check_finite=False)
-        return np.linalg.qr(solution)[0]
+        return np.linalg.qr(solve_near(b, trans))[0]
 
     # the power method with (P^H P)^-1: one vector converges at once, since P is singular to
     # rounding, several in three passes, since their singular values differ in size

@@ -35,6 +35,23 @@ def test_a_shuffled_jordan_block_without_damping_is_marginal(n):
     assert judge(np.eye(n), None, K).verdict == "marginal"
 
 
+@pytest.mark.parametrize(
+    "block",
+    [[[2.0]], [[5.0]], [[7.0]], [[20.0]], [[6.0, -6.0], [-6.0, 9.0]], [[51.0, 33.0], [33.0, 42.0]]],
+)
+@pytest.mark.parametrize("coupling", [1.0, 2.0, 4.0, 16.0])
+def test_two_equal_parts_of_which_one_drives_the_other_have_their_roots_twice(block, coupling):
+    n = len(block)
+    zero = np.zeros((n, n))
+    lower = np.block([[np.array(block), zero], [coupling * np.eye(n), np.array(block)]])
+    frequencies = np.repeat(np.sqrt(np.linalg.eigvalsh(block)), 2)
+    for K in (lower, lower.T):
+        spectrum = complex_eigenvalues(np.eye(2 * n), None, K)
+        upper = spectrum.values[spectrum.values.imag > 0.0]
+        assert np.allclose(upper, 1j * frequencies, rtol=1e-12, atol=0.0)
+        assert judge(np.eye(2 * n), None, K).verdict == "marginal"
+
+
 def test_28_friction_contacts_in_a_row_decay():
     """Each acts on the next one alone: 172 rows, of which blocks of six are alike."""
     rng = np.random.default_rng(3)
