@@ -19,6 +19,7 @@ from squeal.io.formats.matrix_file import (
     NamedMatrices,
     UnbuiltMatrix,
     check_indices,
+    file_of_array,
     has_internal_nodes,
     is_half,
     mirror_half,
@@ -93,7 +94,7 @@ def read_matrix(
         symmetric=False,
         form=name,
         assumptions=assumptions,
-        floats=short_floats(file.matrix),
+        floats=file.floats or short_floats(file.matrix),
     )
 
 
@@ -176,7 +177,7 @@ def _pick(content: MatrixFile | NamedMatrices, key: str | None) -> MatrixFile:
         return picked
     if issparse(picked):
         return MatrixFile(picked)
-    return MatrixFile(csc_array(picked))
+    return file_of_array(picked)
 
 
 def _check_labels(file: MatrixFile) -> None:

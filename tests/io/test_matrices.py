@@ -109,6 +109,18 @@ def test_an_array_of_numpy_is_a_matrix_if_it_has_two_dimensions(tmp_path):
         read_matrix(tmp_path / "o.npy")
 
 
+@pytest.mark.parametrize("kind", [">f8", ">f4", "<f2", ">f2", ">i4", ">c16"])
+def test_an_array_of_either_byte_order_and_of_half_precision_is_a_matrix(tmp_path, kind):
+    array = np.array([[4.1, -1.0], [-1.0, 2.0]]).astype(kind)
+    np.save(tmp_path / "K.npy", array)
+    np.savez(tmp_path / "K.npz", K=array)
+    is_short_float = kind in (">f4", "<f2", ">f2")
+    for name in ("K.npy", "K.npz"):
+        file = read_matrix(tmp_path / name)
+        assert file.matrix.toarray().tolist() == array.tolist()
+        assert file.floats == (array.dtype if is_short_float else None)
+
+
 def test_keys_pick_one_of_several_in_the_case_written(tmp_path, matrix):
     savemat(tmp_path / "s.mat", {"M": np.eye(3), "Kaa": matrix, "kaa": np.eye(2), "note": "text"})
     np.savez(tmp_path / "s.npz", M=np.eye(3), K=np.ones((3, 3)))

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
 from squeal.errors import InputError
+from squeal.linear.matrices import given_matrix
+from squeal.linear.precision import short_floats
 from squeal.schema import Place
 
 MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the file
@@ -67,6 +69,12 @@ class MatrixFile:
     decimals: int | None = None
     assumptions: tuple[str, ...] = ()
     floats: np.dtype[np.floating] | None = None
+
+
+def file_of_array(array: NDArray) -> MatrixFile:
+    """The matrix of an array of numbers of any type, such as float16 and of either byte order, as
+    no sparse array has it. Raises InputError."""
+    return MatrixFile(csc_array(given_matrix(array)), floats=short_floats(array))
 
 
 @dataclass(frozen=True)

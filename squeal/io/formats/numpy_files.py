@@ -6,9 +6,9 @@ from zipfile import ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, load_npz
+from scipy.sparse import load_npz
 
-from squeal.io.formats.matrix_file import MatrixFile, check_full_size
+from squeal.io.formats.matrix_file import MatrixFile, check_full_size, file_of_array
 
 
 def read_npy(path: Path) -> MatrixFile:
@@ -17,7 +17,7 @@ def read_npy(path: Path) -> MatrixFile:
     check_full_size(path, [array.shape])
     if array.ndim != 2:
         raise ValueError(f"an array of {array.ndim} dimensions; a matrix has two")
-    return MatrixFile(csc_array(np.asarray(array)))
+    return file_of_array(np.asarray(array))
 
 
 def read_npz(path: Path) -> MatrixFile | dict[str, NDArray]:
