@@ -151,3 +151,21 @@ def test_of_complex_matrices_roots_above_the_axis_alone_are_counted(region, prov
     found = squeal.eigenvalues(squeal.System(np.eye(2), K=K), region=region, prove=prove)
     assert found.certified
     assert found.count == len(found.eigenvalues) == 2
+
+
+@pytest.mark.parametrize(
+    ("damping", "stiffness", "part", "verdict"),
+    [
+        ([0.4, 0.0], [4.0, 100.0], {"band": (0.2, 0.5)}, "stable"),
+        ([4.0, 0.0], [3.0, 100.0], {"region": (-3.5, -2.5, 0.0, 1.0)}, "stable"),
+        ([0.4, 0.0], [4.0, 100.0], {"band": (1.0, 2.0)}, "marginal"),
+        ([0.0, 0.0], [4.0, 0.0], {"band": (0.2, 0.5)}, "marginal"),
+        ([0.0, 0.0], [4.0, 0.0], {"band": (0.5, 1.0)}, None),
+    ],
+)
+def test_an_undamped_mode_elsewhere_makes_no_band_marginal(damping, stiffness, part, verdict):
+    K = {"1": np.diag(stiffness), "mu": np.diag([1.0, 0.0])}
+    system = squeal.System(np.eye(2), np.diag(damping), K, parameters={"mu": 0.0})
+    assert squeal.eigenvalues(system, **part).verdict == verdict
+    assert squeal.eigenvalues(system, prove=False, **part).verdict == verdict
+    assert squeal.sweep(system, [0.0, 1.0], **part).steps[0].verdict == verdict

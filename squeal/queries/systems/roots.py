@@ -452,7 +452,7 @@ def _part_of_all(
         The band or region.
     judged : (str or None, str)
         The verdict on all roots and what decided it. It holds for the region too if nothing grows
-        in it or outside.
+        in it or outside, unless it is marginal and all of the region decays, or has no root.
     statement : Statement or None
         What the referee says of all roots; None if it was not asked.
 
@@ -491,6 +491,10 @@ def _part_of_all(
     verdict, criterion = judge_roots(inside, complete=False)
     if verdict is None and not outside:
         verdict, criterion = judged
+        of_inside = judge_roots(inside)
+        # the root that does not decay may lie elsewhere
+        if verdict == "marginal" and (not inside or of_inside[0] == "stable"):
+            verdict, criterion = of_inside
     return SystemRoots(
         eigenvalues=tuple(inside),
         region=region,
