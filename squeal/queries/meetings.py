@@ -390,8 +390,9 @@ class _Problem:
             K = K + change
         elif added.any():
             C = _sum(C, change)
+        is_undamped = C is None or not np.any(C + C.T)  # gyroscopic forces do not damp
         roots = dense_values(M, C, K)
-        grows = is_growing(roots, assumed_rounding(roots, undamped=True))
+        grows = is_growing(roots, assumed_rounding(roots, is_undamped))
         return roots[grows & (roots.imag >= 0.0)]
 
     def _matrices_on_basis(self, value: float) -> SystemMatrices:

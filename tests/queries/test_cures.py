@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 import squeal
 from tests.queries.test_remedies import roots_of
@@ -98,6 +99,21 @@ def test_cures_of_modes_that_others_disturb_are_true(damping, squares, friction)
     report = reported(C, np.array(squares), friction)
     assert falsehoods(report, C, np.array(squares), friction) == []
     assert list(told(report, squares)) != []
+
+
+def test_with_just_enough_no_root_of_a_damped_system_grows_at_all():
+    """Cures of a pair of which one mode has no damping, of different masses."""
+    M = np.diag([1.0, 2.0, 3.0])
+    K = np.array([[272.0, 5.0, 15.0], [5.0, 981.0, 12.0], [15.0, 12.0, 1262.0]])
+    F = np.array([[366.0, -43.0, -12.0], [43.0, 120.0, -55.0], [12.0, 55.0, -454.0]])
+    squares, modes = scipy.linalg.eigh(K, M)
+    C = modes.T @ np.diag([0.0, 0.5, 0.5]) @ modes
+    friction = 0.5 * modes.T @ F @ modes
+    cures = list(told(reported(C, squares, friction), squares))
+    assert len(cures) == 3
+    for stiffness, damping, _ in cures:
+        K = np.diag(squares + stiffness) + friction
+        assert roots_of(np.eye(3), C + np.diag(damping), K).real.max() < 1e-9
 
 
 def test_cause_and_remedy_name_the_real_modes_that_the_amounts_are_of():

@@ -90,9 +90,9 @@ def test_a_mode_without_a_partner_is_damped_alone():
 
 
 def test_growth_below_the_rounding_of_the_search_has_no_cure_and_a_report():
-    """A mode grows by 5e-10 of its frequency, by its own damping: no amount of zero is advised."""
+    """A mode grows by 5e-11 of its frequency, by its own damping: no amount of zero is advised."""
     K = {"1": np.diag([1.0, 4.0]), "mu": np.array([[0.0, 0.1], [-0.1, 0.0]])}
-    weak = squeal.System(np.eye(2), np.diag([-1e-9, 0.1]), K, parameters={"mu": 1e-6})
+    weak = squeal.System(np.eye(2), np.diag([-1e-10, 0.1]), K, parameters={"mu": 1e-6})
     report = squeal.report(weak)
     assert report.eigenvalues.verdict == "flutter"
     assert all(not meeting.cures for meeting in report.meetings.values())
