@@ -23,7 +23,6 @@ NEARER = 0.5  # of their first distance: two frequencies nearer than that come t
 TWINS = 0.05  # of the frequency: so near are the two whirls of a shaft on unlike bearings
 FED = 0.25  # of the rise of a growth rate: that of a partner falls by as much at least
 NEAR = 0.01  # of |lambda|: so far a root of a sweep is from that of the full system, at most
-MET = 0.05  # of their first distance: two frequencies have met where they are nearer
 
 
 class Paths:
@@ -90,15 +89,20 @@ class Paths:
         return complex(np.interp(value, at, self.roots[mode]))
 
     def meeting(self, group: tuple[int, ...]) -> float | None:
-        """The first value at which the frequencies of two modes have met; None if they never do,
-        and of one mode."""
+        """The value at which two modes meet; None if they never do, and of one mode.
+
+        There Re (lambda_1 - lambda_2)^2 turns positive. Unlike frequencies, which damping that
+        differs holds apart, this square is smooth where two modes meet.
+        """
         if len(group) < 2:
             return None
         first, second = group
-        distances = np.abs((self.whole[first] - self.whole[second]).imag)
-        first_distance = distances[np.isfinite(distances)][0]
-        met = self.values[distances < MET * first_distance]
-        return float(met[0]) if met.size else None
+        squares = ((self.whole[first] - self.whole[second]) ** 2).real
+        met = np.flatnonzero((squares[:-1] < 0.0) & (squares[1:] >= 0.0))
+        if not met.size:
+            return None
+        either = slice(met[0], met[0] + 2)
+        return float(np.interp(0.0, squares[either], self.values[either]))
 
     def growth(self, mode: int) -> float:
         """The fastest growth rate of a mode, 1/s."""

@@ -80,6 +80,18 @@ def test_damping_of_a_whirl_is_enough_at_lower_speeds_that_need_more():
     assert "stationary" not in report.advice  # nothing is known to turn
 
 
+@pytest.mark.parametrize("ratios", [(0.001, 0.004), (0.004, 0.001), (0.002, 0.002)])
+def test_modes_of_unlike_damping_meet_where_undamped_ones_coalesce(ratios):
+    """Undamped they coalesce at mu = 0.3; with unlike damping growth begins at 0.24."""
+    omega = math.tau * np.array([2000.0, 2100.0])
+    force = (omega[1] ** 2 - omega[0] ** 2) / 2.0 / 0.3
+    K = {"1": np.diag(omega**2), "mu": force * np.array([[0.0, 1.0], [-1.0, 0.0]])}
+    C = np.diag(2.0 * np.array(ratios) * omega)
+    report = squeal.report(squeal.System(np.eye(2), C, K, parameters={"mu": 0.5}))
+    (group,) = report.paths.groups
+    assert report.paths.meeting(group) == pytest.approx(0.3, rel=0.02)
+
+
 def test_a_mode_without_a_partner_is_damped_alone():
     """x'' - 0.02 x' + x = 0 beside a damped mode: 1 % of critical damping are missing."""
     lonely = squeal.System(np.eye(2), np.diag([-0.02, 0.02]), np.diag([1.0, 1.44]))
