@@ -68,7 +68,7 @@ def test_the_command_draws_it_and_needs_a_sweep(tmp_path, capsys):
 def test_the_title_names_the_pair_and_a_located_threshold_where_one_is_known():
     """Frequencies sqrt(1) and sqrt(3) / (2 pi) at mu = 0; they meet, and grow, from 3/4 on."""
     sweep, drawing = chart()
-    title = "modes 1 + 2 meet near $\\mu$ = 0.76; growth from 0.74 to 0.76 on"
+    title = "modes 1 + 2 meet near $\\mu$ = 0.75; growth from 0.74 to 0.76 on"
     assert drawing.figure.axes[1].get_title("left") == title
     found = squeal.thresholds(sweep.source.file.system, 1.0)
     exact = damping_drawing("pair", sweep, found).figure.axes[1]
@@ -162,7 +162,7 @@ def test_each_of_three_pairs_that_meet_has_a_panel_and_more_are_counted():
         first, *panels = damping_drawing("pairs", sweep).figure.axes
         assert len(panels) == 3
         assert all(
-            "meet near $\\mu$ = 0.76; growth from 0.74 to 0.76 on" in axes.get_title("left")
+            "meet near $\\mu$ = 0.75; growth from 0.74 to 0.76 on" in axes.get_title("left")
             for axes in panels
         )
         assert ("the first 3 of 4" in first.get_title("left")) == (count == 4)
