@@ -484,7 +484,7 @@ class Findings(Answer):
             table += [*costs, Column("next_loss", shown=next_loss, words="next loss")]
         else:
             table += [Column("growth_left", shown=growth_left, words="growth left"), *costs]
-        title = "changes of one parameter, the smallest with 10 % in hand first; degrees count as %"
+        title = "changes of one parameter, the best first; degrees count as %"
         return Table(table, self.search.remedies or self._partial, title)
 
     @property

@@ -338,6 +338,14 @@ def test_a_margin_beyond_the_small_changes_does_not_deny_the_least_one(trap):
         assert ("No parameter does it with up to 25 %" in text) == (least > 25.0)
 
 
+def test_no_margin_is_said_of_changes_that_may_have_less(trap, tmp_path):
+    trap.save(tmp_path / "trap.html")
+    text = (tmp_path / "trap.html").read_text()
+    assert "reaches as far as its next loss" in text
+    assert "margin of 10 %" not in text
+    assert "10 % in hand" not in text
+
+
 def test_a_large_brake_that_is_quiet_in_its_band_is_not_green():
     """Of the band of the second pair nothing grows; the first does, which nobody looks at."""
     assert growth(1.0, 0.4) > 0.0
