@@ -304,8 +304,13 @@ class Component:
         boundary = np.flatnonzero(is_boundary)
         interior = np.flatnonzero(~is_boundary)
         matrices = [term.matrix for term in self.system.terms]
-        if not all(_is_hermitian(A) for A in matrices):
+        earlier = self.residual_flexibility
+        rows_of_terms = self.system.n * len(matrices)
+        is_hermitian = all(_is_hermitian(A) for A in matrices)
+        if not is_hermitian or (earlier is not None and len(earlier) > rows_of_terms):
             matrices += [A.conj().T for A in matrices]  # for the residuals of left vectors
+            if earlier is not None and len(earlier) == rows_of_terms:  # of Hermitian terms
+                earlier = np.kron(np.ones((2, 2)), earlier)
         if len(interior):
             factor, basis = self._craig_bampton(boundary, interior, cutoff)
             flexibility = _residual_flexibility(matrices, basis, interior, factor)
@@ -313,10 +318,8 @@ class Component:
             basis = _unit_columns(self.system.n, boundary)
             size = len(matrices) * len(boundary)
             flexibility = np.zeros((size, size))
-        earlier = self.residual_flexibility
         if earlier is not None:  # what an earlier reduction truncated adds to it
-            # it has n rows for each term, and for each transposed one if it has these
-            basis_of_terms = block_diag([basis] * (len(earlier) // self.system.n), "csc")
+            basis_of_terms = block_diag([basis] * len(matrices), "csc")  # it has n rows for each
             flexibility = flexibility + basis_of_terms.T @ earlier @ basis_of_terms
         modes = basis.shape[1] - len(boundary)
         places = None

@@ -7,7 +7,7 @@ import squeal
 
 COUPLED = [[1.0, -3.0], [-3.0, -2e6]]
 # M, C, K, the number of growing modes, and the fastest root: of a row alone, whose coupling to the
-# others moves it by less than rounding; of the flutter, det = 0 with 50 digits
+# others moves it by less than rounding; of the flutter, det P = 0 with 60 digits
 GROWING = [
     *[(np.diag([1, m]), None, COUPLED, 1, np.sqrt(2e6 / m)) for m in (1e-11, 1e-12, 1e-13, 1e-14)],
     (np.diag([1, 1e-20]), None, [[2, 1], [1, -0.5]], 1, np.sqrt(0.5e20)),

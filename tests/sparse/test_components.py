@@ -258,6 +258,18 @@ def test_a_component_without_mass_inside_keeps_its_static_stiffness():
     assert small.system.at()[2] == pytest.approx(np.array([[0.5]]))
 
 
+def test_a_component_is_reduced_twice_though_its_terms_become_symmetric():
+    """The lone entry of mu lies inside: at the kept node no term but zero is left of it."""
+    of_mu = np.zeros((3, 3))
+    of_mu[1, 2] = 1.0
+    K = {"1": [[2, -1, 0], [-1, 2, -1], [0, -1, 2]], "mu": of_mu}
+    chain = squeal.Component(squeal.System(np.eye(3), K=K), [1, 2, 3], [0, 0, 0])
+    once = chain.reduced([1], cutoff=0.01)
+    twice = once.reduced([1], cutoff=0.01)
+    for again, first in zip(twice.system.at(), once.system.at(), strict=True):
+        assert again is first is None or again == pytest.approx(first)
+
+
 def test_rows_of_one_displacement_are_refused():
     twice = squeal.Component(squeal.System(np.eye(2), K=np.eye(2), name="a"), [7, 7], [1, 1])
     with pytest.raises(InputError, match="a: several rows move the node 7 along y"):
