@@ -56,3 +56,17 @@ def test_conditions_list_the_growth_that_the_solver_misses():
     found = squeal.conditions(LIGHT, {"mu": [0.5, 1.0]})
     assert [one.verdict for one in found.conditions] == ["divergence"] * 2
     assert [one.unstable for one in found.conditions] == [1, 1]
+
+
+@pytest.mark.parametrize("damping", [0.0, 1.0])
+def test_a_constraint_takes_roots_however_its_rows_are_mixed(damping):
+    """det P = -(3 + c s / 4 + 2 s^2): no stiffness acts within the motion without mass, which holds
+    another one. Rounding made the mass matrix regular, with two roots more at +-3e7."""
+    M = [[2.0, 2, 2], [2, 3, 1], [2, 1, 3]]
+    C = damping * np.array([[0.25, 0.25, 0.25], [0.25, 0.5, 0], [0.25, 0, 0.5]])
+    K = [[3.0, 4, 2], [4, 4, 3], [2, 3, 2]]
+    found = squeal.eigenvalues(squeal.System(M, C if damping else None, K))
+    root = complex(-damping / 16, np.sqrt(1.5 - (damping / 16) ** 2))
+    assert sorted(found.values, key=lambda s: s.imag) == pytest.approx([root.conjugate(), root])
+    assert found.verdict == ("stable" if damping else "marginal")
+    assert found.certified
