@@ -207,7 +207,10 @@ class _Problem:
         forces = M @ shapes
         nearest = int(abs(self.spectrum.values - mode.root).argmin())
         # of the kinetic energy of the growing mode's shape z: |x' M z|^2 of each real mode x
-        shares = abs(forces.T @ self.spectrum.eigenvalues[nearest].right) ** 2
+        root = self.spectrum.eigenvalues[nearest]
+        # participation factors: of a real mode in the right vector times in the left one
+        left = root.left if len(root.left) else root.right
+        shares = abs(forces.T @ root.right) * abs(forces.T @ left)
         leading = np.sort(np.argsort(-shares)[:2])  # by rising frequency
         leading = leading[shares[leading] >= PARTNER * shares.max()]
         lower, upper = omega[leading[[0, -1]]]

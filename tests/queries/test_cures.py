@@ -116,6 +116,23 @@ def test_with_just_enough_no_root_of_a_damped_system_grows_at_all():
         assert roots_of(np.eye(3), C + np.diag(damping), K).real.max() < 1e-9
 
 
+def test_real_modes_are_those_that_take_part_from_both_sides():
+    """By the right vectors alone two were taken with which no cure exists."""
+    squares = [128.0, 144.0, 147.0, 165.0, 220.0, 233.0]
+    friction = [
+        [0.0, 0.0, -5.1, 9.0, -9.9, 14.1],
+        [0.0, 9.0, 0.0, -13.2, 0.0, 8.4],
+        [11.1, -7.5, 0.0, 9.9, 0.0, -8.7],
+        [-5.4, -1.8, -15.0, -6.0, 15.0, -2.1],
+        [7.8, 0.0, -10.5, -12.9, 4.2, 5.4],
+        [10.8, 4.5, -9.0, 0.0, 0.0, 14.1],
+    ]
+    C = 0.14 * np.eye(6)
+    report = reported(C, squares, friction)
+    assert len(list(told(report, squares))) == 3
+    assert not falsehoods(report, C, squares, friction)
+
+
 def test_cause_and_remedy_name_the_real_modes_that_the_amounts_are_of():
     """The chart's modes that meet begin at sqrt(102) and 12, the amounts are of 10 and 12."""
     report = reported(0.08 * np.eye(3), (100.0, 102.0, 144.0), COUPLED)
