@@ -85,17 +85,17 @@ class ReducedThresholdSamples:
         """The sample at changed parameters, with the residual of the reduced system there."""
         try:
             reduction = self.reduction.replaced(values)
-            system = reduction.scaled.system
+            full_system = reduction.scaled.system
             search = system_thresholds(
-                system, self.high, selection=self.selection, served=reduction
+                full_system, self.high, selection=self.selection, served=reduction
             )
+            outcome = first_loss(search.answer, self.high)
+            at = self.high  # without a threshold the whole range was searched
+            if outcome.critical is not None:
+                at = outcome.critical
+            residuals = reduction.modes({search.answer.parameter: at}).residuals
         except (InputError, ComputationError) as error:
             return _refused(values, error)
-        outcome = first_loss(search.answer, self.high)
-        at = self.high  # without a threshold the whole range was searched
-        if outcome.critical is not None:
-            at = outcome.critical
-        residuals = reduction.modes({search.answer.parameter: at}).residuals
         return _threshold_sample(values, outcome, float(np.max(residuals, initial=0.0)))
 
 

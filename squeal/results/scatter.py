@@ -233,9 +233,9 @@ class Scatter(Answer):
             head_of_value = ("growth_rate", "1/s")
             results += ["unstable", "propensity", "residual"]
         else:
-            head_of_value = (self.name, "")
             if self.basis is not None:
                 results.append("residual")
+            head_of_value = (parameter_heading(self.name, ["share", *results]), "")
         others = [head_of_value[0], "share", *results]
         parameters = [parameter_heading(name, others) for name in self.spreads]
         heads = [head_of_value, ("share", "")]

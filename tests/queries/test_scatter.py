@@ -318,3 +318,12 @@ def test_bars_of_the_histogram_lie_on_one_side_of_the_limit(spread, factor):
     assert sum(count for *_, count in ends) == 100
     grow = sum(count for low, _, count in ends if low > 0.0)
     assert grow == np.sum(answer.values > 0.0) == 100 * (1.0 - answer.stable)
+
+
+@pytest.mark.parametrize("name", ["share", "kind", "frequency_hz"])
+def test_thresholds_over_a_parameter_with_the_name_of_a_column_keep_their_own(name):
+    K = {"a": np.diag([1.0, 0.0]), "b": np.diag([0.0, 1.0]), name: [[0, 1], [-1, 0]]}
+    pair = squeal.System(np.eye(2), K=K, parameters={"a": 3.0, "b": 2.0}, parameter=name)
+    samples = squeal.scatter(pair, {"a": {"within": 0.1}}, samples=8, high=1.0)
+    for row in samples.to_records():
+        assert row[f"parameter.{name}"] == pytest.approx(abs(row["a"] - 2.0) / 2.0)
