@@ -20,11 +20,11 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (341_800, 175_000),
+    "tokens": (341_700, 175_000),
     "tokens a code line": (9.71, 9.5),
     "paired assignments per 1,000 code lines": (0.19, 3),
-    "comprehensions per 1,000 code lines": (28.6, 15),
-    "conditional expressions per 1,000 code lines": (14.95, 12),
+    "comprehensions per 1,000 code lines": (28.0, 15),
+    "conditional expressions per 1,000 code lines": (14.7, 12),
     "Any in signatures": (45, 60),
     "calls of locals()": (0, 0),
     "modules of our own loaded by a string": (2, 0),
