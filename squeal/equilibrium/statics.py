@@ -373,26 +373,28 @@ class Statics:
     def place_error(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
         """How far rounding may move equilibria z (4, k) in (x, y, w theta), shape (3, k).
 
-        To first order: rounding of the loads over the static stiffness. Contact loads are rounded
-        with the gaps, those of the inclined springs with the displacements of their ends.
+        To first order: the rounding of the loads, solved with their derivative. Contact loads are
+        rounded with the gaps, those of the inclined springs with the displacements of their ends.
+        on (points, k): which contacts touch. Infinite where the derivative is singular.
         """
         c = self.model.c
         sizes = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
         _, J = self.linearised(z, on)
         of_springs = 0.0
-        for k, rx, ry in ((c.k1, c.r1x, c.r1y), (c.k2, c.r2x, c.r2y)):
-            # the signs with which no term of the displacements is subtracted: their sizes add up
+        for stiffness, rx, ry in ((c.k1, c.r1x, c.r1y), (c.k2, c.r2x, c.r2y)):
+            # displacements are x + C rx - S ry: with -|ry| all three sizes add up
             along, _ = sizes.displacement(np.abs(rx), -np.abs(ry))
-            of_springs = of_springs + k * (along + sizes.rise(np.abs(rx), np.abs(ry)))
-        # the moment over w has the arms of the upper corners
-        loads = np.ones(z.shape[1]) * (ROUNDING * (of_springs + c.F_n) * (1.0 + c.h / c.w))
-        columns = [*np.eye(3)[:, :, None] * loads]  # five changes (3, k) of the loads
-        gap_rounding_of_edges = np.max(self.rounding(z), axis=0)
+            of_springs = of_springs + stiffness * (along + sizes.rise(np.abs(rx), np.abs(ry)))
+        # the moment over w has arms of up to w + h, those of the upper corners
+        load_rounding = np.ones(z.shape[1]) * (ROUNDING * (of_springs + c.F_n) * (1.0 + c.h / c.w))
+        # three changes (3, k), of one load each, and below two of the gaps
+        columns = [*np.eye(3)[:, :, None] * load_rounding]
+        largest_gap_rounding = np.max(self.rounding(z), axis=0)
         for name in ("gap_l", "gap_t"):
             shifted = c._replace(mu=z[3], **{name: getattr(c, name) + 1j * STEP})
             f = net_loads(np, shifted, self.model.law, c.place(z), on)
             slopes = np.imag(np.broadcast_arrays(f.x, f.y, f.moment / c.w)) / STEP
-            columns.append(slopes * gap_rounding_of_edges)
+            columns.append(slopes * largest_gap_rounding)
         changes = np.moveaxis(np.array(columns), (2, 1), (0, 1))  # (k, 3, 5)
         with np.errstate(all="ignore"):
             moved, regular = solve_stack(np.moveaxis(J[:, :3], -1, 0), changes)

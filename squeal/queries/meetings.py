@@ -135,10 +135,12 @@ class Meeting:
 def find_meetings(
     spectrum: Eigenvalues, options: Mapping[str, object], low: float = 0.0
 ) -> dict[int, Meeting]:
-    """The real modes behind each growing mode, by its number, with what stops all of these.
+    """The real modes behind each growing mode, keyed by its number, with what stops all growing
+    modes.
 
-    Empty where matrices follow the frequency, or the mass is complex. A mode that does not
-    oscillate is left out, and the others have no cures then.
+    Empty where matrices follow the frequency, or the mass is complex. One of which no real mode is
+    known, such as one that does not oscillate, is left out, and the others have no cures then; nor
+    have they where a computation fails.
 
     Parameters
     ----------
@@ -147,7 +149,7 @@ def find_meetings(
     options : mapping
         Of `eigenvalues` and `thresholds`: band, memory, progress.
     low : float
-        The least value of the parameter at which nothing is to grow.
+        The lower end of the range of the parameter in which nothing may grow.
     """
     meetings: dict[int, Meeting] = {}
     with suppress(InputError, ComputationError), one_thread():

@@ -96,8 +96,9 @@ class SciPyIntegrator(Integrator):
     def _turning_time(
         self, nodes: np.ndarray, states: np.ndarray, contact: np.ndarray
     ) -> float | None:
-        """The time of the first extremum of a gap within a step that comes close to zero or passes
-        it, so that both ends of the step may hide two changes of contact; None if there is none.
+        """The earliest time at which a gap turns back within a step near zero or beyond it, where
+        two changes of contact may lie between nodes of one sign; None if there is none. Gaps are
+        taken with the sign with which they are below zero until their contact changes.
 
         By the cubic Hermite interpolants a + da s + second s^2 + third s^3 of the gaps over each
         step, 0 <= s <= 1, from the gaps and their rates at nodes (n,) with states (6, n).
@@ -106,11 +107,10 @@ class SciPyIntegrator(Integrator):
         moving = states.astype(complex)  # rates of the gaps by the complex step
         moving[:3] += 1j * _IMAGINARY * states[3:]
         gaps = np.array(self._model.law.gaps(c, pose(np, c.place(moving))))
-        # with such signs a gap is below zero until its contact changes
         gaps *= np.where(contact, 1.0, -1.0)[:, None]
         rates = gaps.imag / _IMAGINARY
         h = np.diff(nodes)
-        a = gaps.real[:, :-1]  # at the begin of each step
+        a = gaps.real[:, :-1]  # at the start of each step
         b = gaps.real[:, 1:]  # at its end
         da = h * rates[:, :-1]
         db = h * rates[:, 1:]
@@ -120,9 +120,9 @@ class SciPyIntegrator(Integrator):
             # the root of the cubic's derivative at which the cubic is greatest
             share = da / (np.sqrt(second**2 - 3 * da * third) - second)
             top = a + share * (da + share * (second + share * third))
-            near_zero = top > 0.02 * np.maximum(a, b)  # or above: these are below zero
+            near_zero = top > 0.02 * np.maximum(a, b)  # a and b are below zero
         has_top = (a < 0) & (b < 0) & (da > 0) & (db < 0) & near_zero
-        has_top &= (share > 0.01) & (share < 0.99)  # a top at a node has been solved up to already
+        has_top &= (share > 0.01) & (share < 0.99)  # `run` ended a segment at one on a node
         first = np.where(has_top, nodes[:-1] + share * h, np.inf).min(initial=np.inf)
         return float(first) if first < nodes[-1] else None
 

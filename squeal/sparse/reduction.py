@@ -333,14 +333,17 @@ def reduce_system(
     """
     reduction = kind(scaled, region)
     wide = region.widened(MARGIN)
-    # of each sample, by the index of its value: whether the roots of the full problem were counted
-    is_counted: dict[int, bool] = {}
+    sampled: list[int] = []  # indices of the values whose full modes the basis holds
+    counted: set[int] = set()  # those of them at which the roots of the full problem were counted
 
     def sample(k: int, where: Rectangle, certify: bool = False) -> None:
         texts = [f"{name} = {value:.6g}" for name, value in values[k].items()]
-        report(f"sample {len(is_counted) + 1} at {', '.join(texts) or 'the parameters'}")
+        report(f"sample {len(sampled) + 1} at {', '.join(texts) or 'the parameters'}")
         reduction.sample(values[k], where, certify)
-        is_counted[k] = certify
+        if k not in sampled:
+            sampled.append(k)
+        if certify:
+            counted.add(k)
 
     for k in dict.fromkeys([len(values) // 2, 0, len(values) - 1]):
         sample(k, wide)
@@ -348,23 +351,23 @@ def reduce_system(
             _sample_around(reduction, values[k], wide)
     while True:
         residuals = [reduction.residuals(reduction.roots(p), p) for p in values]
-        # at a sample the basis holds the full modes: a root of large residual is none of them,
-        # unless the sample missed it, which a count shows
-        spurious = {k: int(np.sum(residuals[k] > SPURIOUS)) for k in is_counted}
-        doubtful = [k for k in is_counted if spurious[k] and not is_counted[k]]
-        if doubtful:
-            sample(doubtful[0], region, certify=True)
+        # A root of large residual at a sampled value is spurious, or a mode that the search there
+        # missed: counting the roots of the full problem decides
+        spurious = {k: int(np.sum(residuals[k] > SPURIOUS)) for k in sampled}
+        undecided = [k for k in sampled if spurious[k] and k not in counted]
+        if undecided:
+            sample(undecided[0], region, certify=True)  # what is counted needs no margin
             continue
-        for k in is_counted:  # spurious roots need no sample
+        for k in sampled:  # spurious roots need no sample
             residuals[k] = residuals[k][residuals[k] <= SPURIOUS]
         worst = np.array([np.max(of_value, initial=0.0) for of_value in residuals])
         unsolved = worst.copy()
-        unsolved[list(is_counted)] = 0.0  # the basis has their modes already
-        k = int(np.argmax(unsolved))
-        if unsolved[k] <= TOLERANCE or len(is_counted) == SAMPLES:
+        unsolved[sampled] = 0.0  # the basis has their modes already
+        worst_index = int(np.argmax(unsolved))
+        if unsolved[worst_index] <= TOLERANCE or len(sampled) == SAMPLES:
             break
-        sample(k, wide)
-    reduction.samples = tuple(values[k] for k in is_counted)
+        sample(worst_index, wide)
+    reduction.samples = tuple(values[k] for k in sampled)
     reduction.worst = float(worst.max())
     reduction.spurious = sum(spurious.values())
     return reduction

@@ -311,16 +311,16 @@ def released(
     height: float | None,
     load: float,
 ) -> np.ndarray:
-    """States (n, 6) at rest above the equilibrium by a height over the static compression, or where
-    the contact would bear so many times the equilibrium's load; NaN where there is none."""
+    """States (n, 6) at rest, `height` static compressions above the equilibrium; if that is None,
+    where a contact whose whole face touches would bear `load` times R_n. NaN without one."""
     states = np.full((len(equilibria), 6), math.nan)
     unit = compression(stack.pad)
     for i, at in enumerate(equilibria):
         if at is None:
             continue
-        share = at.equilibrium.R_n / float(np.asarray(stack.pad.F_n)[i])
+        reaction_over_force = at.equilibrium.R_n / float(np.asarray(stack.pad.F_n)[i])
         # the load falls linearly with the height, by F_n over a static compression
-        lift = (1.0 - load) * share if height is None else height
+        lift = (1.0 - load) * reaction_over_force if height is None else height
         x, y, theta = at.equilibrium.q
         states[i] = (x, y + lift * unit[i], theta, 0.0, 0.0, 0.0)
     return states
