@@ -39,7 +39,7 @@ from squeal.io.terms import (
 )
 from squeal.linear.damping import Damped, damped
 from squeal.linear.matrices import dense, reduce
-from squeal.linear.precision import Precision
+from squeal.linear.precision import Precision, half_units
 from squeal.linear.system import Term, TermSystem, supports_warning, without_supports
 from squeal.schema import Place
 
@@ -257,8 +257,11 @@ def _precision_of(term: TermKeys, matrix: Matrix, file: MatrixFile, folder: Path
         return of_file
     digits = min(term.keys["digits"], of_file.digits or MOST_DIGITS)
     if "errors" not in term.keys:
-        # of the fewer digits, whichever gives them
-        return of_file if digits == of_file.digits else Precision(digits)
+        if of_file.errors is None:
+            return Precision(digits)
+        # decimals leave the more open the smaller an entry is, digits the larger it is
+        by_key = half_units(matrix, term.keys["digits"])
+        return Precision(digits, by_key.maximum(of_file.errors))
     here = term.at / "errors"
     with here.named():
         errors = read_matrix(folder / term.keys["errors"]).matrix

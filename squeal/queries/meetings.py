@@ -45,7 +45,7 @@ from squeal.sparse.factor import factorise
 DENSE_ROWS = 40  # up to which all roots are computed for each change
 NEAR = 12  # real modes around a growing one
 ROOTS = 16  # whose vectors make a basis
-PARTNER = 0.02  # of the energy of the leading real mode: what a second one has at least
+PARTNER = 0.02  # of the participation of the leading real mode: what a second one has at least
 SAME = 1e-4  # of the frequency: real modes that a page does not tell apart
 NOTHING = 1e-7  # of a cosine, and of singular values: rounding
 LEAST = 2.0**-17  # of the frequency, or of critical damping: the first change that is tried
@@ -198,6 +198,7 @@ class _Problem:
         self.forces: list[Array] = []  # of each real mode behind a growing one
         self.basis: Array | None = None
         self.projected: dict[float, SystemMatrices] = {}
+        self.is_undamped: dict[float, bool] = {}  # gyroscopic forces do not damp
         self.outside: dict[float, int] = {}  # how many modes grow outside of the band
 
     def meeting_of(self, mode: UnstableMode) -> Meeting | None:
@@ -208,7 +209,6 @@ class _Problem:
         omega, shapes = _modes_near(self.structure, M, mode.root.imag)
         forces = M @ shapes
         nearest = int(abs(self.spectrum.values - mode.root).argmin())
-        # of the kinetic energy of the growing mode's shape z: |x' M z|^2 of each real mode x
         root = self.spectrum.eigenvalues[nearest]
         # participation factors: of a real mode in the right vector times in the left one
         left = root.left if len(root.left) else root.right
@@ -395,7 +395,7 @@ class _Problem:
             K = K + change
         elif added.any():
             C = _sum(C, change)
-        is_undamped = C is None or not np.any(C + C.T)  # gyroscopic forces do not damp
+        is_undamped = self.is_undamped[value] and (of_stiffness or not added.any())
         roots = dense_values(M, C, K)
         grows = is_growing(roots, assumed_rounding(roots, is_undamped))
         return roots[grows & (roots.imag >= 0.0)]
@@ -404,6 +404,7 @@ class _Problem:
         """The matrices at a value of the parameter, of many rows projected onto the basis."""
         if value not in self.projected:
             M, C, K = self._matrices_at(value)
+            self.is_undamped[value] = C is None or not abs(C + C.T).max()
             if C is not None:
                 C = self._on_basis(C)
             self.projected[value] = (self._on_basis(M), C, self._on_basis(K))

@@ -426,7 +426,9 @@ class Findings(Answer):
             if self.meetings and not self._measure(cure):
                 failed.append(words)
         if failed:
-            lines.append(f"Not known to stop all modes, up to 25 %: {' or '.join(failed)}.")
+            lines.append(
+                f"Not known to stop all modes, up to {100 * MOST:g} %: {' or '.join(failed)}."
+            )
         if self.remedy is not None:
             return lines
         idle = [*self.search.without_effect]
@@ -533,7 +535,7 @@ class Findings(Answer):
             Column("alone", shown=alone, words="one, %"),
         ]
         title = "unstable modes, and what stops all: Hz further apart, or % of critical damping "
-        title += "more on both modes or on one; - where up to 25 % are not known to"
+        title += f"more on both modes or on one; - where up to {100 * MOST:g} % are not known to"
         if any(meeting.at_value_alone for meeting in self.meetings.values()):
             value = f"{self.eigenvalues.parameter} = {number(self.eigenvalues.value, 4)}"
             title += f"; in brackets: at {value} alone"

@@ -323,3 +323,19 @@ def test_soft_rows_of_a_file_of_fixed_decimals_are_known_to_these(tmp_path, form
     known = TermSystem((Term(np.eye(6)),), (), (term, Term(circulatory)))
     found = squeal.eigenvalues(known)
     assert (found.verdict, found.certified) == (None, False)
+
+
+def test_of_a_key_and_of_decimals_each_entry_has_the_wider_error(tmp_path):
+    """Three digits leave 50 of 12345.678901 open, and six decimals 5e-7 of 0.000012."""
+    head = "%%MatrixMarket matrix array real general\n2 2\n"
+    (tmp_path / "K.mtx").write_text(f"{head}12345.678901\n0.000012\n0.000012\n23456.789012\n")
+    (tmp_path / "s.yaml").write_text("M: [[1,0],[0,1]]\nK: {file: K.mtx, digits: 3}\n")
+    (stiffness,) = squeal.read_system(tmp_path / "s.yaml").system.K
+    assert stiffness.errors.toarray() == pytest.approx(np.array([[50.0, 5e-7], [5e-7, 50.0]]))
+
+
+def test_a_scale_factor_widens_the_decimals_of_a_matrix(tmp_path):
+    keywords = "*MATRIX INPUT, NAME=K, SCALE FACTOR=2000."
+    (tmp_path / "K.mtx").write_text(f"{keywords}\n1,1,1,1,12345.678901\n2,1,2,1,23456.000012\n")
+    half_unit = 0.5 * 10.0 ** -read_matrix(tmp_path / "K.mtx").decimals
+    assert 2000.0 * 5e-7 <= half_unit <= 10 * 2000.0 * 5e-7

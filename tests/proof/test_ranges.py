@@ -15,7 +15,7 @@ SPRINGS = np.array([[2.0, -1.0], [-1.0, 2.0]])
 FRICTION = np.array([[0.0, 1.0], [0.0, 0.0]])
 
 
-def prove_thresholds(terms, low, high, intervals, growth_below, rises=None, most=4000):
+def prove_thresholds(terms, low, high, intervals, growth_below, rises=None, most=1000):
     """The proof of a range, in at most so many intervals."""
     return RangeProof(terms, low, high, most).prove(intervals, growth_below, rises)
 

@@ -6,6 +6,7 @@ have labels below zero. A line that begins with * may say TYPE=SYMMETRIC or UNSY
 """
 
 import io
+import math
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -87,8 +88,10 @@ def _matrix(path: Path, block: _Block) -> MatrixFile:
     decimals = written_decimals(words)
     scale = re.search(r"SCALE\s*FACTOR\s*=\s*(\S+)", block.keywords)
     if scale:
-        values = float(scale[1]) * values
-        decimals = None
+        factor = float(scale[1])
+        values = factor * values
+        if decimals is not None and factor:
+            decimals -= math.ceil(math.log10(abs(factor)))
         if digits is not None:
             digits -= 1  # a product may lose up to one
     symmetric = None  # where no keyword says so

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csc_array
 
-from squeal.io.digits import written_digits
+from squeal.io.digits import written_decimals, written_digits
 from squeal.io.formats.matrix_file import (
     MatrixFile,
     check_indices,
@@ -54,7 +54,11 @@ def read_harwell_boeing(path: Path) -> MatrixFile:
         matrix = complete_triangle(matrix, -1)
     labels = read_labels(path.with_suffix(".mapping"), rows)
     return MatrixFile(
-        matrix, labels, numbered=has_internal_nodes(labels), digits=written_digits(value_words)
+        matrix,
+        labels,
+        numbered=has_internal_nodes(labels),
+        digits=written_digits(value_words),
+        decimals=written_decimals(value_words),
     )
 
 
