@@ -218,10 +218,9 @@ class _Problem:
         lower, upper = omega[leading[[0, -1]]]
         is_upper = abs(omega - upper) <= SAME * upper
         is_lower = abs(omega - lower) <= SAME * lower
-        if is_upper[leading[0]]:  # one mode, or two of one frequency: the second is the upper one
-            is_upper = np.arange(len(omega)) == leading[-1]
-            is_upper &= len(leading) == 2
         behind = np.flatnonzero(is_lower | is_upper)
+        if is_upper[leading[0]]:  # of one frequency, where no direction of motion is one mode's own
+            is_upper = np.zeros(len(omega), dtype=bool)
         if not omega[behind].all():  # a free motion has no frequency to separate or damp
             return None
         indices = tuple(self._index(forces[:, k]) for k in behind.tolist())
