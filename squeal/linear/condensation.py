@@ -184,8 +184,10 @@ class StaticCondensation:
         _require(condition < 1e8 and np.linalg.slogdet(K.X22)[0] == self._sign_of_det_K22)
         X = np.linalg.solve(K.X22, K.X21)
         for _ in range(60):
-            L = (K.X11 - K.X12 @ X) / self._masses[:, None]
-            inertia = self._light_masses[:, None] * (X @ L)
+            with np.errstate(over="ignore", invalid="ignore"):
+                L = (K.X11 - K.X12 @ X) / self._masses[:, None]
+                inertia = self._light_masses[:, None] * (X @ L)
+            _require(np.isfinite(inertia).all())  # it diverges
             before = X
             X = np.linalg.solve(K.X22, K.X21 + inertia)
             if np.abs(X - before).max() <= 4 * EPS * np.abs(X).max():
