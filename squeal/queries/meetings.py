@@ -31,11 +31,10 @@ from squeal.linear.system import SystemMatrices, Term, TermSystem
 from squeal.linear.verdicts import assumed_rounding
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import pad_terms
-from squeal.queries.mode_paths import is_growing
 from squeal.queries.options import Band
 from squeal.queries.pads.equilibrium import analyse, branch_system
-from squeal.queries.remedies import in_band, rounded
-from squeal.queries.systems.all_roots import is_small
+from squeal.queries.remedies import rounded, upper_growing
+from squeal.queries.systems.all_roots import in_band, is_small
 from squeal.queries.thresholds import thresholds
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import PadSource, SystemSource
@@ -396,8 +395,7 @@ class _Problem:
             C = _sum(C, change)
         is_undamped = self.is_undamped[value] and (of_stiffness or not added.any())
         roots = dense_values(M, C, K)
-        grows = is_growing(roots, assumed_rounding(roots, is_undamped))
-        return roots[grows & (roots.imag >= 0.0)]
+        return upper_growing(roots, assumed_rounding(roots, is_undamped))
 
     def _matrices_on_basis(self, value: float) -> SystemMatrices:
         """The matrices at a value of the parameter, of many rows projected onto the basis."""

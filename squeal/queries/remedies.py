@@ -29,6 +29,7 @@ from squeal.queries.mode_paths import is_growing
 from squeal.queries.options import Band
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.parameter_space import first_loss
+from squeal.queries.systems.all_roots import in_band, is_small, roots_of_all
 from squeal.queries.thresholds import thresholds
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import DEGREE, Sensitivity
@@ -465,10 +466,9 @@ def _growing_roots(
 
         def roots_of_pad(values: Values) -> NDArray[np.complex128]:
             spectrum = analyse(scene.replace(**values)).spectrum
-            return _upper_growing(spectrum.values, spectrum.rounding)
+            return upper_growing(spectrum.values, spectrum.rounding)
 
         return roots_of_pad
-    from squeal.queries.systems.all_roots import is_small, roots_of_all
     from squeal.queries.systems.verdicts import rounding_of
 
     system = source.file.system
@@ -477,7 +477,7 @@ def _growing_roots(
         def roots_of_system(values: Values) -> NDArray[np.complex128]:
             changed = system.replace(values)  # no parameter that seats contact is among them
             roots = roots_of_all(changed, EigenvalueSelection(), {})
-            return _upper_growing(roots, rounding_of(changed, roots))
+            return upper_growing(roots, rounding_of(changed, roots))
 
         return roots_of_system
     from squeal.queries.systems.reduced import estimated_roots, reduced_for
@@ -499,24 +499,16 @@ def _growing_roots(
     def roots_of_reduced(values: Values) -> NDArray[np.complex128]:
         found = estimated_roots(reduction, values)
         roots = values_of(found)
-        return _upper_growing(roots, np.array([root.rounding for root in found]))
+        return upper_growing(roots, np.array([root.rounding for root in found]))
 
     return roots_of_reduced
 
 
-def _upper_growing(
+def upper_growing(
     roots: NDArray[np.complex128], rounding: NDArray[np.float64]
 ) -> NDArray[np.complex128]:
     """The roots with Im >= 0 that grow by more than rounding may move them."""
     return roots[is_growing(roots, rounding) & (roots.imag >= 0.0)]
-
-
-def in_band(roots: NDArray[np.complex128], band: Band | None) -> NDArray[np.complex128]:
-    """The roots with frequencies within a band in Hz; all without one."""
-    if band is None:
-        return roots
-    low, high = band
-    return roots[(roots.imag >= math.tau * low) & (roots.imag <= math.tau * high)]
 
 
 def _computed(

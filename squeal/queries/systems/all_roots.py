@@ -12,6 +12,7 @@ from squeal.linear.matrices import components, reaches
 from squeal.linear.roots import ComplexArray, ordered
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import assumed_rounding
+from squeal.queries.options import Band
 from squeal.queries.systems.matrices import ALL_ROWS
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.dense import dense_values
@@ -26,6 +27,14 @@ NO_BAND = (
 def is_small(system: TermSystem) -> bool:
     """True if all roots of a system are computed: few rows, and no matrix follows the frequency."""
     return system.n <= ALL_ROWS and not system.follows
+
+
+def in_band(roots: ComplexArray, band: Band | None) -> ComplexArray:
+    """The roots with frequencies within a band in Hz, ends included; all without one."""
+    if band is None:
+        return roots
+    low, high = band
+    return roots[(roots.imag >= math.tau * low) & (roots.imag <= math.tau * high)]
 
 
 def roots_of_all(
@@ -54,10 +63,8 @@ def roots_of_all(
         is_real = np.abs(roots.imag) <= assumed_rounding(roots, undamped=True)
         roots = np.where(is_real, roots.real, roots)
         roots = roots[roots.imag >= 0.0]
-    if selection.band is not None:  # a band, ends included, bounds no growth rate
-        low, high = selection.band
-        inside = (roots.imag >= math.tau * low) & (roots.imag <= math.tau * high)
-        roots = roots[inside]
+    if selection.band is not None:  # which bounds no growth rate
+        roots = in_band(roots, selection.band)
     elif selection.rectangle is not None:  # the region, with the real axis if it begins there
         roots = roots[selection.rectangle.contains(roots)]
     return roots[ordered(roots)]
