@@ -61,11 +61,10 @@ def first_column(pad: Pad, angles: Any = None) -> Entries:
     the cosines of the spring angles, K21 and K31 are linear.
     """
     K11, K21, K31 = stiffness(pad, angles=angles)[:, 0]
-    rounding = 8 * np.finfo(float).eps
+    rounding = 8 * np.finfo(float).eps  # of a cosine, with some operations on it
     size = pad.k1 + pad.k2
-    upright = rounding**2 * size
     return Entries(
-        np.where(upright >= K11, 0.0, K11),
+        np.where(rounding**2 * size >= K11, 0.0, K11),
         np.where(np.abs(K21) <= rounding * size, 0.0, K21),
         np.where(np.abs(K31) <= rounding * size * (pad.w + pad.h), 0.0, K31),
     )

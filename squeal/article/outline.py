@@ -99,17 +99,17 @@ class Outline:
 
 
 def _shares(
-    x: np.ndarray, y: np.ndarray, codes: np.ndarray, at: Codes | None
+    x: np.ndarray, y: np.ndarray, codes: np.ndarray, codes_at: Codes | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Where the code changes on the edges of a grid along x (n1 - 1, n2) and y (n1, n2 - 1), as a
-    share of the edge; one half elsewhere, and everywhere without `at`."""
+    share of the edge; one half on edges without a change, and on all edges without `codes_at`."""
     along_x = np.full((len(x) - 1, len(y)), 0.5)
     along_y = np.full((len(x), len(y) - 1), 0.5)
     # the grid points before a change along x, and along y
     ix, jx = np.nonzero(codes[1:] != codes[:-1])
     iy, jy = np.nonzero(codes[:, 1:] != codes[:, :-1])
     count_x = len(ix)
-    if at is None or count_x + len(iy) == 0:
+    if codes_at is None or count_x + len(iy) == 0:
         return along_x, along_y
     i = np.concatenate([ix, iy])
     j = np.concatenate([jx, jy])
@@ -118,11 +118,12 @@ def _shares(
     edge = np.zeros_like(start)
     edge[0, :count_x] = x[ix + 1] - x[ix]
     edge[1, count_x:] = y[jy + 1] - y[jy]
+    # the change lies on the part of the edge from the share `low` to `low + width`
     low = np.zeros(len(i))
     width = 1.0
     for _ in range(20):  # halved to a millionth of an edge
         width /= 2
-        not_yet_changed = at(start + (low + width) * edge) == code_before
+        not_yet_changed = codes_at(start + (low + width) * edge) == code_before
         low = low + width * not_yet_changed
     share = low + width / 2
     along_x[ix, jx] = share[:count_x]
@@ -135,30 +136,32 @@ def outline(
     x: np.ndarray,
     y: np.ndarray,
     codes: np.ndarray,
-    at: Codes | None = None,
+    codes_at: Codes | None = None,
 ) -> Outline:
     """Trace a map with codes (n1, n2) at x (n1,), y (n2,); `ends` are (low, high) of both axes.
 
-    A square whose corners have one code belongs to it whole. Another is cut: from its centre, the
-    mean of the places at which the code changes on its edges, a segment leads to each of these, and
-    each corner owns the piece between its two edges. Features smaller than the grid are not seen;
-    corners are cut within one square of it.
+    A square whose corners have one code belongs to that code whole. Any other square is cut: its
+    centre is the mean of the places at which the code changes on its edges; a segment leads from
+    the centre to each such place, and each corner owns the piece between its two edges. Features
+    smaller than a square of the grid are not seen, and corners of a boundary are cut within one.
+
+    codes_at: the codes at any points, which locate a change on an edge; without it a change counts
+    as in the middle of its edge.
     """
-    inner_x, inner_y = _shares(x, y, codes, at)
-    # the outer points stand for the strips between them and the ends
+    inner_x, inner_y = _shares(x, y, codes, codes_at)
+    # between the outermost grid points and the ends the map is as at those points
     along_x = np.pad(inner_x, 1, mode="edge")
     along_y = np.pad(inner_y, 1, mode="edge")
     padded = np.pad(codes, 1, mode="edge")
     (first_x, last_x), (first_y, last_y) = ends
     xs = np.concatenate([[first_x], x, [last_x]])
     ys = np.concatenate([[first_y], y, [last_y]])
-    # of each square the codes of its corners (4, n1 + 1, n2 + 1), counterclockwise from the lower
-    # left one
-    four = np.array([padded[:-1, :-1], padded[1:, :-1], padded[1:, 1:], padded[:-1, 1:]])
-    mixed = (four != four[0]).any(axis=0)
-    boxes, box_codes = _boxes(xs, ys, np.where(mixed, -1, four[0]))
+    # (4, n1 + 1, n2 + 1): of each square, counterclockwise from its lower left corner
+    corner_codes = np.array([padded[:-1, :-1], padded[1:, :-1], padded[1:, 1:], padded[:-1, 1:]])
+    mixed = (corner_codes != corner_codes[0]).any(axis=0)
+    boxes, box_codes = _boxes(xs, ys, np.where(mixed, -1, corner_codes[0]))
     i, j = np.nonzero(mixed)
-    at_corner = four[:, i, j]
+    mixed_codes = corner_codes[:, i, j]
     left = xs[i]
     right = xs[i + 1]
     low = ys[j]
@@ -174,33 +177,31 @@ def outline(
             [left, low + along_y[i, j] * (high - low)],
         ]
     )
-    # the codes at both ends of each edge (end, edge, square), edge k from corner k to the next
-    beside = np.array([at_corner, np.roll(at_corner, -1, axis=0)])
-    changes = beside[0] != beside[1]
+    # (end, edge, square): edge k leads from corner k to the next corner
+    end_codes = np.array([mixed_codes, np.roll(mixed_codes, -1, axis=0)])
+    changes = end_codes[0] != end_codes[1]
     centre = (places * changes[:, None]).sum(axis=0) / changes.sum(axis=0)
     segments = []
     sides = []
     pieces = []
     for k in range(4):
-        # (point, coordinate, square), and with the squares first
+        # both as (point, coordinate, square); edges k and k - 1 meet at corner k
         segment = np.array([places[k], centre])[:, :, changes[k]]
         piece = np.array([corners[k], places[k], centre, places[k - 1]])
         segments.append(np.moveaxis(segment, -1, 0))
-        sides.append(beside[:, k, changes[k]].T)
+        sides.append(end_codes[:, k, changes[k]].T)
         pieces.append(np.moveaxis(piece, -1, 0))
     return Outline(
         segments=np.concatenate(segments),
         sides=np.concatenate(sides),
         polygons=np.concatenate([boxes, *pieces]),
-        codes=np.concatenate([box_codes, at_corner.ravel()]),
+        codes=np.concatenate([box_codes, mixed_codes.ravel()]),
     )
 
 
 def _boxes(x: np.ndarray, y: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Squares of one code merged along y into rectangles (n, 4, 2), and their codes (n,).
-
-    Squares of code -1 are left out.
-    """
+    """Neighbouring squares of one code merged along y into rectangles: the corners (n, 4, 2) and
+    the code (n,) of each rectangle. Squares of code -1 are left out."""
     boxes = []
     codes_of = []
     for i, column in enumerate(codes):

@@ -82,7 +82,7 @@ def _from(kind: Any, value: Any, at: Place) -> Any:
     at: the place in the file that a message names. Raises InputError where it does not fit.
     """
     origin = typing.get_origin(kind)
-    inner = typing.get_args(kind)
+    inner = typing.get_args(kind)  # members of a union or a tuple, values of a literal
     if kind is Any:
         return value
     if origin in (Union, types.UnionType):
@@ -102,9 +102,10 @@ def _from(kind: Any, value: Any, at: Place) -> Any:
     if origin is dict and isinstance(value, dict):
         return {key: _from(inner[1], entry, at / key) for key, entry in value.items()}
     if dataclasses.is_dataclass(kind) and isinstance(value, dict):
-        # some classes of other rooms, such as outlines, read themselves
-        own = None if issubclass(kind, Record) else getattr(kind, "from_dict", None)  # type: ignore[arg-type]
-        return own(value) if own else _record(kind, value, at)
+        # some classes that are no records, such as outlines, have a reader of their own
+        if not issubclass(kind, Record) and hasattr(kind, "from_dict"):  # type: ignore[arg-type]
+            return kind.from_dict(value)
+        return _record(kind, value, at)
     raise at.refuse(f"{shown(value)} is not allowed; it must be {getattr(kind, '__name__', kind)}")
 
 

@@ -32,13 +32,16 @@ def read_run(summary_file: Path, history_file: Path) -> Run:
             history[name] = np.array(column)
         else:
             history[name] = np.array([float(entry) if entry else np.nan for entry in column])
+    extrema = {}
+    for signal, ends in content["extrema"].items():
+        extrema[signal] = None if ends is None else (ends[0], ends[1])
     return Run(
         name=summary_file.stem,
         model=content["model"],
         shares=content["shares"],
         stop=content["final"]["t"],
         events=tuple(Event(e["t"], e["from"], e["to"]) for e in content["events"]),
-        extrema={key: ends and (ends[0], ends[1]) for key, ends in content["extrema"].items()},
+        extrema=extrema,
         provenance=from_dict(Provenance, content["provenance"]),
         history=history,
     )

@@ -5,11 +5,12 @@ import json
 import numpy as np
 import pytest
 
+from squeal.article.cases import CASES
 from squeal.article.claims import CLAIMS
 from squeal.article.identify import search as searching
 from squeal.article.identify.judging import INDEPENDENT, distance, margins
 from squeal.article.identify.search import SearchResult, allowed, arrays, judged, search
-from squeal.article.identify.space import DIMENSIONS, NAMES, decode, scenes_of, starts
+from squeal.article.identify.space import DIMENSIONS, NAMES, decode, scenes_of, stacked, starts
 from squeal.article.identify.write import check_folder, write_scenes
 from squeal.article.studies import baseline
 from squeal.cli.main import main
@@ -66,6 +67,18 @@ def test_many_sets_are_judged_as_one_is():
     failing = (~(table[-1] > 0.0) & INDEPENDENT).sum()
     assert failing <= far[-1] <= 2 * failing
     assert (far[~whole] == 100.0).all()
+
+
+@needs_heyoka
+def test_a_set_without_any_start_is_not_valid():
+    """At rest on the disc no case of B2 touches with both edges: no motion is left to simulate."""
+    lifted = {"k_c": 0.04366, "lift": 3.254, "preload": 3.304, "tilt": 2.374, "h": 0.7221}
+    numbers = arrays(CHOICE | lifted | {"F_n": 0.0066, "L": 4.909, "x0": -0.4142, "start": 1.0})
+    for case in CASES:
+        assert np.isnan(starts(numbers, stacked(numbers, "B2", case, CONSISTENT))).any(), case
+    table, whole = margins(numbers, CONSISTENT, ("B2",))
+    assert not whole.any()
+    assert np.isnan(table).all()
 
 
 @needs_heyoka

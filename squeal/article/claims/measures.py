@@ -117,11 +117,14 @@ class Equilibria(NamedTuple):
 
 def equilibria(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None) -> Equilibria:
     """The equilibria with friction mu (n,) that Newton's method reaches from a place (3, n), or
-    from the initial position. All parameters of the pads are arrays (n,)."""
+    from the initial position. All parameters of the pads are arrays (n,).
+
+    A place of NaN, where an earlier search failed, counts as the initial position, too.
+    """
     statics = Statics.of(model)
     length = statics.units.length
-    w = statics.model.pad.w
-    z = np.zeros((4, len(mu)))
+    w = statics.model.pad.w  # over that length
+    z = np.zeros((4, len(mu)))  # the unknowns of `Statics`: x, y and w theta over length, and mu
     if start is not None:
         z[:3] = np.nan_to_num([start[0] / length, start[1] / length, start[2] * w])
     z[3] = mu

@@ -42,18 +42,54 @@ def measure_alone(scene: Scene) -> dict[str, np.ndarray]:
 def measures(
     segment: Segment, units: Units, places: int = PLACES, calm: bool = True
 ) -> dict[str, np.ndarray]:
-    """Measures of n motions, whose signals are read at some places of each step first.
+    """The arrays of n motions that `measures.case_of` reads, by name.
 
-    duration (n,): time since first contact; separated (n, 2): time that each edge is apart in it;
-    shares (n, 4): of the states in the order of `STATES`; losses (n,): tuples of the edges in the
-    order in which they separate; first, second (n, 2): range of F3, F4 over F_n (B1) or of Rn over
-    F_n, delta over w (B2); together (n, 2): of F3 + F4 (B1); tilt (n, 2): of theta0 + theta; down
-    (n,): share of the time in which the tilt is negative; mean (n,): of the first signal; blows (n,
-    levels), heaviest (n, 2): see `_blows`; calm (n,): greatest acceleration in the last tenth over
-    that of the whole run, NaN if not wanted; fastest (n,): the greatest x_dot; face (n,): the
-    greatest speed of the lower face while it touches, NaN if it never does. Friction never reverses
-    if the speed V of the surface exceeds the latter. Raises InputError for a model with other
-    contact points than the two edges.
+    Signals are read at `places` places of each step first. All shares and ranges are those of the
+    time since the first contact.
+
+    Parameters
+    ----------
+    segment
+        The motions, with the motion between contact changes.
+    units
+        What times and velocities are given in.
+    places
+        How many.
+    calm
+        Whether `calm` is computed, which takes long; NaN otherwise.
+
+    Returns
+    -------
+    duration : (n,)
+        Time since the first contact.
+    separated : (n, 2)
+        Time that the leading and the trailing edge are separated.
+    shares : (n, 4)
+        Share of time in each contact state, in the order of `STATES`.
+    losses : (n,)
+        Tuples of the edges in the order in which they separate.
+    first, second : (n, 2)
+        Least and greatest F3 and F4 over F_n (B1), or Rn over F_n and delta over w (B2).
+    together, tilt : (n, 2)
+        Least and greatest F3 + F4 over F_n (B1) and theta0 + theta.
+    down : (n,)
+        Share of time in which the tilt is negative.
+    mean : (n,)
+        Mean of `first`.
+    blows, heaviest : (n, levels) and (n, 2)
+        As in `_blows`.
+    vanishes : (n, 2)
+        Share of time without force at the leading and the trailing edge.
+    calm : (n,)
+        Greatest acceleration in the last tenth over that of the whole run.
+    fastest, face : (n,)
+        Greatest x_dot, and greatest speed of the lower face while the face touches, NaN if it never
+        does. Friction never reverses if the speed V of the surface exceeds `face`.
+
+    Raises
+    ------
+    InputError
+        For a model with other contact points than the two edges.
     """
     law = segment.law
     n = len(segment.t0)
@@ -160,17 +196,19 @@ def _losses(segment: Segment) -> np.ndarray:
 
 
 def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarray:
-    """When (n,) samples (k, s) of a signal begin to count: at first contact, or if it is zero then
-    where it first turns.
+    """When (n,) a signal begins to count: at the first contact, or at the first turn of a signal
+    that is zero at the first contact.
 
-    touched (n,): time of the first contact, inf without one.
+    values (k, s): the signal at k places of each step; touched (n,): time of the first contact,
+    inf without one.
     """
     first_steps = np.append(grid.first, values.shape[1])  # of each motion, and the end of the last
     since = touched.copy()
     for motion in np.flatnonzero(np.isfinite(touched)).tolist():
         begin, end = first_steps[motion : motion + 2]
         begin += int(np.searchsorted(grid.steps.t[begin:end], touched[motion]))
-        if begin == end or not abs(values[0, begin]) <= START:
+        starts_at_zero = begin < end and abs(values[0, begin]) <= START  # not so where it is NaN
+        if not starts_at_zero:
             continue
         # all samples in order of time; the last one of a step is the first one of the next
         times = grid.t[:, begin:end]
@@ -180,7 +218,8 @@ def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarr
         if turns.size == 0:
             since[motion] = times[-1, -1]
             continue
-        step, place = divmod(int(turns[0]) + 1, len(values) - 1)
+        turning_sample = int(turns[0]) + 1  # between the two differences whose signs differ
+        step, place = divmod(turning_sample, len(values) - 1)
         since[motion] = times[place, step]
     return since
 

@@ -171,12 +171,14 @@ def none_settles(*cases: Case) -> Outcome:
 
 
 def hammers(case: Case, level: float = LEVEL) -> Outcome:
-    """Blows fall on the two edges in turn, at least `TURNS` times, and at each edge the force
+    """The edge that blows strike changes at least `TURNS` times, and at each edge the force
     vanishes for some share of the time.
 
     The same for both models: a blow is a span in which the resultant of the contact force stays on
-    one half of the face, if its impulse is at least `level` F_n T_1 (see `motions.LEVELS`). A
-    margin above 0 is that share of time; below 0 it is the share of turns that are missing.
+    one half of the face, if the impulse exceeds `level` F_n T_1, one of `motions.LEVELS`. A margin
+    above 0 is the share of time without force at the edge where it is the lesser. A margin below 0
+    is minus the share of `TURNS` that is missing, and minus what that share of time lacks to
+    `TOUCH`.
     """
     turns = case.blows[LEVELS.index(level)]  # changes of the edge struck, a number for each level
     gone = min(case.vanishes)  # of the leading and of the trailing edge
@@ -187,7 +189,7 @@ def hammers(case: Case, level: float = LEVEL) -> Outcome:
     if turns >= TURNS and gone > TOUCH:
         return Outcome(gone, measured)
     missing_turns = max(1.0 - turns / TURNS, 0.0)
-    missing_share = max(TOUCH - gone, 0.0)  # of time without force, which alone decides the sign
+    missing_share = max(TOUCH - gone, 0.0)  # of time without force; it counts where no turn misses
     return Outcome(-missing_turns - missing_share, measured)
 
 

@@ -42,9 +42,10 @@ def decaying(scene: Scene) -> tuple[float, np.ndarray] | None:
     roots = -np.sqrt(-squares.astype(complex))  # of each pair the one in the left half plane
     fastest = int(np.argmin(roots.real))
     s = roots[fastest]
-    if s.real > -1e-6 * np.abs(roots).max():
+    if s.real > -1e-6 * np.abs(roots).max():  # far above rounding: no mode decays
         return None
-    mode = shapes[:, fastest] * (SMALL * q[1] / shapes[1, fastest])
+    rise = SMALL * q[1]  # y is zero where the pad just touches, so that -q[1] is the depth at rest
+    mode = shapes[:, fastest] * (rise / shapes[1, fastest])
     return float(s.real), np.concatenate([q + mode.real, (s * mode).real])
 
 

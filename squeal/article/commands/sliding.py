@@ -33,25 +33,23 @@ COLUMNS = [Column(name, unit, itemgetter(name)) for name, unit in UNITS.items()]
 def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
     """All sliding equilibria at the scene's mu with the verdict on each, least potential first.
 
-    The one that `analyse` takes is that `on_branch`, or the first if the branch from mu = 0 does
-    not reach the scene's mu; where it does not rise up to there, all of them lie beyond.
+    `squeal eigenvalues` takes the equilibrium that is `on_branch`, or the first of the list if the
+    branch from mu = 0 does not reach the scene's mu. Where the branch does not rise from mu = 0 to
+    the scene's mu, all equilibria lie beyond.
     """
     model = damped_model(scene)
-    lever = np.array([1.0, 1.0, scene.pad.w])
-    found = find_all(model)
+    lever = np.array([1.0, 1.0, scene.pad.w])  # displacements of (x, y, theta) in m
+    equilibria = find_all(model)  # which says of none whether it is on the branch
     taken, _ = sliding_equilibrium(model)
-    # it takes the place of the same one in the list, which does not know whether it is on the
-    # branch; whether they lie beyond its end is the same for all
     if taken is not None:
-        near = 1e-6 * np.abs(taken.q * lever).max()
-        equilibria = [taken]
-        for other in found:
+        same = 1e-6 * np.abs(taken.q * lever).max()
+        others = []
+        for other in equilibria:
             distance = np.abs(np.subtract(other.q, taken.q) * lever).max()
-            if distance > near:
-                equilibria.append(replace(other, beyond=taken.beyond))
-        found = equilibria
-    found.sort(key=lambda equilibrium: equilibrium.potential)
-    return [(one, judge(*at_equilibrium(model, one))) for one in found]
+            if distance > same:
+                others.append(replace(other, beyond=taken.beyond))
+        equilibria = sorted([taken, *others], key=lambda equilibrium: equilibrium.potential)
+    return [(one, judge(*at_equilibrium(model, one))) for one in equilibria]
 
 
 def _finite(value: float) -> float | None:
@@ -59,12 +57,13 @@ def _finite(value: float) -> float | None:
 
 
 def data(scene: Scene) -> dict[str, Any]:
-    """The answer as a JSON object; a bound is null where K21 = 0, and friction is not bounded.
+    """The answer as a JSON object.
 
-    `holds_as_printed` is true there, because the bounds require nothing. `holds_sign_aware` holds
-    the complete necessary conditions; the key keeps its name for scripts. `K31_mismatch` is
-    K31/(h K11) - 1, null where K11 = 0: with friction the three rows hold together only where it
-    is zero. `admissible` is about the equilibrium that `squeal eigenvalues` takes.
+    Where K21 = 0 friction has no bound: both bounds are null, and `holds_as_printed` is true.
+    `holds_sign_aware` tells whether the complete necessary conditions hold; scripts rely on the
+    key's name. `K31_mismatch` is K31/(h K11) - 1, null where K11 = 0: with friction the three rows
+    of Eq. (21) hold together only where it is zero. `admissible` is about the equilibrium that
+    `squeal eigenvalues` takes.
     """
     pad = scene.pad
     K = stiffness(pad)
@@ -115,8 +114,9 @@ def text(answer: dict[str, Any]) -> str:
         return "none (K21 = 0)" if answer[key] is None else f"mu < {number(answer[key])}"
 
     yes = {True: "yes", False: "no"}
-    printed = yes[answer["holds_as_printed"]]
-    nothing = answer["bound_23a"] is None and answer["bound_23b"] is None
+    as_printed = yes[answer["holds_as_printed"]]
+    if answer["bound_23a"] is None and answer["bound_23b"] is None:
+        as_printed = "nothing is bounded"
     parts = [
         "K of Eq. (22), N/m, N and N m\n" + table([("  ", *row) for row in K]),
         (
@@ -125,7 +125,7 @@ def text(answer: dict[str, Any]) -> str:
         ),
         (
             f"(23a) {bound('bound_23a')}; (23b) {bound('bound_23b')}; "
-            f"hold as printed: {'nothing is bounded' if nothing else printed}\n"
+            f"hold as printed: {as_printed}\n"
             f"complete necessary conditions hold: {yes[answer['holds_sign_aware']]}; their state, "
             f"with y = theta = delta = 0, needs K31 = h K11 under friction; here "
             f"{_moment_entry(answer)}"
@@ -135,14 +135,12 @@ def text(answer: dict[str, Any]) -> str:
         heads = ("  x, m", "y, m", "theta, rad", "R_n, N", "delta, m", "contact", "verdict")
         rows = [(*heads, "admissible")]
         for e in answer["equilibria"]:
-            numbers = (number(e[key]) for key in ("x", "y", "theta", "R_n", "delta"))
-            first, *rest = numbers
-            rows.append((f"  {first}", *rest, e["contact"], e["verdict"], yes[e["admissible"]]))
-        parts.append(
-            "sliding equilibria, least potential energy first\n" + table(rows)
-            if answer["equilibria"]
-            else "no sliding equilibrium was found: no steady sliding exists near the pad"
-        )
+            x, *numbers = [number(e[key]) for key in ("x", "y", "theta", "R_n", "delta")]
+            rows.append((f"  {x}", *numbers, e["contact"], e["verdict"], yes[e["admissible"]]))
+        listed = "sliding equilibria, least potential energy first\n" + table(rows)
+        if not answer["equilibria"]:
+            listed = "no sliding equilibrium was found: no steady sliding exists near the pad"
+        parts.append(listed)
     return "\n\n".join(parts)
 
 

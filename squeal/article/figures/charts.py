@@ -14,6 +14,7 @@ from squeal.plots.style import SINGLE, Drawing, colours, origin, state_label, st
 
 _PLACES = {FULL: (0.0, 1.0), NONE: (0.0, -1.0), LEAD: (-1.35, 0.0), TRAIL: (1.35, 0.0)}
 _SIZE = (0.62, 0.24)  # half width and half height of a box
+_BOW = 0.16  # how far an arrow is bowed to the left of its direction, in chart units
 
 
 def places(model: Model) -> dict[str, tuple[float, float]]:
@@ -51,21 +52,20 @@ def _arrow(
     stop: tuple[float, float],
     text: str,
     together: bool,
-    bow: float,
 ) -> None:
-    """An arrow bowed to the left of its direction (`bow` in chart units), its label on the bow."""
-    a = np.array(start)
-    b = np.array(stop)
-    direction = (b - a) / np.hypot(*(b - a))
+    """A bowed arrow from box to box with its label on the bow; dashed where two gaps must vanish
+    `together`."""
+    along = np.subtract(stop, start)
+    direction = along / np.hypot(*along)
     left = np.array([-direction[1], direction[0]])
-    # from box edge to box edge: leave each box where the straight line crosses it
+    # the straight line leaves a box at its nearer side; the arrow begins a little outside of it
     crossings = [_SIZE[i] / abs(direction[i]) for i in (0, 1) if abs(direction[i]) > 1e-9]
     reach = min(crossings) + 0.12
-    tail = a + direction * reach + 0.5 * bow * left
-    head = b - direction * reach + 0.5 * bow * left
+    tail = start + direction * reach + 0.5 * _BOW * left
+    head = stop - direction * reach + 0.5 * _BOW * left
     look: dict[str, Any] = {
         "arrowstyle": "-|>",
-        "connectionstyle": f"arc3,rad={-bow / np.hypot(*(head - tail)):.3f}",
+        "connectionstyle": f"arc3,rad={-_BOW / np.hypot(*(head - tail)):.3f}",
         "shrinkA": 0.0,
         "shrinkB": 0.0,
         "linewidth": 0.8,
@@ -73,10 +73,9 @@ def _arrow(
         "color": "0.45" if together else "black",
     }
     axes.annotate("", head, tail, arrowprops=look)
-    if text:
-        middle = (tail + head) / 2.0 + left * (0.5 * bow + 0.14)
-        middle[0] += 0.05 * (len(text) - 3) * left[0]  # longer text needs more room
-        axes.text(float(middle[0]), float(middle[1]), text, ha="center", va="center")
+    middle = (tail + head) / 2.0 + left * (0.5 * _BOW + 0.14)
+    middle[0] += 0.05 * (len(text) - 3) * left[0]  # longer text needs more room
+    axes.text(float(middle[0]), float(middle[1]), text, ha="center", va="center")
 
 
 def chart(model: Model) -> Figure:
@@ -91,9 +90,7 @@ def chart(model: Model) -> Figure:
         for label, at in where.items():
             _box(axes, model, label, at)
         for (start, stop), gaps in links(model).items():
-            a = where[start]
-            b = where[stop]
-            _arrow(axes, a, b, f"{start}–{stop}", gaps == 2, 0.16)
+            _arrow(axes, where[start], where[stop], f"{start}–{stop}", gaps == 2)
     return figure
 
 

@@ -52,39 +52,40 @@ lasting loss of contact, in micrometres. Under the printed law longer cycles and
 lose contact at low damping, and some motions outrun the surface; neither are counted."""
 
 
-def _interpolated(points: Sequence[Point], over: str, at: np.ndarray) -> np.ndarray:
-    """Modal damping at which sliding becomes stable, 0 where it needs none.
-
-    Of points of its boundary, at values of what they lie over: contact damping "a", or "mu".
-    """
+def _interpolated(points: Sequence[Point], over: str, values: np.ndarray) -> np.ndarray:
+    """Modal damping at which sliding becomes stable at values of `over`, contact damping "a" or
+    friction "mu": between points of that boundary, and 0 beside them, where it needs none."""
     if not points:
-        return np.zeros(len(at))
+        return np.zeros(len(values))
     place = np.array([getattr(point, over) for point in points])
     height = np.array([point.zeta for point in points])
-    return np.interp(at, place, height, left=0.0, right=0.0)
+    return np.interp(values, place, height, left=0.0, right=0.0)
 
 
-def _regions(axes: Axes, one: Motion, over: str, at: np.ndarray, low: float, high: float) -> None:
-    """Draw where sliding is unstable, where both are stable, and the boundaries of cycles.
+def _regions(
+    axes: Axes, motion: Motion, over: str, values: np.ndarray, low: float, high: float
+) -> None:
+    """Draw where sliding is unstable, where sliding and a cycle are stable, and the boundaries of
+    cycles: modal damping over contact damping "a" or friction "mu".
 
-    at: values of `over`, "a" or "mu"; low, high: modal damping at the ends of the panel.
+    values: of `over`; low, high: modal damping at the ends of the panel.
     """
-    sliding = one.sliding if over == "a" else one.over_friction
-    unstable = np.maximum(_interpolated(sliding, over, at), low)
-    upper = np.array([height_at(one.boundaries, over, float(value)) for value in at])
-    for curve in one.boundaries:
+    sliding = motion.sliding if over == "a" else motion.over_friction
+    unstable = np.maximum(_interpolated(sliding, over, values), low)
+    upper = np.array([height_at(motion.boundaries, over, float(value)) for value in values])
+    for curve in motion.boundaries:
         if curve.over == over and curve.kind == "fold":
             last = curve.points[-1]
-            if last.zeta > high:  # the fold has left the panel upwards
-                upper[at >= getattr(last, over)] = high
-    floor = np.array([floor_at(one.boundaries, over, float(value)) for value in at])
+            if last.zeta > high:  # tracing stops above the panel: from there on the cycle fills it
+                upper[values >= getattr(last, over)] = high
+    floor = np.array([floor_at(motion.boundaries, over, float(value)) for value in values])
     lower = np.maximum(unstable, floor)
-    axes.fill_between(at, low, unstable, color=UNSTABLE, lw=0.0)
+    axes.fill_between(values, low, unstable, color=UNSTABLE, lw=0.0)
     axes.fill_between(
-        at, lower, upper, where=list(upper > lower), color=COEXISTING, lw=0.0, alpha=0.55
+        values, lower, upper, where=list(upper > lower), color=COEXISTING, lw=0.0, alpha=0.55
     )
-    axes.plot(at, np.where(unstable > low, unstable, np.nan), color="k", lw=1.5)
-    for curve in one.boundaries:
+    axes.plot(values, np.where(unstable > low, unstable, np.nan), color="k", lw=1.5)
+    for curve in motion.boundaries:
         if curve.over == over:
             place = [getattr(point, over) for point in curve.points]
             axes.plot(place, [point.zeta for point in curve.points], **LOOKS[curve.kind])
@@ -144,15 +145,16 @@ def draw(record: Coexistence) -> Drawing:
             *(Line2D([], [], label=WORDS[kind], **LOOKS[kind]) for kind in kinds),
         ]
         figure.legend(handles=handles, loc="outside upper center", ncols=4)
-    parts = "; ".join(
-        f"{TITLES[name]}: up to a modal damping of {100 * one.highest:.2g} % at "
-        f"{record.a_range[0]:g} s/m, "
-        + (
-            "at every contact damping shown"
-            if one.closes is None
-            else f"up to a contact damping of {one.closes:.2g} s/m"
+    parts = []
+    for name, one in record.motions.items():
+        reach = f"up to a contact damping of {one.closes:.2g} s/m"
+        if one.closes is None:
+            reach = "at every contact damping shown"
+        parts.append(
+            f"{TITLES[name]}: up to a modal damping of {100 * one.highest:.2g} % at "
+            f"{record.a_range[0]:g} s/m, {reach}"
         )
-        for name, one in record.motions.items()
+    text = (
+        "Planes of modal damping over contact damping and over friction. " + "; ".join(parts) + "."
     )
-    text = f"Planes of modal damping over contact damping and over friction. {parts}."
     return Drawing(figure, text, title, origin(__name__, record.provenance))

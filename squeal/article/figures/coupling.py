@@ -43,10 +43,10 @@ def _draw_modes(
     mu: np.ndarray,
     values: np.ndarray,
 ) -> None:
-    """Curves of each mode over mu (k,); of its conjugate the growth rate too.
+    """Curves of each mode over mu (k,): its frequency above, its growth rates below.
 
-    values (k, 2n) in rad/s, columns 2j and 2j + 1 a mode and its conjugate (a real pair has two
-    growth rates).
+    values (k, 2n) in rad/s: columns 2j and 2j + 1 are the two eigenvalues of a mode, conjugates of
+    one growth rate or real numbers of two.
     """
     pairs = np.split(values, values.shape[1] // 2, axis=1)
     for k, (look, pair) in enumerate(zip(LOOKS, pairs, strict=False), 1):

@@ -6,7 +6,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squeal.article.records import Missing
 from squeal.article.studies.onset import GREATEST, Cycles, Onset
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
@@ -49,12 +48,12 @@ def _panel(axes: Axes, cycles: Cycles) -> None:
     peak = np.array([point.peak for point in cycles.branch])
     stable = np.array([point.stable for point in cycles.branch])
     changes = np.flatnonzero(np.diff(stable)) + 1
-    for part in np.split(np.arange(len(mu)), changes):
-        shown = slice(part[0], part[-1] + 2)  # up to the first point of the next part
+    for part in np.split(np.arange(len(mu)), changes):  # points of one kind, by index
+        shown = slice(part[0], part[-1] + 2)  # the first point of the next part closes the gap
         axes.plot(mu[shown], peak[shown], **LOOKS[bool(stable[part[0]])])
     for edge, look in EDGES.items():
         values = [getattr(point, edge) for point in cycles.branch]
-        if None not in values:
+        if None not in values:  # only points of contact have edges' forces
             axes.plot(mu, values, gid=edge, **look)
             _label(axes, mu, np.array(values), edge, SHIFTS[edge])
     if cycles.own.leading is not None:
@@ -72,11 +71,11 @@ def _panel(axes: Axes, cycles: Cycles) -> None:
 def draw(record: Onset) -> Drawing:
     """The figure, ready to be saved."""
     title = "Periodic motions over friction"
-    there = {
-        name: one
-        for name in TITLES
-        if not isinstance(one := record.cycles.get(name, Missing("")), Missing)
-    }
+    there = {}
+    for name in TITLES:
+        cycles = record.cycles.get(name)
+        if isinstance(cycles, Cycles):
+            there[name] = cycles
     if not there:
         why = record.left_out or "No motion that lasts is periodic."
         return blank(title, why, __name__, record.provenance)
@@ -87,10 +86,9 @@ def draw(record: Onset) -> Drawing:
             _panel(axes, one)
             axes.set_title(f"({letter}) {TITLES[name]}", loc="left", pad=3.0)
         panels[0].set_ylabel("peak contact force over $F_n$")
-    parts = "; ".join(
-        f"{TITLES[name]} from {one.fold:.3g}, flutter of the equilibrium "
-        f"{'nowhere' if one.threshold is None else f'from {one.threshold:.3g}'}"
-        for name, one in there.items()
-    )
-    text = f"Peak force of periodic motions over the friction coefficient. {parts}."
+    parts = []
+    for name, one in there.items():
+        flutter = "nowhere" if one.threshold is None else f"from {one.threshold:.3g}"
+        parts.append(f"{TITLES[name]} from {one.fold:.3g}, flutter of the equilibrium {flutter}")
+    text = f"Peak force of periodic motions over the friction coefficient. {'; '.join(parts)}."
     return Drawing(figure, text, title, origin(__name__, record.provenance))

@@ -27,10 +27,10 @@ def _curves(axes: Axes, run: Run) -> None:
         errors = getattr(run.errors, kind)
         axes.plot(run.times, errors, line, color=colour, lw=0.8)
         axes.plot(run.times[::4], errors[::4], mark, color=colour, mfc="white", ms=3.5, mew=0.8)
-    # errors grow by seven powers of ten in the predicted time; the line ends 15 above its begin
-    begin = 1e-16
+    # `predicted` is the time from 1e-16 to 1e-9; the line ends where it reaches 1e-1, or at TOP
     end = min(TOP, run.predicted * 15.0 / 7.0)
-    axes.plot([0.0, end], [begin, begin * 10.0 ** (7.0 * end / run.predicted)], ":", color="0.5")
+    last = 1e-16 * 10.0 ** (7.0 * end / run.predicted)
+    axes.plot([0.0, end], [1e-16, last], ":", color="0.5")
     axes.axhline(LEVELS[0], color="0.7", lw=0.6, zorder=0)
     axes.set(yscale="log", ylim=(1e-18, 10.0), xlim=(0.0, run.window))
     axes.set_yticks([10.0**n for n in range(-18, 1, 3)])
@@ -41,7 +41,8 @@ def _curves(axes: Axes, run: Run) -> None:
 
 
 def _times(run: Run) -> dict[str, float | None]:
-    """The horizon at the first level by what is compared, the least of the double runs."""
+    """The horizon at the first level by what is compared, None without one in the window; of the
+    runs in doubles the least."""
     return {
         "double": run.horizon[0] if run.horizon else None,
         "independent": run.independent[0],
@@ -50,7 +51,7 @@ def _times(run: Run) -> dict[str, float | None]:
 
 
 def _horizons(axes: Axes, runs: tuple[Run, ...], title: str) -> None:
-    """Draw horizons over the contact stiffness; an arrow where there is none up to `TOP`."""
+    """Draw horizons over the contact stiffness; an arrow where doubles have none up to `TOP`."""
     chaotic = [run for run in runs if run.exponent > 0.0]
     axes.plot(
         [run.stiffness for run in chaotic],
@@ -62,9 +63,9 @@ def _horizons(axes: Axes, runs: tuple[Run, ...], title: str) -> None:
     )
     for kind, (colour, mark, _, label) in KINDS.items():
         for run in runs:
-            at = _times(run)[kind]
-            if at is not None:
-                axes.plot(run.stiffness, at, mark, color=colour, mfc="white", ms=4, mew=0.9)
+            horizon = _times(run)[kind]
+            if horizon is not None:
+                axes.plot(run.stiffness, horizon, mark, color=colour, mfc="white", ms=4, mew=0.9)
             elif kind == "double" and run.window >= TOP:
                 axes.annotate(
                     "",

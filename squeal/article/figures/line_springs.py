@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from squeal.article.studies.line_springs import Contact, LineSprings
+from squeal.article.studies.line_springs import COUNTS, Contact, LineSprings
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 LOOKS = {"a": ("#3498DB", "o"), "b": ("#000000", "s"), "c": ("#C8380E", "^"), "d": ("#6A1B7B", "D")}
@@ -14,34 +14,36 @@ def springs_figure(record: LineSprings) -> Figure:
     """Contact lost, surfaces apart and distance from the line's motion over the springs' number."""
     with style():
         figure = Figure(figsize=(DOUBLE, 2.5))
-        lost, apart, off = figure.subplots(1, 3)
+        panels = figure.subplots(1, 3)
+        lost_panel, apart_panel, distance_panel = panels
         for name, case in record.cases.items():
             colour, marker = LOOKS[name]
-            some = [one for one in case.springs if isinstance(one, Contact)]
-            count = [one.count for one in some]
-            for axes, key in ((lost, "lost"), (apart, "apart")):
-                values = [getattr(one, key) for one in some]
-                axes.plot(count, values, marker + "-", color=colour, ms=3, label=f"case ({name})")
+            simulated = [one for one in case.springs if isinstance(one, Contact)]
+            counts = [one.count for one in simulated]
+            for axes, key in ((lost_panel, "lost"), (apart_panel, "apart")):
+                shares = [getattr(one, key) for one in simulated]
+                axes.plot(counts, shares, marker + "-", color=colour, ms=3, label=f"case ({name})")
                 if isinstance(case.line, Contact):
                     axes.axhline(getattr(case.line, key), color=colour, ls="--", lw=0.7)
-            away = [one.off if one.off > LEAST else np.nan for one in some]
-            off.plot(count, away, marker + "-", color=colour, ms=3)
+            distances = [one.off if one.off > LEAST else np.nan for one in simulated]
+            distance_panel.plot(counts, distances, marker + "-", color=colour, ms=3)
         guide = np.array([8.0, 32.0])
-        off.plot(guide, 2.0 / guide**2, color="0.5", lw=0.7)
-        off.text(3.0, 2e-4, r"grey: $\propto N^{-2}$", color="0.4", ha="center")
-        lost.set_ylabel("share of time, some spring separated")
-        apart.set_ylabel("share of time, surfaces separated")
-        off.set_ylabel("distance from the line's motion")
-        off.set_yscale("log")
-        for axes, letter in zip((lost, apart, off), "abc", strict=True):
+        distance_panel.plot(guide, 2.0 / guide**2, color="0.5", lw=0.7)
+        distance_panel.text(3.0, 2e-4, r"grey: $\propto N^{-2}$", color="0.4", ha="center")
+        lost_panel.set_ylabel("share of time, some spring separated")
+        apart_panel.set_ylabel("share of time, surfaces separated")
+        distance_panel.set_ylabel("distance from the line's motion")
+        distance_panel.set_yscale("log")
+        for axes, letter in zip(panels, "abc", strict=True):
             axes.set_xscale("log", base=2)
-            axes.set_xticks(count, [str(n) for n in count])
+            axes.set_xticks(COUNTS, [str(n) for n in COUNTS])
             axes.minorticks_off()
             axes.set_xlabel("number of springs $N$")
             axes.set_title(f"({letter})", loc="left", pad=3.0)
-        for axes in (lost, apart):
+        for axes in (lost_panel, apart_panel):
             axes.set_ylim(-0.03, 1.0)
-        figure.legend(*lost.get_legend_handles_labels(), loc="outside upper center", ncols=4)
+        legend = lost_panel.get_legend_handles_labels()
+        figure.legend(*legend, loc="outside upper center", ncols=4)
     return figure
 
 

@@ -18,12 +18,12 @@ def map_ranges_figure(record: MapRanges) -> Figure:
         figure = Figure(figsize=(DOUBLE, 4.5))
         grid = figure.subplots(2, 3)
         for column, (name, sweep) in enumerate(record.sweeps.items()):
-            shape, share = grid[:, column]
+            shape, share = grid[:, column]  # axes
             for (value, curves), (colour, dash) in zip(sweep.shapes.items(), LOOKS, strict=False):
                 label = f"{SYMBOLS[name].split()[-1]} = {value}"
                 for line in curves:
                     shape.plot(*(np.array(line).T / np.pi), dash, color=colour, label=label, lw=0.9)
-                    label = "_"
+                    label = "_"  # the legend names the first curve of a value alone
             mark(shape, CASES, np.pi, 8)
             shape.set_title(f"({'abc'[column]})", loc="left", pad=3.0)
             angle_axes_of_pi(shape)

@@ -44,16 +44,20 @@ def modes_figure(record: Stability) -> Figure:
     Raises ValueError if none of the cases has a sliding equilibrium.
     """
     scenes = scenes_of(record)
-    shown = [
-        (column, row, mode, pads_of(scene, scene.equilibrium, mode))
-        for column, scene in enumerate(scenes)
-        if isinstance(scene.equilibrium, Modes)
-        for row, mode in enumerate(scene.equilibrium.modes)
-    ]
+    shown = []
+    pads = []
+    shapes = []
+    for column, scene in enumerate(scenes):
+        if isinstance(scene.equilibrium, Modes):
+            for row, mode in enumerate(scene.equilibrium.modes):
+                lines = pads_of(scene, scene.equilibrium, mode)
+                shown.append((column, row, mode, lines))
+                pads += lines
+                shapes.append(shape_of(mode))
     if not shown:
         raise ValueError(f"no scene of model {MODEL} has a sliding equilibrium to draw")
-    corners = np.concatenate([line for *_, lines in shown for line in lines])
-    surface = [-s.h / s.w for s in scenes]
+    corners = np.concatenate(pads)
+    surface = [-s.h / s.w for s in scenes]  # its height below the centre, in half lengths
     left, bottom = corners.min(axis=0) - 0.08
     right, top = corners.max(axis=0) + 0.08
     bottom = min(bottom, min(surface) - 0.12)
@@ -73,7 +77,7 @@ def modes_figure(record: Stability) -> Figure:
             axes.set_title(f"{title(scene.name)}\n{axes.get_title()}", pad=2.0)
         grid[0, 0].set_xlim(left, right)
         grid[0, 0].set_ylim(bottom, top)
-        handles, names = legend_of_phases([shape_of(mode) for _, _, mode, _ in shown])
+        handles, names = legend_of_phases(shapes)
         factors = dict.fromkeys(exaggeration(scene.w) for scene in scenes)
         names[1] += f" ({'; '.join(factors)})"
         figure.legend(handles, names, loc="outside upper center", ncols=3)

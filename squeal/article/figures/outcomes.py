@@ -83,9 +83,14 @@ def _blows(axes: Axes, grazing: Grazing) -> None:
     axes.set_ylabel("trailing blow [$F_n T_1$]")
 
 
+def _energy_consistent(onset: Onset) -> dict[str, tuple[After, ...]]:
+    """What lasts by motion, without the motions under the printed (mean) law."""
+    return {name: rows for name, rows in onset.after.items() if not name.endswith("mean")}
+
+
 def outcomes_figure(onset: Onset, basin: Basin, grazing: Grazing) -> Figure:
     """Tiles, a case and damping ratio each; shares over the box; blows over the damping ratio."""
-    shown = {name[:4]: rows for name, rows in onset.after.items() if not name.endswith("mean")}
+    shown = {name[:4]: rows for name, rows in _energy_consistent(onset).items()}
     with style():
         figure = Figure(figsize=(DOUBLE, 2.6))
         panels = figure.subplots(1, 3, width_ratios=[1.1, 1.0, 1.0])
@@ -104,15 +109,16 @@ def draw(onset: Onset, basin: Basin, grazing: Grazing) -> Drawing:
     made = [one.provenance for one in (onset, basin, grazing)]
     if not onset.after or grazing.grazes is None or grazing.crosses is None:
         return blank(title, onset.left_out, __name__, *made)
-    lasting = [
-        f"{name} at {100 * row.ratio:g} % from {row.lasting} of {row.starts}"
-        for name, rows in onset.after.items()
-        for row in rows
-        if row.lasting and not name.endswith("mean")
-    ]
+    lasting = []
+    for name, rows in _energy_consistent(onset).items():
+        for row in rows:
+            if row.lasting:
+                lasting.append(
+                    f"{name} at {100 * row.ratio:g} % from {row.lasting} of {row.starts}"
+                )
     shares = []
-    for name, rows in basin.shares.items():
-        each = [f"{100 * row.share:.0f} % at {row.half_width:g}" for row in rows]
+    for name, of_box in basin.shares.items():
+        each = [f"{100 * row.share:.0f} % at {row.half_width:g}" for row in of_box]
         shares.append(f"{NAMES[name]} {', '.join(each)}")
     text = (
         f"Cases by damping ratio with sustained loss of contact: {'; '.join(lasting)}. Share that "

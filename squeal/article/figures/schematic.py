@@ -104,19 +104,22 @@ def draw(hammering: Hammering, sets: Sets) -> Drawing:
         for axes, (case, angles) in zip(grid[0, 1:], CASES.items(), strict=True):
             _pad(axes, *angles)
             axes.set_title(f"({case})", pad=0.0)
-        for axes, column in zip(grid[1], (None, *CASES), strict=True):
+        for axes in grid[1]:
             axes.set_axis_off()
             axes.set_xlim(-1.0, 1.0)
             axes.set_ylim(-len(answers) + 0.4, 1.4)
-            for row, (statement, of) in enumerate(answers.items()):
-                if column is None:
-                    axes.text(1.0, -row, statement, ha="right", va="center")
-                    continue
-                for model, kind, x in (("B1", "points", -0.3), ("B2", "line", 0.3)):
-                    axes.text(x, 1.0, "" if row else kind, ha="center", va="center")
-                    color = ON if stem(model, column) in of else OFF
+        # below the models the statements, below each case a lamp for each model and statement
+        for row, statement in enumerate(answers):
+            grid[1, 0].text(1.0, -row, statement, ha="right", va="center")
+        columns = (("B1", "points", -0.3), ("B2", "line", 0.3))
+        for axes, case in zip(grid[1, 1:], CASES, strict=True):
+            for _, kind, x in columns:
+                axes.text(x, 1.0, kind, ha="center", va="center")
+            for row, names in enumerate(answers.values()):
+                for model, _, x in columns:
+                    color = ON if stem(model, case) in names else OFF
                     axes.plot(x, -row, "o", ms=7.5, mfc=color, mec="k", mew=0.7)
-    text = "; ".join(f"{one}: {', '.join(of) or 'no case'}" for one, of in answers.items())
+    text = "; ".join(f"{one}: {', '.join(names) or 'no case'}" for one, names in answers.items())
     made = origin(__name__, hammering.provenance, sets.provenance)
     return Drawing(
         figure,

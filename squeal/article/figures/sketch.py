@@ -97,7 +97,8 @@ def _inclined(axes: Axes, number: str, corner: Vector, direction: Vector, angle:
     reference = np.array([side * 0.36, 0.0])
     _line(axes, (corner, corner + 1.25 * reference), linewidth=0.5, linestyle=(0, (3, 2)))
     axes.add_patch(Arc(tuple(corner), 0.56, 0.56, theta1=begin, theta2=stop, linewidth=0.6))
-    middle = math.radians((begin + stop) / 2 - side * 18)  # beside the spring
+    # 18 degrees below the middle of the arc, clear of the spring
+    middle = math.radians((begin + stop) / 2 - side * 18)
     place = corner + 0.43 * np.array([math.cos(middle), math.sin(middle)])
     _text(axes, place, f"$\\alpha_{number}$")
 

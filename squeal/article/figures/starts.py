@@ -33,13 +33,14 @@ def starts_figure(cases: dict[str, CaseMaps], reach: float) -> Figure:
         for axes, (name, case) in zip(grid.flat, cases.items(), strict=False):
             one = longest(case)
             codes = np.array([[int(digit) for digit in row] for row in one.rows])
+            # one.own is the kind of the reference initial conditions
             present |= {*codes.ravel().tolist(), one.own}
             edges = np.linspace(-reach, reach, len(codes) + 1)
             axes.pcolormesh(
                 edges, edges, codes, cmap=palette, norm=norm, edgecolors="face", linewidth=0.4
             )
             axes.plot(0.0, 0.0, "+", color="k", ms=5, mew=0.9, path_effects=HALO)
-            _, height, tilt = case.reference
+            _x, height, tilt = case.reference
             axes.plot(height, tilt, "o", mfc=COLOURS[one.own], mec="k", ms=5, path_effects=HALO)
             axes.set_title(f"{name[:2].upper()} ({name[-1]})", pad=3.0)
             axes.set_aspect("equal")
@@ -70,10 +71,10 @@ def draw(record: Starts) -> Drawing:
     parts = []
     for name, case in cases.items():
         share = longest(case).share
-        _, height, tilt = case.reference
+        _x, height, tilt = case.reference
         parts.append(
-            f"{name} {100 * share[KINDS[0]]:.0f} % permanent contact, "
-            f"{100 * share[KINDS[3]]:.0f} % hammering, reference at ({height:.2f}, {tilt:.2f})"
+            f"{name} {100 * share['permanent contact']:.0f} % permanent contact, "
+            f"{100 * share['hammering']:.0f} % hammering, reference at ({height:.2f}, {tilt:.2f})"
         )
     text = (
         "Maps over height and tilt of initial conditions about the equilibrium of each case, in "

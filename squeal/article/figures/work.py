@@ -43,12 +43,12 @@ Where = Callable[[Point], float]
 
 
 def panel(axes: Axes, points: Sequence[Point], where: Where) -> None:
-    """Errors of one case over what `where` says of each run."""
+    """Errors of one case over what `where` makes of each run; runs without an error left out."""
     for path, (colour, marker, line) in LOOKS.items():
-        own = [p for p in points if p.path == path and p.error]
-        places = [where(p) for p in own]
-        axes.plot(places, [p.error or 0.0 for p in own], line, color=colour, lw=0.8)
-        for p, place in zip(own, places, strict=True):
+        runs = [p for p in points if p.path == path and p.error]
+        places = [where(p) for p in runs]
+        axes.plot(places, [p.error or 0.0 for p in runs], line, color=colour, lw=0.8)
+        for p, place in zip(runs, places, strict=True):
             face = colour if p.missed == p.extra == 0 else "white"
             axes.plot(place, p.error or 0.0, marker, color=colour, mfc=face, ms=4, mew=0.7)
     axes.set(xscale="log", yscale="log", ylim=(1e-16, 1.0))
@@ -59,7 +59,7 @@ def panel(axes: Axes, points: Sequence[Point], where: Where) -> None:
 def panels(
     record: Accuracy, where: Where, label: str, rows: int, height: float
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with a panel a case, row by row, and the axes that are left over."""
+    """A figure with a panel a case, row by row, and the axes of the grid that stay empty."""
     figure = Figure(figsize=(DOUBLE, height))
     columns = math.ceil(len(record.changes) / 2)
     grid = figure.subplots(rows, columns, squeeze=False)

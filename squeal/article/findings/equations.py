@@ -23,20 +23,21 @@ class Measured(NamedTuple):
 
 
 def stiffness_entries(pads: list[Pad]) -> Measured:
-    """E1: K of Eq. (22) against the gradient of the spring forces, printed K33 apart."""
-    K33 = 0.0
-    others = 0.0
+    """E1: the error of the printed K33 against the gradient of the spring forces, as a share of the
+    exact K33, and that of the other entries of Eq. (22), as a share of the greatest entry."""
+    K33_error = 0.0
+    other_errors = 0.0
     for pad in pads:
         exact = balanced(pad, linearise(PadModel("B3", pad), np.zeros(3), NONE).K)
-        off = np.abs(balanced(pad, stiffness(pad, printed=True)) - exact) / np.abs(exact).max()
-        K33 = max(K33, off[2, 2] * np.abs(exact).max() / abs(exact[2, 2]))
-        off[2, 2] = 0.0
-        others = max(others, off.max())
+        errors = np.abs(balanced(pad, stiffness(pad, printed=True)) - exact)
+        K33_error = max(K33_error, errors[2, 2] / abs(exact[2, 2]))
+        errors[2, 2] = 0.0
+        other_errors = max(other_errors, errors.max() / np.abs(exact).max())
     return Measured(
-        {"K33_off": K33, "others_off": others},
+        {"K33_off": K33_error, "others_off": other_errors},
         f"In the four cases the printed K33 misses the gradient by up to "
-        f"{rounded_up(100 * K33, 3):.3g} % of it; the other eight entries differ by less "
-        f"than {bound(others)} of the greatest.",
+        f"{rounded_up(100 * K33_error, 3):.3g} % of it; the other eight entries differ by less "
+        f"than {bound(other_errors)} of the greatest.",
     )
 
 
@@ -106,14 +107,13 @@ def energy_gained(pad: Pad, line_force: str) -> tuple[float, float]:
     formulation = Formulation(line_force=line_force)  # type: ignore[arg-type]
     model = PadModel("B2", frictionless, formulation)
     turn = 2 * math.pi * np.arange(PATH) / PATH
-    depth = 2e-4 * pad.w
     radius = 1e-4 * pad.w
-    # so large that the leading edge touches alone
-    tilts = (10 * depth + radius * np.cos(turn)) / pad.w
-    level = _pressed(frictionless, 0.0, float(tilts[0]))[1]
+    # the edges go up or down by 20 radii and more: the leading edge alone touches
+    tilts = (20 * radius + radius * np.cos(turn)) / pad.w
+    level = _pressed(frictionless, 0.0, float(tilts[0]))[1]  # the middle of the face at the surface
     work = 0.0
     energy = 0.0
-    step = 2 * math.pi / PATH * radius
+    step = 2 * math.pi / PATH * radius  # of the arc
     for angle, tilt in zip(turn, tilts, strict=True):
         q = np.array([0.0, level + radius * math.sin(angle), tilt - frictionless.theta0])
         at = pose(np, tuple(q))
@@ -141,12 +141,13 @@ def friction_arm(pad: Pad) -> Measured:
     level = pad.replace(theta0=0.0)
 
     def departure(scale: float) -> float:
+        """Friction's moment less h times friction, about a pose pressed in and tilted by 1e-3."""
         model = PadModel("B1", level)
+        frictionless = PadModel("B1", level.replace(mu=0.0))
         at = pose(np, (0.0, -scale * 1e-3 * pad.w, scale * 1e-3))
-        free = PadModel("B1", level.replace(mu=0.0))
         loads = model.law.loads(model.c, at, FULL)
-        without = free.law.loads(free.c, at, FULL)
-        return abs(float(loads.moment - without.moment - pad.h * loads.x))
+        normal_loads = frictionless.law.loads(frictionless.c, at, FULL)
+        return abs(float(loads.moment - normal_loads.moment - pad.h * loads.x))
 
     order = math.log2(departure(1.0) / departure(0.5))
     return Measured(
@@ -162,7 +163,8 @@ def _rough(share: float) -> str:
 
 
 def contact_loss_point(pad: Pad) -> Measured:
-    """E11: contact states by Eq. (12) that contradict the edge penetrations."""
+    """E11: share of random poses whose contact state by Eq. (12) is not that of their edge
+    penetrations, for three tilts."""
     random = np.random.default_rng(2)
     c = coefficients(math, pad, True)
     count = 400
@@ -174,8 +176,10 @@ def contact_loss_point(pad: Pad) -> Measured:
         for height in random.uniform(-1.5, 1.5, count):  # over w tilt, where an edge touches at 1
             y = -pad.y0 + height * pad.w * tilt
             phi = pad.theta0 + (tilt - pad.theta0)  # with the rounding that a pose has
+            # Eq. (12): where the lower face crosses the surface, from the middle of the face
             x_cl = -(pad.y0 + y + pad.h) / math.tan(phi) + pad.h / math.sin(phi)
-            # which edges touch: for a tilt above 0 those that lie before the point of contact loss
+            # whether the leading edge at -w and the trailing edge at w touch: with a tilt above 0
+            # an edge does so up to x_cl
             by_equation = (x_cl > -pad.w, x_cl >= pad.w)
             gap_l, gap_t = gaps(c, pose(math, (0.0, y, tilt - pad.theta0)))
             by_penetration = (gap_l < 0.0, gap_t <= 0.0)

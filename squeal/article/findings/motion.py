@@ -78,7 +78,7 @@ def flipped(scene: Scene, switch: str) -> Scene:
     return dataclasses.replace(scene, formulation=dataclasses.replace(scene.formulation, **changed))
 
 
-def _place(run: Simulation) -> np.ndarray:
+def _positions(run: Simulation) -> np.ndarray:
     """x and y (2, samples) over a run."""
     assert run.history is not None
     return np.array([run.history[key] for key in ("x", "y")])
@@ -89,25 +89,27 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
 
     def effect(study: Study) -> Measured:
         """Simulate and measure the four B2 cases with the switch turned over."""
-        apart = 0.0
+        final_change = 0.0  # of the position, over the range of the motion
         ended = []
         measured = {}
         for case, scene in study.b2.items():
+            name = stem("B2", case)
             other = flipped(scene, switch)
             try:
-                moved = _place(simulate(dataclasses.replace(other, outputs=("history",))))
-                measured[stem("B2", case)] = measure(other)
+                changed = _positions(simulate(dataclasses.replace(other, outputs=("history",))))
+                measured[name] = measure(other)
             except ComputationError:
                 ended.append(case)
                 continue
-            here = _place(study.runs[stem("B2", case)])
-            size = np.ptp(here, axis=1).max()
-            apart = max(apart, float(np.abs(moved - here)[:, -1].max() / size))
+            unchanged = _positions(study.runs[name])
+            size = np.ptp(unchanged, axis=1).max()
+            change = np.abs(changed - unchanged)[:, -1].max()
+            final_change = max(final_change, float(change / size))
         before = study.reproduced({})
-        numbers = {"apart": apart, "before": float(before), "ended": float(len(ended))}
+        numbers = {"apart": final_change, "before": float(before), "ended": float(len(ended))}
         text = (
             f"With the other sign or frame in all four cases, the final position changes by up to "
-            f"{rounded_up(apart):.2g} times the range of the motion; "
+            f"{rounded_up(final_change):.2g} times the range of the motion; "
         )
         if ended:
             text += f"in case {', '.join(ended)} the pad turns over, where the model ends."
@@ -124,7 +126,7 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
 
 
 def fed_by_the_law(study: Study) -> Measured:
-    """E4: energy from nothing on a closed path, and what it does to the hammering of case c."""
+    """E4: work of each contact law on a closed path, and in the motion of case c, which hammers."""
     scene = study.b2["c"]
     path = partial_contact_energy(scene.pad)
     numbers = dict(path.numbers)
@@ -192,23 +194,25 @@ def sliding_conditions(study: Study) -> Measured:
     In (a) and (b) also the displacements that rows 1 and 2, and rows 2 and 3, of Eq. (21) give.
     """
     share = quasi_static_map(study.b3.pad, GRID).share
-    missed = min(abs(mismatch(scene.pad)) for scene in study.b2.values())
+    least_mismatch = min(abs(mismatch(scene.pad)) for scene in study.b2.values())
     rows = {case: row_pairs(study.b2[case].pad) for case in ("a", "b")}
+    # the branch of equilibria from mu = 0 reaches the pad's mu unless it turns back in a fold
     reached = 1.0 - stability_map(study.b2["c"], angle_axes(COARSE)).share["beyond a fold"]
-    numbers = share.to_dict() | {"least_mismatch": missed, "equilibrium": reached}
+    numbers = share.to_dict() | {"least_mismatch": least_mismatch, "equilibrium": reached}
     for case, pairs in rows.items():
         numbers |= {f"x_12_{case}": pairs.x_12, f"x_23_{case}": pairs.x_23}
 
     def micrometres(name: str) -> str:
-        each = [f"{1e6 * getattr(pairs, name):+.2f} um" for pairs in rows.values()]
-        return " and ".join(each)
+        """A field of the row pairs, of each case in turn."""
+        return " and ".join(f"{1e6 * getattr(pairs, name):+.2f} um" for pairs in rows.values())
 
     return Measured(
         numbers,
         f"As printed (23) holds on {100 * share.as_printed:.1f} % of the map, the complete "
         f"conditions on {100 * share.complete:.1f} %. Rows 1 and 2 require x = "
         f"{micrometres('x_12')} in cases a and b, rows 2 and 3 require {micrometres('x_23')}; K31 "
-        f"misses h K11 by at least {100 * missed:.3g} % in the four cases. Followed from mu = 0, "
+        f"misses h K11 by at least {100 * least_mismatch:.3g} % in the four cases. Followed from "
+        f"mu = 0, "
         f"B2 has an equilibrium on {100 * reached:.0f} % ({COARSE} x {COARSE} points).",
     )
 
@@ -216,16 +220,18 @@ def sliding_conditions(study: Study) -> Measured:
 def springs_alone(study: Study) -> Measured:
     """E12: flutter by K of Eq. (22) alone, and with contact and friction included."""
     pad = study.b3.pad
-    worst = 0.0
+    imaginary = 0.0
+    # (M^-1/2 K M^-1/2) u = omega^2 u, rotation measured as w theta
+    inverse_mass_root = 1.0 / np.sqrt(np.array([pad.m, pad.m, pad.I / pad.w**2]))
     for scene in study.b2.values():
         K = balanced(pad, stiffness(scene.pad))
-        scale = 1.0 / np.sqrt(np.array([pad.m, pad.m, pad.I / pad.w**2]))
-        values = np.linalg.eigvals(scale[:, None] * K * scale)
-        worst = max(worst, float(np.abs(values.imag).max() / np.abs(values).max()))
+        squares = np.linalg.eigvals(inverse_mass_root[:, None] * K * inverse_mass_root)
+        imaginary = max(imaginary, float(np.abs(squares.imag).max() / np.abs(squares).max()))
     flutter = stability_map(study.b3, angle_axes(GRID)).share["flutter"]
     return Measured(
-        {"imaginary": worst, "flutter": flutter},
-        f"Its squared frequencies are real (greatest imaginary part {worst:.1g} of the greatest), "
+        {"imaginary": imaginary, "flutter": flutter},
+        f"Its squared frequencies are real (greatest imaginary part {imaginary:.1g} of the "
+        "greatest), "
         "so it never shows flutter; with contact and friction the linearisation about the origin "
         f"flutters on {100 * flutter:.1f} % of the map.",
     )
@@ -251,10 +257,11 @@ def simultaneous(study: Study) -> Measured:
 def sliding(study: Study) -> Measured:
     """E16: the greatest velocities of the pad and of its lower face along the surface over V.
 
-    Friction acts at the face, whose velocity counts while it touches.
+    Friction acts at the face, whose velocity counts while the face touches: x_dot + a theta_dot
+    with the arm a = h cos(theta0 + theta).
     """
-    greatest = 0.0
-    face = 0.0
+    pad_over_V = 0.0
+    face_over_V = 0.0
     lost = []
     for key, run in study.runs.items():
         model = study.scenes[key].pad_model
@@ -264,15 +271,15 @@ def sliding(study: Study) -> Measured:
             arm = model.pad.h * np.cos(model.pad.theta0 + history["theta"])
             rubs = history["state"] != model.law.state_name(NONE)
             speed = (history["x_dot"] + arm * history["theta_dot"])[rubs]
-            greatest = max(greatest, float(history["x_dot"].max() / model.pad.V))
-            face = max(face, float(speed.max() / model.pad.V))
+            pad_over_V = max(pad_over_V, float(history["x_dot"].max() / model.pad.V))
+            face_over_V = max(face_over_V, float(speed.max() / model.pad.V))
         if run.sliding_holds is False:
             lost.append(title(key))
     text = "With the assumed V sliding holds in all eight runs"
     if lost:
         text = f"Sliding stops in {', '.join(lost)}"
     return Measured(
-        {"greatest": greatest, "face": face, "lost": float(len(lost))},
-        f"{text}; the pad's greatest velocity along the surface is {100 * greatest:.3g} % of V, "
-        f"that of its lower face while it touches {100 * face:.3g} %.",
+        {"greatest": pad_over_V, "face": face_over_V, "lost": float(len(lost))},
+        f"{text}; the pad's greatest velocity along the surface is {100 * pad_over_V:.3g} % of V, "
+        f"that of its lower face while it touches {100 * face_over_V:.3g} %.",
     )

@@ -69,7 +69,8 @@ class _Power:
     def __init__(self, model: PadModel) -> None:
         self._model = model
         self.kinetic = 0.0
-        self.columns: list[np.ndarray] = []  # as in `Energies`, of the ends of steps
+        # rows as in `Energies`, a column for the first begin and for the end of each step
+        self.columns: list[np.ndarray] = []
         self.partial: list[np.ndarray] = []  # whether each step is in partial contact
 
     def _contact(
@@ -81,7 +82,8 @@ class _Power:
         return np.array(np.broadcast_arrays(*load, q[0])[:3])  # in the shape of q[0]
 
     def _energies(self, q: np.ndarray, rates: np.ndarray, on: np.ndarray) -> np.ndarray:
-        """Kinetic energy, those of springs and contact, and the work of the load, (4, ...)."""
+        """Kinetic energy, energy of the springs, of the contact, and minus F_n y, whose change is
+        the work of the brake force: (4, ...)."""
         model = self._model
         at = pose(np, tuple(q))
         mass = np.array([model.pad.m, model.pad.m, model.pad.I]).reshape(3, *[1] * q[0].ndim)
@@ -90,7 +92,7 @@ class _Power:
         return np.array([kinetic, spring_energy(np, model.c, at), contact, -model.c.F_n * q[1]])
 
     def observe(self, segment: Segment) -> None:
-        """Add the steps of a part of the motion."""
+        """Add the steps of a segment: energies at the ends of its steps, and works up to there."""
         model = self._model
         grid = Grid(segment, PLACES)
         on = segment.steps.on
@@ -99,16 +101,17 @@ class _Power:
         q = grid.states[:3] * units
         rates = grid.states[3:] * units
         normal = self._contact(model.replace(mu=0.0), q, rates, on[:, None])
-        both = self._contact(model, q, rates, on[:, None])
+        friction = self._contact(model, q, rates, on[:, None]) - normal
         C = np.zeros((3, 3)) if model.damping is None else np.array(model.damping)
         damping = -np.tensordot(C, rates, 1)
-        power = (np.array([normal, both - normal, damping]) * rates).sum(axis=1)
-        work = np.tensordot(grid.weights, power, (0, 1)) * segment.steps.h  # (3, s)
-        energies = self._energies(q, rates, on[:, None])
+        # of each load force . velocity, (load, place, step)
+        power = (np.array([normal, friction, damping]) * rates).sum(axis=1)
+        work = np.tensordot(grid.weights, power, (0, 1)) * segment.steps.h  # (load, step)
+        energies = self._energies(q, rates, on[:, None])  # (row, place, step)
         if not self.columns:
-            first = [grid.t[0, 0], *energies[:, 0, 0], 0.0, 0.0, 0.0]
-            self.columns.append(np.array(first)[:, None])
-        works_before = self.columns[-1][5:, -1:]  # after t, three energies and the load's work
+            start = [grid.t[0, 0], *energies[:, 0, 0], 0.0, 0.0, 0.0]
+            self.columns.append(np.array(start)[:, None])
+        works_before = self.columns[-1][5:, -1:]  # normal, friction, damping: the last three rows
         works = works_before + work.cumsum(axis=1)
         self.columns.append(np.array([grid.t[-1], *energies[:, -1], *works]))
         self.partial.append((on.max(axis=0) > 0.0) & (on.min(axis=0) <= 0.0))
@@ -123,16 +126,16 @@ def contact_work(scene: Scene) -> Works:
     units, model, start, stop = in_natural_units(scene)
     power = _Power(model)
     integrator = make_integrator(model, scene.tolerance, "auto")
-    integrate(model, integrator, units, start, stop, [power.observe], True)
+    integrate(model, integrator, units, start, stop, [power.observe], dense=True)
     t, *rows = np.concatenate(power.columns, axis=1)
     kinetic, springs, contact, load, *works = (row * units.energy for row in rows)
     energies = Energies(t * units.time, kinetic, springs, contact, load - load[0], *works)
+    # of each step, and outside of the run; change k is at time t[k]
     in_partial_contact = np.concatenate([[False], *power.partial, [False]])
-    # each episode has two: its begin and its end
     changes = np.flatnonzero(in_partial_contact[1:] != in_partial_contact[:-1])
     fed = energies.fed
     excursions = []
-    for begin, end in changes.reshape(-1, 2).tolist():
+    for begin, end in changes.reshape(-1, 2).tolist():  # each episode has two changes
         excursions.append(
             Excursion(
                 start=float(energies.t[begin]),

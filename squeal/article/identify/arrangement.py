@@ -66,8 +66,10 @@ def shuffled(seed: int) -> Arrangement:
 
 
 def mirrored(case: Case, line: bool) -> Case:
-    """A case with leading and trailing edge in each other's place, where the mean of F4 (B1) and
-    speeds, which are not measured, are NaN."""
+    """A case with leading and trailing edge in each other's place.
+
+    NaN stands for what no measure of the case gives: the mean of F4 (B1), and the speeds.
+    """
     first = case.first
     second = case.second
     if line:  # reaction, and its position

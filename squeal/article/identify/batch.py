@@ -72,28 +72,29 @@ class TaylorBatch(HeyokaIntegrator):
     ) -> None:
         """Carry motions side by side from where the machine stands to their ends.
 
-        t (lanes,): the ends, which become where each motion stops; state (6, lanes), count, limit
-        (lanes,): are filled.
+        All arguments are changed. t (lanes,): the requested ends, which become the times at which
+        motions stop; state (6, lanes), count, limit (lanes,): of each motion at its end.
         """
         points = self.model.law.points
-        how = record.options()
+        recording = record.options()
         parameters = machine.pars.copy()
         start = machine.state.copy()
         until = t.copy()
         while True:
-            machine.ta.propagate_until(until, max_steps=self.options.most_steps, **how)
+            machine.ta.propagate_until(until, max_steps=self.options.most_steps, **recording)
             # of each motion: the outcome, its shortest and longest step, and how many steps
             results = machine.ta.propagate_res
             count += [result[3] for result in results]
             stopped_by = np.array([limit_of(result[0], points) for result in results])
-            going = limit == Limit.NONE  # not stopped in an earlier round
+            not_stopped_before = limit == Limit.NONE
             t[:] = machine.ta.time
-            state[:, going] = machine.state[:, going]
+            state[:, not_stopped_before] = machine.state[:, not_stopped_before]
             stopped = (t < until) & (stopped_by != Limit.NONE)
             limit[stopped] = stopped_by[stopped]
             if not stopped.any():
                 break
-            # a motion that ends at a limit waits at its start while the others go on
+            # the others go on; a stopped motion, which has no time left, is put back to its first
+            # state and contact, where no limit stops the batch again
             until[stopped] = t[stopped]
             machine.pars[:, stopped] = parameters[:, stopped]
             machine.state[:, stopped] = start[:, stopped]

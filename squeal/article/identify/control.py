@@ -98,9 +98,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("file", type=Path, metavar="FILE", help="holds the searches")
     file = parser.parse_args(arguments).file
     stored = read_json(Searches, file) if file.exists() else Searches()
-    there = {(one.kind, one.seed) for one in stored.searches}
+    finished = {(one.kind, one.seed) for one in stored.searches}
     for kind, seed in planned():
-        if (kind, seed) in there:
+        if (kind, seed) in finished:
             continue
         begun = time.process_time()
         one = run(kind, seed)

@@ -57,16 +57,16 @@ def _some(model: PadModel, which: Any) -> PadModel:
 def _unsure(segment: Segment, options: Options) -> np.ndarray:
     """True (n,) for motions side by side that had better be run alone.
 
-    They could not be carried to the end, a gap has the wrong sign there, or several points may have
-    changed in one instant.
+    A motion is unsure that could not be carried to the end, that ends with a gap of the wrong sign,
+    or in which several points may have changed in one instant.
     """
-    missed = (segment.beyond > options.missed).any(axis=0)
-    unsure = (segment.limit == Limit.FAILED) | (missed & (segment.limit == Limit.NONE))
-    at = segment.coefficients(segment.motion)
-    heights = np.array(segment.law.gaps(at, pose(np, at.place(segment.state))))
-    # at each change, how far each point is from the surface on its own side
+    has_wrong_gap = (segment.beyond > options.missed).any(axis=0)
+    unsure = (segment.limit == Limit.FAILED) | (has_wrong_gap & (segment.limit == Limit.NONE))
+    c = segment.coefficients(segment.motion)
+    heights = np.array(segment.law.gaps(c, pose(np, c.place(segment.state))))
+    # at each change, how far each point is from the surface, on the side of its contact state
     distance = np.where(segment.on > 0, -heights, heights)
-    is_near = distance < options.clear * (1.0 + at.w + at.h)
+    is_near = distance < options.clear * (1.0 + c.w + c.h)  # a share of the pad's size
     is_near[segment.point, np.arange(len(segment.t))] = False  # the point that changes
     unsure[segment.motion[is_near.any(axis=0)]] = True
     return unsure
@@ -81,16 +81,16 @@ def _motions(
 ) -> Arrays:
     """What is wanted of the motions of some pads, as `simulate_many` returns it.
 
-    task : the pads, first states (n, 6) and lengths of time (n,)
+    task: the pads, first states (n, 6) and lengths of time (n,), in the units of the pads.
     """
-    pads_in_si, initial, duration = task
+    pads_as_given, initial, duration = task
     n = len(duration)
     taylor = heyoka()
     from squeal.article.identify.batch import TaylorBatch  # where heyoka is installed
 
-    of_unit = vars(natural_units(pads_in_si, initial.T)).values()
-    units = Units(*(np.broadcast_to(v, n) for v in of_unit))  # type: ignore[arg-type]
-    model = units.scaled(pads_in_si)
+    of_pads = vars(natural_units(pads_as_given, initial.T)).values()
+    units = Units(*(np.broadcast_to(v, n) for v in of_pads))  # type: ignore[arg-type]
+    model = units.scaled(pads_as_given)
     placed = units.to_scaled(initial.T)
     stop = duration / units.time
     contact = first_contact(model, placed, options)
@@ -98,37 +98,41 @@ def _motions(
     results: Arrays = {}
 
     def store(pads: np.ndarray, segment: Segment) -> None:
-        """Store what is wanted of the motions of some pads; measures of those that are whole."""
-        own = Units(*(v[pads] for v in vars(units).values()))
-        ended = segment.limit != Limit.NONE
+        """Put the motions of the pads with these numbers into `results`; a motion that does not
+        reach its end has blanks in place of a final state and of measures."""
+        pad_units = Units(*(v[pads] for v in vars(units).values()))
+        is_partial = segment.limit != Limit.NONE
         failed = segment.limit == Limit.FAILED
-        time = segment.t1 * own.time
+        time = segment.t1 * pad_units.time
         final = np.array(segment.end)
         time[failed] = np.nan
-        final[:, ended] = np.nan
+        final[:, is_partial] = np.nan
         values = {
             "outcome": np.where(failed, REFUSED, segment.limit + 1),
             "ended": time,
-            "final": own.to_si(final).T,
+            "final": pad_units.to_si(final).T,
             "steps": segment.count,
             "changes": np.bincount(segment.motion, minlength=len(pads)),
         }
         if events:
-            table = np.array([segment.t * np.asarray(own.time)[segment.motion], segment.point]).T
+            times = segment.t * np.asarray(pad_units.time)[segment.motion]
+            table = np.array([times, segment.point]).T
             values["events"] = np.empty(len(pads), dtype=object)
             begin = np.searchsorted(segment.motion, np.arange(1, len(pads)))
             values["events"][:] = np.split(table, begin)
-        for name, measured in measure(segment, own).items() if measure else ():
-            blank = {"f": np.nan, "O": None}.get(measured.dtype.kind, 0)  # by floats, objects
-            values[name] = measured.copy()
-            values[name][ended] = blank
-        for name, each in values.items():
-            results.setdefault(name, np.empty((n, *each.shape[1:]), each.dtype))[pads] = each
+        if measure is not None:
+            for name, measured in measure(segment, pad_units).items():
+                blank = {"f": np.nan, "O": None}.get(measured.dtype.kind, 0)  # floats, objects
+                values[name] = measured.copy()
+                values[name][is_partial] = blank
+        for name, value in values.items():
+            results.setdefault(name, np.empty((n, *value.shape[1:]), value.dtype))[pads] = value
 
-    # long motions first: those side by side are alike then; the last lanes repeat a motion
     c = model.c
     dense = measure is not None
+    # by the number of steps, roughly: where the pad turns easily its rotation is the fastest motion
     lengths = stop * np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
+    # long motions first, so that those side by side are alike; the last lanes repeat a motion
     order = np.argsort(-lengths, kind="stable")
     to_fill = -n % options.lanes
     order = np.append(order, order[-1:].repeat(to_fill))
@@ -146,17 +150,17 @@ def _motions(
         store(block, dataclasses.replace(segment, limit=limit))
         for i in np.unique(block[unsure]).tolist():
             one = _some(model, i)
-            own = Units(*(float(v[i]) for v in vars(units).values()))
+            its_units = Units(*(float(v[i]) for v in vars(units).values()))
             segments = list[Segment]()
             alone = taylor.TaylorIntegrator(one, tolerance, options=options)
             end = float(stop[i])
             observers = [segments.append]
             try:
-                integrate(one, alone, own, state[:, i], end, observers, dense, options)
+                integrate(one, alone, its_units, state[:, i], end, observers, dense, options)
             except ModelEnd:
-                pass  # as the last segment says
+                pass  # the last segment has the limit
             except ComputationError:
-                continue
+                continue  # stored as failed above
             store(np.array([i]), Segment.joined(segments))
     return results
 
@@ -214,10 +218,11 @@ def simulate_many(
     numbers = {name: np.broadcast_to(v, count) for name, v in pads.given().items()}
     stops = np.broadcast_to(np.asarray(stop, dtype=float), count)
     rows = None
+    entries: list[np.ndarray] = []
     if damping is not None:
         C = np.broadcast_to(damping, (count, 3, 3))
         rows = tuple(tuple(C[:, i, j] for j in range(3)) for i in range(3))
-    entries = [] if rows is None else [entry for row in rows for entry in row]
+        entries = [*C.reshape(count, 9).T]
     finite = np.isfinite([*numbers.values(), *entries, stops, *starts.T]).all(axis=0)
     if not finite.all():
         raise ComputationError(

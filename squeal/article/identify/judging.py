@@ -51,32 +51,38 @@ def margins(
         stacks = [stacked(numbers, model, case, formulation) for case in CASES]
         # the motions of all cases in one batch, those of case a first
         states = np.concatenate([starts(numbers, stack) for stack in stacks])
-        able = np.flatnonzero(np.isfinite(states).all(axis=1))  # a start exists
-        given = [stack.pad.given() for stack in stacks]
-        columns = {name: np.concatenate([case[name] for case in given])[able] for name in given[0]}
+        with_start = np.flatnonzero(np.isfinite(states).all(axis=1))
+        if not with_start.size:
+            valid[:] = False
+            continue
+        of_cases = [stack.pad.given() for stack in stacks]
+        columns = {}
+        for name in of_cases[0]:
+            columns[name] = np.concatenate([case[name] for case in of_cases])[with_start]
         arrays = simulate_many(
             model,
             stacks[0].pad.replace(**columns),
-            states[able],
+            states[with_start],
             stop,
             TOLERANCE,
             formulation,
             measure=partial(measures, calm=False),
             workers=workers,
         )
-        raised = np.full(n, np.nan)
-        if model == "B2":
-            raised = friction_raises(stacks[list(CASES).index("b")])
         done = np.zeros(len(states), dtype=bool)
-        done[able] = arrays["outcome"] == DONE
+        done[with_start] = arrays["outcome"] == DONE
         valid &= done.reshape(len(CASES), n).all(axis=0)
-        for row, motion in enumerate(able.tolist()):
+        # the statement on it is about case (b) of B2 alone
+        raised_in_b = friction_raises(stacks[list(CASES).index("b")]) if model == "B2" else None
+        for row, motion in enumerate(with_start.tolist()):
             if not done[motion]:
                 continue
             case, i = divmod(motion, n)  # n motions of each case
             name = stem(model, list(CASES)[case])
-            own_raised = float(raised[i]) if name == "b2-b" else math.nan
-            measured[i][name] = case_of(arrays, row, float(speed[i]), own_raised)
+            raised = math.nan
+            if name == "b2-b" and raised_in_b is not None:
+                raised = float(raised_in_b[i])
+            measured[i][name] = case_of(arrays, row, float(speed[i]), raised)
     table = np.full((n, len(CLAIMS)), np.nan)
     for i in np.flatnonzero(valid).tolist():
         of_set = {name: values[i] for name, values in numbers.items()}

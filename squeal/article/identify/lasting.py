@@ -5,6 +5,7 @@ of a table that `squeal.article.identify.population` has written, here those of 
 """
 
 import argparse
+import itertools
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.article.cases import CASES
-from squeal.article.claims import case_of
 from squeal.article.claims.motions import measures
 from squeal.article.identify import population
 from squeal.article.identify.ensemble import DONE, Arrays, simulate_many, stack
@@ -103,54 +103,58 @@ def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:
     the surface.
 
     After `LATE` observation times, and again after `LONGER`, a motion must change contact within
-    the next `SEEN` of them.
+    the next `SEEN` observation times.
     """
-    going = np.arange(len(pads))  # those in which contact changed at all looks so far
+    lasting = np.arange(len(pads))  # motions that changed contact at each look so far
     for before in (LATE, LONGER - LATE):
-        if not going.size:
+        if not lasting.size:
             break
-        ends = _run([pads[i] for i in going.tolist()], states, before * STOP, False)
+        ends = _run([pads[i] for i in lasting.tolist()], states, before * STOP, False)
         is_valid = ends["outcome"] == DONE
-        going = going[is_valid]
+        lasting = lasting[is_valid]
         states = ends["final"][is_valid]
-        if not going.size:
+        if not lasting.size:
             break
-        late = _run([pads[i] for i in going.tolist()], states, SEEN * STOP, True)
-        goes_on = np.zeros(len(going), dtype=bool)
+        # the next stretch begins where this look begins, too
+        late = _run([pads[i] for i in lasting.tolist()], states, SEEN * STOP, True)
+        goes_on = np.zeros(len(lasting), dtype=bool)
         for k in np.flatnonzero((late["outcome"] == DONE) & (late["changes"] > 0)).tolist():
-            speed = case_of(late, k, 1.0).face * LENGTH / TIME
-            goes_on[k] = bool(speed < SPEED)
-        going = going[goes_on]
+            speed = float(late["face"][k]) * LENGTH / TIME  # in m/s
+            goes_on[k] = speed < SPEED
+        lasting = lasting[goes_on]
         states = states[goes_on]
-    lasts = np.zeros(len(pads), dtype=bool)
-    lasts[going] = True
-    return lasts
+    answer = np.zeros(len(pads), dtype=bool)
+    answer[lasting] = True
+    return answer
 
 
 def lasting(numbers: Numbers) -> str:
     """The cases of one set in which contact goes on changing beside stable sliding, of points and
-    line ("d/a"); a model without stable sliding has `NOT_APPLICABLE`, one whose repeats do not
+    line ("d/a"); a model without stable sliding has `NOT_APPLICABLE`, a model whose repeats do not
     agree `UNDECIDED`."""
     texts = []
     for model in MODELS:
-        stable_cases = {}
+        cases: list[str] = []  # of stable sliding
+        pads: list[PadModel] = []
+        starts = []
         for case in CASES:
-            found = stable(single(stacked(numbers, model, case, CONSISTENT), 0))
-            if found is not None:
-                stable_cases[case] = found
-        if not stable_cases:
+            stable_sliding = stable(single(stacked(numbers, model, case, CONSISTENT), 0))
+            if stable_sliding is not None:
+                damped, place = stable_sliding
+                cases.append(case)
+                pads += [damped] * STARTS
+                starts.append(initial_states(damped, place))
+        if not cases:
             texts.append(NOT_APPLICABLE)
             continue
-        pads = [damped for damped, _ in stable_cases.values() for _ in range(STARTS)]
-        states = np.concatenate([initial_states(*found) for found in stable_cases.values()])
+        states = np.concatenate(starts)
         answers = []
         for repeat in range(REPEATS):
-            off = np.random.default_rng(repeat).uniform(-OFF, OFF, states.shape)
-            # the first repeat is undisturbed
-            last = lasts(pads, states * (1.0 + repeat * off)).reshape(len(stable_cases), STARTS)
-            some_last = np.asarray(last.any(axis=1))
-            of_cases = zip(stable_cases, some_last.tolist(), strict=True)
-            answers.append("".join(case for case, lasts_there in of_cases if lasts_there))
+            disturbance = np.random.default_rng(repeat).uniform(-OFF, OFF, states.shape)
+            disturbed = states * (1.0 + repeat * disturbance)  # the first repeat is undisturbed
+            motions_last = lasts(pads, disturbed).reshape(len(cases), STARTS)
+            some_last = np.asarray(motions_last.any(axis=1))
+            answers.append("".join(itertools.compress(cases, some_last)))
         texts.append(answers[0] if len(set(answers)) == 1 else UNDECIDED)
     return "/".join(texts)
 

@@ -224,10 +224,12 @@ def motions(
 
 
 def edge_shares(segment: Segment, units: Units) -> Arrays:
-    """Shares (n, 4) of the time in the states of the face's edges, in the order of `STATES`.
+    """Shares (n, 4) of the time in the contact states of the face's edges, in the order of
+    `STATES`, of n pads on springs.
 
-    Of springs that lie inside the edges and separate later. The time counts from the first step in
-    which a spring touches. `units`, which every `Measure` takes, do not matter to shares.
+    The edges are read from the motion, since the springs lie inside of them and separate later
+    than they do. The time counts from the first step in which a spring touches. `units`, which
+    every `Measure` takes, do not matter to shares.
     """
     grid = Grid(segment, FINE)
     gaps = np.array(edge_gaps(grid.c, pose(np, grid.c.place(grid.states))))
@@ -311,17 +313,20 @@ def released(
     height: float | None,
     load: float,
 ) -> np.ndarray:
-    """States (n, 6) at rest, `height` static compressions above the equilibrium; if that is None,
-    where a contact whose whole face touches would bear `load` times R_n. NaN without one."""
+    """States (n, 6) at rest above the equilibria of n pads; NaN for a pad without an equilibrium.
+
+    height: above the equilibrium, in static compressions. Where it is None, a pad is released from
+    the height at which its contact would bear `load` times R_n if the whole face touched.
+    """
     states = np.full((len(equilibria), 6), math.nan)
     unit = compression(stack.pad)
-    for i, at in enumerate(equilibria):
-        if at is None:
+    for i, assessed in enumerate(equilibria):
+        if assessed is None:
             continue
-        reaction_over_force = at.equilibrium.R_n / float(np.asarray(stack.pad.F_n)[i])
+        reaction_over_force = assessed.equilibrium.R_n / float(np.asarray(stack.pad.F_n)[i])
         # the load falls linearly with the height, by F_n over a static compression
         lift = (1.0 - load) * reaction_over_force if height is None else height
-        x, y, theta = at.equilibrium.q
+        x, y, theta = assessed.equilibrium.q
         states[i] = (x, y + lift * unit[i], theta, 0.0, 0.0, 0.0)
     return states
 
@@ -427,10 +432,10 @@ def _mean_shares(
     for k in with_equilibria:
         for digit, model in enumerate(MODELS, 1):
             case = runs[model].case(repeat, k, index)
-            at = found.equilibria[model][k][index]
-            if case is None or at is None:
+            equilibrium = found.equilibria[model][k][index]
+            if case is None or equilibrium is None:
                 return {}
-            lost = lost_share(case.shares, at.state) / len(with_equilibria)
+            lost = lost_share(case.shares, equilibrium.state) / len(with_equilibria)
             apart = lost_share(case.shares, FULL) / len(with_equilibria)
             means[f"lost{digit}"] = means.get(f"lost{digit}", 0.0) + lost
             means[f"apart{digit}"] = means.get(f"apart{digit}", 0.0) + apart
@@ -438,18 +443,19 @@ def _mean_shares(
 
 
 def _means_of_two_springs(found: Computed, repeat: int, index: int) -> dict[str, float]:
-    """Means of `lost` and `apart` of two points, over the same cases; empty as `_mean_shares`."""
+    """Mean shares two_lost and two_apart of the line's pads on two springs, over the cases and
+    empty where those of `_mean_shares` are."""
     lost = []
     apart = []
     for k in range(len(CASES)):
-        at = found.equilibria["B2"][k][index]
-        if at is None or found.equilibria["B1"][k][index] is None:
+        equilibrium = found.equilibria["B2"][k][index]
+        if equilibrium is None or found.equilibria["B1"][k][index] is None:
             continue
         if not found.two_springs.done(repeat, k, index):
             return {}
         row = found.two_springs.row[repeat, k, index]
         shares = dict(zip(STATES, found.two_springs.arrays["shares"][row], strict=True))
-        lost.append(lost_share(shares, at.state))
+        lost.append(lost_share(shares, equilibrium.state))
         apart.append(lost_share(shares, FULL))
     if not lost:
         return {}
@@ -508,7 +514,8 @@ def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdic
             cases[model].append(case)
     points = cases["B1"]
     line = cases["B2"]
-    # which repeat of the other motions, which are repeated less often, goes with this one
+    # all motions but the first are computed `ONCE_MORE` times: the last of them goes with repeats
+    # beyond
     other = min(repeat, ONCE_MORE - 1)
     points_hammer = _letters(hammers(case).margin > 0.0 for case in points)
     line_hammers = _letters(hammers(case).margin > 0.0 for case in line)
@@ -521,11 +528,11 @@ def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdic
     if shares:
         verdicts["lost"] = _longer(shares["lost1"], shares["lost2"])
         verdicts["apart"] = _longer(shares["apart1"], shares["apart2"])
-        two = _means_of_two_springs(found, other, index)
-        if two:
+        two_springs = _means_of_two_springs(found, other, index)
+        if two_springs:
             line_shares = _mean_shares(found, found.first, other, index)
-            shares["two_lost"] = two["two_lost"] - line_shares["lost2"]
-            shares["two_apart"] = two["two_apart"] - line_shares["apart2"]
+            shares["two_lost"] = two_springs["two_lost"] - line_shares["lost2"]
+            shares["two_apart"] = two_springs["two_apart"] - line_shares["apart2"]
             alike = all(abs(shares[f"two_{key}"]) < least for key, least in ALIKE.items())
             verdicts["two"] = _yes_or_no(alike)
     line_locked = _locked(found, "B2", other, index)
@@ -568,7 +575,7 @@ def _agreed(answers: Sequence[str]) -> str:
 
 
 def row(found: Computed, index: int) -> Row:
-    """What a set says."""
+    """What a set says, from the verdicts of all repeats."""
     if any((found.first[model].row[0, :, index] < 0).any() for model in MODELS):
         return Row("start")
     repeats = []
@@ -581,7 +588,7 @@ def row(found: Computed, index: int) -> Row:
     for model in MODELS:
         motions_of = found.first[model]
         faces += motions_of.arrays["face"][motions_of.row[0, :, index]].tolist()
-    fastest = max(faces) * LENGTH / TIME
+    fastest = max(faces) * LENGTH / TIME  # in m/s
     first = repeats[0]  # of the undisturbed motions
     undecided = []
     for answers in zip(*(each.satisfied for each in repeats), strict=True):
@@ -592,14 +599,15 @@ def row(found: Computed, index: int) -> Row:
         spread = max(spread, max(values) - min(values))
 
     def share(key: str) -> str:
+        """A share per mille, empty where the set has none."""
         return str(round(1000.0 * first.shares[key])) if key in first.shares else ""
 
     flutters = []
     without = []
     for model in MODELS:
         of_cases = [found.equilibria[model][k][index] for k in range(len(CASES))]
-        flutters.append(_letters(at is not None and at.flutters for at in of_cases))
-        without.append(_letters(at is None for at in of_cases))
+        flutters.append(_letters(one is not None and one.flutters for one in of_cases))
+        without.append(_letters(one is None for one in of_cases))
     return Row(
         outcome="valid" if fastest < SPEED else "outran",
         speed=f"{fastest:.3g}",
@@ -615,7 +623,8 @@ def row(found: Computed, index: int) -> Row:
         apart2=share("apart2"),
         two_lost=share("two_lost"),
         two_apart=share("two_apart"),
-        spread=str(math.ceil(1000.0 * spread - 0.05)),  # rounded up, but for 0.05 per mille
+        # rounded up; a difference below 0.05 per mille counts as none
+        spread=str(math.ceil(1000.0 * spread - 0.05)),
         verdicts="".join(_agreed([each.verdicts[name] for each in repeats]) for name in VERDICTS),
     )
 

@@ -41,6 +41,7 @@ FIRST = 256  # sets that are judged before CMA-ES
 TWICE = (1.65, 2.05)  # mean reaction of case (b) over that of case (a) in full contact
 ROOM = (0.02, 0.9)  # of the half length, for the mean place in cases (a) and (b)
 GENERATIONS = {"B2": 120, "B1": 30}
+POPULATIONS = {"B2": 64, "B1": 24}  # sets a generation: on B2 all numbers vary, on B1 three
 WIDTH = 0.05  # of the first generation, over the ranges
 DIGITS = 6  # a set that needs more to satisfy a claim would hold it by a hair
 
@@ -65,10 +66,14 @@ def allowed(n: Numbers) -> np.ndarray:
 
         (R - F_n) - k_c theta/3 + 2 mu h R = 0
 
+    Without y and theta, with f = 6 mu h, depth = -y0/F_n and R in F_n, that is
+    (1 + (4 + f)/k_c) R = 1 + 3/k_c + depth, and R acts at k_c theta/(3 R) = 1 - 1/R + f/3.
+
     In (b) the springs change places: k2 (y + theta) = R - F_n, and the first term changes its sign.
-    In cases (c) and (d) the mean reaction acts on the trailing side for h/w < -tan(alpha) / 2.
+    In cases (c) and (d) the mean reaction acts on the trailing side for h/w < -tan(alpha) / 2,
+    which of both cases (d) bounds the more.
     """
-    friction = 6.0 * n["mu"] * n["h"]
+    friction = 6.0 * n["mu"] * n["h"]  # f
     k2 = n["k2"]
     k_c = n["k_c"]
     depth = n["preload"] / k_c + n["lift"]
@@ -132,13 +137,17 @@ class Start:
         return np.concatenate(saved)[:FIRST]
 
     def near(self, middle: np.ndarray, names: Sequence[str], model: Model) -> np.ndarray:
-        """The nearest point to the statements on a model, by CMA-ES from a point in some of its
-        numbers."""
+        """The nearest point to the statements on a model that CMA-ES reaches from `middle`, while
+        it varies the numbers with these names."""
         import cma
 
         free = [NAMES.index(name) for name in names]
-        options = {"bounds": [0.0, 1.0], "popsize": 64 if len(free) > 4 else 24, "verbose": -9}
-        options["seed"] = int(self.random.integers(1, 2**31))
+        options = {
+            "bounds": [0.0, 1.0],
+            "popsize": POPULATIONS[model],
+            "verbose": -9,
+            "seed": int(self.random.integers(1, 2**31)),
+        }
         strategy = cma.CMAEvolutionStrategy(middle[free], WIDTH, options)
         best = np.inf
         nearest = middle

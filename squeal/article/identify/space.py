@@ -83,7 +83,7 @@ def decode(
 def pad_of(n: Numbers, model: str, angles: tuple[Any, Any]) -> Pad:
     """The dimensionless pads of a model and some angles; parameters are arrays if the numbers are.
 
-    A level pad is a start of its own kind, so `tilt` has a range for it.
+    Level pads are drawn with a probability of their own: all values of `tilt` from -1 to 1.
     """
     law = contact_law(model)
     beyond_level = np.maximum(0.0, np.abs(n["tilt"]) - 1.0)
@@ -110,12 +110,13 @@ def stacked(n: Numbers, model: Model, case: str, formulation: Formulation) -> Pa
 def starts(n: Numbers, pads: PadModel) -> np.ndarray:
     """First states (n, 6) of pads, all at rest.
 
-    Released pads are where their numbers say, the same in all four cases. Standing ones are where
-    this case rests on a disc that does not move yet, without friction; NaN where full contact does
-    not hold them in balance.
+    Released pads are where their numbers say, the same in all four cases. Standing pads are in the
+    equilibrium, without friction, of their own case on a disc that does not move yet; NaN where
+    that equilibrium is not in full contact.
     """
     state = np.zeros((len(n["h"]), 6))
     state[:, 0] = n["first_x"] * n["F_n"]
+    # y counts from relaxed springs, in B2 up to the lift, in B1 down into the contact
     height = n["lift"] if pads.law.absolute_gap else -n["first_y"] / (n["k3"] + n["k4"])
     state[:, 1] = height * n["F_n"]
     standing = np.flatnonzero(n["start"] >= 0.5)

@@ -32,11 +32,11 @@ def _number(value: float) -> str:
 def scene_text(
     numbers: dict[str, float], formulation: Formulation, model: Model, case: str = ""
 ) -> str:
-    """The scene file of a model and a case, or of model B3."""
+    """The text of the scene file of a model and a case, or of model B3, which has no case."""
     n = arrays(numbers)
     linear = contact_model(model).linear
-    any_angles = (0.0, 0.0)  # written as multiples of pi below
-    pad = pad_of(n, model, any_angles).scaled(1.0 / MASS, 1.0 / LENGTH, 1.0 / TIME)
+    no_angles = (0.0, 0.0)  # those of the case are written as multiples of pi below
+    pad = pad_of(n, model, no_angles).scaled(1.0 / MASS, 1.0 / LENGTH, 1.0 / TIME)
     given = {name: float(np.ravel(v)[0]) for name, v in pad.given().items()}
     about = "Fig. 13 (the map leaves alpha1, alpha2 aside)"
     if case:
@@ -54,10 +54,10 @@ def scene_text(
     lines += [f"  F_n: {_number(given['F_n'])}", f"  V: {_number(SPEED)}"]
     if contact_law(model).absolute_gap:
         lines.append(f"  y0: {_number(given['y0'])}")
-    # place and velocities, which are all zero
-    first = starts(n, stacked(n, model, case, formulation))[0].tolist()
-    places = zip(("x", "y", "theta"), first, (LENGTH, LENGTH, 1.0), strict=False)
-    start = ", ".join(f"{name}: {_number(v * unit)}" for name, v, unit in places if v)
+    # the pad starts at rest: velocities, the last three, are zero
+    x, y, theta, *_ = starts(n, stacked(n, model, case, formulation))[0].tolist()
+    initial = {"x": LENGTH * x, "y": LENGTH * y, "theta": theta}
+    start = ", ".join(f"{name}: {_number(value)}" for name, value in initial.items() if value)
     lines.append(f"initial: {{{start}}}")
     if contact_model(model).choices:
         f = formulation

@@ -67,7 +67,11 @@ def table(module: Any, files: Mapping[str, Path]) -> str:
 
 
 def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, str]:
-    """Generated files by name."""
+    """The text of each generated file by name, from result files and the texts of the paper.
+
+    Raises InputError where a text states a sentence that no study checks; a study that was left out
+    on this machine checks none.
+    """
     sentences = checked(files)
     legends = captions()
     source = where(Path())
@@ -84,8 +88,9 @@ def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, st
     lines = [f"\\setcaption{{{name}}}{{{text}}}\n" for name, text in legends.items()]
     lines += [f"\\setnumber{{{name}}}{{{number}}}\n" for name, number in numbers(texts).items()]
     made["captions"] = "".join(lines)
-    preamble = "".join(f"\\val{{where.{key}}}" for key in source)  # what it asks for
-    made["values"] = values.definitions({**texts, **legends, "preamble.tex": preamble}, results)
+    asked_in_preamble = "".join(f"\\val{{where.{key}}}" for key in source)
+    sources = {**texts, **legends, "preamble.tex": asked_in_preamble}
+    made["values"] = values.definitions(sources, results)
     return made
 
 

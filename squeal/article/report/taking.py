@@ -132,17 +132,17 @@ def _figure_or_table(name: str, build: Path, made: Path) -> tuple[Path, ...]:
 
 
 def _refuse_other_folders(folder: Path, name: str) -> None:
-    """Refuse a folder that holds anything but an earlier take of the same thing, or that with
-    files changed since."""
+    """Refuse a folder that holds anything but an earlier take of the same thing, and a take whose
+    files were changed since. Raises InputError."""
     if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
         return
     try:
         origin = json.loads((folder / ORIGIN).read_text(encoding="utf-8"))
-        own = origin["name"] == name
+        is_same_take = origin["name"] == name
         written = dict(origin.get("written", {}))
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        own = False
-    if not own:
+        is_same_take = False
+    if not is_same_take:
         raise InputError(
             f"{folder}: exists and was not written by `squeal take {name}`; a new or an empty "
             "folder is allowed (--to FOLDER)"

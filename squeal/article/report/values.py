@@ -79,7 +79,7 @@ def formatted(value: Any, form: str = "") -> str:
         raise InputError("no finite number")
     digits = int(form or 3)
     text = f"{value:.{digits}g}"
-    if 1e-3 <= abs(value) < 10.0**digits:  # with zeros at its end
+    if 1e-3 <= abs(value) < 10.0**digits:  # no power of ten: zeros at the end count as digits
         text = f"{value:#.{digits}g}".rstrip(".")
     return f"${number_text(text)}$"
 

@@ -358,7 +358,7 @@ def _grazing_near(cycles: Cycles, cycle: Cycle) -> Grazing | None:
                 shortest = duration
                 edge = edge_tried
                 middle = (begin.t + 0.5 * duration) % period
-                touches = end.touches
+                touches = end.touches  # as the edge does again after the excursion
     guess = cycle.x.copy()
     guess[:6] = flow(cycle.pad.law).run(cycle.pad, cycle.state, middle).end
     try:
@@ -443,8 +443,9 @@ class BothPlanes(NamedTuple):
 def both_planes(cycles: Cycles, found: Boundary, mu: float) -> BothPlanes:
     """A boundary over contact damping at a friction, and over friction at `A_OVER_FRICTION`.
 
-    It is followed in the plane in which it was found, and from where that meets the other plane in
-    this one.
+    Both planes are over modal damping, too. The boundary is traced first in the plane in which it
+    was found. The planes have one line in common; from where the boundary crosses that line it is
+    traced in the other plane.
     """
 
     def trace_over(parameter: int, start: Cycle) -> list[Cycle]:
@@ -457,7 +458,7 @@ def both_planes(cycles: Cycles, found: Boundary, mu: float) -> BothPlanes:
     def trace_other(
         points: Sequence[Cycle], parameter: int, value: float, other: int
     ) -> list[Cycle]:
-        """Over the other parameter, from where the first one has the value of that plane."""
+        """Over the other parameter, from where `parameter` has the value of the other plane."""
         nearest = min(points, key=lambda cycle: abs(cycle.x[parameter] - value))
         guess = nearest.x.copy()
         guess[parameter] = value
@@ -467,7 +468,7 @@ def both_planes(cycles: Cycles, found: Boundary, mu: float) -> BothPlanes:
         except ComputationError:
             return []
 
-    if found.cycle.pad.mu == mu:
+    if found.cycle.pad.mu == mu:  # it was found as modal damping changed
         over_a = trace_over(LOG_A, found.cycle)
         return BothPlanes(over_a, trace_other(over_a, LOG_A, np.log(A_OVER_FRICTION), MU))
     over_mu = trace_over(MU, found.cycle)
@@ -489,7 +490,7 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
     """The boundaries of a family over contact damping and over friction, both with modal damping.
 
     Upwards the cycle ends in a fold; as modal damping or friction falls it may lose its stability;
-    an edge may graze.
+    an edge may graze. Friction is tried for a family whose friction is not the scene's.
     """
     start = find_cycle(scene, family)
     cycles = Cycles(start.pad)

@@ -193,6 +193,7 @@ def motion(
         drag = decay[3 * i] * u + decay[3 * i + 1] * v + decay[3 * i + 2] * r
         accelerations.append(driving[i] - zeta * drag)
     ax, ay, turning = accelerations
+    # of the middle of the lower face, at -(rly + rty)/2 below the mass centre, by theta' = r/w
     face = u - r / c.w * 0.5 * (c.rly + c.rty)
     return Motion((ax, ay, turning), g, least_factors(law, g, rates, on, a), forces, face)
 

@@ -31,6 +31,10 @@ DIFFERENCE = 1e-6  # for the gradient of a condition
 CLEAR = 1e-8  # static compressions between a grazing edge and the surface
 REAL = 1e-6  # imaginary part up to which a multiplier counts as real
 STRAIGHT = 0.9  # least cosine between the tangents at both ends of a step along a branch
+# steps along a branch, lengths in the space of X
+FIRST_STEP = 0.05
+LONGEST_STEP = 0.4
+SHORTEST_STEP = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,21 +283,18 @@ class Cycles:
         direction: np.ndarray,
         conditions: Callable[[], Sequence[Condition]] = tuple,
         anchored: bool = False,
-        step: float = 0.05,
-        most: float = 0.4,
-        least: float = 1e-3,
     ) -> Iterator[Cycle]:
         """Motions along a branch from a converged X; it ends where no step succeeds.
 
         Pseudo-arclength continuation: a step along the tangent, then Newton's method orthogonal to
-        it. Steps are lengths in the space of X, at first `step`, at most `most` and at least
-        `least`. `conditions` are made anew at each motion, so that their borders fit.
+        it. `conditions` are made anew at each motion, so that their borders fit.
         """
         tangent = direction / np.linalg.norm(direction)
         _, tangent = self.solve(x, free, conditions(), tangent, anchored)
         if tangent @ direction < 0.0:
             tangent = -tangent
-        while step > least:
+        step = FIRST_STEP
+        while step > SHORTEST_STEP:
             try:
                 guess = x + step * tangent
                 cycle, following = self.solve(guess, free, conditions(), tangent, anchored)
@@ -306,4 +307,4 @@ class Cycles:
             yield cycle
             x = cycle.x
             tangent = following
-            step = min(1.4 * step, most)
+            step = min(1.4 * step, LONGEST_STEP)

@@ -59,11 +59,12 @@ class _Equations:
     def __init__(self, name: str, pad: Pad) -> None:
         self.pad = pad
         self.line = name == "B2"
+        # corners of the undisplaced pad from its mass centre, leading and trailing
         turned = cmath.exp(1j * pad.theta0)
         upper = [turned * complex(side * pad.w, pad.h) for side in (-1.0, 1.0)]
         self.lower = [turned * complex(side * pad.w, -pad.h) for side in (-1.0, 1.0)]
         lengths = [pad.w if L is None else L for L in (pad.L1, pad.L2)]
-        # from the fixed end of each support spring to the pad, at rest
+        # each support spring, from its fixed end to the undisplaced pad, where it is relaxed
         relaxed = [
             -lengths[0] * cmath.exp(1j * pad.alpha1),
             lengths[1] * cmath.exp(-1j * pad.alpha2),
@@ -71,6 +72,7 @@ class _Equations:
         self.supports = list(zip((pad.k1, pad.k2), lengths, relaxed, upper, strict=True))
         self.open = (0.0, 0.0)  # gaps of the lower edges without displacement
         if self.line:
+            # y0 + h (1 - cos(theta0)), exact for small angles
             lift = pad.y0 + 2.0 * pad.h * math.sin(pad.theta0 / 2.0) ** 2
             tilt = pad.w * math.sin(pad.theta0)
             self.open = (lift - tilt, lift + tilt)
@@ -123,24 +125,27 @@ class _Equations:
     def _line_load(
         self, gaps: tuple[float, float], arms: list[complex], touching: tuple[bool, bool]
     ) -> list[Load]:
-        """Of the pressure k_c times penetration along the face; friction acts at the distance h."""
+        """Of the pressure k_c times penetration along the face; friction acts at the distance h.
+
+        gaps, arms: of the leading and the trailing edge, arms from the mass centre.
+        """
         pad = self.pad
         leading, trailing = gaps
         width = arms[1].real - arms[0].real
         if touching == (True, True):  # a trapezium of pressure
             normal = -pad.k_c * (leading + trailing) / 2.0
-            turning = (arms[0].real + arms[1].real) / 2.0 * normal
+            moment = (arms[0].real + arms[1].real) / 2.0 * normal
             # of the part of the pressure that is linear about the middle
-            turning += pad.k_c * width * (leading - trailing) / 12.0
-        else:  # a triangle of pressure, a third of its base from the edge that touches
-            low, high = (leading, trailing) if touching[0] else (trailing, leading)
-            # a level face is in partial contact for no time
-            share = low / (low - high) if low != high else 1.0
-            normal = -pad.k_c * share * low / 2.0
+            moment += pad.k_c * width * (leading - trailing) / 12.0
+        else:  # a triangle of pressure, whose resultant is a third of its base from that edge
+            touching_gap, other_gap = (leading, trailing) if touching[0] else (trailing, leading)
+            share = 1.0  # of the face that touches; a level face is in partial contact for no time
+            if touching_gap != other_gap:
+                share = touching_gap / (touching_gap - other_gap)
+            normal = -pad.k_c * share * touching_gap / 2.0
             third = width * share / 3.0
-            middle = arms[0].real + third if touching[0] else arms[1].real - third
-            turning = middle * normal
-        return [(complex(pad.mu * normal, normal), turning + pad.h * pad.mu * normal)]
+            moment = normal * (arms[0].real + third if touching[0] else arms[1].real - third)
+        return [(complex(pad.mu * normal, normal), moment + pad.h * pad.mu * normal)]
 
     def _point_loads(
         self, gaps: tuple[float, float], arms: list[complex], touching: tuple[bool, bool]
@@ -360,26 +365,30 @@ class _Run:
     ) -> _ContactChange | None:
         """Where a point reaches the surface between two times from now, None if it turns back.
 
-        Newton's method on whole steps, within a bracket that is halved where it would leave it.
+        Newton's method for the distance beyond the surface, on steps from the start; a bracket from
+        `before` to `after` the change is halved where Newton's method would leave it.
         """
         beyond_at = self._time_beyond(f, point, low, high)
         if beyond_at is None:
             return None
-        at = guess if beyond_at == high else 0.5 * (low + beyond_at)
+        time = guess if beyond_at == high else 0.5 * (low + beyond_at)
         before = low
         after = beyond_at
         for _ in range(60):
-            reached = self._beyond(f, point, at)
+            reached = self._beyond(f, point, time)
             if reached.distance > 0.0:
-                after = at
+                after = time
             else:
-                before = at
-            newton = at - reached.distance / reached.rate if reached.rate else before
-            following = newton if before < newton < after else 0.5 * (before + after)
-            if abs(following - at) <= LOCATED * after or after - before <= LOCATED * after:
+                before = time
+            following = 0.5 * (before + after)
+            if reached.rate:
+                newton = time - reached.distance / reached.rate
+                if before < newton < after:
+                    following = newton
+            if abs(following - time) <= LOCATED * after or after - before <= LOCATED * after:
                 break
-            at = following
-        return _ContactChange(at, reached.state, point)
+            time = following
+        return _ContactChange(time, reached.state, point)
 
     def advance(self, stop: float) -> None:
         """Go on to a time, through any contact changes."""
@@ -416,6 +425,7 @@ class _Run:
         if self.sizes[1] <= TINY:
             self.sizes = self._sizes_from_rest(f, h)
         step = _extrapolated(f, self.state, h, self.lever, self.sizes)
+        # of a force k x, over the mass, in the time h: a share of the velocity's size
         inertia = self.equations.inertia
         rounding = ROUNDED * self.equations.stiffest / inertia * h * self.sizes[0] / self.sizes[1]
         if step.error > ACCEPTED + rounding and h > SHORTEST * limit:
@@ -433,8 +443,9 @@ class _Run:
                     return True
                 self.h = h / 8.0
                 return False
-            # between the poses at j h / n and (j + 1) h / n, which are of second order: the change
-            # is searched one substep further to both sides
+            # the change lies between the poses at j h / n and (j + 1) h / n; poses of the midpoint
+            # rule are exact to second order alone, so it is searched one substep further to both
+            # sides
             low = max(j - 1, 0) * h / n
             high = min(j + 2, n) * h / n
             guess = (j + 0.5) * h / n

@@ -37,7 +37,8 @@ def track(system: SystemFunction, mus: Iterable[float]) -> ComplexArray:
             index = link.order[index]
             before = roots
             roots = link.after.exponents[index]
-            if undamped:  # only squares are known: of both roots the one nearer to that before
+            if undamped:
+                # s and -s are roots, of which the continuation follows s^2: the nearer to the last
                 roots = np.where(np.abs(roots - before) <= np.abs(roots + before), roots, -roots)
         rows.append(roots)
     modes = np.array(rows)
@@ -63,9 +64,10 @@ class ModeSweep:
 def sweep_modes(scene: Scene, low: float, high: float) -> ModeSweep:
     """Follow the modes of a scene along its branch from mu = low to high.
 
-    At even values of mu, at the scene's, at thresholds and crossings of frequencies, and on both
-    sides of each change of contact. Raises ComputationError if there is no equilibrium without
-    friction, or the branch ends before `low`.
+    Values of mu: evenly spaced ones, the scene's, thresholds and crossings of frequencies, and both
+    sides of each change of contact. Where the branch ends in a fold, the evenly spaced ones crowd
+    there. Raises ComputationError if there is no equilibrium without friction, or the branch ends
+    before `low`.
     """
     system, path = branch_system(scene, high)
     share = np.linspace(0.0, 1.0, SAMPLES)
@@ -79,8 +81,7 @@ def sweep_modes(scene: Scene, low: float, high: float) -> ModeSweep:
         changes = [mu for mu in path.breakpoints if low < mu < end]
         contacts = tuple((mu, path.model.state_name(path.at(mu)[1])) for mu in changes)
         if path.fold is not None:
-            # the least eigenvalue of K falls there as the root of the distance, its frequency as
-            # the fourth root: the values of mu crowd
+            # the least eigenvalue of K vanishes as (mu_end - mu)^(1/2), a frequency as its root
             share = 1.0 - (1.0 - share) ** 2
             stop = end * (1.0 - 1e-9)
     contact_changes = [mu for mu, _ in contacts]

@@ -18,22 +18,21 @@ def table(eigenvalues: Eigenvalues) -> str:
             groups.append([[case, "--", rf"\multicolumn{{5}}{{l}}{{{typeset(entry.reason)}}}"]])
             continue
         rows = []
+        # the first row alone names the case, its contact and its verdict
+        texts = (case, entry.contact, entry.verdict)
         for pole in entry.poles:
             sign = r"\pm" if pole.imag else ""
             rows.append(
                 [
-                    "",
-                    "",
+                    *texts[:2],
                     number(pole.real, 4),
                     f"${sign}{pole.imag:.0f}$",
                     f"{pole.frequency_hz:.1f}",
                     number(pole.damping_ratio, 3),
-                    "",
+                    texts[2],
                 ]
             )
-        rows[0][0] = case
-        rows[0][1] = entry.contact
-        rows[0][-1] = entry.verdict
+            texts = ("", "", "")
         groups.append(rows)
     head = ["case", "contact", "real part, 1/s", "imaginary part, rad/s", "frequency, Hz"]
     return tabular("llrrrrl", [*head, "damping ratio", "verdict"], groups)

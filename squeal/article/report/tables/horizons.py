@@ -52,7 +52,8 @@ def table(horizon: Horizon) -> str:
                 ]
             )
         groups.append(rows)
-    over = [
+    # two lines of head: the second one is what `tabular` takes, the first is put before its begin
+    upper = [
         "",
         r"\multicolumn{2}{c}{changes in}",
         r"\multicolumn{2}{c}{error after}",
@@ -62,5 +63,5 @@ def table(horizon: Horizon) -> str:
     ]
     head = ["stiffness over $k_1$", "1", "10", "1", "10", "doubles", "second", "start"]
     head += ["", "predicts", "by impact"]
-    both = [" & ".join(over) + r" \\" + "\n" + head[0], *head[1:]]
-    return tabular("lrrrrrrrrrr", both, groups)
+    head[0] = " & ".join(upper) + r" \\" + "\n" + head[0]
+    return tabular("lrrrrrrrrrr", head, groups)
