@@ -53,7 +53,7 @@ def state_space(subject: Subject, mu: float | None = None, loop: str | None = No
     control.StateSpace
         With `loop`, as many inputs as outputs: the rank of the parameter's terms. One contact pair
         has rank 1. Of a greater rank r, `control.feedback(plant, p * numpy.eye(r))` closes the
-        loops, and `root_locus` and `margin` have no single one to take.
+        loops; `root_locus` and `margin` take a single gain only, so that they do not serve.
 
     Raises
     ------
@@ -123,13 +123,13 @@ def _ports_of_loop(system: System, loop: str, changes: dict[str, float]) -> _Por
     The terms of p in K q + C q' are p times one matrix (n, 2 n) of (q, q'). Its factors of full
     rank r are the forces (n, r) and what is measured (r, 2 n).
 
-    Raises InputError where K and C are not linear in it, or complex, or M depends on it.
+    Raises InputError where K and C are not linear in p, or complex, or M depends on p.
     """
     parameters = system.values(changes | {loop: 0.0})
     for term in system.terms:
         factor = term.factor
-        # a bound of its second derivative, 0 of a linear factor. A formula that is linear on both
-        # sides of 0 is so everywhere, a table is not
+        # `curvature` bounds the second derivative between two values, and is 0 of a linear factor.
+        # A formula that is linear between -1 and 1 is linear everywhere; a table may bend beyond
         low, high = (-math.inf, math.inf) if isinstance(factor, Tabulated) else (-1.0, 1.0)
         if loop in factor.names and factor.curvature(parameters, loop, low, high) != 0.0:
             words = f"is not linear in {loop}, which is no gain then"
@@ -169,8 +169,12 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
     """The state space of a system between its ports.
 
     In the singular vectors of M, q = V1 a + V2 b: the m motions a have mass, motions b have none.
-    With z = (a, a', b) the system is E z' = A z + B u, its first rows saying that a' is the rate of
-    a. The states are a, a' and those of b that a damper holds.
+    Their equation M_a a'' + C_a a' + C_b b' + K_a a + K_b b = F u is, with z = (a, a', b),
+
+        [1  0    0  ]      [   0     1     0  ]     [0]
+        [0  M_a  C_b] z' = [ -K_a  -C_a  -K_b ] z + [F] u,
+
+    the descriptor system E z' = A z + B u. The states are a, a' and those of b that a damper holds.
 
     Raises InputError for complex matrices, for a loop that damps motions without mass, and where E
     has no full rank and motions without a rate do not follow from the others.
@@ -188,26 +192,26 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
         right = np.eye(n)
     unit = masses[0] or 1.0  # all matrices are divided by it, so that E is about one; 1 if M is 0
     mass, damping, stiffness = (left.T @ (matrix / unit) @ right.T for matrix in (M, C, K))
+    forces = left.T @ (ports.forces / unit)
     displacements = ports.displacements @ right.T
     velocities = ports.velocities @ right.T
-    if velocities[:, m:].any():
+    # V2 is known to the rounding of M over its smallest mass; an output of b' is no output of z
+    condition = unit / masses[:m].min(initial=unit)
+    noise = 4 * EPS * n * condition * np.linalg.norm(velocities)
+    if np.any(np.abs(velocities[:, m:]) > noise):
         raise InputError(f"{system.name}: the loop damps motions without mass, which has no gain")
-    E = np.eye(n + m)
-    E[m:, m : 2 * m] = mass[:, :m]
-    E[m:, 2 * m :] = damping[:, m:]
-    A = np.zeros((n + m, n + m))
-    A[:m, m : 2 * m] = np.eye(m)
-    A[m:, :m] = -stiffness[:, :m]
-    A[m:, m : 2 * m] = -damping[:, :m]
-    A[m:, 2 * m :] = -stiffness[:, m:]
+    C_b = damping[:, m:]
     descriptor = _Descriptor(
-        E=E,
-        A=A,
-        B=np.vstack([np.zeros((m, ports.forces.shape[1])), left.T @ (ports.forces / unit)]),
+        E=np.block([[np.eye(m, n + m)], [np.zeros((n, m)), mass[:, :m], C_b]]),
+        A=np.block(
+            [[np.eye(m, n + m, k=m)], [-stiffness[:, :m], -damping[:, :m], -stiffness[:, m:]]]
+        ),
+        B=np.vstack([np.zeros((m, forces.shape[1])), forces]),
         outputs=np.hstack([displacements[:, :m], velocities[:, :m], displacements[:, m:]]),
     )
-    # E is block triangular: m rates, m masses, and the dampers of motions without mass
-    rank_of_E = 2 * m + _rank_in(damping, damping[m:, m:])
+    # M_a is diagonal and without the last n - m rows, so that E is block triangular: m rates of a,
+    # m masses, and the dampers between motions without mass, the last rows of C_b
+    rank_of_E = 2 * m + _rank_in(damping, C_b[m:])
     if rank_of_E == n + m:
         return _from_regular(descriptor, system.name)
     return _condensed(descriptor, rank_of_E, stiffness, system.name)
@@ -233,12 +237,13 @@ def _from_regular(descriptor: _Descriptor, name: str) -> StateSpace:
 def _condensed(descriptor: _Descriptor, rank: int, stiffness: Array, name: str) -> StateSpace:
     """The state space of a descriptor system whose E has the given rank, below its size.
 
-    In the singular vectors of E the last states have no rate. Their rows are algebraic equations,
-    0 = A21 z1 + A22 z2 + B2 u, which are solved for z2 (a Schur complement of A22).
+    In the singular vectors of E the first `rank` rows are diag(s) z1' = A11 z1 + A12 z2 + B1 u with
+    its singular values s > 0. The last rows have no rate: 0 = A21 z1 + A22 z2 + B2 u is solved for
+    z2, which leaves the states z1 (a Schur complement of A22).
 
     Raises InputError where A22 is singular, compared with the stiffness (n, n).
     """
-    left, rates, right = np.linalg.svd(descriptor.E)
+    left, singular_values, right = np.linalg.svd(descriptor.E)
     A = left.T @ descriptor.A @ right.T
     B = left.T @ descriptor.B
     outputs = descriptor.outputs @ right.T
@@ -251,8 +256,8 @@ def _condensed(descriptor: _Descriptor, rank: int, stiffness: Array, name: str) 
     z2_by_z1 = -np.linalg.solve(A22, A[rank:, :rank])
     z2_by_input = -np.linalg.solve(A22, B[rank:])
     return control.ss(
-        (A[:rank, :rank] + A[:rank, rank:] @ z2_by_z1) / rates[:rank, None],
-        (B[:rank] + A[:rank, rank:] @ z2_by_input) / rates[:rank, None],
+        (A[:rank, :rank] + A[:rank, rank:] @ z2_by_z1) / singular_values[:rank, None],
+        (B[:rank] + A[:rank, rank:] @ z2_by_input) / singular_values[:rank, None],
         outputs[:, :rank] + outputs[:, rank:] @ z2_by_z1,
         outputs[:, rank:] @ z2_by_input,
         name=name,

@@ -157,6 +157,26 @@ def test_friction_that_damps_is_in_the_loop():
     assert control.margin(state_space(system, loop="mu"))[0] == pytest.approx(0.5)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_loop_that_damps_motions_with_mass_alone_is_a_gain_in_any_coordinates(seed):
+    """M = a a^T + b b^T is singular, C = mu f (a + b)^T reads velocities that have mass."""
+    rng = np.random.default_rng(seed)
+    a, b, f = rng.integers(1, 8, (3, 3)).astype(float)
+    M = np.outer(a, a) + np.outer(b, b)
+    C = np.outer(f, a + b)
+    K = np.diag([3.0, 4.0, 5.0])
+    plant = state_space(squeal.System(M, {"mu": C}, K), loop="mu")
+    assert (plant.ninputs, plant.noutputs) == (1, 1)
+    poles = control.feedback(plant, 0.3).poles()
+    assert len(poles) == 4
+    for z in poles:
+        singular_values = np.linalg.svd(z * z * M + z * 0.3 * C + K, compute_uv=False)
+        assert singular_values[-1] < 1e-12 * singular_values[0]
+    null = np.cross(a, b)  # the motion without mass
+    with pytest.raises(InputError, match="damps motions without mass"):
+        state_space(squeal.System(M, {"mu": np.outer(f, null)}, K), loop="mu")
+
+
 def test_what_is_no_loop_is_refused_in_a_sentence():
     for system, loop, words in (
         (squeal.System([[1.0]], K={"mu**2": [[1.0]]}), "mu", "not linear in mu"),
