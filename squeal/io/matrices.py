@@ -405,4 +405,4 @@ def write_matrix(path: Path | str, matrix: Matrix, key: str = "A") -> None:
     suffix = path.suffix.lower()
     if suffix not in writers:
         raise InputError(f"{path.name}: the suffix must be one of {', '.join(writers)} to write")
-    write_whole(path, writers[suffix], binary=True)
+    write_whole(path, writers[suffix])

@@ -12,6 +12,7 @@ import importlib
 import json
 import math
 import os
+import shutil
 import tempfile
 import time
 from abc import ABC, abstractmethod
@@ -20,6 +21,7 @@ from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass
 from enum import Enum
+from io import TextIOWrapper
 from operator import itemgetter
 from pathlib import Path
 from secrets import token_hex
@@ -47,24 +49,24 @@ def _refused_by_system(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-def write_whole(path: Path, write: Callable[[IO[Any]], object], binary: bool = False) -> None:
+def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> None:
     """Write a file under another name and rename it when it is complete.
 
-    write: is called with the open file; binary: whether that is one of bytes. Raises InputError if
-    it cannot be written; nothing of it is left then.
+    A file that it replaces leaves it its permissions. write: is called with the open file. Raises
+    InputError if it cannot be written, also where the name is that of a pipe or a device; nothing
+    of it is left then.
     """
-    target = path
-    if path.is_symlink():
-        target = Path(os.path.realpath(path))  # also of a link to no file
-    unfinished = target.with_name(f".{target.name}.{token_hex(4)}")
+    target = Path(os.path.realpath(path))  # behind a link, also one to no file
+    unfinished = target.with_name(f".{token_hex(8)}")  # not longer than any name may be
     with _refused_by_system(path):
+        replaces = target.exists()
+        if replaces and not target.is_file():
+            raise OSError("is no plain file")
         try:
-            if binary:
-                with open(unfinished, "xb") as binary_file:
-                    write(binary_file)
-            else:
-                with open(unfinished, "x", encoding="utf-8", newline="") as text_file:
-                    write(text_file)
+            with open(unfinished, "xb") as stream:
+                write(stream)
+            if replaces:
+                shutil.copymode(target, unfinished)
             os.replace(unfinished, target)
         except BaseException:
             unfinished.unlink(missing_ok=True)
@@ -92,18 +94,20 @@ def whole_folder(folder: Path) -> Iterator[Path]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file whole."""
-    write_whole(path, lambda stream: stream.write(text))
+    """Write a text file whole, in UTF-8."""
+    write_whole(path, lambda stream: stream.write(text.encode()))
 
 
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """A CSV file with a header line; None and NaN become empty fields."""
 
-    def write(stream: IO[str]) -> None:
-        table = csv.writer(stream, lineterminator="\n")
+    def write(stream: IO[bytes]) -> None:
+        text = TextIOWrapper(stream, "utf-8", newline="")
+        table = csv.writer(text, lineterminator="\n")
         table.writerow(header)
         for row in rows:
             table.writerow(map(plain, row))
+        text.detach()  # writes what it holds, and leaves the stream open
 
     write_whole(path, write)
 

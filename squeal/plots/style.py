@@ -126,7 +126,7 @@ def save(drawing: Drawing, path: Path, text: bool = True) -> None:
     """
     kind = Word(("pdf", "svg", "png")).read(path.suffix[1:].lower(), Place(str(path)))
     content = rendered(drawing, kind)  # before the file is opened
-    write_whole(path, lambda stream: stream.write(content), binary=True)
+    write_whole(path, lambda stream: stream.write(content))
     if text:
         write_text(path.with_suffix(".txt"), drawing.alternative + "\n")
 

@@ -18,6 +18,8 @@ from squeal.cli.options import check_outputs
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import Column, Table, remaining, to_json
 
+TABLE = Table([Column("n", value=int)], [1])
+
 
 def test_only_a_plain_file_in_a_writable_folder_is_an_output(tmp_path, monkeypatch):
     def check(path):
@@ -35,6 +37,44 @@ def test_only_a_plain_file_in_a_writable_folder_is_an_output(tmp_path, monkeypat
     monkeypatch.setattr(os, "access", lambda path, mode: (path, mode) != (tmp_path, os.W_OK))
     with pytest.raises(InputError, match=f"--csv {good}: "):
         check(good)
+
+
+def refused(path):
+    with pytest.raises(InputError, match=f"{path}: cannot be written"):
+        TABLE.save(path)
+
+
+def test_a_written_file_keeps_the_permissions_of_the_one_before(tmp_path):
+    path = tmp_path / "private.csv"
+    path.touch(0o600)
+    (tmp_path / "link.csv").symlink_to(path)
+    for name in ("private.csv", "link.csv"):
+        TABLE.save(tmp_path / name)
+        assert (path.read_text(), path.stat().st_mode & 0o777) == ("n\n1\n", 0o600)
+    assert (tmp_path / "link.csv").is_symlink()
+    TABLE.save(tmp_path / "new.csv")
+    mask = os.umask(0)
+    os.umask(mask)
+    assert (tmp_path / "new.csv").stat().st_mode & 0o777 == 0o666 & ~mask
+
+
+def test_no_pipe_and_no_folder_is_replaced_by_a_file(tmp_path):
+    pipe = tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
+    refused(pipe)
+    assert pipe.is_fifo()
+    (tmp_path / "folder.csv").mkdir()
+    refused(tmp_path / "folder.csv")
+    assert {one.name for one in tmp_path.iterdir()} == {"pipe.csv", "folder.csv"}
+
+
+@pytest.mark.parametrize("length", [250, 255])
+def test_a_name_as_long_as_the_system_allows_is_written(tmp_path, length):
+    path = tmp_path / ("n" * (length - 4) + ".csv")
+    TABLE.save(path)
+    assert path.read_text() == "n\n1\n"
+    refused(tmp_path / ("n" * 252 + ".csv"))
+    assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize(

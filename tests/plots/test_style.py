@@ -21,7 +21,7 @@ def test_a_full_disc_is_told_as_such(monkeypatch, tmp_path, kind, room):
 
         tell = flush = lambda self: self.written
 
-    monkeypatch.setattr(style, "write_whole", lambda path, write, binary: write(Full()))
+    monkeypatch.setattr(style, "write_whole", lambda path, write: write(Full()))
     figure = Figure()
     figure.text(0.5, 0.5, "some words")
     figure.add_subplot().plot([1, 2])

@@ -227,7 +227,7 @@ def _measured(name: str, build: Path, made: Path) -> tuple[Path, ...]:
 
 
 def _copy(file: Path, to: Path) -> None:
-    write_whole(to, lambda stream: stream.write(file.read_bytes()), binary=True)
+    write_whole(to, lambda stream: stream.write(file.read_bytes()))
 
 
 def _table(name: str, build: Path, made: Path) -> tuple[Path, ...]:
