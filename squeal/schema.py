@@ -569,8 +569,9 @@ _KINDS: dict[Any, Kind] = {
 def kind_of(hint: object) -> Kind:
     """The kind of value that an annotation of a parameter allows.
 
-    ``Annotated[float, POSITIVE]`` names its kind itself. ``X | None`` allows what X allows, since
-    a default of None is not checked; of a union of several types anything but None is allowed.
+    ``Annotated[float, POSITIVE]`` names its kind itself; a ``Literal`` is one of words, not of
+    numbers. ``X | None`` allows what X allows, since a default of None is not checked; of a union
+    of several types anything but None is allowed.
     """
     origin: Value = get_origin(hint) or hint  # of list[int] the origin is list, the part int
     parts = get_args(hint)
@@ -582,12 +583,13 @@ def kind_of(hint: object) -> Kind:
         return _KINDS[origin]
     if not parts:
         return instance(origin, f"an instance of {origin.__name__}")
+    is_mapping = isinstance(origin, type) and issubclass(origin, Mapping)
     # the types of a union, or of the entries; keys of mappings are names
-    allowed = set(parts[1:] if origin is Mapping else parts) - {NoneType, Ellipsis}
+    allowed = set(parts[1:] if is_mapping else parts) - {NoneType, Ellipsis}
     kind = kind_of(allowed.pop()) if len(allowed) == 1 else _KINDS[Any]
     if origin in (Union, UnionType):
         return kind  # below it is that of each entry
-    if origin is Mapping:
+    if is_mapping:
         return Named(kind, f"a mapping of names to values, each {kind.named}")
     if origin is tuple and Ellipsis not in parts:
         return Several(kind, f"a sequence of {len(parts)} values, each {kind.named}", len(parts))

@@ -14,6 +14,7 @@ from scipy.sparse import csc_array
 
 import squeal
 from squeal.errors import InputError
+from squeal.schema import public
 from tests.conftest import ROOT, SCENES
 
 api: typing.Any = squeal  # asked for what its types do not allow
@@ -211,6 +212,18 @@ WITH_UNITS: dict = {
 def test_quantities_with_units_are_refused_in_a_sentence(words):
     with pytest.raises(InputError, match=f"{words} quantity with a unit is not allowed"):
         WITH_UNITS[words]()
+
+
+def test_a_dict_of_numbers_is_asked_for_as_a_mapping():
+    @public
+    def total(weights: dict[str, float]) -> float:
+        return sum(weights.values())
+
+    assert total({"a": 1.0, "b": 2.0}) == 3.0
+    wrong: typing.Any
+    for wrong in ([1.0, 2.0], {"a": "x"}):
+        with pytest.raises(InputError, match=r"weights"):
+            total(wrong)
 
 
 def test_a_misspelt_argument_has_a_hint():

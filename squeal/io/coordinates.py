@@ -224,9 +224,9 @@ def read_elements(path: Path, coordinates: Coordinates) -> Coordinates:
     for line in lines:
         name = line.cells["element"].strip()
         kind, nodes = _element(line, index_of_name)
-        corners = CELLS[kind].corners
-        if len({*nodes[:corners]}) < corners or not name or name in cells:
-            raise line.at.refuse(f"an element named once and {corners} different nodes are needed")
+        count = len(nodes)
+        if len(set(nodes)) < count or not name or name in cells:
+            raise line.at.refuse(f"an element named once and {count} different nodes are needed")
         cells[name] = (kind, nodes)
     return replace(
         coordinates,

@@ -356,13 +356,14 @@ def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -
 def _feet_on_face(nodes: Array, places: Array, normals: Array) -> tuple[Array, Array]:
     """Where lines from places (m, 3) along normals (m, 3) meet a face of nodes (k, 3).
 
-    Returns reference coordinates (m, 2), which may lie beyond the face, and heights (m,) along the
-    normals. Both are NaN where a line lies in the face, and where Newton's method on
-    face(r, s) - height normal = place does not settle in `STEPS` steps.
+    Returns reference coordinates (r, s) (m, 2), which may lie beyond the face, and heights (m,)
+    along the normals. By Newton's method on face(r, s) - height normal - place = 0; NaN where that
+    does not settle in `STEPS` steps: also where a line meets the face beyond `FAR`, or runs
+    parallel to it at some step.
     """
     shape = SHAPES[len(nodes)]
-    unknowns = np.zeros((len(places), 3))  # r, s, height: from the middle of a quadrilateral
-    if len(nodes) in (3, 6):  # from the middle of a triangle
+    unknowns = np.zeros((len(places), 3))  # r, s and height; a quadrilateral has its middle at 0, 0
+    if len(nodes) in (3, 6):  # a triangle has it at 1/3, 1/3
         unknowns[:, :2] = 1.0 / 3.0
     is_lost = np.zeros(len(places), dtype=bool)
     for _ in range(STEPS):
@@ -370,7 +371,7 @@ def _feet_on_face(nodes: Array, places: Array, normals: Array) -> tuple[Array, A
         residuals = values @ nodes - unknowns[:, 2:] * normals - places
         tangents = np.einsum("mkt,kx->mxt", slopes, nodes)
         jacobians = np.concatenate([tangents, -normals[:, :, None]], axis=2)
-        is_lost |= np.linalg.det(jacobians) == 0.0  # the line lies in the face
+        is_lost |= np.linalg.det(jacobians) == 0.0  # the line is parallel to the face there
         jacobians[is_lost] = np.eye(3)  # any regular one: with no residual a lost point stays
         residuals[is_lost] = 0.0
         change = np.linalg.solve(jacobians, residuals[:, :, None])[:, :, 0]

@@ -96,7 +96,7 @@ def _frozen_parts(reduction: DispersiveReduction) -> Iterator[_FrozenPart]:
     region = reduction.region
     grid = frequencies(reduction.system, region)
     spacing = float(np.diff(grid).max())
-    reach = (NEAR + 0.5) * spacing
+    reach = (NEAR + 0.5) * spacing  # beyond NEAR, within which roots start, and how far they move
     for omega in grid.tolist():
         around = replace(
             region,
@@ -355,11 +355,17 @@ def crossings_along(
     low = values[0]
     high = values[-1]
     shortest = SHORTEST_STEP * (high - low)
-    crossings: list[AxisCrossing] = []
+    crossings: list[AxisCrossing] = []  # none twice
     unconfirmed: list[str] = []
+
+    def locate(guess: CrossingGuess) -> None:
+        crossing = axis_crossing(reduction.scaled, name, guess)
+        if not any(_is_same(crossing, other) for other in crossings):
+            crossings.append(crossing)
+
     for guess in known:
         try:
-            crossings.append(axis_crossing(reduction.scaled, name, guess))
+            locate(guess)
         except ComputationError as error:
             unconfirmed.append(str(error))
     # if matrices do not depend on the frequency, one part serves the whole band
@@ -377,15 +383,11 @@ def crossings_along(
                 vectors = reduced.in_projection(scale * guess.right, scale * guess.left)
                 right, left = multiply(reduction.vectors, np.array(vectors, dtype=complex).T).T
                 try:
-                    full_guess = guess._replace(right=right, left=left)
-                    crossing = axis_crossing(reduction.scaled, name, full_guess)
+                    locate(guess._replace(right=right, left=left))
                 except ComputationError as error:
                     # farther from the part's frequency the neighbouring part has to locate it
                     if abs(guess.omega - part.omega) <= part.spacing / 2:
                         unconfirmed.append(str(error))
-                    continue
-                if not any(_is_same(crossing, other) for other in crossings):
-                    crossings.append(crossing)
     inside: list[AxisCrossing] = []
     for crossing in crossings:
         in_range = _in_range(crossing, low, high)

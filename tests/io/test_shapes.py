@@ -150,6 +150,7 @@ WRONG = [
     (CELLS, CELLS[:2] + [CELLS[1]], "named once"),
     (CELLS, [CELLS[0], CELLS[1].replace(",5,", ",7,")], "7"),
     (CELLS, [CELLS[0], CELLS[1].replace(",5,", ",15,")], "8 different nodes"),
+    (CELLS, [f"{CELLS[0]},{','.join('abcdef')}", "1,triangle,5,15,25,35,35,45"], "6 different"),
     (CELLS, [CELLS[0], CELLS[1].replace("hexahedron", "brick")], "hexahedron"),
     (NODES, NODES[1:], "no column"),
     (NODES, ["node,dof,x,y,z,z", *NODES[1:]], "2 columns z; one is allowed"),

@@ -253,11 +253,10 @@ def checked_boundary(scene: Scene, curve: BoundaryCurve) -> CheckedBoundary:
 
 
 def height_at(curves: Sequence[Boundary], over: str, value: float) -> float:
-    """The greatest modal damping of the folds of stable cycles at a contact damping or a friction,
-    0 where there is none.
+    """The greatest modal damping at which a fold ends a stable cycle, 0 where none does.
 
-    Over friction a fold ends the stable cycle only from where the torus that ends the loss of
-    contact begins; below that the cycle is unstable on the fold too.
+    value: a contact damping if `over` is "a", a friction if it is "mu". At a friction below every
+    torus that ends the loss of contact, the cycle is unstable on the fold already: 0.
     """
     in_plane = [curve for curve in curves if curve.over == over]
     if over == "mu":

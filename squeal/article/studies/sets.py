@@ -138,10 +138,10 @@ def parameters(points: Scene, line: Scene) -> dict[str, float]:
 
 
 def edges_apart(line: Scene, in_equilibrium: State) -> dict[str, float]:
-    """`lost` and `apart` of the edges of the face on two springs in place of the line.
+    """Shares of the time in which edges of the face are off, on two springs in place of the line.
 
-    The springs lie inside the edges, where the face moves less. in_equilibrium: which edges touch
-    in the sliding equilibrium of the line.
+    `lost`: an edge that touches in the sliding equilibrium of the line (`in_equilibrium`); `apart`:
+    any edge. The springs lie inside the edges and may touch while an edge is off.
     """
     run = simulate(on_springs(line, 2).replace(V=None, outputs=("history",), samples=SAMPLES))
     assert run.history is not None
