@@ -169,10 +169,10 @@ class Assembly:
 
         They are eliminated from P (a Schur complement), which takes S^H P^-1 R from it: R = P x and
         S = P^H y are the residuals of the modes inside the components. `value` is S^H K^-1 R, the
-        first term of the Neumann series of P^-1 about K (at the component's own parameters).
-        Truncated motions lie above the cutoff, so that each further term contracts by at least
-        q = `(|z| / cutoff)^2`, and all of them together are at most q / (1 - q) times the product
-        of the energy norms of R and S.
+        first term of the Neumann series of P^-1 about K, that of the component's own parameters.
+        Truncated motions lie above the cutoff, so that each further term is at most q =
+        `(|z| / cutoff)^2` times the one before, and all of them together are at most q / (1 - q)
+        times the product of the energy norms of R and S.
 
         Parameters
         ----------
@@ -212,7 +212,8 @@ class Assembly:
                 left_energies = left_energies + inside.left_energies
         contraction = (np.abs(z) / (math.tau * self.cutoff)) ** 2  # q
         series = contraction / (1.0 - contraction)
-        # the product of both norms (Cauchy-Schwarz), each with the root of its series
+        # the product of both norms (Cauchy-Schwarz), each with the root of its series; an energy
+        # that is zero may be computed below zero
         right_norms = np.sqrt(np.abs(right_energies) * series)
         left_norms = np.sqrt(np.abs(left_energies) * series)
         return TruncationTerm(value, np.outer(left_norms, right_norms))

@@ -103,7 +103,8 @@ class Component:
                 f"{self.name}: directions: {unknown[0]:g} is not allowed; it must be 0, 1, 2 or -1"
             )
         object.__setattr__(self, "directions", self.directions.astype(int))
-        if self.cutoff < np.inf:
+        flexibility = self.residual_flexibility
+        if self.cutoff < np.inf and (flexibility is None or np.any(flexibility)):
             assumption = f"reduced to its modes up to {self.cutoff:g} Hz, which moves roots"
             object.__setattr__(self, "system", self.system.assuming(assumption))
 
@@ -127,7 +128,7 @@ class Component:
         """
         requested = np.asarray(nodes).astype(str)
         labels, label_of_row = np.unique(self.nodes, return_inverse=True)
-        # one that sorts behind all labels gets the last of them, and is unknown like others between
+        # of an unknown label the position is that of another one
         position = np.minimum(np.searchsorted(labels, requested), len(labels) - 1)
         is_unknown = (labels[position] != requested) | (requested == "")
         if np.any(is_unknown):
@@ -135,7 +136,8 @@ class Component:
         rows = np.full((len(labels), 3), -1)
         moving = np.flatnonzero((self.directions >= 0) & (self.nodes != ""))
         where = (label_of_row[moving], self.directions[moving])
-        rows[where] = moving  # of several rows of one node and direction the last one stays
+        rows[where] = moving
+        # several rows of one node and direction: the last one has replaced the others
         replaced = moving[rows[where] != moving]
         if len(replaced):
             raise InputError(
@@ -304,12 +306,13 @@ class Component:
         boundary = np.flatnonzero(is_boundary)
         interior = np.flatnonzero(~is_boundary)
         matrices = [term.matrix for term in self.system.terms]
-        earlier = self.residual_flexibility
-        rows_of_terms = self.system.n * len(matrices)
+        earlier = self.residual_flexibility  # W^H K^-1 W of what was truncated before
+        size_of_hermitian = self.system.n * len(matrices)  # of it, if all terms are Hermitian
         is_hermitian = all(_is_hermitian(A) for A in matrices)
-        if not is_hermitian or (earlier is not None and len(earlier) > rows_of_terms):
+        if not is_hermitian or (earlier is not None and len(earlier) > size_of_hermitian):
             matrices += [A.conj().T for A in matrices]  # for the residuals of left vectors
-            if earlier is not None and len(earlier) == rows_of_terms:  # of Hermitian terms
+            if earlier is not None and len(earlier) == size_of_hermitian:
+                # the transposed of Hermitian terms exert the same forces: W becomes [W, W]
                 earlier = np.kron(np.ones((2, 2)), earlier)
         if len(interior):
             factor, basis = self._craig_bampton(boundary, interior, cutoff)
@@ -318,8 +321,9 @@ class Component:
             basis = _unit_columns(self.system.n, boundary)
             size = len(matrices) * len(boundary)
             flexibility = np.zeros((size, size))
-        if earlier is not None:  # what an earlier reduction truncated adds to it
-            basis_of_terms = block_diag([basis] * len(matrices), "csc")  # it has n rows for each
+        if earlier is not None:
+            # a block for each term, since each exerts forces by the displacements of the basis
+            basis_of_terms = block_diag([basis] * len(matrices), "csc")
             flexibility = flexibility + basis_of_terms.T @ earlier @ basis_of_terms
         modes = basis.shape[1] - len(boundary)
         places = None
@@ -426,7 +430,8 @@ class Component:
         r = (weights * right).reshape(-1, len(z))  # (terms n, m)
         s = (weights.conj() * left).reshape(-1, len(z))
         if len(self.residual_flexibility) > len(r):
-            # W has the forces of the terms, which make R, and those of the transposed ones for S
+            # W = [forces of the terms, forces of the transposed ones]: R are sums of the first half,
+            # S of the second one
             r = np.vstack([r, np.zeros_like(r)])
             s = np.vstack([np.zeros_like(s), s])
         solved_r = self.residual_flexibility @ r

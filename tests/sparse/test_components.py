@@ -327,3 +327,16 @@ def test_a_node_that_only_turns_lies_where_its_rows_say():
     places = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]]
     plate = squeal.Component(system, ["pinned", "free", "free again"], [-1, 2, 2], places)
     assert plate.places_of(["free", "pinned"]).tolist() == [places[1], places[0]]
+
+
+def test_a_component_is_an_approximation_once_motions_are_truncated():
+    K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+    chain = squeal.Component(squeal.System(np.eye(3), K=K, name="chain"), [1, 2, 3], [0, 0, 0])
+    whole = chain.reduced([1, 2, 3], cutoff=0.01)
+    assert whole.system.assumptions == ()
+    spectra = [squeal.eigenvalues(body.system).values for body in (whole, chain)]
+    assert np.allclose(*spectra, rtol=1e-12)
+    truncated = chain.reduced([1], cutoff=0.01)
+    kept = truncated.reduced([1], cutoff=0.01)
+    assert "moves roots" in truncated.system.assumptions[0]
+    assert kept.system.assumptions == truncated.system.assumptions
