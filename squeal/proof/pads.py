@@ -31,6 +31,7 @@ from squeal.proof.balls import (
     low_end,
 )
 from squeal.proof.branches import BITS, FRICTION, ORDER, Cell, PadBranch
+from squeal.proof.ranges import CANCELS
 from squeal.proof.signs import NEAR, Polynomial, Sign, signs
 
 try:
@@ -269,8 +270,10 @@ class _BranchComparison:
     def _problem_of_event(self, event: Event) -> Problem | None:
         """Compare an event with the claims that lie in it; None if it is as claimed, or a fold.
 
-        The count has to rise by as much as they say. An event without claims, in which the count
-        does not change, is allowed if its roots grow more slowly than `growth_below`.
+        The count has to rise by as much as they say together. That proves each of them only if all
+        have one direction: a rise and a fall leave the count as it would be without both. An event
+        without claims, in which the count does not change, is allowed if its roots grow more slowly
+        than `growth_below`.
         """
         middle = (event.low + event.high) / 2.0
         problem = self._problem_of_passed_claim(event.low)
@@ -284,6 +287,8 @@ class _BranchComparison:
             if not claims:
                 reason += ", which is not listed"
             return Problem("refuted", reason, middle)
+        if abs(rise) != sum(abs(claim.rise) for claim in claims):
+            return Problem("open", CANCELS, middle)
         for claim in claims:
             self.places.append((min(event.low, claim.mu), max(event.high, claim.mu)))
         self.waiting = self.waiting[len(claims) :]  # they ascend: these are its first

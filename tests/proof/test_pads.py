@@ -195,6 +195,14 @@ def test_wrong_lists_are_refuted(wrong):
     assert prove_pad(branch(scene_of("b1-a"), 2.0), claims, None, 0.345, 1e-1).status == "refuted"
 
 
+def test_invented_thresholds_that_cancel_prove_nothing():
+    """A loss and a return beside the true loss leave the count as it is without both."""
+    claims = [Claim(0.34586737781, rise) for rise in (2, -2, 2)]
+    proof = prove_pad(branch(scene_of("b1-a"), 2.0), claims, None, claims[0].mu, 1e-1)
+    assert (proof.status, proof.places) == ("open", ())
+    assert "cancel" in proof.reason
+
+
 def test_a_fold_is_where_the_determinant_vanishes(digits):
     scene = scene_of("b2-c")
     *_, last = branch(scene, 2.0).cells()
