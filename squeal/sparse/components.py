@@ -430,8 +430,8 @@ class Component:
         r = (weights * right).reshape(-1, len(z))  # (terms n, m)
         s = (weights.conj() * left).reshape(-1, len(z))
         if len(self.residual_flexibility) > len(r):
-            # W = [forces of the terms, forces of the transposed ones]: R are sums of the first half,
-            # S of the second one
+            # W = [forces of the terms, forces of the transposed ones]: R are sums of the first
+            # half, S of the second one
             r = np.vstack([r, np.zeros_like(r)])
             s = np.vstack([np.zeros_like(s), s])
         solved_r = self.residual_flexibility @ r
