@@ -70,3 +70,15 @@ def test_a_constraint_takes_roots_however_its_rows_are_mixed(damping):
     assert sorted(found.values, key=lambda s: s.imag) == pytest.approx([root.conjugate(), root])
     assert found.verdict == ("stable" if damping else "marginal")
     assert found.certified
+
+
+def test_growth_of_other_roots_is_not_taken_for_that_of_listed_ones():
+    """Sevenths leave M singular to rounding: exactly it has more roots, of 4e8 rad/s and beyond."""
+    T = np.array([[-3.0, -2.0, -2.0], [-2.0, 2.0, 3.0], [1.0, -3.0, -3.0]]) / 7
+    M = T.T @ np.diag([1.0, 0.0, 0.0]) @ T
+    K = T.T @ np.array([[-1.0, 0.0, 1.0], [0.0, -1.0, -2.0], [1.0, 1.0, -2.0]]) @ T
+    found = squeal.eigenvalues(squeal.System(M, K=K))
+    # without the other two the first coordinate has the stiffness -3/4
+    values = [root.value for root in found.eigenvalues]
+    assert values == pytest.approx([np.sqrt(0.75), -np.sqrt(0.75)], rel=1e-9)
+    assert not found.certified

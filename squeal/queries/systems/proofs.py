@@ -431,6 +431,8 @@ def with_proved_growth(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> Eigen
     Their real parts are clipped to the proved bounds of the piece. Once the list has fewer roots
     left than a piece needs, that piece and further ones are left out.
     """
+    if sum(piece.count for piece in pieces) != len(roots):
+        return roots  # the pieces stand for other roots
     growing_pieces = [piece for piece in pieces if piece.side == "grows"]
     proved_to_grow = sum(piece.count for piece in growing_pieces)
     known_to_grow = sum(root.decides and root.value.real > root.rounding for root in roots)
