@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError
-from squeal.linear.matrices import Array, reduce
+from squeal.linear.matrices import Array, Matrix, reduce
 from squeal.linear.roots import roots_of
 
 Codes = NDArray[np.int8]
@@ -37,6 +37,14 @@ def assumed_rounding(values: ArrayLike, undamped: bool = False) -> Array:
     """
     share = 1e-7 if undamped else 1e-10
     return share * np.abs(values)
+
+
+def is_undamped(C: Matrix | None, K: Matrix) -> bool:
+    """Whether nothing damps real matrices: C is None, or skew as of gyroscopic forces. Of terms
+    `System.undamped` tells it."""
+    if np.iscomplexobj(K):  # structural damping
+        return False
+    return C is None or not abs(C + C.T).max()
 
 
 def kinds(values: ArrayLike, rounding: ArrayLike) -> Codes:

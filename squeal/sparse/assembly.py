@@ -153,9 +153,8 @@ class Assembly:
             slope += left.conj().T @ C @ right
         truncation = self.truncation_term(z, right, left, system.parameters)
         bounds = root_error_bounds(z, slope, truncation.value, truncation.uncertainty)
-        is_undamped = system.real and not system.C
-        growth_errors = np.where(bounds.stay_on_axis & is_undamped, 0.0, bounds.errors)
-        with_rounding = np.maximum(bounds.errors, assumed_rounding(z, is_undamped))
+        growth_errors = np.where(bounds.stay_on_axis & system.undamped, 0.0, bounds.errors)
+        with_rounding = np.maximum(bounds.errors, assumed_rounding(z, system.undamped))
         errors = {}
         for k, value in enumerate(z.tolist()):
             errors[value] = _RootError(float(with_rounding[k]), float(growth_errors[k]))

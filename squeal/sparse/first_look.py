@@ -411,12 +411,11 @@ class FirstLook(Reduction):
             truncation=S.conj().T @ solved_R,
             uncertainty=self._series * energies,
         )
-        is_undamped = self.system.real and not self.system.C
         return _ProjectedRoots(
             roots=roots,
             residuals=np.linalg.norm(R, axis=0) / (problem.size(z) * np.linalg.norm(X, axis=0)),
             errors=bounds.errors,
-            stay_on_axis=bounds.stay_on_axis & is_undamped,
+            stay_on_axis=bounds.stay_on_axis & self.system.undamped,
             corrections=solved,
         )
 

@@ -17,7 +17,7 @@ from squeal.linear import (
 )
 from squeal.linear.eigen import Eigenvalue, growing
 from squeal.linear.matrices import invariants
-from squeal.linear.verdicts import decide
+from squeal.linear.verdicts import decide, is_undamped
 from tests.known import affine, coupled
 from tests.linear.conftest import exact_squares, exact_verdict, random_pad
 
@@ -52,6 +52,15 @@ def test_verdicts_hold_on_both_sides_of_a_coalescence_and_of_divergence(rng, n):
                 assert verdict(np.diag(unit**2), None, unit[:, None] * K * unit) == expected
     for k, expected in ((1e-9, "marginal"), (-1e-9, "divergence"), (0.0, "marginal")):
         assert verdict(np.eye(n - 1), None, _padded(np.array([[k]]), n - 1)) == expected
+
+
+def test_gyroscopic_forces_do_not_damp_and_structural_damping_does():
+    skew = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    assert is_undamped(None, I2)
+    assert is_undamped(0.0 * I2, I2)
+    assert is_undamped(skew, I2)
+    assert not is_undamped(skew + 1e-9 * I2, I2)
+    assert not is_undamped(None, (1.0 + 0.01j) * I2)
 
 
 def test_a_small_damping_decides():

@@ -11,7 +11,7 @@ import numpy as np
 from squeal.linear.matrices import components, reaches
 from squeal.linear.roots import ComplexArray, ordered
 from squeal.linear.system import TermSystem
-from squeal.linear.verdicts import assumed_rounding
+from squeal.linear.verdicts import assumed_rounding, is_undamped
 from squeal.queries.options import Band
 from squeal.queries.systems.matrices import ALL_ROWS
 from squeal.results.sources import EigenvalueSelection
@@ -100,10 +100,11 @@ def motion_rates(system: TermSystem, changes: Changes) -> MotionRates:
     oscillating: list[float] = []
     for rows in components(reaches(pattern)):
         block = np.ix_(rows, rows)
-        roots = dense_values(M[block], None if C is None else C[block], K[block])
+        damping = None if C is None else C[block]
+        roots = dense_values(M[block], damping, K[block])
         sizes = np.abs(roots)
-        is_undamped = system.real and (C is None or not C[block].any())
-        oscillates = np.abs(roots.imag) > assumed_rounding(roots, is_undamped)
+        rounding = assumed_rounding(roots, is_undamped(damping, K[block]))
+        oscillates = np.abs(roots.imag) > rounding
         oscillating += sizes[oscillates].tolist()
         moving += sizes[sizes > 0.0].tolist()
     slowest = min(moving, default=0.0)

@@ -30,7 +30,7 @@ def verdict_of_some(roots: ComplexArray, rounding: Array) -> str | None:
 
 def rounding_of(system: TermSystem, roots: ComplexArray) -> Array:
     """How far (m,) rounding may move roots (m,) of a system, 1/s, as is assumed without vectors."""
-    return assumed_rounding(roots, undamped=system.real and not system.C)
+    return assumed_rounding(roots, system.undamped)
 
 
 def judge_roots(
