@@ -8,7 +8,12 @@ import pytest
 from squeal.article.claims.measures import measure
 from squeal.article.studies import basin, grazing, onset, releases
 from squeal.article.studies.basin import sampled_share
-from squeal.article.studies.hammering import equilibrium_contact, motion
+from squeal.article.studies.hammering import (
+    admissible_equilibrium,
+    equilibrium_contact,
+    heights_between,
+    motion,
+)
 from squeal.equilibrium.damping import damped_model
 from squeal.io.provenance import NOT_INSTALLED
 from squeal.io.scene import read_scene
@@ -32,7 +37,7 @@ def test_losses_after_a_release_are_those_of_another_program(name, load):
     state = np.append(place, np.zeros(3))
     state[1] += (1.0 - load) * reaction / stiffness
     touching = np.array(model.gaps(place)) < 0.0
-    rest = releases.equilibrium(scene)
+    rest = admissible_equilibrium(scene)
     start = releases.released(scene, rest, load)
     assert start.initial == pytest.approx(tuple(state), rel=1e-6, abs=1e-12)
     if load > 1.0:  # in full contact the force is that multiple
@@ -58,6 +63,12 @@ def test_the_longer_loss_is_named_only_beyond_the_least_difference():
     assert releases.longer(one) == "neither"
     assert releases.longer(dataclasses.replace(one, line=0.1)) == "points"
     assert releases.longer(dataclasses.replace(one, line=0.3)) == "line"
+
+
+def test_a_case_that_loses_no_contact_is_not_the_one_with_the_greatest_height():
+    assert heights_between({"b1-a": 2.0, "b1-b": 0.2, "b1-c": 1.0}, "b1-b", "b1-a")
+    assert not heights_between({"b1-a": None, "b1-b": 0.2, "b1-c": 1.0}, "b1-b", "b1-a")
+    assert heights_between({"b1-a": None, "b1-b": None}, "b1-b", "b1-a")  # without ensembles
 
 
 def test_intervals_of_shares_are_those_of_the_closed_form():
@@ -115,6 +126,20 @@ def test_checks_of_the_box_know_their_interval():
     few = tuple(sampled_share(h, n, 4) for h, n in zip(basin.HALF_WIDTHS, range(5), strict=True))
     record = basin.Basin(shares={"b1-d": few, "b2-d-integral": few}, compression={})
     assert not basin.sentences(record)["most-last-within-two-compressions"]
+
+
+def test_blows_that_neither_begin_nor_pass_the_level_have_no_ratio():
+    def blows(alone, trailing):
+        ratios = (0.001, 0.002, 0.003, 0.004)
+        pairs = zip(ratios, alone, trailing, strict=True)
+        return [grazing.Blow(ratio=r, trailing=t, alone=a, full=1.0) for r, a, t in pairs]
+
+    begins = blows((0.0, 0.0, 0.1, 0.3), (0.0, 0.01, 0.04, 0.08))
+    assert grazing.ratio_of_grazing(begins) == pytest.approx(0.0025)
+    assert grazing.ratio_of_hammering(begins) == pytest.approx(0.00325)
+    for other in (blows((0.0,) * 4, (0.0,) * 4), blows((0.1,) * 4, (1.0,) * 4)):
+        assert grazing.ratio_of_grazing(other) is None
+        assert grazing.ratio_of_hammering(other) is None
 
 
 def test_studies_that_need_heyoka_say_so_without_it(monkeypatch, tmp_path):

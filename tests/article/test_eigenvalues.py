@@ -6,7 +6,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.figures import control as figure
+from squeal.article.records import Missing
 from squeal.article.studies import eigenvalues
 from squeal.article.studies.eigenvalues import FrictionLoop, Loop
 from squeal.equilibrium import sliding_equilibrium
@@ -74,6 +76,31 @@ def single(first, second, damping):
         outputs=np.array([[1.0, -1.0, 0.0]]),
         second=0.0,
     )
+
+
+def test_a_loop_that_is_unstable_without_gain_has_the_critical_gain_zero():
+    loop = single(-1.0, 3.0, 0.1)
+    gains = np.linspace(0.0, 2.0, 41)
+    assert eigenvalues.critical_gain(loop, gains, eigenvalues.closed_poles(loop, gains)) == 0.0
+
+
+def test_sentences_fall_where_cases_have_no_loop(loops):
+    """A scene without steady sliding has a reason in place of its loop."""
+    for names in (HISTORY_FIGURES, ("b2-a", "b2-c")):
+        missing = dict.fromkeys(names, Missing("no steady sliding"))
+        record = eigenvalues.Eigenvalues(scenes={}, loops=loops | missing, apart=0.0)
+        checks = eigenvalues.sentences(record)
+        assert not checks["python-control-agrees-with-own-eigenvalues"]
+        assert not checks["frozen-and-followed-agree-in-c-and-d"]
+        assert not checks["following-the-equilibrium-keeps-a-and-b-stable"]
+
+
+def test_a_study_of_scenes_without_steady_sliding_has_the_reasons(monkeypatch):
+    monkeypatch.setattr(eigenvalues, "examined", lambda _: Missing("none"))
+    monkeypatch.setattr(eigenvalues, "loop_of", lambda _: Missing("none"))
+    record = eigenvalues.study([ROOT / f"workflow/scenes/{name}.yaml" for name in HISTORY_FIGURES])
+    assert record.apart == 0.0
+    assert set(record.loops.values()) == {Missing("none")}
 
 
 @pytest.mark.parametrize("damping", [0.02, 0.2])

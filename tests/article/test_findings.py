@@ -127,8 +127,10 @@ def test_what_a_finding_is_worth_is_said_once():
     assert all(sentences(Findings(findings)).values())
     of_e9 = next(i for i, one in enumerate(findings) if one.id == "E9")
     same = dataclasses.replace(findings[of_e9], measured={"as_printed": 0.04, "complete": 0.04})
-    changed = Findings((*findings[:of_e9], same, *findings[of_e9 + 1 :]))
-    assert not sentences(changed)["e4-and-e9-change-figures"]
+    elsewhere = dataclasses.replace(findings[of_e9], affects="Fig. 8")
+    for other in (same, elsewhere):
+        changed = Findings((*findings[:of_e9], other, *findings[of_e9 + 1 :]))
+        assert not sentences(changed)["e4-and-e9-change-figures"]
 
 
 def test_commands_of_several_scenes_name_them_all(capsys):

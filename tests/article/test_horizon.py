@@ -113,6 +113,13 @@ def test_figure_and_table_show_every_run(stored):
     assert r"\emph{beyond}" in table
 
 
+def test_a_sentence_falls_where_no_run_has_a_horizon(stored):
+    runs = tuple(dataclasses.replace(run, double=((None, None),)) for run in stored.runs)
+    checks = sentences(dataclasses.replace(stored, runs=runs))
+    assert not checks["the-motion-amplifies-the-errors"]
+    assert not checks["stiff-contact-has-a-horizon"]
+
+
 def test_a_sentence_falls_where_the_second_method_disagrees(stored):
     runs = []
     for run in stored.runs:

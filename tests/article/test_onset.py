@@ -36,6 +36,18 @@ def test_sampled_states_fill_a_box_about_the_equilibrium(half_width):
     assert share.var(axis=0) == pytest.approx(1.0 / 3.0, abs=0.1)
 
 
+def test_sentences_fall_where_nothing_lasts():
+    rest = onset.After(0.005, None, 4, 0, 0, 0, 0.0, None, None)
+    names = ["b1-a", "b1-d", "b2-c-integral", "b2-d-integral", "b2-d-mean"]
+    record = onset.Onset(
+        after=dict.fromkeys(names, (rest,)), cycles={}, other_damping={}, contact_damping={}
+    )
+    checks = onset.sentences(record)
+    assert not checks["d-survives-other-damping"]
+    assert not checks["d-goes-on-beside-stable-sliding"]
+    assert checks["d-comes-to-rest-with-the-printed-law"]
+
+
 def test_strong_damping_brings_all_to_rest():
     found, _ = onset.after(scene("b1-b"), 0.2)
     assert found.own is not None

@@ -5,12 +5,12 @@ import pytest
 
 from squeal.article.claims.motions import LEVELS
 from squeal.article.records import Missing
+from squeal.article.studies._scenes import compression
 from squeal.article.studies.starts import (
     KINDS,
     REACH,
     SIDE,
     Starts,
-    compression,
     grid,
     kind,
     maps,

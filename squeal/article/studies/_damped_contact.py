@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import root
 
+from squeal.article.studies._scenes import compression
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
@@ -43,7 +44,9 @@ from squeal.model.pad import (
 from squeal.numerics.differentiation import complex_step
 from squeal.simulation.run import heyoka
 
+# of one motion and its derivatives, and of many motions side by side
 TOLERANCE = 1e-13
+BATCH_TOLERANCE = 1e-9
 PARAMETERS = ("a", "zeta", "mu")
 """What a cycle may be continued over, in the order of `Flow` columns."""
 GAUSS = 1.0 / math.sqrt(3.0)  # two points integrate the cubic p (1 + a p') times its arm exactly
@@ -232,8 +235,7 @@ class DampedContact:
     @cached_property
     def length(self) -> float:
         """Unit of length in m, the static compression."""
-        pad = self.scene.pad
-        return float(pad.F_n / sum(getattr(pad, name) for name in self.law.parameters))
+        return compression(self.scene)
 
     @cached_property
     def time(self) -> float:
@@ -377,7 +379,7 @@ class Flow:
     is an event that only marks the motion.
     """
 
-    def __init__(self, law: ContactLaw, tolerance: float = TOLERANCE) -> None:
+    def __init__(self, law: ContactLaw) -> None:
         """Compile the equations with their derivatives by the state and by `PARAMETERS`."""
         hy = heyoka().hy
         equations = _equations(law)
@@ -397,7 +399,7 @@ class Flow:
         ]
         self.ta = hy.taylor_adaptive(
             hy.var_ode_sys(equations.system, state + parameters),
-            tol=tolerance,
+            tol=TOLERANCE,
             t_events=changes,
             nt_events=ends,
             compact_mode=True,
@@ -466,7 +468,7 @@ class Fate(NamedTuple):
 class Ensemble:
     """A compiled integrator of a law for many motions side by side."""
 
-    def __init__(self, law: ContactLaw, tolerance: float = 1e-9) -> None:
+    def __init__(self, law: ContactLaw) -> None:
         """Compile the equations for `LANES` motions side by side."""
         hy = heyoka().hy
         equations = _equations(law)
@@ -485,7 +487,7 @@ class Ensemble:
         self.ta = hy.taylor_adaptive_batch(
             equations.system,
             np.zeros((6, LANES)),
-            tol=tolerance,
+            tol=BATCH_TOLERANCE,
             t_events=changes,
             nt_events=ends,
             pars=np.zeros((_COUNT, LANES)),

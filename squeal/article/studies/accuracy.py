@@ -80,14 +80,14 @@ class Accuracy(Result):
     patience: int = PATIENCE
     left_out: str = ""
 
-    def least(self, case: str, path: str, aim: float = AIM) -> int | None:
-        """The least evaluations with every contact change and an error of at most `aim`."""
+    def least(self, case: str, path: str) -> int | None:
+        """The least evaluations with every contact change and an error of at most `AIM`."""
         enough = [
             point.evaluations
             for point in self.points
             if (point.case, point.path) == (case, path)
             and point.error is not None
-            and point.error <= aim
+            and point.error <= AIM
             and point.missed == point.extra == 0
         ]
         return min(enough, default=None)
@@ -145,7 +145,8 @@ def batch(scene: Scene, tolerance: float) -> Run:
 def _compiled(law: ContactLaw, contact: State) -> tuple[tuple[Any, int], ...]:
     """Compiled rates and gaps of a contact state, each with how many runtime parameters it reads.
 
-    Those of the scaled pad in the order of `taylor.NAMES`, up to the last that appears.
+    The runtime parameters are numbers of the scaled pad in the order of `taylor.NAMES`; a function
+    reads them up to the last that appears in it.
     """
     import heyoka as hy
 
@@ -419,6 +420,6 @@ def sentences(record: Accuracy) -> dict[str, bool]:
     loose = [p for p in with_impacts if p.path == "SciPy DOP853" and p.tolerance == 1e-4]
     return {
         "taylor-needs-fewest-evaluations": all(needs_fewest(case) for case in record.changes),
-        "fixed-step-stays-above-1e-6": min(fixed) > 1e-6,
+        "fixed-step-stays-above-1e-6": min(fixed, default=0.0) > 1e-6,
         "loose-tolerances-lose-contact-changes": all(p.missed + p.extra > 0 for p in loose),
     }

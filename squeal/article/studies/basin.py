@@ -12,7 +12,7 @@ from typing import Annotated
 from scipy.stats import binomtest
 
 from squeal.article.records import Record, Result
-from squeal.article.studies._scenes import read_scenes
+from squeal.article.studies._scenes import compression, read_scenes
 from squeal.article.studies.energy import under_both_laws
 from squeal.article.studies.onset import (
     BOX,
@@ -25,7 +25,6 @@ from squeal.article.studies.onset import (
     sampled_states,
     settle_late,
 )
-from squeal.article.studies.starts import compression
 from squeal.equilibrium.damping import damped_model
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
@@ -110,18 +109,18 @@ def sentences(record: Basin) -> Mapping[str, bool]:
     if record.left_out:
         return {}
 
-    def at(half_width: float) -> list[SampledShare]:
-        """The share of that box for each motion."""
+    def shares_at(half_width: float) -> list[SampledShare]:
+        """The share of that box for each of `MOTIONS`."""
         every = [row for rows in record.shares.values() for row in rows]
         return [row for row in every if row.half_width == half_width]
 
-    points_at_one, line_at_one = at(1.0)
+    points_at_one, line_at_one = shares_at(1.0)
     return {
         "share-that-lasts-grows-with-the-box": all(map(_grows, record.shares.values())),
-        "few-last-within-half-a-compression": all(row.high < 0.1 for row in at(0.5)),
+        "few-last-within-half-a-compression": all(row.high < 0.1 for row in shares_at(0.5)),
         "less-than-half-last-within-one-compression": points_at_one.share < 0.5
         and line_at_one.share < 0.5,
-        "most-last-within-two-compressions": all(row.low > 0.5 for row in at(2.0)),
+        "most-last-within-two-compressions": all(row.low > 0.5 for row in shares_at(2.0)),
         "points-last-from-more-within-one-compression": points_at_one.low > line_at_one.high,
     }
 

@@ -298,6 +298,8 @@ def critical_gain(loop: FrictionLoop, gains: np.ndarray, values: np.ndarray) -> 
     if not unstable.any():
         return None
     first = int(np.argmax(unstable))
+    if first == 0:
+        return float(gains[0])
 
     def growth(mu: float) -> float:
         return float(closed_poles(loop, np.array([mu])).real.max())
@@ -426,12 +428,12 @@ def study(files: Sequence[Path]) -> Eigenvalues:
     return Eigenvalues(
         scenes=undamped,
         loops=loops,
-        apart=max(one.apart for one in every if not isinstance(one, Missing)),
+        apart=max((one.apart for one in every if not isinstance(one, Missing)), default=0.0),
     )
 
 
 def sentences(record: Eigenvalues) -> Mapping[str, bool]:
-    """What the paper says of poles and loops."""
+    """What the paper says of poles and loops; of a case without a loop nothing holds."""
     loops = {name: one for name, one in record.loops.items() if isinstance(one, Loop)}
     points = [one for name, one in loops.items() if name.startswith("b1")]
     line = {name[-1]: one for name, one in loops.items() if name.startswith("b2")}
@@ -444,10 +446,16 @@ def sentences(record: Eigenvalues) -> Mapping[str, bool]:
             return one.frozen == one.by_poles
         return abs(one.frozen - one.by_poles) < 1e-7
 
-    def frozen_as_followed(one: Loop) -> bool:
-        if one.frozen is None or one.followed is None:
+    def frozen_as_followed(case: str) -> bool:
+        one = line.get(case)
+        if one is None or one.frozen is None or one.followed is None:
             return False
         return abs(one.frozen - one.followed) < 1e-3 * one.followed
+
+    def stays_stable(case: str) -> bool:
+        """Whether the equilibrium that follows friction does, where the frozen one does not."""
+        one = line.get(case)
+        return one is not None and one.frozen is not None and one.followed is None
 
     return {
         "python-control-agrees-with-own-eigenvalues": record.apart < AGREES
@@ -462,9 +470,6 @@ def sentences(record: Eigenvalues) -> Mapping[str, bool]:
             one.frozen is not None for one in line.values()
         ),
         "b2-c-alone-is-past-its-gain-margin": past_margin == ["b2-c"],
-        "frozen-and-followed-agree-in-c-and-d": frozen_as_followed(line["c"])
-        and frozen_as_followed(line["d"]),
-        "following-the-equilibrium-keeps-a-and-b-stable": all(
-            line[case].frozen is not None and line[case].followed is None for case in "ab"
-        ),
+        "frozen-and-followed-agree-in-c-and-d": all(map(frozen_as_followed, "cd")),
+        "following-the-equilibrium-keeps-a-and-b-stable": all(map(stays_stable, "ab")),
     }

@@ -76,23 +76,28 @@ def settled(scene: Scene, ratios: Sequence[float]) -> Arrays:
     )
 
 
-def ratio_of_grazing(blows: Sequence[Blow]) -> float:
+def ratio_of_grazing(blows: Sequence[Blow]) -> float | None:
     """The damping ratio at which the trailing edge begins to touch alone.
 
     Its share of time, linear in the ratio, is continued to zero from the first two ratios at which
-    there is one; at least the last ratio at which there is none.
+    there is one; at least the last ratio at which there is none. None where the edge begins to do
+    so at no ratio between the first and the last.
     """
-    touches = next(i for i, blow in enumerate(blows) if blow.alone > 0.0)
-    first, second = blows[touches : touches + 2]
-    slope = (second.alone - first.alone) / (second.ratio - first.ratio)
-    return max(first.ratio - first.alone / slope, blows[touches - 1].ratio)
+    for before, first, second in zip(blows, blows[1:], blows[2:], strict=False):
+        if before.alone == 0.0 < first.alone:
+            slope = (second.alone - first.alone) / (second.ratio - first.ratio)
+            return max(first.ratio - first.alone / slope, before.ratio)
+    return None
 
 
-def ratio_of_hammering(blows: Sequence[Blow]) -> float:
-    """The damping ratio at which the trailing blow passes `LEVEL`, between two of the ratios."""
-    heavier = next(i for i, blow in enumerate(blows) if blow.trailing > LEVEL)
-    pair = blows[heavier - 1 : heavier + 1]
-    return float(np.interp(LEVEL, [blow.trailing for blow in pair], [blow.ratio for blow in pair]))
+def ratio_of_hammering(blows: Sequence[Blow]) -> float | None:
+    """The damping ratio at which the trailing blow first passes `LEVEL`, by interpolation between
+    two of the ratios; None where it does not."""
+    for lighter, heavier in pairwise(blows):
+        if lighter.trailing <= LEVEL < heavier.trailing:
+            impulses = [lighter.trailing, heavier.trailing]
+            return float(np.interp(LEVEL, impulses, [lighter.ratio, heavier.ratio]))
+    return None
 
 
 def grazing(scene: Scene) -> Grazing:

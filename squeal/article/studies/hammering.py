@@ -17,8 +17,8 @@ from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, TOUCH, TURNS, hammering_cases, hammers
 from squeal.article.identify.ensemble import DONE, simulate_many
 from squeal.article.records import Record, Result
-from squeal.article.studies._scenes import read_scenes
-from squeal.article.studies.starts import TOLERANCE, compression
+from squeal.article.studies._scenes import compression, read_scenes
+from squeal.article.studies.starts import TOLERANCE
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
 from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
@@ -69,12 +69,18 @@ class Hammering(Result):
     turns: int = TURNS
 
 
-def equilibrium_contact(scene: Scene) -> State | None:
-    """State of the sliding equilibrium that the model means; None where there is none."""
+def admissible_equilibrium(scene: Scene) -> Equilibrium | None:
+    """The sliding equilibrium that the model means; None where there is none."""
     equilibrium, _ = sliding_equilibrium(scene.pad_model)
     if equilibrium is None or not equilibrium.admissible:
         return None
-    return scene.pad_model.state_at(np.array(equilibrium.q))
+    return equilibrium
+
+
+def equilibrium_contact(scene: Scene) -> State | None:
+    """Contact state of the admissible equilibrium; None where there is none."""
+    equilibrium = admissible_equilibrium(scene)
+    return None if equilibrium is None else scene.pad_model.state_at(np.array(equilibrium.q))
 
 
 def motion(case: Case, in_equilibrium: State | None) -> Motion:
@@ -141,9 +147,9 @@ def reference_height(scene: Scene) -> float:
 
 
 def mean_lost(motions: Mapping[str, Motion], model: str) -> float:
-    """`lost` over the four cases of a model, 0 of a case without equilibrium."""
-    own = [one for name, one in motions.items() if name.startswith(model.lower())]
-    return sum(one.lost or 0.0 for one in own) / len(own)
+    """Mean of `lost` over the four cases of a model, 0 of a case without equilibrium."""
+    of_model = [one for name, one in motions.items() if name.startswith(model.lower())]
+    return sum(one.lost or 0.0 for one in of_model) / len(of_model)
 
 
 def locked_cases(scenes: Mapping[str, Scene]) -> dict[str, tuple[str, ...]]:
@@ -189,12 +195,13 @@ def study(files: Sequence[Path]) -> Hammering:
     )
 
 
-def _between(amplitude: Mapping[str, float | None], low: str, high: str) -> bool:
-    """Whether two cases have the least and the greatest height; true where they were left out."""
+def heights_between(amplitude: Mapping[str, float | None], low: str, high: str) -> bool:
+    """Whether two cases have the least and the greatest height; true where all were left out."""
     heights = {name: value for name, value in amplitude.items() if value is not None}
     if not heights:
         return True
-    return min(heights, key=heights.__getitem__) == low and max(heights.values()) == heights[high]
+    is_least = min(heights.values()) == heights.get(low)
+    return is_least and max(heights.values()) == heights.get(high)
 
 
 def sentences(record: Hammering) -> Mapping[str, bool]:
@@ -223,6 +230,6 @@ def sentences(record: Hammering) -> Mapping[str, bool]:
         and all(lost[f"b1-{case}"] > lost[f"b2-{case}"] + 0.2 for case in "ab"),
         "no-separation-without-rotation": record.locked == {"B1": ("c", "d"), "B2": ()},
         "light-blows-in-b1-a": record.motions["b1-a"]["1"].leading < record.level,
-        "least-heights-from-b-to-a": _between(record.amplitude, "b1-b", "b1-a"),
+        "least-heights-from-b-to-a": heights_between(record.amplitude, "b1-b", "b1-a"),
         "b1-b-leading-edge-never-separates": record.motions["b1-b"]["1"].vanishes == 0.0,
     }

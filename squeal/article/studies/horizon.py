@@ -130,22 +130,24 @@ class Horizon(Result):
 
     @property
     def prediction(self) -> tuple[float, float]:
-        """Least and greatest horizon over the prediction by the exponent, up to `FORETOLD`."""
+        """Least and greatest horizon over the prediction by the exponent, up to `FORETOLD`; NaN
+        where no run has a horizon."""
         ratios: list[float] = []
         for run in self.reached:
             if run.stiffness <= FORETOLD:
                 ratios += [at / run.predicted for at in run.horizon or ()]
-        return min(ratios), max(ratios)
+        return min(ratios, default=math.nan), max(ratios, default=math.nan)
 
     @property
     def second(self) -> tuple[float, float]:
-        """Least and greatest horizon of the second method over the default path's."""
+        """Least and greatest horizon of the second method over the default path's; NaN where no run
+        has both."""
         ratios: list[float] = []
         for run in self.reached:
             second = run.independent[0]
             if second is not None:
                 ratios += [second / at for at in run.horizon or ()]
-        return min(ratios), max(ratios)
+        return min(ratios, default=math.nan), max(ratios, default=math.nan)
 
 
 def first_excess(times: np.ndarray, errors: np.ndarray, level: float) -> float | None:

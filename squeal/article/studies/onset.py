@@ -18,10 +18,9 @@ from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, hammers
 from squeal.article.identify.ensemble import DONE, Arrays, simulate_many, stack
 from squeal.article.records import Missing, Moved, Record, Result
-from squeal.article.studies._scenes import read_scenes
+from squeal.article.studies._scenes import compression, read_scenes
 from squeal.article.studies._spread import disturbed, moved
 from squeal.article.studies.energy import under_both_laws
-from squeal.article.studies.starts import compression
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
@@ -445,7 +444,7 @@ def airborne(pad: Shooting, cycle: Cycle) -> float:
     return shares.result()[model.state_name(NONE)]
 
 
-def decay(pad: Shooting, cycle: Cycle, turns: int = 24) -> float:
+def decay(pad: Shooting, cycle: Cycle) -> float:
     """The greatest multiplier of a stable cycle, from the decay of a small disturbance.
 
     The linear map from the disturbance of each period to that of the next, by least squares from a
@@ -454,7 +453,7 @@ def decay(pad: Shooting, cycle: Cycle, turns: int = 24) -> float:
     random = np.random.default_rng(0).normal(size=6)
     state = cycle.state + 1e-6 * np.abs(cycle.state).max() * random
     deviations = [state - cycle.state]
-    for _ in range(turns):
+    for _ in range(24):
         state = pad.motion(state, cycle.period, cycle.value).end[:, 0]
         deviations.append(state - cycle.state)
     to_next, *_ = np.linalg.lstsq(deviations[:-1], deviations[1:])
@@ -464,7 +463,8 @@ def decay(pad: Shooting, cycle: Cycle, turns: int = 24) -> float:
 
 
 def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
-    """The periodic motion that a state (SI) has settled to, followed in mu both ways."""
+    """The periodic motion that a state (SI) has settled to, followed in mu both ways; the reason
+    where it is not periodic."""
     assert scene.stop is not None
     with_damping = damped(scene, RATIO)
     settled = dataclasses.replace(
@@ -480,8 +480,9 @@ def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
         return Missing(str(error))
     thresholds = critical_friction(with_damping, GREATEST).points
     valid = _valid_part(found.orbits, found.own)
+    orbit_at_scene = found.orbits[found.own]
     # by falling friction, as `Cycles.branch` has them
-    own, *branch = _points(with_damping, [found.orbits[found.own], *reversed(valid.orbits)])
+    own, *branch = _points(with_damping, [orbit_at_scene, *reversed(valid.orbits)])
     return Cycles(
         own=own,
         airborne=airborne(pad, cycle),
@@ -506,7 +507,8 @@ class ValidPart(NamedTuple):
 
 
 def _valid_part(orbits: Sequence[Orbit], own: int) -> ValidPart:
-    """The part of a branch about its own cycle, as far as it is valid both ways."""
+    """The part of a branch about the cycle with the index `own`, as far as it is valid both
+    ways."""
     reaches = None
     begin = own
     while begin > 0 and _face(orbits[begin - 1]) < 1.0:
@@ -670,7 +672,12 @@ def sentences(found: Onset) -> Mapping[str, bool]:
     lively_hammering = [
         name for name, row in at_ratio.items() if row.liveliest and row.liveliest.hammers
     ]
-    others = [one for name in case_d for one in found.other_damping[name].values()]
+
+    def survives_other_damping(name: str) -> bool:
+        """Whether the liveliest motion goes on with each other kind; not so where none lasts."""
+        settled = found.other_damping.get(name, {}).values()
+        return bool(settled) and all(one is not None and one.goes_on for one in settled)
+
     return {
         "d-cycles-beside-stable-sliding": all(
             one is not None and one.sliding and one.own.stable for one in (points_d, line_d)
@@ -697,7 +704,7 @@ def sentences(found: Onset) -> Mapping[str, bool]:
             row.lasting > 0 and row.growth is not None and row.growth < 0.0
             for row in at_ratio.values()
         ),
-        "d-comes-to-rest-with-the-printed-law": max(lasts("b2-d-mean")) < RATIO,
+        "d-comes-to-rest-with-the-printed-law": max(lasts("b2-d-mean"), default=0.0) < RATIO,
         "d-hammers-on-points-alone": lively_hammering == ["b1-d"],
         "d-flutters-with-damping-of-the-normal-force": all(
             growth > 0.0 for one in found.contact_damping.values() for growth in one.growth.values()
@@ -705,5 +712,5 @@ def sentences(found: Onset) -> Mapping[str, bool]:
         "thresholds-hardly-depend-on-damping-of-the-normal-force": all(
             one.spread < 1e-2 * one.threshold for one in found.contact_damping.values()
         ),
-        "d-survives-other-damping": all(one is not None and one.goes_on for one in others),
+        "d-survives-other-damping": all(map(survives_other_damping, case_d)),
     }

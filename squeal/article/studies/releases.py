@@ -16,9 +16,14 @@ import numpy as np
 from squeal.article.cases import CASES, HISTORY_FIGURES, stem
 from squeal.article.claims.measures import measure
 from squeal.article.records import Record, Result
-from squeal.article.studies._scenes import REFERENCE, by_set, read_scenes
-from squeal.article.studies.hammering import Motion, equilibrium_contact, motion
-from squeal.equilibrium import Equilibrium, sliding_equilibrium
+from squeal.article.studies._scenes import REFERENCE, by_set, contact_stiffness, read_scenes
+from squeal.article.studies.hammering import (
+    Motion,
+    admissible_equilibrium,
+    equilibrium_contact,
+    motion,
+)
+from squeal.equilibrium import Equilibrium
 from squeal.io.scene import Scene
 from squeal.model.contact import NONE
 
@@ -64,19 +69,6 @@ class Releases(Result):
     sets: dict[str, ReleasedSet]
 
 
-def equilibrium(scene: Scene) -> Equilibrium | None:
-    """The sliding equilibrium that the model means; None where there is none."""
-    found, _ = sliding_equilibrium(scene.pad_model)
-    if found is None or not found.admissible:
-        return None
-    return found
-
-
-def contact_stiffness(scene: Scene) -> float:
-    """Normal stiffness (N/m) of full contact."""
-    return sum(getattr(scene.pad, name) for name in scene.pad_model.law.parameters)
-
-
 def released(scene: Scene, at: Equilibrium, load: float) -> Scene:
     """The scene from rest at (1 - load) R_n/k above its equilibrium, k of full contact."""
     x, y, theta = at.q
@@ -98,18 +90,18 @@ def released_set(scenes: Mapping[str, Scene]) -> ReleasedSet:
     """A set from its eight scenes."""
     equilibria: dict[str, Equilibrium] = {}
     for name, scene in scenes.items():
-        found = equilibrium(scene)
-        if found is not None:
-            equilibria[name] = found
+        equilibrium = admissible_equilibrium(scene)
+        if equilibrium is not None:
+            equilibria[name] = equilibrium
     cases = [case for case in CASES if all(stem(model, case) in equilibria for model in MODELS)]
 
     def motions(model: str, load: float) -> list[Motion]:
         """Of a model released from a load, in the cases in which both have an equilibrium."""
-        found = []
+        motions = []
         for name in [stem(model, case) for case in cases]:
             start = released(scenes[name], equilibria[name], load)
-            found.append(motion(measure(start), equilibrium_contact(scenes[name])))
-        return found
+            motions.append(motion(measure(start), equilibrium_contact(scenes[name])))
+        return motions
 
     loads = {}
     for load in LOADS:

@@ -15,7 +15,7 @@ from squeal.article.claims.motions import measures
 from squeal.article.claims.rules import hammers
 from squeal.article.identify.ensemble import DONE, simulate_many
 from squeal.article.records import Missing, Record, Result
-from squeal.article.studies._scenes import read_scenes
+from squeal.article.studies._scenes import compression, read_scenes
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
@@ -90,16 +90,9 @@ def plane(
     return states
 
 
-def compression(scene: Scene) -> float:
-    """Static compression (m) of the contact under the brake force."""
-    model = scene.pad_model
-    assert scene.pad.F_n is not None
-    return scene.pad.F_n / sum(getattr(scene.pad, name) for name in model.law.parameters)
-
-
-def grid(side: int = SIDE) -> tuple[np.ndarray, np.ndarray]:
-    """Heights and tilts (side^2,) of a map, the tilts in rows."""
-    axis = REACH * (2.0 * np.arange(side) + 1.0 - side) / side
+def grid() -> tuple[np.ndarray, np.ndarray]:
+    """Heights and tilts (SIDE^2,) of a map; rows of one tilt, along which the height rises."""
+    axis = REACH * (2.0 * np.arange(SIDE) + 1.0 - SIDE) / SIDE
     tilt, height = np.meshgrid(axis, axis, indexing="ij")
     return height.ravel(), tilt.ravel()
 
