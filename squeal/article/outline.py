@@ -8,7 +8,7 @@ Marching squares then connect the places.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
+from squeal.article.cases import CASES
 from squeal.plots.maps import QUARTERS
 
 Codes = Callable[[np.ndarray], np.ndarray]
@@ -225,30 +226,18 @@ def angle_axes_of_pi(axes: Axes) -> None:
     axes.set_ylabel(r"spring angle $\alpha_2$ [rad]")
 
 
-def mark(
-    axes: Axes,
-    marks: Mapping[str, tuple[float, float]],
-    unit: float = 1.0,
-    size: float = 7,
-    **ring: Any,
-) -> None:
-    """Names in rings at their places, coordinates over `unit`; `ring`: how it looks otherwise."""
-    box = {"boxstyle": "circle,pad=0.15", "fc": "w", "ec": "k", "lw": 0.6} | ring
-    for name, (x, y) in marks.items():
-        look: Any = {"ha": "center", "va": "center", "clip_on": False, "zorder": 5}
-        axes.text(x / unit, y / unit, name, fontsize=size, bbox=box, **look)
+def mark_cases(axes: Axes) -> None:
+    """The letters of the four cases, in rings at their spring angles, drawn over pi."""
+    box = {"boxstyle": "circle,pad=0.15", "fc": "w", "ec": "k", "lw": 0.6}
+    look: Any = {"ha": "center", "va": "center", "clip_on": False, "zorder": 5, "fontsize": 8}
+    for case, (alpha1, alpha2) in CASES.items():
+        axes.text(alpha1 / np.pi, alpha2 / np.pi, case, bbox=box, **look)
 
 
-def draw_areas(
-    axes: Axes, areas: Outline, colours: Sequence[str], unit: float | tuple[float, float] = 1.0
-) -> None:
-    """Areas in the colours of their codes and the curves between them, coordinates over `unit`.
-
-    unit: a number, or one for each axis.
-    """
-    scale = np.asarray(unit)
+def draw_areas(axes: Axes, areas: Outline, colours: Sequence[str]) -> None:
+    """Areas in the colours of their codes and the curves between them, of angles drawn over pi."""
     for code in np.unique(areas.codes):
-        polygons = areas.polygons[areas.codes == code] / scale
+        polygons = areas.polygons[areas.codes == code] / np.pi
         closed = np.concatenate([polygons, polygons[:, :1]], axis=1)
         # how the pen goes to each point of a polygon
         strokes = [Path.MOVETO, *[Path.LINETO] * (polygons.shape[1] - 1), Path.CLOSEPOLY]
@@ -258,6 +247,6 @@ def draw_areas(
         patch = PathPatch(area, color=colours[code], lw=0.4, joinstyle="round", zorder=1)
         axes.add_artist(patch)  # add_patch would look for the limits of each line
         axes.update_datalim(area.vertices)
-    lines = [curve / scale for curve, _ in areas.curves]
+    lines = [curve / np.pi for curve, _ in areas.curves]
     collection = LineCollection(lines, colors="black", linewidths=0.6, capstyle="round", zorder=2)
     axes.add_collection(collection)

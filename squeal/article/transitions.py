@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from squeal.model.contact import FULL, LEADING, NONE, STATES, TRAILING, State, states
+from squeal.model.contact import FULL, LEADING, NONE, STATES, TRAILING, State
 
 EDGE_NAMES = ("leading", "trailing")
 
@@ -16,14 +16,12 @@ class Transition(NamedTuple):
     rising: bool
 
 
-def transitions(points: int = 2) -> list[Transition]:
-    """The transitions that flip one contact point, out of each state in turn; eight of two."""
-    known = states(points)
+def transitions() -> list[Transition]:
+    """The eight transitions that flip one edge, two out of each state in turn."""
     return [
-        Transition(state, state.flip(point), point, rising=state[point])
-        for state in known
-        for point in range(points)
-        if state.flip(point) in known
+        Transition(state, state.flip(edge), edge, rising=state[edge])
+        for state in STATES
+        for edge in (LEADING, TRAILING)
     ]
 
 

@@ -3,8 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from squeal.article.cases import CASES
-from squeal.article.outline import angle_axes_of_pi, mark
+from squeal.article.outline import angle_axes_of_pi, mark_cases
 from squeal.article.studies.map_ranges import MapRanges, Span
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
@@ -18,13 +17,13 @@ def map_ranges_figure(record: MapRanges) -> Figure:
         figure = Figure(figsize=(DOUBLE, 4.5))
         grid = figure.subplots(2, 3)
         for column, (name, sweep) in enumerate(record.sweeps.items()):
-            shape, share = grid[:, column]  # axes
+            shape, share = grid[:, column]  # the axes of an outline and of shares
             for (value, curves), (colour, dash) in zip(sweep.shapes.items(), LOOKS, strict=False):
                 label = f"{SYMBOLS[name].split()[-1]} = {value}"
                 for line in curves:
                     shape.plot(*(np.array(line).T / np.pi), dash, color=colour, label=label, lw=0.9)
                     label = "_"  # the legend names the first curve of a value alone
-            mark(shape, CASES, np.pi, 8)
+            mark_cases(shape)
             shape.set_title(f"({'abc'[column]})", loc="left", pad=3.0)
             angle_axes_of_pi(shape)
             if column:

@@ -70,7 +70,7 @@ def _drawn(panels: Sequence[MapPanel], record: QuasiStatic, marks: Marks) -> Fig
         figure = Figure(figsize=(DOUBLE * len(panels) / 4, 2.3))
         axes = figure.subplots(1, len(panels), sharey=True)
         for one, (title, outline, colours) in zip(axes, panels, strict=True):
-            draw_areas(one, outline, colours, np.pi)
+            draw_areas(one, outline, colours)
             _mark_beside(one, marks)
             one.set_title(title, fontsize=8, pad=16.0)
             angle_axes_of_pi(one)

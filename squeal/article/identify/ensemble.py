@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -72,6 +72,58 @@ def _unsure(segment: Segment, options: Options) -> np.ndarray:
     return unsure
 
 
+def _blocks(lengths: np.ndarray, lanes: int, dense: bool) -> Iterator[np.ndarray]:
+    """Numbers of the motions (a multiple of `lanes`) that are run at once.
+
+    Long motions come first, so that those side by side are alike; the last lanes repeat a motion.
+    lengths (n,): of the motions; dense: steps are stored, of fewer motions at once if these are
+    long.
+    """
+    n = len(lengths)
+    order = np.argsort(-lengths, kind="stable")
+    to_fill = -n % lanes
+    order = np.append(order, order[-1:].repeat(to_fill))
+    while order.size:
+        groups = n
+        if dense:
+            groups = min(int(MEASURED_AT_ONCE / lengths[order[0]]) + 1, 8)
+        block, order = np.split(order, [groups * lanes])
+        yield block
+
+
+def _results(segment: Segment, units: Units, measure: Measure | None, events: bool) -> Arrays:
+    """What `simulate_many` returns of the motions of a segment, in the units (n,) of their pads.
+
+    A motion that does not reach its end has blanks in place of a final state and of measures.
+    """
+    n = len(segment.t0)
+    is_partial = segment.limit != Limit.NONE
+    failed = segment.limit == Limit.FAILED
+    time = segment.t1 * units.time
+    final = np.array(segment.end)
+    time[failed] = np.nan
+    final[:, is_partial] = np.nan
+    results = {
+        "outcome": np.where(failed, REFUSED, segment.limit + 1),
+        "ended": time,
+        "final": units.to_si(final).T,
+        "steps": segment.count,
+        "changes": np.bincount(segment.motion, minlength=n),
+    }
+    if events:
+        times = segment.t * np.asarray(units.time)[segment.motion]
+        table = np.array([times, segment.point]).T
+        results["events"] = np.empty(n, dtype=object)
+        begin = np.searchsorted(segment.motion, np.arange(1, n))
+        results["events"][:] = np.split(table, begin)
+    if measure is not None:
+        for name, measured in measure(segment, units).items():
+            blank = {"f": np.nan, "O": None}.get(measured.dtype.kind, 0)  # floats, objects
+            results[name] = measured.copy()
+            results[name][is_partial] = blank
+    return results
+
+
 def _motions(
     task: tuple[PadModel, np.ndarray, np.ndarray],
     tolerance: float,
@@ -95,53 +147,19 @@ def _motions(
     stop = duration / units.time
     contact = first_contact(model, placed, options)
     state = off_level(model, placed, contact, options)
+    dense = measure is not None
     results: Arrays = {}
 
     def store(pads: np.ndarray, segment: Segment) -> None:
-        """Put the motions of the pads with these numbers into `results`; a motion that does not
-        reach its end has blanks in place of a final state and of measures."""
-        pad_units = Units(*(v[pads] for v in vars(units).values()))
-        is_partial = segment.limit != Limit.NONE
-        failed = segment.limit == Limit.FAILED
-        time = segment.t1 * pad_units.time
-        final = np.array(segment.end)
-        time[failed] = np.nan
-        final[:, is_partial] = np.nan
-        values = {
-            "outcome": np.where(failed, REFUSED, segment.limit + 1),
-            "ended": time,
-            "final": pad_units.to_si(final).T,
-            "steps": segment.count,
-            "changes": np.bincount(segment.motion, minlength=len(pads)),
-        }
-        if events:
-            times = segment.t * np.asarray(pad_units.time)[segment.motion]
-            table = np.array([times, segment.point]).T
-            values["events"] = np.empty(len(pads), dtype=object)
-            begin = np.searchsorted(segment.motion, np.arange(1, len(pads)))
-            values["events"][:] = np.split(table, begin)
-        if measure is not None:
-            for name, measured in measure(segment, pad_units).items():
-                blank = {"f": np.nan, "O": None}.get(measured.dtype.kind, 0)  # floats, objects
-                values[name] = measured.copy()
-                values[name][is_partial] = blank
-        for name, value in values.items():
+        """Put the motions of the pads with these numbers into `results`."""
+        of_pads = Units(*(v[pads] for v in vars(units).values()))
+        for name, value in _results(segment, of_pads, measure, events).items():
             results.setdefault(name, np.empty((n, *value.shape[1:]), value.dtype))[pads] = value
 
     c = model.c
-    dense = measure is not None
     # by the number of steps, roughly: where the pad turns easily its rotation is the fastest motion
     lengths = stop * np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
-    # long motions first, so that those side by side are alike; the last lanes repeat a motion
-    order = np.argsort(-lengths, kind="stable")
-    to_fill = -n % options.lanes
-    order = np.append(order, order[-1:].repeat(to_fill))
-    while order.size:
-        # of long motions fewer are measured at once: their steps are stored meanwhile
-        groups = n
-        if dense:
-            groups = min(int(MEASURED_AT_ONCE / lengths[order[0]]) + 1, 8)
-        block, order = np.split(order, [groups * options.lanes])
+    for block in _blocks(lengths, options.lanes, dense):
         side_by_side = TaylorBatch(_some(model, block), tolerance, options=options)
         begin = np.zeros(len(block))
         segment = side_by_side.run(contact[:, block], begin, state[:, block], stop[block], dense)

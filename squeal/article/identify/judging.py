@@ -34,7 +34,6 @@ def margins(
     numbers: Numbers,
     formulation: Formulation,
     models: tuple[Model, ...] = MODELS,
-    stop: float = STOP,
     workers: int = 1,
     arrangement: Arrangement = PRINTED,
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -63,7 +62,7 @@ def margins(
             model,
             stacks[0].pad.replace(**columns),
             states[with_start],
-            stop,
+            STOP,
             TOLERANCE,
             formulation,
             measure=partial(measures, calm=False),

@@ -143,9 +143,9 @@ VERDICTS = (
 )
 
 
-def drawn(count: int = SETS, seed: int = SEED) -> dict[str, np.ndarray]:
-    """The numbers (count,) of random sets within `BOUNDS`."""
-    points = np.random.default_rng(seed).uniform(size=(count, len(BOUNDS)))
+def drawn() -> dict[str, np.ndarray]:
+    """The numbers (`SETS`,) of random sets within `BOUNDS`."""
+    points = np.random.default_rng(SEED).uniform(size=(SETS, len(BOUNDS)))
     return decode(points, BOUNDS)
 
 
@@ -185,40 +185,33 @@ def motions(
     states: np.ndarray,
     repeats: int,
     measure: Measure = measures,
-    damping: np.ndarray | None = None,
-    stop: float = STOP,
 ) -> Motions:
     """Motions of some pads (cases, each of n) from states (cases, n, 6), several times.
 
-    Those of repeat 0 start as given, others slightly off, see `disturbed`. damping: matrices
-    (cases, n, 3, 3).
+    Those of repeat 0 start as given, others slightly off, see `disturbed`.
     """
     all_states = np.stack([disturbed(states, repeat) for repeat in range(repeats)])
     flat = all_states.reshape(-1, 6)
-    able = np.flatnonzero(np.isfinite(flat).all(axis=1))  # NaN where there is no start
+    with_start = np.flatnonzero(np.isfinite(flat).all(axis=1))  # NaN where there is no start
     row = np.full(len(flat), -1)
-    row[able] = np.arange(len(able))
+    row[with_start] = np.arange(len(with_start))
     shape = all_states.shape[:-1]  # (repeats, cases, n), in whose order the motions are flattened
-    if not able.size:
+    if not with_start.size:
         return Motions({"outcome": np.empty(0, dtype=int)}, row.reshape(shape))
     given = [stack.pad.given() for stack in stacks]
     columns: dict[str, Any] = {}
     for name in given[0]:
         of_all_cases = np.concatenate([parameters[name] for parameters in given])
-        columns[name] = np.tile(of_all_cases, repeats)[able]
-    matrices = None
-    if damping is not None:
-        matrices = np.tile(damping.reshape(-1, 3, 3), (repeats, 1, 1))[able]
+        columns[name] = np.tile(of_all_cases, repeats)[with_start]
     first = stacks[0]
     arrays = simulate_many(
         first.name,
         Pad(**columns),
-        flat[able],
-        stop,
+        flat[with_start],
+        STOP,
         TOLERANCE,
         first.formulation,
         measure=measure,
-        damping=matrices,
     )
     return Motions(arrays, row.reshape(shape))
 
@@ -498,6 +491,38 @@ def _permanent(found: Computed, repeat: int, index: int) -> list[bool]:
     return permanent
 
 
+def _verdicts_when_locked(
+    found: Computed, points: Sequence[Case], line: Sequence[Case], repeat: int, index: int
+) -> dict[str, str]:
+    """Verdicts on the motions with rotation locked, of a set whose free motions are `points` and
+    `line`."""
+    verdicts = {}
+    line_locked = _locked(found, "B2", repeat, index)
+    separates = {*_letters(map(_separated, line))}
+    if separates and line_locked is not None:
+        still_separates = {*_letters(map(_separated, line_locked))}
+        verdicts["locked_line"] = _yes_or_no(not still_separates & separates)
+    points_locked = _locked(found, "B1", repeat, index)
+    if any(map(_loses_force, points)) and points_locked is not None:
+        verdicts["locked_points"] = _yes_or_no(any(map(_loses_force, points_locked)))
+    return verdicts
+
+
+def _verdicts_when_released(found: Computed, repeat: int, index: int) -> dict[str, str]:
+    """Verdicts on the motions of a set that are released from rest above the equilibrium."""
+    verdicts = {}
+    permanent = _permanent(found, repeat, index)
+    if permanent:
+        verdicts["permanent_all"] = _yes_or_no(all(permanent))
+        verdicts["permanent_some"] = _yes_or_no(any(permanent))
+    for i, load in enumerate(LOADINGS):
+        released_alike = {model: found.loads[model][i] for model in MODELS}
+        means = _mean_shares(found, released_alike, repeat, index)
+        if means:
+            verdicts[f"load_{load:g}"] = _longer(means["lost1"], means["lost2"])
+    return verdicts
+
+
 def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdicts | None:
     """What a repeat says of a set, the letters of `VERDICTS` among it.
 
@@ -519,7 +544,6 @@ def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdic
     other = min(repeat, ONCE_MORE - 1)
     points_hammer = _letters(hammers(case).margin > 0.0 for case in points)
     line_hammers = _letters(hammers(case).margin > 0.0 for case in line)
-    separates = _letters(map(_separated, line))
     shares = _mean_shares(found, found.first, repeat, index)
     verdicts: dict[str, str] = dict.fromkeys(VERDICTS, NOT_APPLICABLE)
     verdicts["restless"] = _yes_or_no(all(case.calm > CALM for case in (*points, *line)))
@@ -535,22 +559,8 @@ def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdic
             shares["two_apart"] = two_springs["two_apart"] - line_shares["apart2"]
             alike = all(abs(shares[f"two_{key}"]) < least for key, least in ALIKE.items())
             verdicts["two"] = _yes_or_no(alike)
-    line_locked = _locked(found, "B2", other, index)
-    if separates and line_locked is not None:
-        still_separates = _letters(map(_separated, line_locked))
-        verdicts["locked_line"] = _yes_or_no(not set(still_separates) & set(separates))
-    points_locked = _locked(found, "B1", other, index)
-    if any(map(_loses_force, points)) and points_locked is not None:
-        verdicts["locked_points"] = _yes_or_no(any(map(_loses_force, points_locked)))
-    permanent = _permanent(found, other, index)
-    if permanent:
-        verdicts["permanent_all"] = _yes_or_no(all(permanent))
-        verdicts["permanent_some"] = _yes_or_no(any(permanent))
-    for i, load in enumerate(LOADINGS):
-        released_alike = {model: found.loads[model][i] for model in MODELS}
-        means = _mean_shares(found, released_alike, other, index)
-        if means:
-            verdicts[f"load_{load:g}"] = _longer(means["lost1"], means["lost2"])
+    verdicts |= _verdicts_when_locked(found, points, line, other, index)
+    verdicts |= _verdicts_when_released(found, other, index)
     satisfied = []
     for claim in INDEPENDENT:
         outcome = claim.rule(*(measured[scene] for scene in claim.scenes))
@@ -558,7 +568,7 @@ def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdic
     return RepeatVerdicts(
         satisfied=tuple(satisfied),
         hammers=f"{points_hammer}/{line_hammers}",
-        separates=separates,
+        separates=_letters(map(_separated, line)),
         shares=shares,
         verdicts=verdicts,
     )

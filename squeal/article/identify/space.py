@@ -134,7 +134,7 @@ def speed_limit(n: Numbers) -> np.ndarray:
 
 
 def scenes_of(
-    n: Numbers, formulation: Formulation, tolerance: float = 1e-12, stop: float = STOP
+    n: Numbers, formulation: Formulation, tolerance: float = 1e-12
 ) -> dict[Model, dict[str, Scene]]:
     """The eight dimensionless scenes of one parameter set (n = 1): model, then case."""
 
@@ -146,7 +146,7 @@ def scenes_of(
             pad.replace(V=float(speed_limit(n)[0])),
             formulation if contact_model(model).choices else CONSISTENT,
             initial=tuple(starts(n, pads)[0].tolist()),
-            stop=stop,
+            stop=STOP,
             samples=2,
             tolerance=tolerance,
         )

@@ -1,7 +1,7 @@
 """The report's LaTeX as text without marks: lines, formulas and tables."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 # fmt: off
 _SYMBOLS = {
@@ -18,17 +18,16 @@ _PLACES = {
     r"\\aeqs\{([^}]*)\}\{([^}]*)\}": r"Eqs. (\1) and (\2)",
     r"\\aeq\{([^}]*)\}": r"Eq. (\1)",
     r"\\(?:says|label)\{[^}]*\}": "",
+    r"\\val\{[^}]*\}": "...",
 }
 """Macros of the preamble that are more than a mark."""
 
 
-def plain(tex: str, values: Mapping[str, str] | None = None) -> str:
-    r"""TeX as text without marks; \val by what is given, else as dots."""
-    known = values or {}
+def plain(tex: str) -> str:
+    r"""TeX as text without marks; \val as dots."""
     text = tex
     for macro, words in _PLACES.items():
         text = re.sub(macro, words, text)
-    text = re.sub(r"\\val\{([^}]*)\}", lambda m: known.get(m[1], "..."), text)
     text = re.sub(r"~?\\cite\w*\{[^}]*\}", "", text)
     text = re.sub(r"\$([^$]*)\$", lambda m: _formula(m[1]), text)
     text = text.replace("\\,", " ").replace("~", " ").replace("---", " - ").replace("--", "-")

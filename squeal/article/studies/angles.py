@@ -71,10 +71,10 @@ def equilibria(scene: Scene) -> Outline:
     angles = axes[0].values
     codes = _encoded(on_grid(scene, names, angles, angles))
 
-    def at(points: np.ndarray) -> np.ndarray:
+    def encoded_at(points: np.ndarray) -> np.ndarray:
         return _encoded(codes_at(scene, names, points))
 
-    return outline(((0.0, math.pi), (0.0, math.pi)), angles, angles, codes, at)
+    return outline(((0.0, math.pi), (0.0, math.pi)), angles, angles, codes, encoded_at)
 
 
 def damped(scene: Scene, mode: int) -> float:

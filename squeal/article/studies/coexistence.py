@@ -256,12 +256,13 @@ def height_at(curves: Sequence[Boundary], over: str, value: float) -> float:
     """The greatest modal damping at which a fold ends a stable cycle, 0 where none does.
 
     value: a contact damping if `over` is "a", a friction if it is "mu". At a friction below every
-    torus that ends the loss of contact, the cycle is unstable on the fold already: 0.
+    boundary on which the cycle loses its stability and the loss of contact ends, the cycle is
+    unstable on the fold already: 0.
     """
     in_plane = [curve for curve in curves if curve.over == over]
     if over == "mu":
-        tori = [curve for curve in in_plane if curve.kind != "fold" and curve.ends_loss]
-        begins = [min(point.mu for point in curve.points) for curve in tori]
+        lost = [curve for curve in in_plane if curve.kind != "fold" and curve.ends_loss]
+        begins = [min(point.mu for point in curve.points) for curve in lost]
         if value < min(begins, default=0.0):
             return 0.0
     highest = 0.0
@@ -400,13 +401,13 @@ def study(files: Sequence[Path]) -> Coexistence:
     searches_differ = 0.0
     for name, stem in MOTIONS.items():
         scene = scene_of(name, scenes[stem])
-        own = [checked_boundary(scene, curve) for curve in stored[name].boundaries]
-        boundaries += own
-        motions[name] = motion(scene, stored[name], [one.boundary for one in own])
+        of_motion = [checked_boundary(scene, curve) for curve in stored[name].boundaries]
+        boundaries += of_motion
+        motions[name] = motion(scene, stored[name], [one.boundary for one in of_motion])
         repeats.append(repeat(scene, stored[name].least))
-        for each in motions[name].margins:
-            if inside(motions[name], each):
-                searches_differ = max(searches_differ, each.spread)
+        for shown in motions[name].margins:
+            if inside(motions[name], shown):
+                searches_differ = max(searches_differ, shown.spread)
     checked = Checked(
         cycles=sum(len(one.boundary.points) for one in boundaries),
         closure=max(one.closure for one in boundaries),
@@ -445,6 +446,13 @@ def sentences(found: Coexistence) -> Mapping[str, bool]:
         lasting = [size for size in at_one_a if size is not None]
         return lasting == sorted(lasting)
 
+    def is_strip_below_the_line(a: float) -> bool:
+        """Whether cycles of the printed law exist between two close modal dampings, of which the
+        greater is less than half that of the consistent law."""
+        height = height_at(printed.boundaries, "a", a)
+        floor = floor_at(printed.boundaries, "a", a)
+        return 0.9 * height < floor < height < 0.5 * height_at(line.boundaries, "a", a)
+
     return {
         "stored-cycles-close-and-are-critical": found.checked.closure < 1e-6
         and found.checked.critical < 1e-6
@@ -461,11 +469,7 @@ def sentences(found: Coexistence) -> Mapping[str, bool]:
             for margin in one.margins
         ),
         "printed-law-coexists-in-a-strip-at-the-reference-friction": all(
-            0.9 * height_at(printed.boundaries, "a", a)
-            < floor_at(printed.boundaries, "a", a)
-            < height_at(printed.boundaries, "a", a)
-            < 0.5 * height_at(line.boundaries, "a", a)
-            for a in (0.003, 0.01)
+            map(is_strip_below_the_line, (0.003, 0.01))
         ),
         "printed-law-coexists-at-higher-friction": all(
             height_at(printed.boundaries, "mu", mu) > 0.004

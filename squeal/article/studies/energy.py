@@ -6,7 +6,6 @@ Those of line contact run under both laws, the printed one and the energy-consis
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -16,10 +15,10 @@ from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
+from squeal.model.contact import LineForce
 
 SHOWN = ("b1-c", "b2-c-mean", "b2-c-integral")  # motions that are drawn
 MOST = 800  # points of a curve
-LineForce = Literal["integral", "mean"]
 ROUNDING = 1e-9  # of the greatest kinetic energy: less than that is no work
 LAWS: dict[LineForce, str] = {"mean": "printed law", "integral": "consistent law"}
 """The two laws of line contact and what the report calls them."""

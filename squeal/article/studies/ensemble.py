@@ -365,11 +365,11 @@ def study(files: Sequence[Path]) -> Ensemble:
 def sentences(record: Ensemble) -> Mapping[str, bool]:
     """What the paper says of random sets and of searches."""
 
-    def low(name: str, group: str = "all") -> float:
-        return record.shares[name][group].interval[0]
+    def low(name: str) -> float:
+        return record.shares[name]["all"].interval[0]
 
-    def high(name: str, group: str = "all") -> float:
-        return record.shares[name][group].interval[1]
+    def high(name: str) -> float:
+        return record.shares[name]["all"].interval[1]
 
     either = record.coexist["either"]
     shuffled = record.searches["shuffled"]

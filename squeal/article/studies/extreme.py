@@ -166,10 +166,12 @@ def bounce_times(pad: Pad, height: float, cycles: int) -> np.ndarray:
     """Times (4 cycles,) of the contact changes of the upright pad dropped from a height, both edges
     each.
 
-    With the supports k alone it swings about F_n/k below the surface at omega = sqrt(k/m), with the
-    contact K at sqrt(K/m) about F_n/K. The fall takes 2 asin(sqrt(r/(1+r)/2)) / omega with
-    r = k height / F_n, which is an arc cosine that is exact for small heights; it ends at `speed`,
-    by the energy; in contact the motion turns by 2 (pi - atan(speed / sqrt(K/m) / (F_n/K))).
+    In the air the supports k act alone: y + F_n/k = (height + F_n/k) cos(omega_free t) is zero
+    displacement at cos(omega_free t) = 1/(1 + r), r = k height / F_n. As an arc cosine is rounded
+    for small heights, the fall is written as 2 asin(sqrt(r/(1+r)/2)) / omega_free. It ends with
+    `speed`, by the energy. In contact, with K for k, y + F_n/K = A cos(omega_contact t + phi) goes
+    down from y = 0 and back up to it, in the time 2 (pi - phi) / omega_contact with
+    tan(phi) = (speed / omega_contact) / (F_n/K).
     """
     k = pad.k1 + pad.k2
     K = k + (pad.k3 or 0.0) + (pad.k4 or 0.0)

@@ -200,27 +200,27 @@ def study(files: Sequence[Path]) -> MapRanges:
     """The map about the scene of case (c) of model B2, whose pad the four cases share."""
     scene = read_scenes(files, ["b2-c"])["b2-c"]
     pad = scene.pad
-    own = {"h/w": pad.h / pad.w, "k2/k1": pad.k2 / pad.k1, "mu": pad.mu}
+    of_scene = {"h/w": pad.h / pad.w, "k2/k1": pad.k2 / pad.k1, "mu": pad.mu}
 
     def with_other(name: str, value: Any) -> Pad:
         """The pad with another value of one parameter of the map."""
-        changed = own | {name: value}
+        changed = of_scene | {name: value}
         return with_values(pad, changed["h/w"], changed["k2/k1"], changed["mu"])
 
     printed, complete = _shares(pad)
     sweeps = {}
     for axis, (name, values) in enumerate(VALUES.items()):
         holds = [bounds(with_other(name, v), _angles(CELLS)) for v in values.tolist()]
-        others = tuple(i for i in range(len(VALUES)) if i != axis)
+        other_axes = tuple(i for i in range(len(VALUES)) if i != axis)
         sparse = values[np.linspace(0, len(values) - 1, SPARSE).astype(int)]
         shares = equilibria(scene, with_other(name, sparse))
         sweeps[name] = Sweep(
-            own=own[name],
+            own=of_scene[name],
             values=tuple(values.tolist()),
             printed=tuple(float(one.as_printed.mean()) for one in holds),
             complete=tuple(float(one.complete.mean()) for one in holds),
-            low=tuple(printed.min(axis=others).tolist()),
-            high=tuple(printed.max(axis=others).tolist()),
+            low=tuple(printed.min(axis=other_axes).tolist()),
+            high=tuple(printed.max(axis=other_axes).tolist()),
             sparse=tuple(sparse.tolist()),
             reached=tuple(shares.reached.tolist()),
             stable=tuple(shares.stable.tolist()),

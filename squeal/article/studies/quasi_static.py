@@ -60,8 +60,9 @@ class QuasiStatic(Result):
 def state_curves(pad: Pad, cells: int = CELLS) -> tuple[Curve, ...]:
     """The curve K31 = h K11 where R_n > 0, for mu > 0.
 
-    Points lie on the curve where it passes from cell to cell, and on chords between. Cells in which
-    R_n changes its sign are left out, so that the curve ends within one of them.
+    Points lie on the curve where it passes from cell to cell, and on chords between. It ends within
+    a cell before the place at which R_n changes its sign: of the traced boundaries only those
+    between two regions of R_n > 0 belong to the curve.
     """
     angles = math.pi * (np.arange(cells) + 0.5) / cells
 
@@ -102,11 +103,11 @@ def quasi_static(
     maps = quasi_static_map(pad, cells)
 
     def region(reading: str) -> Outline:
-        def at(angles: np.ndarray) -> np.ndarray:
+        def codes_at(angles: np.ndarray) -> np.ndarray:
             return np.asarray(getattr(bounds(pad, angles), reading)).astype(int)
 
         codes = getattr(maps, reading).astype(int)
-        return outline(ENDS, maps.angles, maps.angles, codes, at)
+        return outline(ENDS, maps.angles, maps.angles, codes, codes_at)
 
     return QuasiStatic(
         n=cells,
