@@ -20,11 +20,11 @@ import numpy as np
 
 from squeal.article.identify.population import drawn, some
 from squeal.article.identify.population import read as read_rows
-from squeal.article.identify.space import scenes_of
+from squeal.article.identify.space import MODELS, scenes_of
 from squeal.article.records import read_json
 from squeal.article.studies._independent import motion
 from squeal.article.studies._reference import TOLERANCE, quad
-from squeal.article.studies.extreme import BOTH, PERIOD, scene_of
+from squeal.article.studies.extreme import PERIOD, scene_of
 from squeal.article.studies.horizon import (
     LEVELS,
     START_ERROR,
@@ -236,10 +236,10 @@ def random_sets() -> RandomSets:
     rows = read_rows(ENSEMBLE)
     valid = [number for number, row in enumerate(rows) if row.outcome == "valid"][:SETS]
     numbers = drawn()
-    lost = dict.fromkeys(BOTH, 0)
+    lost = dict.fromkeys(MODELS, 0)
     for number in valid:
         scenes = scenes_of(some(numbers, slice(number, number + 1)), CONSISTENT, TIGHT)
-        for model in BOTH:
+        for model in MODELS:
             lost[model] += is_lost(model, scenes[model]["c"])
     return RandomSets(len(valid), SETS_STIFFNESS, SETS_START_ERROR, dict(lost))
 
@@ -266,7 +266,7 @@ def main() -> None:
         elif stored.random != others:
             print(f"random sets: {others}, stored {stored.random}")
         return
-    cases = [(model, stiffness) for model in BOTH for stiffness in STIFFNESSES]
+    cases = [(model, stiffness) for model in MODELS for stiffness in STIFFNESSES]
     with ProcessPoolExecutor(given.workers, mp_context=get_context("spawn")) as pool:
         runs = tuple(pool.map(_computed, cases))
     if given.write:

@@ -9,6 +9,7 @@ from squeal.article.identify.search import arrays
 from squeal.article.identify.space import (
     LENGTH,
     MASS,
+    MODELS,
     SPEED,
     STOP,
     TIME,
@@ -82,8 +83,7 @@ def check_folder(folder: Path, overwrite: bool) -> None:
 
 def write_scenes(numbers: dict[str, float], formulation: Formulation, folder: Path) -> None:
     """Write the nine scene files b1-a.yaml to b2-d.yaml and b3.yaml."""
-    models: tuple[Model, ...] = ("B1", "B2")
-    for model in models:
+    for model in MODELS:
         for case in ANGLE_TEXTS:
             text = scene_text(numbers, formulation, model, case)
             write_text(folder / f"{stem(model, case)}.yaml", text)

@@ -14,6 +14,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from squeal.article.identify.space import MODELS
 from squeal.article.records import Record, Result
 from squeal.article.studies import _independent
 from squeal.article.studies._reference import error_against, precision_in_words, reference
@@ -28,7 +29,6 @@ LIMIT = 1e-9  # greatest relative error of an answer that passes
 PERIOD = 2.0 * math.pi  # of m on spring 1 of the suite's pad
 PERIODS = 10  # of a run
 LONG = 10_000  # periods of the long runs
-BOTH: tuple[Model, ...] = ("B1", "B2")
 CONTACT: dict[Model, dict[str, float]] = {"B1": {"k3": 0.43, "k4": 0.43}, "B2": {"k_c": 0.5}}
 # fmt: off
 PAD: dict[str, Any] = {
@@ -255,7 +255,7 @@ def cases() -> Iterator[Case]:
         ("inertia", "I = 1e-2 m w^2", {"I": 1e-2}),
         ("inertia", "I = 1e4 m w^2", {"I": 1e4}),
     ]
-    for model in BOTH:
+    for model in MODELS:
         for group, name, changes in changed:
             scene = scene_of(model, PERIODS * PERIOD, **changes)
             yield Case(group, f"{model}, {name}", scene, compared)

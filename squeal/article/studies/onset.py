@@ -243,34 +243,26 @@ def _settled(case: Case, changes: int, full: float, line: bool) -> Settled:
 
     changes: of contact; full: share of time in full contact; line: the case is one of B2.
     """
-    hammering = changes > 0 and hammers(case).margin > 0.0
-    turns = case.blows[LEVELS.index(LEVEL)] if changes else 0
-    face = None if np.isnan(case.face) else case.face
-    if np.isnan(case.first.high):  # off the surface all the time
-        return Settled(
-            lost=1.0,
-            airborne=1.0,
-            peak=0.0,
-            leading=None,
-            trailing=None,
-            hammers=hammering,
-            turns=turns,
-            low=None,
-            high=None,
-            face=face,
-        )
+    lost = 1.0 - full if changes else 0.0
+    airborne = case.shares.get(NONE, 0.0)
     peaks = force_peaks(case, line)
+    position = case.second if line else None
+    if np.isnan(case.first.high):  # off the surface all the time
+        lost = 1.0
+        airborne = 1.0
+        peaks = ForcePeaks(0.0, None, None)
+        position = None
     return Settled(
-        lost=1.0 - full if changes else 0.0,
-        airborne=case.shares.get(NONE, 0.0),
+        lost=lost,
+        airborne=airborne,
         peak=peaks.total,
         leading=peaks.leading,
         trailing=peaks.trailing,
-        hammers=hammering,
-        turns=turns,
-        low=case.second.low if line else None,
-        high=case.second.high if line else None,
-        face=face,
+        hammers=changes > 0 and hammers(case).margin > 0.0,
+        turns=case.blows[LEVELS.index(LEVEL)] if changes else 0,
+        low=None if position is None else position.low,
+        high=None if position is None else position.high,
+        face=None if np.isnan(case.face) else case.face,
     )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from squeal.article.cases import CASES, HISTORY_FIGURES, stem
 from squeal.article.claims.measures import measure
+from squeal.article.identify.space import MODELS
 from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import REFERENCE, by_set, contact_stiffness, read_scenes
 from squeal.article.studies.hammering import (
@@ -29,7 +30,6 @@ from squeal.model.contact import NONE
 
 LOADS = (0.02, 0.5, 1.2, 2.0)
 """Contact force at the release over the reaction of the sliding equilibrium."""
-MODELS = ("B1", "B2")
 CASE = "a"  # whose initial position is that of every case
 DIFFERENT = 0.01  # least difference of two shares of time that are called unlike
 Share = Annotated[float, ".0%"]
