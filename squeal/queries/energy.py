@@ -30,7 +30,7 @@ from squeal.io.system import Origin, SystemFile
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number
 from squeal.linear.damping import frictionless
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import SKEW, Array
+from squeal.linear.matrices import SKEW, Array, Change
 from squeal.linear.moduli import Modulus
 from squeal.linear.roots import ComplexArray
 from squeal.linear.sensitivity import sensitivities
@@ -42,10 +42,13 @@ from squeal.results.sources import PadAnalysis, PadSource, SystemSource
 from squeal.schema import public
 
 NO_CYCLE = 1e-8  # |D| over the sum of its parts below which a root does not oscillate
+ROUNDING = 1e-12  # of |Im lambda|: growth of at most so much is 0 but for rounding
 SPOKEN = 5  # modes that have a sentence
-FREQUENCY_WEIGHT = {"M": 0.0, "C": 1.0, "K": 2.0}
-"""What the derivative by a part counts for in the frequency, see the module."""
-NEGLIGIBLE = 1e-3  # of the largest work: terms below it have no words
+WEIGHT_IN_ROOT = {"M": 0.0, "C": 1.0, "K": 2.0}
+"""The factors of dlambda/dM, dlambda/dC and dlambda/dK whose sum is lambda, see the module."""
+NEGLIGIBLE = (
+    1e-3  # of the largest work of a role in a mode: smaller ones are left out of a sentence
+)
 
 
 @dataclass(frozen=True)
@@ -152,7 +155,7 @@ class Energy(Answer):
         head = f"mode {mode}, {number(rows[0].frequency_hz, 4)} Hz"
         if rows[0].growth is None:
             return f"{head}: does not oscillate, so that no work of a cycle feeds it"
-        works = dict[str, float]()
+        works: dict[str, float] = {}  # by role, 1/s
         for row in rows:
             works[row.role] = works.get(row.role, 0.0) + (row.growth or 0.0)
         least = NEGLIGIBLE * max(map(abs, works.values()))
@@ -190,7 +193,7 @@ class Energy(Answer):
             """The growth as a number; a value of the size of rounding as 0."""
             if row.growth is None:
                 return "-"
-            rounding = 1e-12 * math.tau * row.frequency_hz  # of |Im lambda|
+            rounding = ROUNDING * math.tau * row.frequency_hz
             return number(row.growth) if abs(row.growth) > rounding else "0"
 
         all_columns = (
@@ -203,7 +206,7 @@ class Energy(Answer):
         )
         title = "what each term does to each mode (growth sums to the growth rate)"
         rows = sorted(self.contributions, key=lambda row: (-row.growth_rate, row.mode))
-        # the fastest growing mode comes first; of a long table people see the terms of such modes
+        # of a long table people see the rows of highest rank: those of the fastest growing modes
         return Table(all_columns, rows, title, nothing="no root", rank=lambda row: row.growth_rate)
 
     def parts_table(self) -> Table:
@@ -259,8 +262,9 @@ def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None)
     Returns
     -------
     Energy
-        Growth in 1/s of each term, from the work of a cycle (right vectors): it sums to Re lambda.
-        Frequency share in Hz and the effect of 1 % of a term, from left and right vectors.
+        Growth in 1/s of each term, from the work of a cycle (right vectors): it sums to Re lambda
+        of a mode that oscillates, and is None of another one. Frequency share in Hz and the effect
+        of 1 % of a term, from left and right vectors.
 
     Raises
     ------
@@ -286,8 +290,9 @@ def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None)
             energy_of_mode = _energy_of_mode(group.terms, root)
             for i, term in enumerate(group.terms):
                 growth = energy_of_mode.growth_of_term(i)
-                slope = group.slopes[i][k]
-                contributions.append(_contribution(mode, root, term, growth, slope))
+                key = f"term {i}"
+                slopes = (group.partial_slopes[key][k], group.slopes[key][k])
+                contributions.append(_contribution(mode, root, term, growth, *slopes))
             for name, rows in _rows_of_parts(found, parts, root.right.size).items():
                 part_shares.append(energy_of_mode.share_of(mode, name, rows, group.terms))
     return Energy(found.name, tuple(contributions), tuple(part_shares))
@@ -298,7 +303,7 @@ NumberedRoot = tuple[int, Eigenvalue]
 
 
 class _GroupOfRoots(NamedTuple):
-    """Roots that have the same matrices, and the terms of these.
+    """Roots that have the same matrices, and the terms of the matrices.
 
     Attributes
     ----------
@@ -306,25 +311,28 @@ class _GroupOfRoots(NamedTuple):
         The roots.
     terms : sequence of NamedTerm
         The terms of M, C and K.
-    slopes : list of array (m,)
-        For each term the derivatives of the roots by its relative size, rad/s.
+    partial_slopes, slopes : mapping of str to array (m,)
+        Derivatives of the roots by the relative size of each term, rad/s, see `_slopes_of`: with
+        all other matrices held, and with those that follow the frequency moving on with the root.
     """
 
     roots: Sequence[NumberedRoot]
     terms: Sequence[NamedTerm]
-    slopes: list[ComplexArray]
+    partial_slopes: Mapping[str, ComplexArray]
+    slopes: Mapping[str, ComplexArray]
 
 
 def _groups_of_roots(found: Eigenvalues, roots: Sequence[NumberedRoot]) -> Iterator[_GroupOfRoots]:
     """All roots with their terms in one group; where matrices follow the frequency, one by one.
 
-    A root has the matrices of its own frequency then.
+    Each root has matrices of its own then, those at its own frequency.
     """
     source = found.source
     if isinstance(source, PadSource):
         assert source.analysis is not None
         terms = pad_terms(source.scene.replace(mu=found.value), source.analysis)
-        yield _GroupOfRoots(roots, terms, slopes_of(terms, [root for _, root in roots]))
+        slopes = _slopes_of(terms, [root for _, root in roots], {})
+        yield _GroupOfRoots(roots, terms, slopes, slopes)
         return
     assert source is not None
     system = source.file.system
@@ -332,12 +340,15 @@ def _groups_of_roots(found: Eigenvalues, roots: Sequence[NumberedRoot]) -> Itera
     if system.follows:
         groups = [[root] for root in roots]
     for group in groups:
-        # of the only root where it counts; elsewhere the matrices are the same at every omega
+        # without matrices that follow the frequency they are the same at any omega
         omega = max((root.value.imag for _, root in group), default=None)
         frozen = system.frozen(omega)
         terms = named_terms(frozen, source.file)
-        slopes = slopes_of(terms, [root for _, root in group], frozen, system)
-        yield _GroupOfRoots(group, terms, slopes)
+        eigenvalues = [root for _, root in group]
+        by_frequency = {name: frozen.derivative(name) for name in system.follows}
+        partial_slopes = _slopes_of(terms, eigenvalues, by_frequency)
+        slopes = at_own_frequency(system, partial_slopes, frequency_slope=np.imag)
+        yield _GroupOfRoots(group, terms, partial_slopes, slopes)
 
 
 def _rows_of_parts(
@@ -372,19 +383,19 @@ def component_rows(file: SystemFile) -> dict[str, range]:
 
 def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
     """The terms of a system at its parameters, with names by factor and file, and their roles."""
-    at = system.parameters
+    parameters = system.parameters
     without_friction = frictionless(system)  # the parameters, those of friction set to zero
-    set_to_zero = {name for name in without_friction if without_friction[name] != at[name]}
-    # terms of joined components are sums over their files
+    set_to_zero = {name for name in parameters if without_friction[name] != parameters[name]}
+    # a term of joined components is a sum over several files: it has no file of its own
     origins = file.origins if file.assembly is None else ()
     named = []
     for part, terms in zip("MCK", system.parts, strict=True):
-        # [0]: structural damping, K4, is a part of K
+        # K4, structural damping, counts as K: the first letter of a key names the part
         origins_of_part = [origin for origin in origins if origin.part[0] == part]
         for k, term in enumerate(terms):
-            # terms behind those of files are damping that the system file adds
+            # the terms of files come first; the others are damping that the system file adds
             origin = origins_of_part[k] if k < len(origins_of_part) else None
-            factor = term.factor.value(at)
+            factor = term.factor.value(parameters)
             name = _name_of(term, origin, bool(origins))
             role = _role_of(part, term, bool(term.factor.names & set_to_zero))
             named.append(NamedTerm(part, name, role, term.matrix, factor))
@@ -392,10 +403,10 @@ def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
 
 
 def _name_of(term: Term, origin: Origin | None, from_files: bool) -> str:
-    """The file of a term and its factor; of one without a file the factor alone.
+    """The file of a term and its factor; of a term without a file the factor alone.
 
-    from_files: whether the system was read from files: a term without one is damping then that the
-    system file adds.
+    from_files: whether the system was read from files. A term without an origin is then damping
+    that the system file adds.
     """
     factor = term.factor.text
     if origin is None and from_files:
@@ -410,8 +421,8 @@ def _name_of(term: Term, origin: Origin | None, from_files: bool) -> str:
 def _role_of(part: str, term: Term, changes_without_friction: bool) -> str:
     """What a term does, by its part, its symmetry and whether its factor depends on friction.
 
-    changes_without_friction: whether the factor depends on what `frictionless` sets to zero. That
-    is mu; in a system without mu it may be the free parameter, which may also be a speed.
+    changes_without_friction: whether the factor depends on the parameter that `frictionless` sets
+    to zero: mu, or the free parameter of a system without mu, which may be a speed.
     """
     size = abs(term.matrix).max()
     is_skew = size > 0.0 and abs(term.matrix + term.matrix.T).max() <= SKEW * size
@@ -420,14 +431,14 @@ def _role_of(part: str, term: Term, changes_without_friction: bool) -> str:
         if is_skew:
             return "gyroscopic"
         return "friction damping" if changes_without_friction else "damping"
-    # a skew term of K whose factor is a speed is no friction: it is damping that turns with a
-    # shaft, or the swirl in a bearing
+    # a skew term of K whose factor depends on a speed, not on mu, is no friction: it is damping
+    # that turns with a shaft, or the swirl in a bearing
     is_friction = changes_without_friction and ("mu" in term.factor.names or not is_skew)
     if part == "K" and is_friction:
         return "friction"
     if not is_symmetric:
         return "circulatory" if part == "K" else "unsymmetric mass"
-    if np.iscomplexobj(term.matrix) or isinstance(term.factor, Modulus):
+    if np.iscomplexobj(term.matrix) or isinstance(term.factor, Modulus):  # with a loss factor
         return "damping"
     return "stiffness" if part == "K" else "mass"
 
@@ -451,12 +462,9 @@ def pad_terms(scene: Scene, analysis: PadAnalysis) -> list[NamedTerm]:
     return [term for term in terms if np.any(term.matrix)]
 
 
-def slopes_of(
-    terms: Sequence[NamedTerm],
-    roots: Sequence[Eigenvalue],
-    frozen: TermSystem | None = None,
-    system: TermSystem | None = None,
-) -> list[ComplexArray]:
+def _slopes_of(
+    terms: Sequence[NamedTerm], roots: Sequence[Eigenvalue], by_frequency: Mapping[str, Change]
+) -> dict[str, ComplexArray]:
     """Compute how fast each root moves as one term grows by a share of itself, the others held.
 
     Parameters
@@ -465,50 +473,48 @@ def slopes_of(
         All terms of M, C and K.
     roots : sequence of m Eigenvalue
         The roots, which have these matrices.
-    frozen, system : TermSystem, optional
-        A system with its matrices at the frequency of the roots, and with those that follow it.
+    by_frequency : mapping of str to (dM, dC, dK)
+        Derivatives of the matrices by the parameters that are the frequency of a root.
 
     Returns
     -------
-    list of array (m,)
-        For each term the derivatives, rad/s.
+    dict of str to array (m,)
+        Derivatives of the roots, rad/s: by "term 0", "term 1" and so on by the relative size of
+        each term, and by the parameters of `by_frequency`.
     """
-    totals: dict[str, Any] = {"M": None, "C": None, "K": None}
-    changes: dict[str, Any] = {}
+    matrices: dict[str, Any] = {"M": None, "C": None, "K": None}
+    changes = dict(by_frequency)
     for k, term in enumerate(terms):
         scaled = term.factor * term.matrix
-        total = totals[term.part]
-        totals[term.part] = scaled if total is None else total + scaled
+        total = matrices[term.part]
+        matrices[term.part] = scaled if total is None else total + scaled
         # the derivative of its part by the relative size of a term is the term itself
         derivatives = {"M": None, "C": None, "K": None} | {term.part: scaled}
-        changes[f"term {k}"] = tuple(derivatives.values())  # of M, C and K
-    # where matrices follow the frequency of a root they move on with it: by their derivatives by
-    # the frequency `at_own_frequency` makes total derivatives of these at a held one
-    if frozen is not None and system is not None:
-        changes |= {name: frozen.derivative(name) for name in system.follows}
-    slopes, _ = sensitivities((totals["M"], totals["C"], totals["K"]), changes, roots)
-    if system is not None:
-        slopes = at_own_frequency(system, slopes, frequency_slope=np.imag)
-    return [slopes[f"term {k}"] for k in range(len(terms))]
+        changes[f"term {k}"] = (derivatives["M"], derivatives["C"], derivatives["K"])
+    slopes, _ = sensitivities((matrices["M"], matrices["C"], matrices["K"]), changes, roots)
+    return slopes
 
 
 def stored_and_work(term: NamedTerm, root: complex, right: ComplexArray) -> tuple[Array, Array]:
-    """What a term adds to D and to the work of a cycle (see the module), each row by row (n,).
+    """What a term adds to D, and to the work of a cycle (see the module), each row by row (n,).
 
-    With A the term's matrix and x the mode shape (`right`) they are parts of x^H A x: that of the
-    Hermitian part of A is stored by M and K and taken by C, that of the skew-Hermitian part does
-    work by M and K.
+    With A the factor times the matrix of the term, and x the mode shape (`right`),
+    x^H A x = h + i s: h is that of the Hermitian part (A + A^H) / 2, s that of the skew-Hermitian
+    one. The term adds, with omega = Im lambda,
+
+        of M: h to D, omega s to the work;  of K: h / |lambda|^2, -omega s / |lambda|^2;
+        of C: 0, -h.
     """
     image = term.factor * (term.matrix @ right)  # A x
     adjoint_image = np.conj(term.factor) * (term.matrix.conj().T @ right)  # A^H x
-    hermitian = (right.conj() * (image + adjoint_image)).real / 2
-    skew = (right.conj() * (image - adjoint_image)).imag / 2
+    h = (right.conj() * (image + adjoint_image)).real / 2
+    s = (right.conj() * (image - adjoint_image)).imag / 2
     if term.part == "C":
-        return 0.0 * hermitian, -hermitian
+        return np.zeros(len(h)), -h
     if term.part == "M":
-        return hermitian, root.imag * skew
-    square = abs(root) ** 2 or 1.0  # of a root of zero anything: it does not oscillate
-    return hermitian / square, -root.imag * skew / square
+        return h, root.imag * s
+    square = abs(root) ** 2 or 1.0  # a root of 0 does not oscillate: its energy is not used
+    return h / square, -root.imag * s / square
 
 
 class _EnergyOfMode(NamedTuple):
@@ -517,17 +523,17 @@ class _EnergyOfMode(NamedTuple):
     Attributes
     ----------
     stored : array (n,)
-        Energy of each row, up to a factor.
+        Energy of each row: its part of D, see the module.
     growths : list of array (n,)
-        For each term what it adds to the growth rate, 1/s; empty for a mode that does not
-        oscillate.
+        For each term the part of the growth rate by its work on each row, 1/s; empty for a mode
+        that does not oscillate.
     """
 
     stored: Array
     growths: list[Array]
 
     def growth_of_term(self, k: int) -> float | None:
-        """What term number k adds to the growth rate, 1/s."""
+        """What term number k adds to the growth rate, 1/s; None if the mode does not oscillate."""
         if not self.growths:
             return None
         return float(self.growths[k].sum())
@@ -543,44 +549,53 @@ class _EnergyOfMode(NamedTuple):
         growth = 0.0
         damping = 0.0
         for term, growth_of_term in zip(terms, self.growths, strict=True):
-            of_part = float(growth_of_term[index].sum())
-            growth += of_part
-            damping += of_part * ("damping" in term.role)
+            growth_on_part = float(growth_of_term[index].sum())
+            growth += growth_on_part
+            if "damping" in term.role:
+                damping += growth_on_part
         return PartShare(mode, part, share, growth, damping)
 
 
 def _energy_of_mode(terms: Sequence[NamedTerm], root: Eigenvalue) -> _EnergyOfMode:
-    """Compute the stored energy of a mode, and the work of each of its terms over that."""
-    stored = np.zeros(root.right.size)
-    magnitude = 0.0
+    """Compute the stored energy of a mode, and the work of each term over it, both row by row.
+
+    A real root does not oscillate: D = x^H M x + x^H K x / lambda^2 is 0 but for rounding of its
+    two parts where damping is absent, since K x = -lambda^2 M x. The same holds nearly of a root
+    with a small imaginary part.
+    """
+    D = np.zeros(root.right.size)
+    magnitude = 0.0  # the sum of the sizes of the parts of D
     works = []
     for term in terms:
-        stored_in_term, work = stored_and_work(term, root.value, root.right)
-        stored = stored + stored_in_term
-        magnitude += abs(float(stored_in_term.sum()))
+        stored, work = stored_and_work(term, root.value, root.right)
+        D = D + stored
+        magnitude += abs(float(stored.sum()))
         works.append(work)
-    total = float(stored.sum())
-    # kinetic and potential energies that cancel are those of a root that does not oscillate (D of a
-    # real root is x^H M x + x^H K x / lambda^2, and K x = -lambda^2 M x without damping)
+    total = float(D.sum())
     if root.value.imag <= 0.0 or abs(total) <= NO_CYCLE * magnitude:
-        return _EnergyOfMode(stored, [])
-    return _EnergyOfMode(stored, [work / total for work in works])
+        return _EnergyOfMode(D, [])
+    return _EnergyOfMode(D, [work / total for work in works])
 
 
 def _contribution(
-    mode: int, root: Eigenvalue, term: NamedTerm, growth: float | None, slope: complex
+    mode: int,
+    root: Eigenvalue,
+    term: NamedTerm,
+    growth: float | None,
+    partial_slope: complex,
+    slope: complex,
 ) -> Contribution:
     """The row of a term and a mode.
 
-    growth: what the term adds to the growth rate, 1/s; slope: the derivative of the root by the
-    term's relative size, rad/s, not finite where modes coalesce.
+    growth: what the term adds to the growth rate, 1/s; partial_slope, slope: derivatives of the
+    root by the term's relative size, see `_GroupOfRoots`; not finite where modes coalesce.
     """
     frequency = None
     d_real = None
     d_hz = None
     if np.isfinite(slope):
-        frequency = float(FREQUENCY_WEIGHT[term.part] * slope.imag) / math.tau
-        # 1 % more of the term
+        frequency = float(WEIGHT_IN_ROOT[term.part] * partial_slope.imag) / math.tau
+        # of 1 % more of the term
         d_real = float(0.01 * slope.real)
         d_hz = float(0.01 * slope.imag) / math.tau
     return Contribution(

@@ -16,14 +16,13 @@ from scipy.optimize import linear_sum_assignment
 
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, in_order
 from squeal.queries.eigenvalues import pad_eigenvalues
-from squeal.queries.energy import Contribution, energy
+from squeal.queries.energy import ROUNDING, Contribution, energy
 from squeal.results.columns import parameter_heading
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import PadSource
 from squeal.results.sweep import Step, Sweep
 from squeal.schema import public
 
-ROUNDING = 1e-12  # of |Im lambda|: a growth below it is no work
 OF_TERM = (
     ("frequency_hz", ""),
     ("growth_rate", "1/s"),
@@ -42,8 +41,8 @@ TABLES = 3  # modes that have a table for people
 class SweptContribution(NamedTuple):
     """What a term does to a mode at a value of the parameter.
 
-    mode: its number over the sweep, None where it is not known; of_term: the row of `energy`, with
-    the number that the mode has at this value alone.
+    mode: the number of the mode over the sweep, None where the sweep has lost which mode is which;
+    of_term: the row of `energy`, with the number that the mode has at this value alone.
     """
 
     value: float
@@ -95,9 +94,15 @@ class EnergySweep(Answer):
         return max(rows, key=attrgetter("growth_rate")).frequency_hz
 
     def growth_of(self, mode: int) -> tuple[list[float], list[float], dict[str, list[float]]]:
-        """Over the values that have a mode: these, its growth rate, and what each term adds, 1/s.
+        """The values of the sweep that have a mode, its growth rate there, and what each term adds.
 
-        Terms that do no work but for rounding are left out; a root that does not oscillate has NaN.
+        Returns
+        -------
+        values, rates : list of float
+            The values, rising, and the growth rate at each of them, 1/s.
+        terms : dict of str to list of float
+            By term what it adds to the rate at each value, 1/s; NaN where the mode does not
+            oscillate. Terms that do no work but for rounding are left out.
 
         Examples
         --------
@@ -108,12 +113,12 @@ class EnergySweep(Answer):
         >>> found.growth_of(1)[0]  # the values that have the mode
         [0.5]
         """
-        rates: dict[float, float] = {}
-        rounding = 0.0
+        rates: dict[float, float] = {}  # by value
+        rounding = 0.0  # 1/s, the largest of all values
         growth_of_terms: dict[str, dict[float, float]] = {}  # by term and value
         for value, number, row in self.contributions:
             if number == mode:
-                # of two real roots of a mode that which grows faster
+                # a mode may have two real roots: its rate is that of the faster growing one
                 rates[value] = max(rates.get(value, row.growth_rate), row.growth_rate)
                 rounding = max(rounding, ROUNDING * math.tau * row.frequency_hz)
                 growth = np.nan if row.growth is None else row.growth
@@ -124,7 +129,7 @@ class EnergySweep(Answer):
         terms = {}
         for term, growth_at in growth_of_terms.items():
             growths = [growth_at.get(value, 0.0) for value in values]
-            if any(abs(growth) > rounding for growth in growths):  # never of NaN
+            if any(abs(growth) > rounding for growth in growths):  # False of NaN
                 terms[term] = growths
         return values, [rates[value] for value in values], terms
 
@@ -163,7 +168,8 @@ def energy_sweep(swept: Sweep) -> EnergySweep:
     Returns
     -------
     EnergySweep
-        As `energy` says of one value; growth in 1/s sums to Re lambda of each mode.
+        The contributions at each value, see `energy`. Over the terms growth in 1/s sums to
+        Re lambda of a mode that oscillates; it is None of another one.
 
     Examples
     --------
@@ -184,7 +190,7 @@ def energy_sweep(swept: Sweep) -> EnergySweep:
 
 
 def _eigenvalues_of_steps(swept: Sweep) -> Iterator[tuple[Step, Eigenvalues]]:
-    """Solve each step of a sweep that has roots anew, for their vectors."""
+    """Each step of a sweep that has roots, with eigenvalues computed anew, which have vectors."""
     steps = [step for step in swept.steps if step.roots is not None]
     source = swept.source
     if isinstance(source, PadSource):
@@ -201,15 +207,15 @@ def _eigenvalues_of_steps(swept: Sweep) -> Iterator[tuple[Step, Eigenvalues]]:
 
 
 def _numbers_in_sweep(step: Step, eigenvalues: Eigenvalues) -> dict[int, int | None]:
-    """The number of each mode over the sweep, by its number at this value alone.
+    """The number of each mode over the sweep, by its number at the value of the step alone.
 
-    Roots are matched with those of the step, the nearest in sum; None where the sweep does not
-    know the number.
+    Eigenvalues are assigned to the roots of the step so that the sum of their distances is least.
+    A number is None where the sweep has lost which mode is which.
     """
     assert step.roots is not None
     distances = np.abs(eigenvalues.values[:, None] - step.roots)
     number_of: dict[int, int | None] = {}
-    # of two real roots, which are one mode, the first gives the number
+    # two real roots may be one mode: the first of them gives the number
     for k, nearest in np.transpose(linear_sum_assignment(distances)).tolist():
         number_of.setdefault(int(eigenvalues.modes[k]), step.numbers[nearest])
     return number_of

@@ -304,6 +304,32 @@ def test_a_loss_factor_takes_half_of_itself_per_radian():
     assert row.frequency == pytest.approx(root.imag / (2 * np.pi), rel=1e-12)
 
 
+def test_frequency_shares_sum_to_the_frequency_where_stiffness_follows_it():
+    """K (1 + omega / 10): its own derivative is what 1 % of it does at omega of the root."""
+    K = np.array([[4.0, 0.8], [0.8, 20.0]])
+    M = np.diag([1.0, 2.0])
+    C = np.diag([0.2, 0.1])
+    system = squeal.System(M, C, {"1 + omega / 10": K})
+    found = squeal.eigenvalues(system, band=(0.0, 2.0))
+    rows = squeal.energy(found).contributions
+
+    def root_near(root, size):
+        """The root of a stiffness of relative size `size`, at its own frequency."""
+        for _ in range(100):
+            roots = roots_by_companion(M, C, size * (1 + root.imag / 10) * K)
+            root = roots[np.argmin(abs(roots - root))]
+        return root
+
+    for number, root in found.of_modes:
+        of_mode = [row for row in rows if row.mode == number]
+        shares = sum(row.frequency for row in of_mode)
+        assert shares == pytest.approx(root.frequency_hz, rel=1e-8)
+        slope = (root_near(root.value, 1 + 1e-5) - root_near(root.value, 1 - 1e-5)) / 2e-5
+        (of_K,) = [row for row in of_mode if row.part == "K"]
+        assert 100 * of_K.d_real == pytest.approx(slope.real, rel=1e-4)
+        assert 100 * of_K.d_hz * 2 * np.pi == pytest.approx(slope.imag, rel=1e-6)
+
+
 def swept(subject, values, **selection):
     """Contributions over a sweep by value and mode, and the answer."""
     answer = squeal.energy_sweep(squeal.sweep(subject, values, **selection))
