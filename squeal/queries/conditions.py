@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -41,7 +42,7 @@ TOLERANCE = 0.1
 UNLIKE = 1.0
 """Pairs of this cost or more differ too much in shape or frequency to be one mode."""
 SERVED = 24
-"""The number of conditions at which a reduced system has to be good."""
+"""About so many conditions, evenly chosen, are those that a reduced system is made at."""
 AT = Place("conditions", "axes")
 Changes = Mapping[str, float]
 
@@ -91,7 +92,7 @@ def conditions(
     grid = _combinations(space, axes)
     if isinstance(subject, Scene):
         refuse_options("a scene", band=band, memory=memory)
-        of_pad = (_pad_condition(subject, changes) for changes in grid)
+        of_pad = _solve_all(partial(_pad_condition, subject), grid)
         units = {name: PARAMETERS[name].unit for name in axes if name in PARAMETERS}
         return replace(_answer(subject.model, axes, of_pad), units=units)
     from squeal.queries.systems.all_roots import is_small
@@ -101,21 +102,20 @@ def conditions(
 
     analysis = SystemAnalysis.of(subject, band, memory=memory, progress=progress)
     system = analysis.system
-    seated = analysis.file.assembly is not None
+    seated = analysis.file.assembly is not None  # contact is seated anew at each condition
     if not seated:
         refuse_without_effect(analysis.file, axes, AT)
     reduction = None
     if not seated and not is_small(system):
-        served = grid[:: max(1, len(grid) // SERVED)]
+        served = grid[:: max(1, len(grid) // SERVED)]  # conditions that the basis is made at
         reduction = reduced_for(system, analysis.selection, served, method="modal")
-    solved = counted(
-        _system_conditions(analysis, reduction, grid), len(grid), PROGRESS.get(), "conditions"
-    )
+    solved = _solve_all(partial(_system_condition, analysis, reduction), grid)
+    counted_conditions = counted(solved, len(grid), PROGRESS.get(), "conditions")
     extent = "" if analysis.selection.band is None else analysis.selection.words()
     return _answer(
         system.name,
         axes,
-        solved,
+        counted_conditions,
         extent=extent,
         seated=seated,
         basis=basis_of(reduction, analysis.selection) or analysis.joined,
@@ -157,33 +157,26 @@ class _Solved(NamedTuple):
     modes: Sequence[Mode]
 
 
-def _pad_condition(scene: Scene, changes: Changes) -> _Solved:
-    """Solve a scene at a condition; without an equilibrium the condition has a reason, no modes."""
-    with _place(changes).named():
-        changed = scene.replace(**changes)
-    try:
-        analysis = analyse(changed)
-    except ComputationError as error:
-        return _Solved(Condition(changes, reason=str(error)), ())
-    roots = analysis.spectrum.eigenvalues
-    return _solved(changes, roots, analysis.verdict, analysis.admissible)
+def _solve_all(solve: Callable[[Changes], _Solved], grid: Sequence[Changes]) -> Iterator[_Solved]:
+    """Solve a pad or a system at each condition, with one thread of BLAS.
 
-
-def _system_conditions(
-    analysis: SystemAnalysis, reduction: Reduction | None, grid: Sequence[Changes]
-) -> Iterator[_Solved]:
-    """Solve a system at each condition, with one thread of BLAS.
-
-    A condition that cannot be solved has a reason and no modes.
+    A condition that cannot be solved, as without an equilibrium, has a reason and no modes.
     """
     with one_thread():
         for changes in grid:
             try:
                 with _place(changes).named():
-                    solved = _system_condition(analysis, reduction, changes)
+                    solved = solve(changes)
             except ComputationError as error:
                 solved = _Solved(Condition(changes, reason=str(error)), ())
             yield solved
+
+
+def _pad_condition(scene: Scene, changes: Changes) -> _Solved:
+    """Solve a scene at a condition. Raises ComputationError without an equilibrium."""
+    analysis = analyse(scene.replace(**changes))
+    roots = analysis.spectrum.eigenvalues
+    return _solved(changes, roots, analysis.verdict, analysis.admissible)
 
 
 def _system_condition(
@@ -206,9 +199,8 @@ def _system_condition(
     file = analysis.file.replaced(changes)
     add_errors = error_bounds(file, file.system)
     solution = system_roots(file.system, analysis.selection, add_errors=add_errors)
-    if not all(
-        root.decides for root in solution.computed
-    ):  # the solver failed: the referee may not
+    # where the backward error of a root is too large for a verdict the referee may know better
+    if not all(root.decides for root in solution.computed):
         data = data_of(file, file.system)
         solution = system_roots(file.system, analysis.selection, add_errors=add_errors, data=data)
     accepted = [root for root in solution.computed if root.decides]
@@ -222,15 +214,16 @@ def _solved(
     rows: list[ModeAtCondition] = []
     modes: list[Mode] = []
     for root in roots:
-        # a real root may lie below the axis by its rounding; a conjugate lies farther off
+        # of a pair the conjugate root (Im < 0) is left out. A real root, which has none, may have a
+        # negative imaginary part as small as its rounding
         grows = root.kind in GROWING and root.value.imag >= -root.rounding
         if not grows and root.value.imag <= 0.0:
             continue
         row = ModeAtCondition(root.frequency_hz, root.growth_rate, root.damping_ratio, grows)
-        # pairing prefers modes whose damping has the same sign: rounding makes no sign
+        # pairing prefers modes that both grow or both decay, which it tells by the sign of the
+        # damping: a mode that does not grow has a positive one, whatever rounding makes of it
         damping = row.damping_ratio if grows else abs(row.damping_ratio)
-        index = len(rows)  # which names the mode here
-        modes.append(Mode(index, row.frequency_hz, damping, root.right))
+        modes.append(Mode(len(rows), row.frequency_hz, damping, root.right))
         rows.append(row)
     condition = Condition(changes, verdict, tuple(rows), admissible)
     return _Solved(condition, modes)
@@ -265,7 +258,7 @@ def _conditions_and_links(
     strides = [math.prod(lengths[axis + 1 :]) for axis in range(len(lengths))]
     conditions: list[Condition] = []
     links: list[_Link] = []
-    modes_of: dict[int, Sequence[Mode]] = {}
+    modes_of: dict[int, Sequence[Mode]] = {}  # of a condition, by its number in the grid
     for k, (condition, modes) in enumerate(solved):
         conditions.append(condition)
         modes_of[k] = modes
@@ -274,14 +267,14 @@ def _conditions_and_links(
             if is_first_of_axis:
                 continue
             neighbour = k - stride
-            before = modes_of[neighbour]
-            costs = pairing_costs(before, modes, TOLERANCE)
-            for i, j in assigned_pairs(costs, before, modes, TOLERANCE):
+            neighbour_modes = modes_of[neighbour]
+            costs = pairing_costs(neighbour_modes, modes, TOLERANCE)
+            for i, j in assigned_pairs(costs, neighbour_modes, modes, TOLERANCE):
                 cost = float(costs.cost[i, j])
                 if cost < UNLIKE:
                     links.append(_Link(cost, (neighbour, i), (k, j)))
-        # one step back along the first axis, the longest stride: no later condition is a neighbour
-        # of that one, and its shapes are not needed any more
+        # the shapes of a condition serve until its neighbour along the first axis is linked, which
+        # comes last: that is one longest stride later, so that those of k - strides[0] are dropped
         modes_of.pop(k - strides[0], None)
     return conditions, links
 
@@ -289,9 +282,11 @@ def _conditions_and_links(
 def _united_modes(conditions: Sequence[Condition], links: Sequence[_Link]) -> list[UnitedMode]:
     """Unite linked modes of single conditions to modes over all conditions.
 
-    Links of least cost come first; one that would give a condition two rows of one mode is left
+    Links of least cost come first; a link that would give a condition two rows of one mode is left
     out. A mode without a link stands alone.
     """
+    # each mode at a condition leads to the united mode that it belongs to, one dictionary for all
+    # members: a link adds the second dictionary to the first, and leads its members there
     mode_of: dict[ModeIndex, UnitedMode] = {}
     for k, condition in enumerate(conditions):
         for row in range(len(condition.rows)):
@@ -304,7 +299,7 @@ def _united_modes(conditions: Sequence[Condition], links: Sequence[_Link]) -> li
         first.update(second)
         for index in second.items():
             mode_of[index] = first
-    # one dictionary stands there once for each of its conditions
+    # a united mode is the value of each of its members: by its identity it is taken once
     distinct = {id(mode): mode for mode in mode_of.values()}
     return list(distinct.values())
 
