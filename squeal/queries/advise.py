@@ -66,7 +66,7 @@ class Advice(Answer):
     first_order : bool
         Whether the effects are derivatives times the change, as those of systems are.
     notes : tuple of str
-        What is to be said of contact whose seat stays.
+        Which parameters are left out since they move the seat of contact, in words.
 
     Examples
     --------
@@ -189,7 +189,7 @@ def advise(
         As `thresholds` takes them, of systems. One of more than 400 rows needs a band.
     tolerances : mapping of str to float or str, optional
         In the parameter's unit, or a share of its value such as "5%". Left out, a parameter
-        changes by 2 per cent, an angle by 0.02 rad, and what is 0 stays.
+        changes by 2 per cent, an angle by 0.02 rad, and a parameter that is 0 not at all.
     high : float, optional
         Upper end of the range that is searched for the threshold, as `thresholds` takes it.
 
@@ -225,7 +225,9 @@ def advise(
 
         file = file_of(subject)
         values = dict(space.values)
-        for name in seat_parameters(file):  # the seat of contact is held: their effect is unknown
+        # derivatives are taken with the contact at its seat (static contact solution) held, so that
+        # the effect of parameters that move the seat is not known
+        for name in seat_parameters(file):
             values.pop(name, None)
         space = replace(space, values=values)
         notes = notes_of_seat(file)
@@ -246,7 +248,7 @@ def advise(
         nominal = first_loss(thresholds(unchanged, high), high)
         outcomes = space.outcomes(changes, high)
         warnings = _warnings_of_equilibrium(unchanged)
-    compared = []  # in the order of the changes
+    compared = []  # the outcomes, each with its difference to the nominal one
     for outcome, change in zip(outcomes, changes, strict=True):
         (value,) = change.values()
         moved = _change_of_critical(nominal, outcome, high)
@@ -318,7 +320,7 @@ def _first_order_outcomes(
     -------
     list of Outcome
         One for each change. All are the nominal one where a mode grows at the lower end of the
-        range, which no crossing tells of, or where no mode begins to grow in it.
+        range, since its crossing lies below, or where no mode begins to grow within the range.
     """
     rising = [crossing for crossing in answer.crossings if crossing.direction == "up"]
     if answer.verdict in GROWING or not rising:

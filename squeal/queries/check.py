@@ -33,8 +33,8 @@ MORE = 6  # modes by which each further search of the lowest ones asks for more
 MOST_MORE = 25  # no further search after so many more modes than are wanted
 SLOWEST = 10.0  # m/s: size times the lowest frequency of a plausible part
 FASTEST = 2500.0
-CLEARLY = 1e3  # times as fast as rounding can be: modes that it does not mix with slower ones
-CLEAR_MASS = 1e-10  # of the greatest mass per stiffness: what has less is close to none
+CLEARLY = 1e3  # of the square that rounding makes of 0: faster modes are not mixed with slow ones
+CLEAR_MASS = 1e-10  # of the largest |theta|, a mass over a stiffness: less is hardly any mass
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -218,8 +218,9 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     All of a small system are computed, and where most are wanted; of a large one the lowest, see
     `_lowest_by_lanczos`. Modes so slow that rounding mixes them are refined.
 
-    Three tolerances: `noise` decides how many squares a search may take for zero, `CLEARLY` times
-    as much which modes are refined, and the returned errors, for the caller, which are free.
+    Up to `noise` a search takes a square for 0, so that it goes on to the next modes. Squares of up
+    to `CLEARLY` times `noise` are refined. The returned errors tell the caller which motions are
+    free.
 
     Returns
     -------
@@ -241,7 +242,8 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     K = (scaled.K + scaled.K.T).real / 2  # the symmetric part
     M = scaled.M
     square_of_scale = scaled.frequency_scale**2
-    # a little below zero, so that K - shift M is regular where motions are free
+    # a little below zero, so that K - shift M is regular where motions are free; K = 0 has the
+    # frequency scale 0, and any shift serves
     shift = BELOW * (square_of_scale or 1.0)
     noise = NOISE * EPS * square_of_scale
     try:
@@ -266,9 +268,9 @@ def _lowest_by_lanczos(
 ) -> tuple[NDArray[np.float64], NDArray]:
     """The lowest modes of K x = square M x (n, n), by inverse (Lanczos) iteration about a shift.
 
-    At first `count` + 6 modes are computed, then 6 more in each further search until `count` of
-    them have a square above `noise`. Five searches are the most: with more than 30 free motions
-    fewer than `count` such modes are returned.
+    At first `count` + 6 modes are computed, then 6 more in each further search, until `count`
+    modes have a square above `noise`. Five searches are the most: of a system with more than 30
+    free motions fewer than `count` such modes are returned.
 
     Returns
     -------
@@ -292,7 +294,7 @@ def _lowest_by_lanczos(
     while np.sum(squares > noise) < count and computed < count + MOST_MORE:
         computed += MORE
         # where all eigenvalues are equal, as with K in place of M, it never converges
-        squares, vectors = eigsh(K, computed, M, shift, OPinv=inverse, maxiter=100, v0=start)
+        squares, vectors = eigsh(K, computed, M, sigma=shift, OPinv=inverse, maxiter=100, v0=start)
     return squares, vectors
 
 
@@ -324,7 +326,8 @@ def _all_real_modes(
 ) -> tuple[NDArray[np.float64], NDArray, float]:
     """All real modes of a small system, from the eigenvalues theta of (K - shift M)^-1 M.
 
-    Their squares of angular frequencies are shift + 1 / theta; a motion without mass has theta = 0.
+    K x = square M x with square = shift + 1 / theta; a motion without mass has theta = 0, and none
+    of its digits is known up to EPS times the largest |theta|.
 
     Returns
     -------

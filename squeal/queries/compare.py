@@ -191,14 +191,14 @@ def compare(
         references = []
         for mode in _modes(reference, coordinates):
             references.append(mode._replace(name=str(mode.name)))
-        name = f"{reference.name}, {reference.parameter} = {reference.value:.6g}"
+        title = f"{reference.name}, {reference.parameter} = {reference.value:.6g}"
     else:
         references = read_test(Path(reference), coordinates)
-        name = str(reference)
+        title = str(reference)
     costs = pairing_costs(references, modes, tolerance)
     equally_near = _equally_near(costs.cost, most=_cost_of_tie(tolerance))
     rows = []
-    ties = []
+    ties = []  # in words
     pairs = assigned_pairs(costs, references, modes, tolerance)
     for i, j in pairs:
         mac_of_pair = None
@@ -219,7 +219,7 @@ def compare(
     for j, mode in enumerate(modes):
         if j not in paired_modes:
             rows.append(_pair(None, mode))
-    return Pairs(name, tuple(rows), tolerance, costs.mac, tuple(ties))
+    return Pairs(title, tuple(rows), tolerance, costs.mac, tuple(ties))
 
 
 def _cost_of_tie(tolerance: float) -> float:
@@ -296,8 +296,8 @@ def _check_rows(reference: Eigenvalues, computed: Eigenvalues) -> None:
 def _mac_of_modes(references: Sequence[Mode], modes: Sequence[Mode]) -> NDArray[np.float64]:
     """MAC (m, k) of each of m modes of the reference with each of k computed ones.
 
-    It is taken over the rows that the reference measured (is not NaN in), and is NaN where one of
-    both shapes is zero in all of these.
+    It is taken over the rows that were measured in the mode of the reference, whose shape is NaN in
+    the others. It is NaN for a pair of which one shape is zero in all measured rows.
     """
     macs = np.full((len(references), len(modes)), np.nan)
     for i, reference in enumerate(references):

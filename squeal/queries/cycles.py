@@ -289,7 +289,7 @@ def _parameter_range(
         words = f"a range that holds {given[name]:g}, the scene's value, where the first cycle is"
         raise at.must_be(f"{name}:{low:g}:{high:g}", words)
     for end in (low, high):
-        scene.replace(**{name: end})
+        scene.replace(**{name: end})  # refuses a value that the parameter may not take
     return name, low, high
 
 
@@ -363,7 +363,7 @@ def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
     drag = np.tensordot(C, velocity, 1)
     power_of_friction = (friction * velocity).sum(axis=0)
     power_of_damping = (drag * velocity).sum(axis=0)
-    squared_normal_velocity = grid.states[4] ** 2  # of y
+    squared_normal_velocity = grid.states[4] ** 2  # the rate of y
     integrands = np.array([power_of_friction, power_of_damping, squared_normal_velocity])
     weighted = integrands * grid.weights[:, None] * grid.steps.h  # quadrature over each step
     of_friction, of_damping, square = weighted.sum(axis=(1, 2)).tolist()
@@ -402,7 +402,9 @@ def _changes_of_sliding(
     for (start, before), (end, after) in itertools.pairwise(sliding):
         low = start
         verdict = before
-        while verdict != after:  # again where a third verdict lies between the two
+        # one bisection for each change: where a third verdict lies between both ends it finds the
+        # change to this one first, and goes on from there
+        while verdict != after:
             high = end
             verdict_beyond = after
             while high - low > tolerance:
@@ -464,11 +466,12 @@ def cycles(
     """
     check_simulation(scene)
     name, low, high = _parameter_range(scene, over)
-    units, _, start, stop = in_natural_units(scene)  # `model_at` makes the models
+    # in natural units, as all that `shooting` takes and gives; `model_at` makes its models
+    units, _, start, stop = in_natural_units(scene)
     value = getattr(scene.pad, name)
     scale = 1.0  # the continuation needs a parameter of the order of one, as mu and angles are
     if name != "mu" and not PARAMETERS[name].angle:
-        # a power of 2, so that the scene's own value comes back from the division to the last digit
+        # a power of 2, so that value / scale * scale is the scene's own value to the last digit
         _, exponent = math.frexp(max(abs(low), abs(high)))
         scale = math.ldexp(1.0, exponent)
 

@@ -67,12 +67,13 @@ def eigenvalues(
     progress : callable, optional
         Called with a line for each step of long work.
     look : Sweep, optional
-        A first look over the value: above 400 rows its basis answers, and nothing is certified.
+        A sweep by the method modal (a first look) over this value: of more than 400 rows the roots
+        are those of its reduced system, and nothing is certified.
     prove : bool, optional
         Left out, the referee judges all roots of a pad, or of a system of up to 400 rows. What it
         proves is certified, what hangs on the last digits of the entries has no verdict, and what
-        it refutes is replaced. True asks it of the modes of a band of a larger system too, False
-        leaves it out.
+        it refutes is replaced. True calls the referee for the modes of a band of a larger system
+        too, False calls it for none.
 
     Returns
     -------
@@ -114,7 +115,7 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
     roots = tuple(analysis.spectrum.eigenvalues)
     verdict = analysis.verdict
     criterion = str(analysis.judgement) if verdict is not None else f"{OPEN}{analysis.doubt}"
-    certified = all(root.decides for root in roots)
+    certified = all(root.decides for root in roots)  # without the referee: small backward errors
     proof = None
     proof_line = ""
     if prove:
@@ -154,8 +155,8 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
 def data_of_pad(scene: Scene, analysis: PadAnalysis) -> Data:
     """How precisely the referee may take the entries of M, C and K for known.
 
-    They are computed at an equilibrium that is itself computed: to `MATRIX_DIGITS`, or to their
-    errors where an entry is known worse.
+    The entries are computed at an equilibrium that is itself computed: they are known to
+    `MATRIX_DIGITS` digits, or less well where rounding of the equilibrium moves them by more.
     """
     from squeal.proof.balls import half_widths
     from squeal.queries.systems.proofs import Data
@@ -167,6 +168,7 @@ def data_of_pad(scene: Scene, analysis: PadAnalysis) -> Data:
     if all(is_known(X, error) for X, error in known):
         return Data(MATRIX_DIGITS)
     radii = tuple(np.maximum(error, half_widths(X, MATRIX_DIGITS)) for X, error in known)
+    # entries of a pair (i, j), (j, i) have errors of their own: symmetry is not kept
     return Data(MATRIX_DIGITS, radii, keeps_structure=False)
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # pads start without the solvers of systems
     from squeal.queries.systems.system_analysis import SystemAnalysis
     from squeal.sparse.reduction import Reduction
 
-CORNERS = 5  # values a side of a chart at which a reduced system has to be good
+CORNERS = 5  # values of each parameter, evenly chosen, that a reduced system is made at
 
 
 @public
@@ -76,8 +76,8 @@ def map(
 def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, workers: int) -> Map:
     """Compute the verdict on the selected roots of a system over two named parameters.
 
-    Up to 400 rows every point is solved in full; of a larger system a reduced one is computed, made
-    to be good at `CORNERS` values a side of the chart.
+    Up to 400 rows every point is solved in full. A larger system is solved on a reduced one, which
+    is made at `CORNERS` values of each parameter.
     """
     from squeal.io.processes import counted, mapped
     from squeal.queries.systems.all_roots import is_small
@@ -142,7 +142,9 @@ def _verdict_and_growth(
     from squeal.sparse.first_look import FirstLook
 
     system, selection, reduction = common
-    errors = np.zeros(1)  # of a first look: NaN for roots that clearly decay, which fmax ignores
+    # how far each root of a first look may lie off, 1/s; of other roots rounding alone counts. NaN
+    # for roots that clearly decay, of which `fmax` takes the rounding
+    errors = np.zeros(1)
     if isinstance(reduction, FirstLook):
         estimate = reduction.estimate(at, deciding=True)
         roots = estimate.values

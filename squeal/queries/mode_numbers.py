@@ -39,8 +39,8 @@ def assign_mode_numbers(
     """Number the modes of a sweep, so that each mode has one number at all values.
 
     The modes are followed from step to step as eigenvalue paths. A path then has the number that
-    its root has by rising frequency in the reference step. Modes that are not there get the next
-    numbers as they appear.
+    its root has by rising frequency in the reference step. Paths without a root in that step get
+    the next numbers as they appear.
 
     Parameters
     ----------
@@ -50,12 +50,13 @@ def assign_mode_numbers(
         The spectrum at a value, to follow the roots between the steps; None for a sweep of one
         step.
     numbered_at : float
-        The value of the reference step. If the sweep does not have it the first step is that.
+        The value of the reference step. If no step has this value the first step is taken.
     most_between : int
         At how many values between the steps the spectrum may be computed.
     """
     values = [step.value for step in steps]
-    paths: list[Indices]  # of each step the path (m,) that each of its roots lies on, 0 if unknown
+    # of each step the number (m,) of the path that each of its roots lies on, from 1, 0 if unknown
+    paths: list[Indices]
     if spectrum_at is None:
         paths = [mode_numbers(np.asarray(step.roots)) for step in steps]
         losses: list[Loss] = []
@@ -75,7 +76,7 @@ def assign_mode_numbers(
     losses_by_number = []
     for loss in losses:
         modes = sorted(number_of[path] for path in loss.modes if path in number_of)
-        # a meeting with a path that no step has leaves one mode, which is not in doubt
+        # two modes that meet are lost; if no step has the path of one, the other is not in doubt
         fewest = 2 if loss.kind == "meet" else 1
         if len(modes) >= fewest:
             losses_by_number.append(loss._replace(modes=tuple(modes)))
@@ -90,12 +91,12 @@ def _number_of_paths(
     Parameters
     ----------
     paths : sequence of array of int (m,)
-        Of each step the paths of its roots, 0 where one is not known.
+        Of each step the paths of its roots, 0 where a path is not known.
     reference : int
-        The index of the step whose modes are numbered by rising frequency. Paths that it has not
-        get the next numbers as they appear.
+        The index of the step whose modes are numbered by rising frequency. Paths without a root in
+        this step get the next numbers as they appear.
     roots : array (m,)
-        The roots of that step, rad/s.
+        The roots of the reference step, rad/s.
     """
     number_of: dict[int, int] = {}
     by_frequency = mode_numbers(roots).tolist()

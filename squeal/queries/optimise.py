@@ -213,7 +213,7 @@ class _Search:
 
         Raises ComputationError if no root lies in the band.
         """
-        # SLSQP asks for values and for slopes at the same q: the newest ones are looked at
+        # SLSQP asks for values and for slopes at the same q: the last three evaluations are kept
         for evaluation in self.evaluations[:-4:-1]:
             if np.array_equal(evaluation.q, q):
                 return evaluation
@@ -241,10 +241,10 @@ class _Search:
     ) -> _Evaluation:
         """The growth rates of leading roots (m,) at q, and their derivatives by q.
 
-        With the vectors x and y of a root of P its derivative is -y^H (dP/dp) x / (y^H P' x).
+        The vectors are computed here, see `roots_at`, and the roots are made more precise by them.
         """
-        searched = self.model.system if isinstance(self.model, Reduction) else self.model
-        system = searched.replace(parameters)
+        unchanged = self.model.system if isinstance(self.model, Reduction) else self.model
+        system = unchanged.replace(parameters)
         matrices = system.arrays()
         modes = roots_at(*matrices, leading, left=True)
         eigenvalues = []
@@ -271,7 +271,8 @@ class _Search:
 
         first = len(self.evaluations)
         best = self.evaluate(start)
-        # where the largest rate is flat (its slopes are 0) the others set the unit, else it is 1
+        # where the largest rate is flat (its slopes are 0) the other rates set the unit, and where
+        # all are flat it is 1
         steepest = np.abs(best.slopes[0]).max() or np.abs(best.slopes).max()
         unit = float(steepest) or 1.0
 
@@ -309,7 +310,8 @@ class _Search:
             )
             best = min(self.evaluations[first:], key=attrgetter("largest"))
             q = best.q
-            if best.largest > before - 1e-6 * unit:  # nothing that a step of 1e-6 would not give
+            # less is gained than along the steepest slope by a step of 1e-6 in q
+            if best.largest > before - 1e-6 * unit:
                 break
         return best
 
@@ -373,7 +375,7 @@ def optimise(
     seed = seed_of(rng, "optimise")
     refuse_without_effect(analysis.file, bounds, Place("optimise"))
     ranges = _checked_bounds(bounds)
-    system.at()  # refuses matrices at the frequency of each root
+    system.at()  # raises InputError where matrices follow the frequency: no single M, C, K then
     if not is_small(system) and selection.rectangle is None:
         raise InputError("band: is missing; a large system is optimised in a band or a region")
     result = _best_of_searches(system, selection, ranges, starts, seed)
@@ -442,10 +444,10 @@ def _best_of_searches(
 ) -> _SearchResult:
     """Search from the own parameters and from random ones, `starts` searches in all.
 
-    A large system is searched on a reduced one, made at these starting points and, of few
-    parameters, at the corners of the bounds. Where its residual at the result is large, it is made
-    anew with the result as a further point, and searched from there alone. It is made `REDUCTIONS`
-    times at most.
+    A large system is searched on a reduced one, made at the starting points and, of few parameters,
+    at the corners of the bounds. Where the residual at the result is large, the reduced system is
+    made anew with the result as a further point, and searched from the result alone. It is made
+    `REDUCTIONS` times at most.
     """
     search = _Search(system, selection, bounds)
     nominal = np.array([system.parameters[name] for name in bounds])

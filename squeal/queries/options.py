@@ -65,11 +65,11 @@ def seed_of(rng: RandomNumbers, verb: str) -> int:
 
 
 def upper_end(subject: object, high: float | None) -> float:
-    """The upper end of a range of the free parameter, as it is given.
+    """The upper end of a range of the free parameter: `high`, if it is given.
 
-    Left out it is 2 for a friction coefficient, or its present value where that is larger, and
-    twice the present value for another parameter. Raises InputError where that value is not above
-    0: then nothing tells which values occur.
+    Else it is 2 for a friction coefficient, or its present value where that is larger, and twice
+    the present value for another parameter. Raises InputError where the present value of another
+    parameter is not above 0, since nothing tells then which values occur.
     """
     if high is not None:
         return high
@@ -82,7 +82,7 @@ def upper_end(subject: object, high: float | None) -> float:
             )
         return max(FRICTION_END, mu)
     system = getattr(subject, "system", subject)
-    if not isinstance(system, System):  # which is refused by who asks
+    if not isinstance(system, System):  # the caller refuses such a subject, in words of its own
         return FRICTION_END
     name = system.parameter
     own = system.parameters[name]

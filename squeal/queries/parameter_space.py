@@ -125,8 +125,8 @@ class ParameterSpace:
         verb : str
             Name of the verb, with which messages begin.
         high : float
-            Upper end of the friction of a scene, which must be in its range; of a system it is not
-            checked.
+            Upper end of the range of the friction of a scene, which is checked; of a system it may
+            be any.
         quantity : {"threshold", "growth"}
             What is computed: the free parameter may be varied for growth alone.
 
@@ -218,8 +218,8 @@ class ParameterSpace:
     def _outcomes_of_pads(
         self, scene: Scene, changes: Sequence[Mapping[str, float]], high: float
     ) -> list[Outcome]:
-        """The outcome of each change of a pad: by the stack, and where it cannot, by a query."""
-        outcomes: dict[int, Outcome] = {}
+        """The outcome of each change of a pad: by the stack, or a query if the stack has none."""
+        outcomes: dict[int, Outcome] = {}  # by number of the change
         changed: dict[int, Scene] = {}
         for number, values in enumerate(changes):
             try:
@@ -228,7 +228,7 @@ class ParameterSpace:
                 outcomes[number] = Outcome(kind=NO_PAD, reason=str(error))
         if changed:
             outcomes |= self._outcomes_of_stack(scene, changed, high)
-        for number in changed.keys() - outcomes:
+        for number in changed.keys() - outcomes:  # which the stack could not decide
             outcomes[number] = _outcome_of_query(changed[number], high)
         return [outcomes[number] for number in range(len(changes))]
 
@@ -240,7 +240,8 @@ class ParameterSpace:
         changed: scenes by the number of the change. The outcomes have the same numbers; those that
         the stack cannot decide are missing.
         """
-        names = tuple(self.values)  # all of them: some follow from the value of another one
+        # all parameters, since a change of one may move others, as I follows from m
+        names = tuple(self.values)
         rows = []  # of each parameter its values in all pads
         for name in names:
             rows.append([getattr(changed_scene.pad, name) for changed_scene in changed.values()])

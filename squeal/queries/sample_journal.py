@@ -37,7 +37,7 @@ def read_or_begin(path: Path, question: str) -> dict[int, list[Sample]]:
     at = Place(str(path))
     text = ""
     chunks = {}
-    try:
+    try:  # anything but a journal of this question raises ValueError or TypeError
         if path.exists():
             text = read_content(path, at).decode()
         if not text:  # a new file, or one that no line was written to
@@ -45,9 +45,9 @@ def read_or_begin(path: Path, question: str) -> dict[int, list[Sample]]:
         head, *lines = text.split("\n")
         if head != question:
             raise ValueError
-        complete = lines[:-1]  # what follows the last line end was cut off
+        complete = lines[:-1]  # behind the last line end stands nothing, or a line that was cut off
         if complete and not _is_intact(complete[-1]):
-            complete.pop()  # as of a write that was killed
+            complete.pop()  # the write of its middle may have been killed
             at.warn("its last line is broken; the samples of this line are computed again")
         for line in complete:
             if not _is_intact(line):

@@ -43,7 +43,7 @@ SPREADS = Group(
 def read_spreads(path: Path | str) -> dict[str, Any]:
     """Read a file of spreads as keyword arguments of `scatter`.
 
-    Names of parameters are not checked, which needs the scene or system: `scatter` does so.
+    Names of parameters are checked by `scatter`, which knows the scene or system.
     Raises InputError with one sentence that names the file, the key and what is allowed.
 
     Examples
@@ -82,10 +82,10 @@ def points_of_unit_cube(
     # sobol
     is_power_of_2 = samples & (samples - 1) == 0
     if not is_power_of_2:
-        near = 2 ** min(round(math.log2(samples)), 19)  # 2^20 are more than may be drawn
+        near = 2 ** min(round(math.log2(samples)), 19)  # 2^20 is above the 1,000,000 allowed
         words = f"it must be a power of 2 for the design sobol, such as {near}"
         raise Place("samples").refuse(f"{samples} is not allowed; {words}")
-    # no sample at the end of a normal distribution
+    # a point at 0 or 1 would be an infinite value of a normal distribution
     return np.clip(qmc.Sobol(dimensions, rng=seed).random(samples), 1e-9, 1 - 1e-9)
 
 

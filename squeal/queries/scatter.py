@@ -90,10 +90,10 @@ class ReducedThresholdSamples:
                 full_system, self.high, selection=self.selection, served=reduction
             )
             outcome = first_loss(search.answer, self.high)
-            at = self.high  # without a threshold the whole range was searched
+            mu = self.high  # without a threshold the whole range was searched
             if outcome.critical is not None:
-                at = outcome.critical
-            residuals = reduction.modes({search.answer.parameter: at}).residuals
+                mu = outcome.critical
+            residuals = reduction.modes({search.answer.parameter: mu}).residuals
         except (InputError, ComputationError) as error:
             return _refused(values, error)
         return _threshold_sample(values, outcome, float(np.max(residuals, initial=0.0)))
@@ -115,7 +115,7 @@ class GrowthSamples:
         roots = selected.roots
         if not len(roots):
             return Sample(values, reason="no root lies in the band")
-        # of a pair one; real roots of real matrices are exactly real
+        # of a pair the root with Im > 0; a real root of real matrices has Im = 0 exactly
         unstable = roots[(roots.real > selected.rounding) & (roots.imag >= 0.0)]
         fastest = roots[np.argmax(roots.real)]
         residual = None
@@ -293,7 +293,7 @@ def scatter(
     )
     plan = _Plan(**keys)
     require_spreads(plan.spreads)
-    if of == "growth" and high is None:  # nothing is searched
+    if of == "growth" and high is None:  # no threshold is searched: any end is allowed
         high = FRICTION_END
     high = upper_end(subject, high)
     space = ParameterSpace.of(subject, "scatter", high, of)
@@ -451,7 +451,8 @@ def _sample_computer(
     if of == "growth":
         modal = reduced_for(subject, selection, points_of_basis, method="modal")
         return GrowthSamples(modal, selection)
-    # a search passes through the whole range: each point lies at another value of it
+    # a search passes through the whole range of the free parameter: each point of the basis gets
+    # another value of it
     values = np.linspace(0.0, high, len(points_of_basis) + 1)[1:].tolist()
     spread_over_range = []
     for parameters, value in zip(points_of_basis, values, strict=True):

@@ -102,10 +102,10 @@ def sweep(
 def pad_sweep(scene: Scene, values: Sequence[float], numbered_at: float | None = None) -> Sweep:
     """Compute the eigenvalues of a pad at each mu along the branch of equilibria from mu = 0.
 
-    Modes are numbered by rising frequency at `numbered_at`; without that, at the pad's own mu. If
-    that is not a value that the branch reaches, they are numbered at the lowest one of those. A
-    step where the branch does not reach has no roots. B3 is linearised about the origin and has no
-    branch.
+    Modes are numbered by rising frequency at `numbered_at`, or at the pad's own mu if it is left
+    out. Where this is none of the values, or the branch does not reach it, they are numbered at the
+    lowest value that it reaches. A step that the branch does not reach has no roots. B3 is
+    linearised about the origin and has no branch.
     """
     values = MUS.read(values, Place("sweep", "values"))
     model = damped_model(scene)
@@ -125,7 +125,7 @@ def pad_sweep(scene: Scene, values: Sequence[float], numbered_at: float | None =
     reference = None
     if reached:
         rising = sorted(reached)
-        # the spectrum at any mu, by which modes are followed; of a single value none is followed
+        # the spectrum at any mu, to follow the modes between the steps; a single step needs none
         spectrum_at = None
         if len(rising) > 1:
             spectrum_at = continued(matrices_of_branch, rising).at
@@ -226,7 +226,8 @@ def _pad_paths(scene: Scene, found: Thresholds, low: float, high: float) -> Swee
     share = np.linspace(0.0, 1.0, DRAWN_OF_PADS)
     stop = min(found.high, high)
     if any(point.kind == "fold" for point in found.points):
-        # towards a fold a frequency falls as the fourth root of the distance: crowd the values
+        # towards a fold a frequency falls as the fourth root of the distance (its square as the
+        # square root), so that values are crowded there
         share = 1.0 - (1.0 - share) ** 2
         stop = stop * (1.0 - 1e-9)  # at the fold itself the tangent stiffness is singular
     values = [*(low + (stop - low) * share), *(point.mu for point in found.points)]
