@@ -132,7 +132,8 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     if path is not None and path.mu_end <= 0.0:
         raise ComputationError(f"no threshold can be given: {path.end}")
     M, C, K = checked(*system(0.0))
-    # also where a coordinate is free, which `roots_and_verdict` lets pass; B3 has no branch
+    # on a branch this is checked of a free coordinate as well, of which `roots_and_verdict` checks
+    # nothing; B3, which has no branch, may have free coordinates
     if path is not None and hides_slow_roots(reduce(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
     # a bound of |lambda| without friction and damping, rad/s
@@ -156,7 +157,7 @@ def _without_proof(
     path: Path | None,
     step_ends: Sequence[float],
 ) -> Thresholds:
-    """Locate the thresholds of a pad; the referee is not asked.
+    """Locate the thresholds of a pad without the referee.
 
     Parameters
     ----------
@@ -174,8 +175,8 @@ def _without_proof(
     _, at_zero = roots_and_verdict(*checked(*system(0.0)))
     end_of_search = high if path is None else path.mu_end
     if path is not None and path.fold is not None:
-        # closer to it rounding makes spurious thresholds, and at it the contact may have changed;
-        # half of the branch is searched however large the error of its fold is
+        # closer to the fold rounding makes spurious thresholds, and within its error contact may
+        # have changed; half of the branch is searched however large the error of its fold is
         end_of_search = max(path.fold * (1 - NEAR_FOLD) - path.error(path.fold), path.fold / 2)
     breakpoints = () if path is None else path.breakpoints
     located = located_thresholds(system, end_of_search, [*breakpoints, *step_ends])
@@ -203,7 +204,7 @@ def _on_branch(answer: Thresholds, scene: Scene, path: Path) -> Thresholds:
     points = list(answer.points)
     admissible_to, warnings = _admissible(path)
     if path.fold is not None:
-        interval = (path.fold, path.fold)  # which rounding widens below
+        interval = (path.fold, path.fold)  # widened to the rounding of the fold below
         fold = CriticalPoint(path.fold, "fold", frequency_hz=0.0, interval=interval, converged=True)
         points.append(fold)
         if path.fold < scene.pad.mu <= answer.high:
@@ -252,7 +253,7 @@ def with_statement(
 ) -> Thresholds:
     """Take the referee's statement into an answer, which is certified if it is proved.
 
-    intervals: those in which thresholds are proved, each threshold gets the one that holds it.
+    intervals: those in which thresholds are proved. Each threshold gets the interval that holds it.
     """
 
     def with_proved_interval(located: Located) -> Located:
@@ -264,7 +265,7 @@ def with_statement(
     proved = statement.status == "proved"
     notes = answer.notes
     details = {**answer.details}
-    if proved:  # nothing is missed
+    if proved:  # the note that some may be missed is dropped
         notes = tuple(note for note in notes if not note.endswith(MISSED))
     # the referee has judged the whole range anew: what it leaves open is the doubt that remains
     if "doubts" in details:
@@ -299,8 +300,8 @@ def _widened_by_rounding(located: Located, path: Path) -> Located:
 def _admissible(path: Path) -> tuple[float, list[str]]:
     """Locate by bisection up to which mu equilibria satisfy all limits of the model (nine digits).
 
-    Returns it, and a sentence for each limit that is exceeded from there on. Where no node of the
-    branch exceeds a limit it is the end of the branch, without a sentence.
+    Returns this mu, and a sentence for each limit that is exceeded from there on. Where no node of
+    the branch exceeds a limit the mu is that of the end of the branch, and there is no sentence.
     """
 
     def beyond_limit(z: np.ndarray, touching: np.ndarray) -> np.ndarray:
@@ -349,8 +350,8 @@ def system_thresholds_with_proof(
     workers : int
         Processes that count roots.
     prove : bool, optional
-        False: the referee is not asked. True: it is asked of up to 400 rows, however long that
-        takes, and what it cannot prove of its kind is refused.
+        False: the referee is not called. True: it is called for up to 400 rows, however long that
+        takes, and a system of a kind that it cannot prove is refused.
 
     Raises
     ------
@@ -414,9 +415,10 @@ def system_thresholds_with_proof(
 def _judged_at_start(analysis: SystemAnalysis, answer: Thresholds, refereed: bool) -> Thresholds:
     """The thresholds with the verdict at the lower end of the range, as `eigenvalues` gives it.
 
-    Where it is open, and a root there may grow by more than the proof of the thresholds leaves out,
-    nothing is certified: no list says what grows from there on. refereed: whether the referee
-    judges the roots there.
+    Where this verdict is open, and a root there may grow by more than the proof of the thresholds
+    leaves out, nothing is certified: the list does not say whether that root grows from there on.
+
+    refereed: whether the referee judges the roots at the lower end.
     """
     from squeal.queries.systems.known import data_of, error_bounds, open_by_digits, with_doubts
     from squeal.queries.systems.roots import system_roots

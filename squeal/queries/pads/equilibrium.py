@@ -53,7 +53,8 @@ class KnownLinearisation(NamedTuple):
     errors : tuple of 2 array (3, 3), or None
         How far the entries of C (of falling friction) and of K may be off; None if nobody knows.
     moved : EnclosedEquilibrium or None
-        The equilibrium that takes the place of the given one, where doubles know that too vaguely.
+        The equilibrium that takes the place of the given one, where that is known too vaguely in
+        doubles.
     doubt : Doubt
         Why no errors are known.
     """
@@ -67,8 +68,8 @@ class KnownLinearisation(NamedTuple):
 def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLinearisation:
     """Linearise about an equilibrium, and bound what its rounding makes of the matrices.
 
-    Where that costs the entries some of `MATRIX_DIGITS` digits, or hides the contact state, the
-    equilibrium that the referee encloses takes the place of the given one.
+    Where rounding leaves the entries fewer than `MATRIX_DIGITS` digits, or hides the contact state,
+    the equilibrium that the referee encloses takes the place of the given one.
     """
     from squeal.proof.balls import Balls
     from squeal.proof.equilibria import enclosed_equilibrium
@@ -86,7 +87,7 @@ def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLin
     C = Balls.exact(np.zeros((3, 3)) if model.damping is None else np.array(model.damping))
     if not enclosed.C.is_zero:  # friction falls with speed, which damps x' alone
         summed = C.plus(enclosed.C)
-        # all other entries are those of the given damping, to which zeros are added without error
+        # the sum rounds each entry: those to which a zero is added are known without error
         C = Balls(summed.mid, summed.rad * (enclosed.C.mid != 0.0))
     C_error = _farthest(matrices.C, C)
     K_error = _farthest(matrices.K, K)
@@ -97,10 +98,10 @@ def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLin
 
 
 def _farthest(X: np.ndarray, ball: Balls) -> np.ndarray:
-    """How far entries (3, 3) may lie from what their balls enclose, at most."""
+    """How far entries X (3, 3) may lie from the numbers that their balls enclose, at most."""
     from squeal.proof.balls import upper
 
-    distance = upper(np.abs(X - ball.mid) + ball.rad, 2)  # rounded up
+    distance = upper(np.abs(X - ball.mid) + ball.rad, 2)  # rounded up, two operations
     return np.where(ball.mid == X, ball.rad, distance)
 
 
@@ -122,7 +123,7 @@ def _hangs_on_rounding(
         statics = Statics.of(dataclasses.replace(model, damping=None))
         units = statics.units
         natural = q / units.length * (1.0, 1.0, units.lever)  # x, y and w theta
-        z = np.array([*natural, model.pad.mu])[:, None]  # of a stack of one
+        z = np.array([*natural, model.pad.mu])[:, None]  # (4, 1), of a stack of one pad
         of_entries = statics.stiffness_error(z, 1.0 * np.array(state)[:, None])
         error = normalised(statics.model.pad, of_entries) / units.time**2
     B = (C / root)[None] if C.any() else None
@@ -132,10 +133,10 @@ def _hangs_on_rounding(
 def damping_errors(scene: Scene) -> np.ndarray:
     """How far the entries (3, 3) of a scene's damping matrix may be off, to first order.
 
-    Ratios and Rayleigh's factors make it of the stiffness without friction: as in
-    `normalised_damping`, B of A = M^-1/2 K M^-1/2. The error of B is its rounding and the sum of
-    |dB / dA_ij| times the error of A_ij over the entries of A. Infinite where that is not known, or
-    where two modes of one frequency have different ratios.
+    Ratios and Rayleigh's factors make C = M^1/2 B M^1/2 with a function B, `normalised_damping`, of
+    A = M^-1/2 K M^-1/2 without friction. The error of B is its rounding and, over the entries of A,
+    the sum of |dB / dA_ij| times the error of A_ij. It is infinite where the error of A is not
+    known, or where two modes of one frequency have different ratios.
     """
     damping = scene.damping
     if damping is None or damping.matrix is not None:
@@ -149,6 +150,7 @@ def damping_errors(scene: Scene) -> np.ndarray:
     A = K_given / root
     B, _ = normalised_damping(damping, A)
     _, K_error = known.errors
+    # the damping was made of K_given, which may lie off the K about the enclosed equilibrium
     A_error = (np.abs(K_given - known.matrices.K) + K_error) / root
     A_error += ROUNDING * np.linalg.norm(A, 2)
     error = ROUNDING * np.linalg.norm(B, 2) * np.ones((3, 3))
@@ -201,12 +203,12 @@ def analyse_equilibrium(model: PadModel, equilibrium: Equilibrium, how: str) -> 
     at = model.replace(mu=equilibrium.mu)
     known = known_linearisation(at, equilibrium.q, equilibrium.state)
     spectrum, judgement = roots_and_verdict(*known.matrices)
-    place = known.moved or equilibrium
+    accepted = known.moved or equilibrium
     return PadAnalysis(
         model=model.name,
-        q=place.q,
-        R_n=place.R_n,
-        state=place.state,
+        q=accepted.q,
+        R_n=accepted.R_n,
+        state=accepted.state,
         how=how,
         matrices=known.matrices,
         spectrum=spectrum,

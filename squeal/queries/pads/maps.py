@@ -437,7 +437,7 @@ def _ends_across(traced: Sequence[np.ndarray], stable: np.ndarray) -> tuple[np.n
     above = np.ceil(middle).astype(int)
     below_is_stable = stable[tuple(below)]
     size = np.array(stable.shape)[:, None]
-    # the points of a map lie in the middle of its cells
+    # a point lies in the middle of its cell of the map: number k of n at the share (k + 1/2) / n
     shares_stable = (np.where(below_is_stable, below, above) + 0.5) / size
     shares_other = (np.where(below_is_stable, above, below) + 0.5) / size
     return shares_stable, shares_other
@@ -465,7 +465,8 @@ def _parts_of_one_kind(
     cuts = _changes_of(kinds[line])
     closed = np.array_equal(points[:, line[0]], points[:, line[-1]])
     if closed and cuts.size:
-        # begun anew where the kind changes, so that no part runs over the end of the line
+        # a closed line, whose last point is its first one, is turned to begin where the kind
+        # changes, so that no part runs over its end
         opened = np.roll(line[:-1], -cuts[0])
         parts = np.split(opened, _changes_of(kinds[opened]))
     else:

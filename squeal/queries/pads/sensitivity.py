@@ -60,9 +60,9 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
     """Compute the derivatives by one parameter p about an equilibrium, exact to rounding.
 
     Dual numbers (value and derivative by p) carry p through the model; the derivatives by the
-    coordinates are complex steps. The equilibrium moves by dq with loads(q, p) = 0, so that
-    K dq = d loads / dp where the pad is held. At a fold, where K is singular, it moves infinitely
-    fast and only `loads` is finite. A linear model stays at the origin.
+    coordinates are complex steps. Since loads(q, p) = 0 at the equilibrium and K = -d loads / dq,
+    it moves by dq with K dq = d loads / dp of the pad held there. At a fold, where K is singular,
+    it moves infinitely fast and only `loads` is finite. A linear model stays at the origin.
 
     Parameters
     ----------
@@ -85,13 +85,13 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
         """
         c_at_speed = c if speed is None else at_speed(dual, c, pad.fall, speed)
         loads = net_loads(dual, c_at_speed, model.law, _moving(at, dq), state)
-        # complex steps take several positions at once: a constant slope is repeated for each
+        # `complex_step` calls with several positions at once, `at` (3, k): a slope that does not
+        # depend on the position is repeated for each of them
         slopes = [dual.dual(load).slope + 0.0 * at[0] for load in loads]
         return np.array(np.broadcast_arrays(*slopes))
 
-    held = np.zeros(3)
-    loads = load_slopes(q, held)
-    dq = held
+    loads = load_slopes(q, np.zeros(3))  # held
+    dq = np.zeros(3)
     if not model.linear:
         try:
             dq = np.linalg.solve(linearise(model, q, state).K, loads)
@@ -100,7 +100,8 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
     dM = np.diag([float(dual.dual(mass).slope) for mass in (c.m, c.m, c.I)])
     gaps = model.law.gaps(c, pose(dual, _moving(q, dq)))
     dC = np.zeros((3, 3))
-    # friction that falls with the sliding speed damps x_dot; dampers are added in `_changes`
+    # where friction falls with the sliding speed the first column of C is -d loads / d x_dot.
+    # Damping that the scene names is added in `_changes`
     if pad.fall is not None:
         dC[:, :1] = -complex_step(lambda x_dot: load_slopes(q, dq, x_dot[0]), np.zeros(1))
     dK = -complex_step(lambda at: load_slopes(at, dq), q)
@@ -137,17 +138,18 @@ def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict
     damping = scene.damping
     if damping is None or damping.matrix is not None:
         return changes
-    at_rest, q_at_rest, state_at_rest = without_friction(scene)
-    M, _, K = linearise(at_rest, q_at_rest, state_at_rest)
+    model_at_rest, q_at_rest, state_at_rest = without_friction(scene)
+    M, _, K = linearise(model_at_rest, q_at_rest, state_at_rest)
     masses = np.diag(M)
     root = np.outer(np.sqrt(masses), np.sqrt(masses))
     A = K / root
     B, _ = normalised_damping(damping, A)
     for name in changes.keys() - {"mu"}:  # the pad without friction does not depend on mu
-        by = change(at_rest, q_at_rest, state_at_rest, name)
-        # d root / root: (d m / 2 m)_i + (d m / 2 m)_j
+        by = change(model_at_rest, q_at_rest, state_at_rest, name)
+        # root_ij = (m_i m_j)^1/2, so that d root_ij / root_ij = d m_i / 2 m_i + d m_j / 2 m_j
         half_relative = np.diag(by.M) / (2 * masses)
         relative_root = np.add.outer(half_relative, half_relative)
+        # of A_ij = K_ij / root_ij, and of C_ij = root_ij B_ij
         dA = by.K / root - relative_root * A
         dC = root * (normalised_damping_slope(damping, A, dA) + relative_root * B)
         changes[name] = replace(changes[name], C=changes[name].C + dC)
@@ -194,11 +196,12 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
         contact_changes = []
     else:
         path = Path.of(scene.pad_model, point.mu * (1 + 1e-6))  # a little beyond the threshold
-        z, state = path.at(min(point.mu, path.mu_end))  # a fold, found anew, may lie below it
+        # the threshold may be a fold: located anew, the end of the branch may lie below it
+        z, state = path.at(min(point.mu, path.mu_end))
         q = path.statics.to_si(z)
         contact_changes = path.breakpoints
     changes = _changes(scene, model, q, state)
-    # a threshold at a change of contact has its value, but for rounding
+    # a threshold that lies at a change of contact, to rounding
     if any(abs(mu - point.mu) <= 1e-12 * point.mu for mu in contact_changes):
         changing = int(np.argmin(np.abs(model.gaps(q))))  # the gap that closes or opens
         return _without_frequency({name: by.gaps[changing] for name, by in changes.items()})
@@ -207,7 +210,7 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
     unit = np.sqrt(np.outer(inverse_masses, inverse_masses))  # M^-1/2 K M^-1/2 is K * unit
     matrices = M * unit, (C + damping_matrix(scene)) * unit, K * unit
     if point.kind == "fold":
-        # M^-1/2 turns the left vector of the normalised K into that of K
+        # y^H M^-1/2 K M^-1/2 = 0: the left singular vector of K is M^-1/2 y
         left = np.sqrt(inverse_masses) * Singular.of(matrices, 0j).left.conj()
         return _without_frequency({name: left @ by.loads for name, by in changes.items()})
     scaled = {}
@@ -226,7 +229,8 @@ def _without_frequency(g_slopes: dict[str, complex]) -> dict[str, tuple[float, f
     slopes = {}
     for name, g_p in g_slopes.items():
         if name != "mu":
-            # a fold has a complex vector of one phase, which cancels; 0.0 makes a zero positive
+            # the left vector of a fold has a complex factor, which cancels in the quotient; adding
+            # 0.0 makes 0 of -0.0
             slopes[name] = (-float((g_p / g_slopes["mu"]).real) + 0.0, math.nan)
     return slopes
 

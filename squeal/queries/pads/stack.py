@@ -172,7 +172,7 @@ def compiled_statics(statics: Statics, n: int) -> Statics:
 
 def normalised(pad: Pad, X: np.ndarray) -> np.ndarray:
     """Mass-normalise matrices X (3, 3, n) of n pads: M^-1/2 X M^-1/2, (n, 3, 3)."""
-    # each mass once for each pad, as X[0, 0] (n,) has an entry
+    # m, m, I of the coordinates x, y, theta, each broadcast to (n,) as X[0, 0] is
     masses = np.broadcast_arrays(pad.m, pad.m, pad.I, X[0, 0])[:3]
     unit = 1.0 / np.sqrt(masses)
     return np.moveaxis(X * (unit[:, None] * unit), -1, 0)
@@ -257,9 +257,10 @@ class PadStack:
     def at_mu(self) -> tuple[Equilibria, np.ndarray]:
         """Compute the equilibria of the n pads, each at its own friction.
 
-        The second array (n,) of bool says where it is unknown whether there is one: where the
-        branch was lost, and where rounding hides the contact forces. There is none where the branch
-        from mu = 0 ends before, or nothing touches. A linear model has one in any case.
+        A pad has none where the branch from mu = 0 ends below its friction, or nothing touches. The
+        second array (n,) of bool says where it is unknown whether a pad has one: where the branch
+        could not be continued, and where rounding hides the contact forces. A linear model is
+        linearised about the origin in any case.
         """
         origin = self.origin(self.mu)
         if self.linear:
@@ -268,7 +269,7 @@ class PadStack:
         if not branches.owner.size:  # no pad has an equilibrium without friction
             return origin._replace(exists=self.without_friction.exists), lost
         at_mu = branches.at(np.arange(self.n), self.mu)
-        hidden = at_mu.exists & self.statics.unresolved(at_mu.z)
+        hidden = at_mu.exists & self.statics.unresolved(at_mu.z)  # by rounding
         touches = at_mu.touching.any(axis=0)
         return at_mu._replace(exists=at_mu.exists & touches & ~hidden), lost | hidden
 
@@ -294,12 +295,12 @@ class PadStack:
         else:
             alpha, beta = damping.rayleigh
             in_natural_units = Damping(rayleigh=(alpha * units.time, beta / units.time))
-        # stable (n,): whether no mode of the pad without friction grows
-        B, stable = normalised_damping(in_natural_units, self._stiffness_without_friction)
+        # has_ratios (n,): whether each mode of a pad without friction may have a damping ratio
+        B, has_ratios = normalised_damping(in_natural_units, self._stiffness_without_friction)
         if not self.linear:
-            stable |= ~self.without_friction.exists  # without an equilibrium there is no mode
-        if not stable.all():
-            values = self.values[:, int(np.argmin(stable))]
+            has_ratios |= ~self.without_friction.exists  # a pad without an equilibrium has no modes
+        if not has_ratios.all():
+            values = self.values[:, int(np.argmin(has_ratios))]  # of the first pad without them
             texts = []
             for name, value in zip(self.names, values, strict=True):
                 texts.append(f"{name} = {value:.6g}")
@@ -330,7 +331,8 @@ class PadStack:
         statics = self.statics.pick(pad)
         contact = 1.0 * at.touching
         K = statics.stiffness(at.z, contact)
-        if statics.model.pad.mu_s is None:  # given only with mu_k and v_ref: friction falls
+        # mu_s is set only where friction falls with speed, as are mu_k and v_ref
+        if statics.model.pad.mu_s is None:
             return normalised(statics.model.pad, K), None
         model = statics.model.replace(mu=at.z[3])  # the fourth row of z is mu
         q = statics.place(at.z)
@@ -360,8 +362,8 @@ class PadStack:
             statics = self.statics.pick(pad)
             of_entries = statics.stiffness_error(at.z, 1.0 * at.touching)
             errors = normalised(statics.model.pad, of_entries)
-        squares = np.abs(np.diagonal(A, axis1=1, axis2=2))
-        # the zero mode of a coordinate that no spring holds is no hidden one
+        squares = np.abs(np.diagonal(A, axis1=1, axis2=2))  # of frequencies of single coordinates
+        # a coordinate that no spring holds has an eigenvalue of zero, which is not hidden
         has_free_coordinate = squares.min(axis=1) <= EPS**2 * squares.max(axis=1)
         hides_modes = hides_slow_modes(A, B) & ~has_free_coordinate
         return hangs_on_rounding(A, B, errors) | hides_modes
@@ -376,13 +378,13 @@ class PadStack:
         equilibria, unknown = self.at_mu()
         existing = np.flatnonzero(equilibria.exists)
         A, B = self.matrices(existing, equilibria.some(existing))
-        if B is None:  # lambda^2 are the eigenvalues of -A
-            # principal square roots: of +-lambda the one that does not decay
+        if B is None:
+            # lambda^2 are the eigenvalues of -A; of +-lambda the principal root does not decay
             values = np.sqrt(-np.linalg.eigvals(A).astype(complex))
         else:
             form, _ = first_order(A, B, frequency_scale=1.0)
             values = np.linalg.eigvals(form).astype(complex)
-        # of those with the largest real part the one of largest frequency
+        # by the last key first: the largest real part, and of several the largest frequency
         leading = np.lexsort((np.abs(values.imag), values.real), axis=1)[:, -1]
         roots = values[np.arange(existing.size), leading]
         is_rounding = np.isin(verdicts(A, B), STABLE_OR_MARGINAL) & (roots.real > 0.0)
@@ -413,7 +415,8 @@ class PadStack:
         mu_end = np.where(no_start, 0.0, branches.mu_end)
         mu_end[branches.end == BranchEnd.REACHED] = np.nan
         nodes = np.arange(len(branches.owner))
-        starts = nodes[nodes < branches.last[branches.owner]]  # all nodes but the last of each pad
+        # intervals start at all nodes but the last one of each pad
+        starts = nodes[nodes < branches.last[branches.owner]]
         return _Intervals(
             pad=branches.owner[starts],
             start=branches.z[3, starts],  # row 3 is mu
@@ -442,9 +445,9 @@ class PadStack:
         """Locate where each pad first loses stability or its equilibrium, as friction rises from 0.
 
         Verdicts are computed on a grid of `GRID_POINTS` values of mu or more, with all nodes of the
-        branch, and the step to the first unstable value is halved. Steps within which a margin of
-        stability comes close to zero are searched too; a narrower interval of instability may be
-        missed.
+        branch, and the step to the first unstable value is bisected. Steps within which a margin of
+        stability comes close to zero are searched too; an interval of instability that is narrower
+        than a step, and at which no margin does so, may be missed.
         """
         intervals = self._intervals(mu_max)
         grid = _friction_grid(intervals, mu_max)
@@ -453,17 +456,19 @@ class PadStack:
         for which in range(len(stability.margins)):
             self._move_points_to_instability(intervals, grid, stability, which)
         unstable = np.flatnonzero(~stability.no_unstable_mode)
+        # the pads that lose stability, and the first unstable point of each: `unstable` rises
         losing, index = np.unique(pad[unstable], return_index=True)
-        first = unstable[index]  # of each pad that loses stability its first unstable point
-        # the point before, perhaps of the interval before; at mu = 0 it is replaced below
-        last_stable = grid.mu[np.maximum(first - 1, 0)]
+        first = unstable[index]
         first_unstable = grid.mu[first]
-        # a pad that is unstable at mu = 0, or from a change of contact on, loses stability there:
-        # nothing is to be halved
+        # the point before it, which may lie in the interval before. The first point of a pad, at
+        # mu = 0, has none: if that is unstable the value is replaced below
+        last_stable = grid.mu[np.maximum(first - 1, 0)]
+        # a pad that is unstable at mu = 0, or from a change of contact on, loses stability at this
+        # very value: nothing is to be bisected
         begins_at_change = intervals.begins_at_change[grid.interval[first]]
-        is_at_start = grid.number[first] == 0
-        is_lost_there = is_at_start & ((first_unstable == 0.0) | begins_at_change)
-        last_stable = np.where(is_lost_there, first_unstable, last_stable)
+        is_first_of_interval = grid.number[first] == 0
+        is_known = is_first_of_interval & ((first_unstable == 0.0) | begins_at_change)
+        last_stable = np.where(is_known, first_unstable, last_stable)
         # narrow: two roundings of the largest mu, closer than which no value lies between
         loss = self._bisect(intervals, losing, last_stable, first_unstable, narrow=4e-16 * mu_max)
         return self._losses(intervals, losing, loss)
@@ -516,14 +521,15 @@ class PadStack:
         loss = intervals.mu_end.copy()
         loss[losing] = mu
         kinds = list(intervals.ends)
-        hertz = np.where(np.array(kinds) == FOLD, 0.0, np.nan)  # no mode belongs to another end
+        hertz = np.where(np.array(kinds) == FOLD, 0.0, np.nan)  # no mode loses stability at an end
         equilibria = intervals.at(losing, mu)
         A, B = self.matrices(losing, equilibria)
         codes = verdicts(A, B)
         frequencies = self.frequency_at_onset(A, B)
         for i, pad in enumerate(losing):
-            # bisection led to the end of the branch; or the verdict, not that of the bisection by
-            # rounding alone, since other cases are computed beside it, names no instability
+            # without an equilibrium bisection led to the end of the branch, which has its kind. A
+            # stable verdict differs from that of the bisection by rounding alone, which depends on
+            # the other cases of the array
             if not equilibria.exists[i] or codes[i] in STABLE_OR_MARGINAL:
                 continue
             kinds[pad] = VERDICTS[codes[i]]
@@ -544,9 +550,9 @@ class PadStack:
     ) -> None:
         """Search for instability between stable points of a grid, where a margin nearly vanishes.
 
-        A margin that is lower at a point than at both neighbours has its minimum between these,
-        which golden section searches. If it meets an unstable case the point of the grid is moved
-        there: `grid.mu` and `stability.no_unstable_mode` are changed in place.
+        A margin that is lower at a point than at both neighbours has its minimum between the
+        neighbours, which golden section searches. If the search meets an unstable case the point of
+        the grid is moved there: `grid.mu` and `stability.no_unstable_mode` are changed in place.
 
         which: the margin, 0 of pairs and 1 of real roots.
         """
@@ -559,9 +565,11 @@ class PadStack:
         before = margin[i - 1]
         here = margin[i]
         after = margin[i + 1]
-        with np.errstate(all="ignore"):  # the minimum of the parabola through the three points
+        # the parabola m(s) through the points at s = -1, 0, 1 has m'(0) = (after - before) / 2 and
+        # m'' = before - 2 here + after, so that its minimum is m(0) - m'(0)^2 / (2 m'')
+        with np.errstate(all="ignore"):
             minimum = here - (after - before) ** 2 / (8 * (before - 2 * here + after))
-        # a minimum above half of the lowest point is far from vanishing
+        # far from vanishing is a minimum above half of the margin at the point
         is_low = (here < before) & (here < after) & (minimum < here / 2)
         same_interval = (interval[i - 1] == interval[i]) & (interval[i] == interval[i + 1])
         all_stable = stable[i - 1] & stable[i] & stable[i + 1]
@@ -581,8 +589,8 @@ class PadStack:
             keep_left = at_left <= at_right
             low = np.where(keep_left, low, left)
             high = np.where(keep_left, right, high)
-        # golden section keeps an inner point for the next pass: an unstable one, once met, is still
-        # one of the last two
+        # of both inner points golden section keeps the one of lower margin for the next pass: if an
+        # unstable case was met, one of the last two points is unstable
         unstable = np.minimum(at_left, at_right) == -np.inf
         mu[j[unstable]] = np.where(keep_left, left, right)[unstable]
         stable[j[unstable]] = False
@@ -590,15 +598,15 @@ class PadStack:
     def frequency_at_onset(self, A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
         """Compute the frequency (k,) in Hz of the pair that is about to flutter.
 
-        Without damping that is the mean of the two frequencies that are nearest to each other and
-        so coalesce, else the frequency of the pair that grows most or decays least.
+        Without damping that is the mean of the two frequencies nearest to each other, which are
+        about to coalesce, else the frequency of the pair that grows most or decays least.
 
         A, B: mass-normalised stiffness and damping (k, 3, 3) of z'' + B z' + A z = 0 in natural
         units; B None without damping.
         """
         rows = np.arange(len(A))
         squares = np.linalg.eigvals(A).astype(complex)  # of the three frequencies without damping
-        i, j = np.triu_indices(3, 1)  # the three pairs of them
+        i, j = np.triu_indices(3, 1)  # the pairs (0, 1), (0, 2), (1, 2) of squares
         # real parts alone: once a pair has coalesced its squares are conjugates, whose imaginary
         # parts tell how far beyond the onset they are
         nearest = np.argmin(np.abs((squares[:, i] - squares[:, j]).real), axis=1)
@@ -662,9 +670,10 @@ def margins(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
 
     Both are smooth and positive where nothing grows. The first vanishes where a pair begins to
     grow: without damping it is the discriminant of det(A + s), which vanishes where two frequencies
-    coalesce, else the product of the sums of two roots, which is the last Hurwitz determinant but
-    one up to its sign (Orlando's formula). The second vanishes where a real root begins to grow: it
-    is the determinant of A, the product of all roots.
+    coalesce, else minus the product of the sums z_i + z_j of all 15 pairs of roots, which is
+    positive for roots in the left half-plane (the last Hurwitz determinant but one, by Orlando's
+    formula). The second vanishes where a real root begins to grow: it is the determinant of A, the
+    product of all roots.
     """
     det = np.linalg.det(A)
     if B is None or not B.any():
