@@ -176,19 +176,20 @@ def advise(
     memory: Positive | None = None,
     progress: Progress | None = None,
 ) -> Advice:
-    """Lower and raise each parameter by its tolerance: what becomes of the critical friction.
+    """Compute how the critical friction changes when each parameter is lowered and raised.
 
-    Of a scene it is computed again. Of a system all crossings of the imaginary axis move by their
-    exact derivatives, and the first of them decides: that holds to first order.
+    Of a scene the critical friction is computed again. Of a system all crossings of the imaginary
+    axis move by their exact derivatives, and the first of the moved crossings decides, which holds
+    to first order in the change.
 
     Parameters
     ----------
     subject : Scene or TermSystem
         A scene, or a system with named parameters, of any size.
     band, memory, progress
-        As `thresholds` takes them, of systems. One of more than 400 rows needs a band.
+        As `thresholds` takes them, of systems. A system of more than 400 rows needs a band.
     tolerances : mapping of str to float or str, optional
-        In the parameter's unit, or a share of its value such as "5%". Left out, a parameter
+        By how much a parameter changes, in its unit or as a share such as "5%". Left out, it
         changes by 2 per cent, an angle by 0.02 rad, and a parameter that is 0 not at all.
     high : float, optional
         Upper end of the range that is searched for the threshold, as `thresholds` takes it.
@@ -196,7 +197,7 @@ def advise(
     Returns
     -------
     Advice
-        The parameters with both outcomes, that of the strongest effect first.
+        Each parameter with the outcomes if it is lowered and raised, the strongest effect first.
 
     Raises
     ------
@@ -232,7 +233,7 @@ def advise(
         space = replace(space, values=values)
         notes = notes_of_seat(file)
     steps = _steps(space, tolerances or {})
-    # of each parameter the lowered value, then the raised one: all are computed at once
+    # two changes for each parameter, its lowered value and its raised one: computed all at once
     changes = []
     for name, step in steps.items():
         changes.append({name: space.values[name] - step})
@@ -254,6 +255,7 @@ def advise(
         moved = _change_of_critical(nominal, outcome, high)
         compared.append(replace(outcome, value=value, change=moved))
     levers = []
+    # of parameter number k the outcomes 2 k (lowered) and 2 k + 1 (raised)
     for k, (name, step) in enumerate(steps.items()):
         lever = ParameterEffect(
             parameter=name,

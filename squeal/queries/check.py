@@ -140,8 +140,8 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     Returns
     -------
     Check
-        Mass in the unit of M, places in that of the coordinates, frequencies in Hz if M and K have
-        consistent units with seconds.
+        Mass in the unit of M, lengths in the unit of the coordinates, frequencies in Hz if M and K
+        have consistent units with seconds.
 
     Raises
     ------
@@ -215,8 +215,9 @@ def _linearised(scene: Scene) -> System:
 def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The lowest real modes, of K x = omega^2 M x without friction and damping.
 
-    All of a small system are computed, and where most are wanted; of a large one the lowest, see
-    `_lowest_by_lanczos`. Modes so slow that rounding mixes them are refined.
+    All modes of a small system are computed, and of a larger one if most of them are wanted. Else
+    the lowest are computed by `_lowest_by_lanczos`. Modes so slow that rounding mixes them are
+    refined.
 
     Up to `noise` a search takes a square for 0, so that it goes on to the next modes. Squares of up
     to `CLEARLY` times `noise` are refined. The returned errors tell the caller which motions are
@@ -227,8 +228,8 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     squares : array (m,)
         Squares of the angular frequencies (rad/s)^2, rising; negative of negative stiffness.
     errors : array (m,)
-        How far the digits of the entries leave each square open: one that is not larger is that
-        of a free motion.
+        How far the digits of the entries leave each square open. A motion whose square is not
+        larger than this error is free.
 
     Raises
     ------
@@ -378,10 +379,10 @@ def _half_ulps(X: Matrix) -> csc_array:
 def _hints_of_units(mass: float | None, size: float | None, lowest_hz: float | None) -> list[str]:
     """What looks like an error of units, for a brake or its parts, in sentences.
 
-    The size (largest length) tells metres from millimetres. Mass over size^3, of such parts 10 to
-    10,000 kg/m^3, tells kilograms from tonnes and grams. The lowest frequency times the size, of
-    brakes and their parts 50 to 500 m/s, tells whether stiffness fits to mass. Limits are wider
-    than these ranges, so that no sound model is blamed.
+    The size (largest length) tells metres from millimetres. Mass over size^3, which is 10 to
+    10,000 kg/m^3 of parts of a brake, tells kilograms from tonnes and grams. The lowest frequency
+    times the size, 50 to 500 m/s, tells whether stiffness fits to mass. Limits are wider than both
+    ranges, so that no sound model is blamed.
 
     Arguments are None where they are not known; without a size neither density nor speed is judged.
     """

@@ -151,10 +151,10 @@ def compare(
 ) -> Pairs:
     """Pair the modes of an answer with those of another one, or with test frequencies.
 
-    Pairs are assigned together: the sum of their differences in frequency, over the tolerance, and
-    of 1 - MAC, where shapes are known, is the least. Where several modes are equally near to one of
-    the reference, one that grows is preferred if that of the reference grows, or its damping is not
-    known: tests measure what squeals. Each such tie is a warning.
+    All pairs are assigned together, so that the sum of their costs is least: the difference in
+    frequency over the tolerance, plus 1 - MAC where shapes are known. Where several computed modes
+    are equally near to a mode of the reference, a growing one is preferred if the reference mode
+    grows or has no known damping, since tests measure what squeals. Each such tie is a warning.
 
     Parameters
     ----------
@@ -259,8 +259,8 @@ def assigned_pairs(
 ) -> list[tuple[int, int]]:
     """The pairs (i, j) of references[i] and modes[j] within the tolerance that cost least in sum.
 
-    That is the linear assignment problem. Of pairs that are equally near those are preferred in
-    which both modes grow or both decay.
+    A linear assignment problem. Of equally near pairs those in which both modes grow, or both
+    decay, are preferred: the others cost as much more as a tie may be wide.
     """
     differs_in_growth = _counts_as_growing(references)[:, None] != _counts_as_growing(modes)
     cost = costs.cost + _cost_of_tie(tolerance) * differs_in_growth
@@ -327,7 +327,7 @@ def _counts_as_growing(modes: Sequence[Mode]) -> NDArray[np.bool_]:
 
 
 def _modes(answer: Eigenvalues, coordinates: Coordinates | None) -> list[Mode]:
-    """The modes that vibrate, with displacements of nodes if these are known, else of all rows."""
+    """The modes that vibrate, with shapes at the nodes of `coordinates`, else of all rows."""
     modes = []
     for number, root in answer.of_modes:
         if root.value.imag > 0.0:

@@ -141,11 +141,6 @@ def _combinations(space: ParameterSpace, axes: Mapping[str, Values]) -> list[Cha
     return [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
 
 
-def _place(changes: Changes) -> Place:
-    """A condition, for messages."""
-    return Place("conditions", at_parameters(changes))
-
-
 class _Solved(NamedTuple):
     """A solved condition.
 
@@ -165,7 +160,7 @@ def _solve_all(solve: Callable[[Changes], _Solved], grid: Sequence[Changes]) -> 
     with one_thread():
         for changes in grid:
             try:
-                with _place(changes).named():
+                with Place("conditions", at_parameters(changes)).named():
                     solved = solve(changes)
             except ComputationError as error:
                 solved = _Solved(Condition(changes, reason=str(error)), ())
@@ -273,8 +268,8 @@ def _conditions_and_links(
                 cost = float(costs.cost[i, j])
                 if cost < UNLIKE:
                     links.append(_Link(cost, (neighbour, i), (k, j)))
-        # the shapes of a condition serve until its neighbour along the first axis is linked, which
-        # comes last: that is one longest stride later, so that those of k - strides[0] are dropped
+        # the last neighbour of a condition is the next one along the first axis, strides[0] later:
+        # the shapes of condition k - strides[0] have served now
         modes_of.pop(k - strides[0], None)
     return conditions, links
 

@@ -347,11 +347,11 @@ def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
     """Integrate a motion over time, in natural units.
 
     Returns the work of friction on the pad, the energy that damping takes, and the integral of the
-    squared normal velocity. The work of friction is that of the loads with it less those without
-    it, in the same state; it is positive where it feeds the motion.
+    squared normal velocity. Friction acts by the difference of the loads with and without friction
+    in the same state; its work is positive where it feeds the motion.
     """
     c = model.c
-    # states (6, points, steps) hold w theta and its rate: `place` divides these by w
+    # states (6, points, steps) hold w theta and its rate: `place` divides both by w
     q = c.place(grid.states[:3])
     velocity = np.array(c.place(grid.states[3:]))
     contact = grid.steps.on[:, None]  # the same at all points of a step
@@ -402,8 +402,8 @@ def _changes_of_sliding(
     for (start, before), (end, after) in itertools.pairwise(sliding):
         low = start
         verdict = before
-        # one bisection for each change: where a third verdict lies between both ends it finds the
-        # change to this one first, and goes on from there
+        # a bisection finds one change. Where a third verdict lies between start and end that may be
+        # the change to the third verdict: the next bisection goes on from there
         while verdict != after:
             high = end
             verdict_beyond = after

@@ -10,14 +10,7 @@ import numpy as np
 from squeal.io.scene import Scene
 from squeal.io.writing import number
 from squeal.linear import Matrices, UnstableMode, thresholds, unstable_modes
-from squeal.queries.options import (
-    Band,
-    Modes,
-    Progress,
-    Region,
-    Subject,
-    refuse_options,
-)
+from squeal.queries.options import Band, Modes, Progress, Region, Subject, refuse_options
 from squeal.queries.pads.equilibrium import (
     MATRIX_DIGITS,
     analyse,
@@ -108,8 +101,8 @@ def eigenvalues(
 def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
     """Compute the eigenvalues about the sliding equilibrium of a scene, and the verdict on them.
 
-    With `prove` the referee judges the verdict. It takes the matrices as known to 12 digits, or to
-    the errors that rounding of the equilibrium leaves in them where these are larger.
+    With `prove` the referee judges the verdict. It takes the matrices as known to 12 digits, or
+    where rounding of the equilibrium leaves larger errors, up to these errors.
     """
     analysis = analyse(scene)
     roots = tuple(analysis.spectrum.eigenvalues)

@@ -323,9 +323,9 @@ class _GroupOfRoots(NamedTuple):
 
 
 def _groups_of_roots(found: Eigenvalues, roots: Sequence[NumberedRoot]) -> Iterator[_GroupOfRoots]:
-    """All roots with their terms in one group; where matrices follow the frequency, one by one.
+    """All roots with their terms in one group.
 
-    Each root has matrices of its own then, those at its own frequency.
+    Where matrices follow the frequency each root is a group, with the matrices at its frequency.
     """
     source = found.source
     if isinstance(source, PadSource):
@@ -444,9 +444,9 @@ def _role_of(part: str, term: Term, changes_without_friction: bool) -> str:
 
 
 def pad_terms(scene: Scene, analysis: PadAnalysis) -> list[NamedTerm]:
-    """The terms of a pad about its equilibrium: those without friction, and what friction adds.
+    """The terms of a pad: the matrices without friction, and what friction adds to them.
 
-    The equilibrium is that with friction for both.
+    All are taken about the equilibrium with friction.
     """
     model = damped_model(scene)
     q = np.array(analysis.q)
@@ -499,8 +499,8 @@ def stored_and_work(term: NamedTerm, root: complex, right: ComplexArray) -> tupl
     """What a term adds to D, and to the work of a cycle (see the module), each row by row (n,).
 
     With A the factor times the matrix of the term, and x the mode shape (`right`),
-    x^H A x = h + i s: h is that of the Hermitian part (A + A^H) / 2, s that of the skew-Hermitian
-    one. The term adds, with omega = Im lambda,
+    x^H A x = h + i s, where h is the share of the Hermitian part (A + A^H) / 2 and i s the share of
+    the skew-Hermitian part (A - A^H) / 2. With omega = Im lambda the term adds
 
         of M: h to D, omega s to the work;  of K: h / |lambda|^2, -omega s / |lambda|^2;
         of C: 0, -h.

@@ -82,8 +82,8 @@ class Optimum(Answer):
         Roots of the full system at the own parameters and at the result, with the count that
         certifies them.
     starts : tuple of float
-        The largest growth rate (1/s) at the end of each search, first that from the own parameters.
-        Where a reduced system was made anew, that of the one search on the last one.
+        The largest growth rate (1/s) at the end of each search, the search from the own parameters
+        first. Where a reduced system was made anew there is one search on the last reduced system.
     seed : int
         Of the random numbers from which the other searches start.
     evaluations : int
@@ -219,7 +219,7 @@ class _Search:
                 return evaluation
         parameters = self.parameters(q)
         roots = self._roots(parameters)
-        upper = roots[roots.imag >= 0.0]  # of a pair one
+        upper = roots[roots.imag >= 0.0]  # one root of each pair
         if not len(upper):
             where = ", ".join(f"{name} = {value:.6g}" for name, value in parameters.items())
             raise ComputationError(f"no root lies in the band at {where}; a wider band is required")
@@ -329,9 +329,9 @@ def optimise(
 ) -> Optimum:
     """Minimise the largest growth rate of the roots in a band over bounded parameters.
 
-    Local searches with exact derivatives, from the own parameters and from random ones. Of a system
-    of more than 400 rows a reduced one is searched, until its residual in the full problem is small
-    at the result; growth rates before and after are those of the full system.
+    Local searches with exact derivatives, from the own parameters and from random ones. A system of
+    more than 400 rows is searched on a reduced system, until the residual of the result in the full
+    problem is small. Growth rates before and after are those of the full system.
 
     Parameters
     ----------

@@ -133,7 +133,7 @@ class ParameterSpace:
         Raises
         ------
         InputError
-            For an argument that is none of these, or that has no parameter to vary.
+            For an argument of another type, or one that has no parameter to vary.
         """
         subject = getattr(argument, "system", argument)  # a system file holds its system
         place = Place(verb)

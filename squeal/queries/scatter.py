@@ -227,9 +227,10 @@ def scatter(
     subject : Scene, SystemFile or TermSystem
         What scatters. A system of more than 400 rows needs a band.
     spreads : mapping of str to mapping
-        How each parameter scatters on its own: normally with the standard deviation ``relative``
-        to its value or ``absolute`` in its unit, evenly ``within`` its value plus and minus so
-        much, or evenly ``between`` two values, such as ``{"k1": {"relative": 0.05}}``.
+        How each parameter scatters, independently of the others: normally with the standard
+        deviation ``relative`` to its value or ``absolute`` in its unit, evenly ``within`` its value
+        plus and minus so much, or evenly ``between`` two values, such as
+        ``{"k1": {"relative": 0.05}}``.
     samples : int
         How many are drawn.
     rng : int or numpy.random.Generator
@@ -431,12 +432,12 @@ def _sample_computer(
     selection: EigenvalueSelection,
     changes: Sequence[Changes],
 ) -> SampleComputer:
-    """What computes the samples; of a large system with a reduced one.
+    """The object that computes the samples; of a large system it holds a reduced system.
 
     The reduced system is made at the own parameters and at about `SERVED` of the changes, evenly
     chosen.
 
-    Raises InputError for a band with a scene, and for a large system without one.
+    Raises InputError for a band with a scene, and for a large system without a band.
     """
     subject = space.subject
     if isinstance(subject, Scene) and selection.band is not None:

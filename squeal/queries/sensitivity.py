@@ -8,15 +8,7 @@ from typing import Any, Literal
 
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.queries.options import (
-    Band,
-    Modes,
-    Progress,
-    Region,
-    Subject,
-    refuse_options,
-    upper_end,
-)
+from squeal.queries.options import Band, Modes, Progress, Region, Subject, refuse_options, upper_end
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.pads.sensitivity import loss_sensitivity, pad_root_sensitivity
 from squeal.queries.thresholds import critical_friction, system_thresholds_with_proof

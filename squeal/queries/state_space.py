@@ -174,10 +174,10 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
         [1  0    0  ]      [   0     1     0  ]     [0]
         [0  M_a  C_b] z' = [ -K_a  -C_a  -K_b ] z + [F] u,
 
-    the descriptor system E z' = A z + B u. The states are a, a' and those of b that a damper holds.
+    the descriptor system E z' = A z + B u. The states are a, a' and those b that a damper holds.
 
     Raises InputError for complex matrices, for a loop that damps motions without mass, and where E
-    has no full rank and motions without a rate do not follow from the others.
+    has no full rank and its motions without a rate do not follow from the states.
     """
     M, C, K = system.arrays(changes)
     n = system.n

@@ -22,11 +22,7 @@ from squeal.queries.options import (
     Workers,
     refuse_options,
 )
-from squeal.queries.pads.equilibrium import (
-    analyse_about_origin,
-    analyse_equilibrium,
-    branch_system,
-)
+from squeal.queries.pads.equilibrium import analyse_about_origin, analyse_equilibrium, branch_system
 from squeal.results.sources import PadAnalysis, PadSource, SystemSource
 from squeal.results.sweep import Step, Sweep
 from squeal.results.thresholds import Thresholds
@@ -62,9 +58,9 @@ def sweep(
     values : sequence of float
         The values.
     method : {"full", "reduced", "modal"}, optional
-        Of systems: every value on the system itself, on a reduced one that solves the full problem,
-        or a first look: real modes with corrections, and an error of each root. Left out, full up
-        to 400 rows, else modal.
+        Of systems. full: each value is solved on the system itself; reduced: on a reduced system
+        whose roots solve the full problem; modal: a first look, by real modes with corrections, and
+        with an error of each root. Left out, full up to 400 rows, else modal.
     workers : int, optional
         Processes for systems, 1 if left out; any number gives the same answer. They start by
         import: a script must guard its main part.

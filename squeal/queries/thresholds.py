@@ -305,7 +305,7 @@ def _admissible(path: Path) -> tuple[float, list[str]]:
     """
 
     def beyond_limit(z: np.ndarray, touching: np.ndarray) -> np.ndarray:
-        """Numbers of those of m equilibria z (4, m), touching (points, m), that exceed a limit."""
+        """Indices of the equilibria z (4, m), touching (points, m), that exceed a limit."""
         excursions = excursion(path.statics, z, touching)
         return np.flatnonzero(excursions.beyond().any(axis=0) & (excursions.reaction > 0.0))
 
@@ -337,9 +337,9 @@ def system_thresholds_with_proof(
 ) -> Thresholds:
     """Locate every threshold of the selected roots of a system, and let the referee judge them.
 
-    The referee proves the thresholds of a system of few rows whose entries are given, and counts
-    growing roots on both sides of those of other small real systems. If it refutes the list, the
-    search is repeated with a step that ends at the value in question.
+    The referee proves the thresholds of a system of few rows whose entries are given. For another
+    small real system it counts growing roots on both sides of each threshold. If it refutes the
+    list, the search is repeated with a step that ends at the value in question.
 
     Parameters
     ----------
@@ -441,7 +441,7 @@ def _judged_at_start(analysis: SystemAnalysis, answer: Thresholds, refereed: boo
 
 
 def _growth_bound(roots: Sequence[Eigenvalue]) -> float:
-    """By how much (1/s) one of some roots may grow at most: by its error, else by its rounding."""
+    """The largest growth rate, 1/s, that one of the roots may have by its error or rounding."""
     bound = -math.inf
     for root in roots:
         error = root.rounding if root.error is None else root.error

@@ -73,16 +73,18 @@ def sobol_indices(
         drawn = random.integers(n, size=n)
         resampled.append(_shares_of_variance(known[:, drawn]))
     tails = [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2]
-    (first_low, total_low), (first_high, total_high) = np.nanquantile(resampled, tails, axis=0)
+    lower, upper = np.nanquantile(resampled, tails, axis=0).tolist()
+    first_low, total_low = lower
+    first_high, total_high = upper
     first, total = _shares_of_variance(known).tolist()
     indices = []
     for k, name in enumerate(names):
         index = Index(
             parameter=name,
             first=first[k],
-            first_interval=(float(first_low[k]), float(first_high[k])),
+            first_interval=(first_low[k], first_high[k]),
             total=total[k],
-            total_interval=(float(total_low[k]), float(total_high[k])),
+            total_interval=(total_low[k], total_high[k]),
         )
         indices.append(index)
     return tuple(sorted(indices, key=lambda index: -index.total))

@@ -24,13 +24,7 @@ from squeal.io.scene import Scene
 from squeal.io.writing import unit_word
 from squeal.linear import VERDICTS
 from squeal.model.pad import PARAMETERS
-from squeal.queries.pads.stack import (
-    STABLE_OR_MARGINAL,
-    Names,
-    PadStack,
-    parameters,
-    verdicts,
-)
+from squeal.queries.pads.stack import STABLE_OR_MARGINAL, Names, PadStack, parameters, verdicts
 from squeal.results.map import Axis, Map
 from squeal.results.sources import PadSource
 from squeal.schema import Place
@@ -162,8 +156,8 @@ def on_grid(
 ) -> PointVerdicts:
     """Compute the verdicts, contact states and exceeded limits on a grid of two parameters.
 
-    Some values of x are computed at a time, to bound the memory; these blocks are the same for any
-    number of workers.
+    Blocks of some values of x are computed at a time, to bound the memory. The blocks are the same
+    for any number of workers.
 
     Parameters
     ----------
@@ -179,7 +173,7 @@ def on_grid(
     Returns
     -------
     PointVerdicts
-        Its arrays have two axes (n1, n2) in place of the one over points.
+        Its arrays have two axes (n1, n2) in place of the axis over points.
     """
     compiled = len(x) * len(y) >= COMPILED_FROM
     blocks = _blocks(scene, names, x, y, POINTS_AT_ONCE)
@@ -234,8 +228,8 @@ def stability_map(
         The two parameters and their values; the angles of B3's springs if left out.
     quantity : str, optional
         One of `QUANTITIES` that is computed beside the verdicts, NaN where there is none or where
-        it could not be decided. Growth and frequency are those at the scene's mu, or at that of an
-        axis; the critical friction is the first loss of stability, or of the equilibrium, as
+        it could not be decided. Growth and frequency are computed at the scene's mu, or at the mu
+        of an axis. The critical friction is the first loss of stability, or of the equilibrium, as
         friction rises from 0 to `HIGH`.
     curves : bool
         Whether the curves on which stability is lost are located.
@@ -366,9 +360,9 @@ def threshold_curves(
     -------
     list of dict
         For each curve its `kind` (flutter, divergence, contact or fold), whether it is `closed`,
-        its `points`, pairs of both parameters, and for each of them `frequency_hz` of the mode that
-        begins to grow, 0 where none vibrates. Curves end next to unknown points, at the edges of
-        the map, and where the kind changes.
+        its `points`, pairs of both parameters, and for each point the `frequency_hz` of the mode
+        that begins to grow, 0 where no mode vibrates. Curves end next to unknown points, at the
+        edges of the map, and where the kind changes.
     """
     stable = np.isin(codes, STABLE_OR_MARGINAL)
     decided = codes != UNKNOWN
@@ -432,7 +426,8 @@ def _ends_across(traced: Sequence[np.ndarray], stable: np.ndarray) -> tuple[np.n
     shares_stable, shares_other : array (2, points)
         The stable neighbour and the other one, as shares of the two axes from 0 to 1.
     """
-    middle = np.concatenate(traced)[:, ::-1].T  # (row, column) of all points, one of them halfway
+    # (2, points): row and column of each point, one of both halfway between two whole numbers
+    middle = np.concatenate(traced)[:, ::-1].T
     below = np.floor(middle).astype(int)
     above = np.ceil(middle).astype(int)
     below_is_stable = stable[tuple(below)]

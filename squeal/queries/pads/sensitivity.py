@@ -120,7 +120,7 @@ def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict
 
     Damping by ratios or Rayleigh's factors is C = M^1/2 B(A) M^1/2 with A = M^-1/2 K M^-1/2 of the
     pad without friction, and so follows M and K; its derivative, by the product rule, is added to
-    that of C. A damping matrix is constant.
+    the derivative of C. A damping matrix is constant.
 
     Parameters
     ----------
@@ -238,10 +238,10 @@ def _without_frequency(g_slopes: dict[str, complex]) -> dict[str, tuple[float, f
 def pad_root_sensitivity(scene: Scene, analysis: PadAnalysis) -> Sensitivity:
     """Compute the derivatives of the eigenvalues about an equilibrium of a scene by each parameter.
 
-    They are rad/s per unit of a parameter in SI units. All other parameters are held fixed (I too,
-    unless it was left out and so follows m, w and h), and so are the numbers of the scene's
-    damping. They are infinite at a coalescence, and NaN where modes of one frequency have different
-    damping ratios. Where an edge only just touches, they are those within its present contact
+    Derivatives are in rad/s per unit of a parameter in SI units. All other parameters are held
+    fixed (I too, unless it was left out and so follows m, w and h), and so are the numbers of the
+    scene's damping. Derivatives are infinite at a coalescence, and NaN where modes of one frequency
+    have different damping ratios. Where an edge only just touches they hold for the present contact
     state.
     """
     changes = _changes(scene, scene.pad_model, np.array(analysis.q), analysis.state)
@@ -265,7 +265,7 @@ def pad_root_sensitivity(scene: Scene, analysis: PadAnalysis) -> Sensitivity:
 def loss_sensitivity(scene: Scene, answer: Thresholds) -> Sensitivity:
     """Compute the derivatives of the first loss of stability of a scene by each parameter.
 
-    There are none where stability is not lost.
+    There are no derivatives where stability is not lost.
     """
     loss = answer.first
     slopes = {}

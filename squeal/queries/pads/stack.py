@@ -123,14 +123,14 @@ class _FrictionGrid(NamedTuple):
 
 
 def _friction_grid(intervals: _Intervals, mu_max: float) -> _FrictionGrid:
-    """Even values in each interval with both its ends, `GRID_POINTS` or more over 0 to mu_max."""
+    """Even values in each interval, its ends included, `GRID_POINTS` or more over 0 to mu_max."""
     widths = intervals.stop - intervals.start
     steps = np.maximum(np.ceil(widths / mu_max * GRID_POINTS), 2).astype(int)
     counts = steps + 1
     interval = np.repeat(np.arange(len(counts)), counts)
     first_of_interval = np.cumsum(counts) - counts
     number = np.arange(interval.size) - np.repeat(first_of_interval, counts)
-    # the last value lies just before the end, where contact is still that of the interval
+    # the last value lies just before the end of the interval, where contact may change
     share = np.minimum(number / steps[interval], 1.0 - 1e-9)
     mu = intervals.start[interval] + share * widths[interval]
     return _FrictionGrid(interval, number, mu)
@@ -209,8 +209,8 @@ class PadStack:
         """
         model = scene.pad_model.replace(**dict(zip(names, values, strict=True)))
         if model.linear:
-            # nothing is searched by steps, whose tolerances need natural units; and these need a
-            # load, which a linear model has not
+            # natural units serve the tolerances of steps along a branch, and need a load: a linear
+            # model has neither a branch nor a load
             units = Units(mass=1.0, length=1.0, time=1.0, lever=1.0)
         else:
             units = Statics.of(scene.pad_model).units
@@ -371,9 +371,9 @@ class PadStack:
     def fastest(self) -> tuple[np.ndarray, np.ndarray]:
         """Compute the eigenvalue (n,) of largest real part of each pad at its own friction, rad/s.
 
-        It is NaN without an equilibrium; the second array (n,) of bool says where it is unknown
-        whether there is one. A real part above zero is set to zero where the verdict calls it
-        rounding.
+        The eigenvalue is NaN of a pad without an equilibrium; the second array (n,) of bool says
+        where it is unknown whether a pad has one. A real part above zero is set to zero where the
+        verdict is stable or marginal, so that the real part is rounding.
         """
         equilibria, unknown = self.at_mu()
         existing = np.flatnonzero(equilibria.exists)
@@ -515,8 +515,8 @@ class PadStack:
     def _losses(self, intervals: _Intervals, losing: np.ndarray, mu: np.ndarray) -> Losses:
         """Name what happens first to each of the n pads, and its frequency.
 
-        Pads of the numbers `losing` (k,) lose stability at mu (k,), the others their equilibrium at
-        the end of the branch, if it has one.
+        Pads of the numbers `losing` (k,) lose stability at mu (k,). All other pads lose their
+        equilibrium at the end of the branch, if the branch ends within the range.
         """
         loss = intervals.mu_end.copy()
         loss[losing] = mu

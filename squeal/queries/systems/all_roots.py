@@ -59,7 +59,7 @@ def roots_of_all(
     """
     roots = dense_values(*system.arrays(changes))
     if not system.real:
-        # a real root that rounding puts below the real axis would be lost
+        # else a real root that rounding puts below the real axis would be left out
         is_real = np.abs(roots.imag) <= assumed_rounding(roots, undamped=True)
         roots = np.where(is_real, roots.real, roots)
         roots = roots[roots.imag >= 0.0]
@@ -82,8 +82,8 @@ class MotionRates(NamedTuple):
 def motion_rates(system: TermSystem, changes: Changes) -> MotionRates:
     """How fast the slowest and the fastest motions of a small system are.
 
-    Each strong component is solved by itself, so that the rounding of a stiff or strongly damped
-    one hides no slow motion of another.
+    Each strong component (rows that depend on one another) is solved by itself, so that rounding
+    of a stiff or strongly damped component hides no slow motion of another component.
 
     Parameters
     ----------

@@ -20,12 +20,12 @@ ALLOWED = "above 400 rows the modes of a band of real matrices can be proved"
 def with_band_proof(
     file: SystemFile, selection: EigenvalueSelection, roots: SystemRoots
 ) -> SystemRoots:
-    """Let the referee judge the computed modes of a band, and add its statement to them.
+    """The computed modes of a band, judged by the referee.
 
-    A proved or refuted list gets the referee's statement in place of the count. An open one keeps
-    the count, and a note says why nothing is proved; a verdict of growth becomes open if the
-    referee encloses the modes but proves none to grow. Raises InputError for systems of which the
-    referee proves nothing.
+    A list that is proved or refuted gets the referee's statement in place of the count. A list that
+    is left open keeps the count, and a note says why nothing is proved. Its verdict, if it was
+    growth, becomes open where the referee encloses the modes and proves none to grow. Raises
+    InputError for systems of which the referee proves nothing.
     """
     from squeal.proof.bands import prove_modes
 
@@ -41,7 +41,7 @@ def with_band_proof(
     if proof.status == "open":
         noted = replace(roots, notes=(*roots.notes, f"not proved: {proof.reason}"))
         proved_to_grow = any(piece.side == "grows" for piece in proof.pieces)
-        # without pieces nothing is enclosed: the computed verdict stands as without a referee
+        # the pieces are the enclosures: where none was made the computed verdict is not touched
         if not proof.pieces or roots.verdict not in GROWING or proved_to_grow:
             return noted
         return replace(noted, verdict=None, criterion=f"{OPEN}{proof.reason}")

@@ -70,8 +70,8 @@ def system_eigenvalues(
     if at is not None:
         analysis.warn_of_unused_parameter()
         at_value = analysis.system.replace({analysis.system.parameter: at})
-        # the assembly in the file keeps the contact of the system's own value: the answer says so,
-        # and how contact would differ if it were seated at this one
+        # contact keeps the seat of the system's own value of the parameter: the answer says so, and
+        # how contact would differ if it were seated at the value `at`
         analysis = replace(analysis, file=replace(analysis.file, system=at_value))
         contact_note = seat_note(analysis.file)
         contact_doubt = doubt_of_seat(analysis.file, at)
@@ -90,15 +90,16 @@ def system_eigenvalues(
     if roots.region is not None:
         extent = analysis.selection.words(len(roots.eigenvalues))
     statement = roots.statement
-    if doubts and roots.certified:  # what is proved of assumed entries is not proved of real ones
+    if doubts and roots.certified:  # a proof holds for the matrices, of which something was assumed
         statement = Statement("open", statement.by, reason="; ".join(doubts))
     proof_line = statement.words
     if analysis.joined or doubts:
-        # joined components: the count is that of the reduced system, which the description says;
-        # doubts: each has a line of its own
+        # no line for joined components, whose count is that of the reduced system, as the
+        # description says; and none for doubts, each of which has a line of its own
         proof_line = ""
+    details = _details(analysis, roots, outside, doubts)
     notes = [
-        _description(analysis, roots),
+        _description(analysis, roots, details),
         *roots.notes,
         contact_note,
         accuracy_by_digits(file, roots.computed),
@@ -115,7 +116,7 @@ def system_eigenvalues(
         count=roots.count,
         extent=extent,
         shapes=_shapes(system, roots),
-        details=_details(analysis, roots, outside, doubts),
+        details=details,
         notes=tuple(note for note in notes if note),
         beside=_growth_outside(analysis, outside),
         source=SystemSource(file, analysis.selection),
@@ -136,10 +137,10 @@ def _shapes(system: System, roots: SystemRoots) -> dict[str, Any] | None:
 def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> SystemRoots:
     """Compute the selected roots by the solver that serves the system, and have them judged.
 
-    Of a large system whose earlier sweep `look` was a first look they are estimates on its basis,
-    unless a proof is requested.
-    Other systems are solved. The referee judges small ones unless `prove` is False, and bands of
-    larger ones if it is True. Raises InputError for a first look at other roots.
+    Of a large system whose earlier sweep `look` was a first look the roots are estimates on its
+    basis, unless a proof is requested. Other systems are solved. The referee judges small systems
+    unless `prove` is False, and bands of larger ones if it is True. Raises InputError for a first
+    look at other roots.
     """
     file = analysis.file
     system = analysis.system
@@ -212,8 +213,11 @@ def _details(
     return details
 
 
-def _description(analysis: SystemAnalysis, roots: SystemRoots) -> str:
-    """Describe the system, its matrices and its contact in lines for people."""
+def _description(analysis: SystemAnalysis, roots: SystemRoots, details: dict[str, Any]) -> str:
+    """Describe the system, its matrices and its contact in lines for people.
+
+    details: see `_details`.
+    """
     file = analysis.file
     system = analysis.system
     values = []
@@ -228,14 +232,14 @@ def _description(analysis: SystemAnalysis, roots: SystemRoots) -> str:
     if analysis.joined:
         errors_are_known = any(root.error is not None for root in roots.eigenvalues)
         lines.append(f"  {basis_text(analysis.joined, errors=errors_are_known)}")
-    for matrix in matrix_list(file):
+    for matrix in details["matrices"]:
         source = matrix["file"] or "rows"  # rows: entries that stand in the system file
         size = f"{matrix['nonzeros']} non-zeros"
         lines.append(f"  {matrix['part']}: {source}, factor {matrix['factor']}, {size}")
     if file.damped:
         damped_terms = [f"{term.of} by {term.by} {term.value!s:.60}" for term in file.damped]
         lines.append(f"  damped terms: {', '.join(damped_terms)}")
-    for name, text in system_checks(system).items():
+    for name, text in details["checks"].items():
         lines.append(f"  {name}: {text}")
     if file.assembly is not None:
         lines += [f"  {seat}" for seat in file.assembly.seats]
@@ -253,7 +257,7 @@ def _growth_outside(analysis: SystemAnalysis, outside: tuple[complex, ...] | Non
     mode = f"at {hertz} Hz by {number(outside[0].real, 3)} 1/s"
     region = "band" if analysis.selection.band else "region"
     if analysis.joined or not is_small(analysis.system):
-        # not all roots were computed: these are the ones that the search came upon
+        # not all roots were computed: `outside` holds those that the search came upon
         return f"Outside of the {region} nothing was searched, but growth was seen, such as {mode}"
     count = "1 mode grows" if len(outside) == 1 else f"{len(outside)} modes grow"
     return f"Outside of the {region} {count}, the fastest {mode}"

@@ -28,8 +28,8 @@ def error_bounds(
 ) -> Callable[[EigenvalueTuple], EigenvalueTuple] | None:
     """The function that adds to roots (m,) how far their true values may be off, 1/s.
 
-    The error is that of the reduction of components and that by the digits of the files. None where
-    the entries are exact and nothing was reduced, so that only rounding moves the roots.
+    Errors come from the reduction of components and from the digits of the files, and are added.
+    None where the entries are exact and nothing was reduced: then only rounding moves the roots.
     """
     bounds: list[Callable[[EigenvalueTuple], EigenvalueTuple]] = []
     if file.assembly is not None and file.assembly.reduction:
@@ -43,17 +43,21 @@ def error_bounds(
 
 
 def _with_both_errors(reduced: EigenvalueTuple, by_digits: EigenvalueTuple) -> EigenvalueTuple:
-    """Roots with the errors of a reduction, which may be unknown, and those by digits together."""
+    """Roots whose error is the sum of that by a reduction and that by digits.
+
+    The arguments are the same roots, each with one of both errors. A root whose error by the
+    reduction is not known (None) stays as it is.
+    """
     known = []
-    for root, other in zip(reduced, by_digits, strict=True):
+    for root, root_by_digits in zip(reduced, by_digits, strict=True):
         if root.error is not None:
-            rounding = root.rounding + other.rounding
+            rounding = root.rounding + root_by_digits.rounding
             has_unknown_sign = 0.0 < abs(root.value.real) <= rounding
             root = replace(
                 root,
-                error=root.error + (other.error or 0.0),
+                error=root.error + (root_by_digits.error or 0.0),
                 rounding=rounding,
-                open=root.open or other.open or has_unknown_sign,
+                open=root.open or root_by_digits.open or has_unknown_sign,
             )
         known.append(root)
     return tuple(known)
@@ -96,8 +100,8 @@ def _has_structure(system: TermSystem) -> bool:
 
 
 def digits_of_files(file: SystemFile) -> str:
-    """The digits of the files of a system in words, such as "the 6 digits of K.mtx"; before them
-    the reduction of its components, which moves roots as well."""
+    """What leaves roots of a system open, in words, such as "the 6 digits of K.mtx": the reduction
+    of its components, if they were reduced, and the digits of its files."""
     digits_of = {one.file: one.digits for one in file.origins if one.digits is not None}
     words = [f"the {digits} digits of {name}" for name, digits in digits_of.items()]
     words = words or ["the digits of the matrices"]
@@ -181,7 +185,7 @@ def sweep_as_known(file: SystemFile, selection: EigenvalueSelection, answer: Swe
     """Withdraw the certificates of a sweep where something was assumed of the system.
 
     Verdicts from a reduced system, which knows nothing of digits, are withdrawn where the digits of
-    files leave them open. Those of the system itself took the digits into account already.
+    files leave them open. Verdicts from the system itself took the digits into account already.
     """
     steps = []
     for step in answer.steps:

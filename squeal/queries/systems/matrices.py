@@ -152,7 +152,8 @@ def _keys_beside_matrices(system: TermSystem) -> dict[str, Any]:
         document["assumptions"] = list(system.assumptions)
     parameters = {}
     for name, value in system.parameters.items():
-        # a file without a free parameter is read with this one, which no matrix depends on
+        # a file that names no parameter gets a free one of value 0, which no matrix depends on:
+        # that one is left out
         is_default = name == system.parameter and name not in system.names and value == 0.0
         if name not in system.follows and not is_default:
             parameters[name] = value
@@ -244,7 +245,7 @@ def write_assembly(
     folder : Path
         The folder that receives the files.
     file : SystemFile
-        The assembly as it was read, its components reduced if that was asked for.
+        The assembly as it was read; its components may have been reduced.
     document : dict
         The content of the assembly file that was read.
     home : Path
@@ -273,7 +274,9 @@ def write_assembly(
                 "residual_flexibility": f"{name}/flexibility.{suffix}",
             }
         load = keys.get("load")
-        if load:  # its forces were written multiplied by the factor at these parameters
+        # the forces in the file are those at the present parameters: they are divided by the value
+        # of the factor now, so that the factor serves at others too
+        if load:
             factor = Formula(load.get("factor", "1"))
             text = f"({factor.text}) / {factor.value(file.system.parameters)!r}"
             keys["load"] = {"file": f"{name}/load.csv", "factor": text}

@@ -172,9 +172,9 @@ def refereed(
 ) -> RefereedRoots:
     """Let the referee judge all roots of a small system, and take what it proves into the answer.
 
-    A refuted list is replaced by the roots that the referee encloses itself, if it can prove these.
-    So is one that the solver failed to solve, and one that is open only because its roots cannot be
-    assigned to enclosures, one to one.
+    The list is replaced by the roots that the referee encloses itself, if it can prove them, in
+    three cases: the list is refuted; it is proved, but holds a root that the solver failed to
+    solve; it is open only because its roots cannot be assigned to enclosures, one to one.
 
     Parameters
     ----------
@@ -198,12 +198,13 @@ def refereed(
     system = data.around(*arrays)
     verdict, _ = judged
     proof = _proof_of(system, roots, verdict)
-    # entries that are rounded sums may leave a wrong list open: taken for exact they may refute it.
-    # What they prove then is not used, since the true entries are not known so well
+    # a wrong list may stay open because entries that are rounded sums are known less well. Taken
+    # for exact the entries may refute it; what they prove then is not used: they are not exact
     sharpest_proof = proof
     if proof.status == "open" and data.is_half_ulp and data.radii is not None:
         sharpest_proof = _proof_of(Data().around(*arrays), roots, verdict)
-    # a mass matrix that is exactly singular has fewer roots than one that rounding made regular
+    # a mass matrix that is exactly singular has fewer roots than were computed, if rounding of the
+    # solver made it regular
     has_other_number = (
         proof.by == "exact"
         and proof.reason.startswith(LAST_DIGITS)
@@ -218,7 +219,7 @@ def refereed(
             stacklevel=2,
         )
         return _with_roots_of_referee(arrays, system, roots, sharpest_proof, data)
-    # the solver failed: its roots lie far from those that they are proved to stand for
+    # the solver failed where the list is proved, but holds a root with a large backward error
     solver_failed = proof.status == "proved" and not all(root.decides for root in roots)
     if solver_failed or sharpest_proof.reason == NOT_TOLD_APART:
         enclosed = _roots_of_pieces(arrays, sharpest_proof.pieces)
@@ -231,9 +232,9 @@ def refereed(
 def _if_proved(
     system: Quadratic, enclosed: EigenvalueTuple, proof: Proof, data: Data
 ) -> RefereedRoots | None:
-    """Judge the roots of the pieces of a proof, and the only verdict that it leaves.
+    """Judge the roots `enclosed` by the pieces of a proof, with the only verdict that it leaves.
 
-    None unless the referee proves both.
+    None unless the referee proves the list and that verdict.
     """
     only_verdict = _only_verdict(proof)
     proof_of_enclosed = _proof_of(system, enclosed, only_verdict)
@@ -264,7 +265,7 @@ def _with_roots_of_referee(
     only_verdict = _only_verdict(refutation)
     enclosed = _roots_of_pieces(matrices, refutation.pieces)
     proof = _proof_of(system, enclosed, only_verdict)
-    nothing_was_enclosed = not enclosed and proof.status != "proved"
+    nothing_was_enclosed = not enclosed and proof.status != "proved"  # an empty list may be proved
     if proof.status == "refuted" or nothing_was_enclosed:
         statement = Statement("open", proof.by, data=proof.data, reason=refutation.reason)
         return RefereedRoots(refuted, verdict, statement)
@@ -274,7 +275,7 @@ def _with_roots_of_referee(
 
 
 def _proof_of(system: Quadratic, roots: EigenvalueTuple, verdict: str | None) -> Proof:
-    """Ask the referee whether these are all roots of a system, and whether the verdict holds."""
+    """The referee's proof that `roots` are all roots of a system, and that the verdict holds."""
     from squeal.proof.referee import RootList, prove_roots  # here, since scenes start without it
 
     values = values_of(roots)
@@ -411,7 +412,7 @@ def with_proved_errors(roots: EigenvalueTuple, errors: Array) -> EigenvalueTuple
     """
     changed = []
     for root, distance in zip(roots, errors.tolist(), strict=True):
-        if not distance < math.inf:
+        if not distance < math.inf:  # also of NaN
             changed.append(root)
             continue
         error = root.error
@@ -428,8 +429,8 @@ def with_proved_growth(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> Eigen
     """Mark the roots that are proved to grow although their errors hide it.
 
     Each piece whose roots grow is matched with as many listed roots, the nearest to its centres.
-    Their real parts are clipped to the proved bounds of the piece. Once the list has fewer roots
-    left than a piece needs, that piece and further ones are left out.
+    The real parts of these roots are clipped to the proved bounds of the piece. Once fewer roots of
+    the list are unmatched than a piece has, this piece and all further pieces are left out.
     """
     if sum(piece.count for piece in pieces) != len(roots):
         return roots  # the pieces stand for other roots

@@ -80,7 +80,8 @@ def reduced_for(
         follow the frequency it is the first.
     """
     scaled = ScaledSystem(system)
-    region = _region_of(scaled, selection, values[len(values) // 2])  # the middle one of them
+    middle = values[len(values) // 2]
+    region = _region_of(scaled, selection, middle)
     if method == "modal" and not system.follows:
         with one_thread():
             first_look = FirstLook(scaled, region, values).build()
@@ -120,7 +121,7 @@ def first_look_for_thresholds(
 
     It is much cheaper than `reduced_for`. values: the parameters at which it has to be good.
 
-    None
+    There is none (None is returned)
 
     - without a region, and for one that reaches the real axis;
     - without damping or mass;
@@ -131,8 +132,8 @@ def first_look_for_thresholds(
     is_suited = system.real and bool(system.C) and not system.follows
     if region is None or region.low_imag <= 0.0 or not is_suited:
         return None
-    # it fails for a system that has no value without friction, or no mass (InputError), one that is
-    # singular there (ZeroDivisionError), and a basis with a motion without mass (LinAlgError)
+    # the first look fails where the matrices have no value without friction or no mass (InputError)
+    # or are singular there (ZeroDivisionError), and for a motion without mass (LinAlgError)
     with one_thread(), suppress(InputError, ZeroDivisionError, np.linalg.LinAlgError):
         first_look = FirstLook(ScaledSystem(system), region, values).build()
         matrices = [first_look.system.arrays(changes) for changes in values]
@@ -171,7 +172,7 @@ class ComputedRoots(NamedTuple):
 def roots_of_reduction(reduction: Reduction, changes: Changes, left: bool = False) -> ComputedRoots:
     """Compute the roots of a reduced system at some parameters, with left vectors on request.
 
-    Those of a first look have left vectors in any case.
+    Roots of a first look have left vectors in any case.
     """
     corrected = None
     if isinstance(reduction, FirstLook):

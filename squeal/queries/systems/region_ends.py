@@ -20,7 +20,7 @@ ROUGH = 1e-3
 """The share of |lambda| by which rough values, that a search met but did not refine, may be off."""
 
 
-def widened_in_frequency(region: Rectangle, share: float = ROUGH) -> Rectangle:
+def widened_in_frequency(region: Rectangle, share: float) -> Rectangle:
     """The region, a little higher and lower in frequency."""
     low = region.low_imag
     if low > 0.0:
@@ -43,9 +43,9 @@ def _distances_to_ends(root: Eigenvalue, region: Rectangle) -> tuple[list[float]
 
 
 def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
-    """True if rounding leaves on which side of an end of a region a root lies.
+    """True if rounding leaves open on which side of an end of a region a root lies.
 
-    So all copies of a multiple root are treated alike. False where rounding is not known.
+    So all copies of a multiple root are treated alike. False where rounding is infinite.
     """
     rounding = root.rounding
     if not rounding < math.inf:
@@ -59,11 +59,11 @@ def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
 
 
 def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
-    """True if a root lies in a region, or no further from it than its error.
+    """True if a root lies in a region, or no further from the region than its error.
 
-    It lies in the region if rounding leaves open on which side of an end it lies. An error above a
-    tenth of the region's highest frequency is ignored, and so is that of a root below the real axis
-    where the region does not reach below it.
+    A root at an end of the region, to rounding, counts as inside. An error above a tenth of the
+    region's highest frequency is ignored, and so is that of a root below the real axis where the
+    region does not reach below the axis.
     """
     error = root.error or 0.0
     if _lies_at_end(root, region) and root.rounding <= LOOSE * region.high_imag:
@@ -72,7 +72,7 @@ def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
     if error > LOOSE * region.high_imag or (begins_above_axis and root.value.imag < 0.0):
         error = 0.0
     low_imag = region.low_imag
-    if low_imag > 0.0:  # a region from the real axis on has nothing but conjugates below it
+    if low_imag > 0.0:  # below a region from the real axis on lie conjugates alone
         low_imag -= error
     wide = Rectangle(
         region.low_real - error, region.high_real + error, low_imag, region.high_imag + error
@@ -81,7 +81,7 @@ def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
 
 
 def doubts_at_ends(roots: Sequence[Eigenvalue], region: Rectangle) -> list[str]:
-    """Sentences on roots that by error or rounding may lie on either side of an end of a region."""
+    """A sentence for each root whose error or rounding reaches over an end of a region."""
     doubts = []
     for root in roots:
         error = root.error or 0.0

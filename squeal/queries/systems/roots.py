@@ -48,17 +48,13 @@ from squeal.queries.systems.verdicts import judge_roots, rounding_of
 from squeal.results.sources import LOWEST, EigenvalueSelection
 from squeal.sparse.argument_principle import Disc, Rectangle, count_roots, disc_around
 from squeal.sparse.dense import dense_spectrum
-from squeal.sparse.dispersive import (
-    DispersiveReduction,
-    frequencies,
-    modes_at_own_frequencies,
-)
+from squeal.sparse.dispersive import DispersiveReduction, frequencies, modes_at_own_frequencies
 from squeal.sparse.eigensolver import DENSE_ROWS, lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
 
 REGULAR = 1e8
-"""The condition of a stiffness below which a root of zero is one that rounding hides."""
+"""A stiffness (with a unit diagonal) of a smaller condition is regular, and has no root of zero."""
 WIDER = 1.1
 """The region of a band is so many times as wide as the largest growth or decay rate in it."""
 
@@ -80,8 +76,9 @@ class SystemRoots:
         How many roots the region holds, by an argument-principle count or by the degree of the
         characteristic polynomial; None if nothing was counted.
     verdict : str or None
-        Where only some roots are known it is the kind of the fastest growing one, None if none of
-        them grows. A root with a backward error above 1e-6 decides nothing.
+        The verdict; None where it is open. Where only some roots are known it is the kind of the
+        fastest growing root, None if no root grows. A root with a backward error above 1e-6 decides
+        nothing.
     criterion : str
         What decided the verdict, in words.
     others : tuple of Eigenvalue
@@ -94,7 +91,7 @@ class SystemRoots:
     notes : tuple of str
         Lines for people.
     judged_by : Statement or None
-        What the referee says of all roots; None if it was not asked.
+        What the referee says of all roots; None if it did not judge them.
     doubts : tuple of str
         Why a root of the region may be missing, or one may not belong to it.
     """
@@ -120,7 +117,7 @@ class SystemRoots:
     def certified(self) -> bool:
         """True if no root of the region is missing, by the referee's proof, else by the count.
 
-        Where the referee was not asked, the count must agree and each root solve the equations.
+        Where the referee did not judge, the count must agree and each root solve the equations.
         """
         if self.doubts:
             return False
@@ -200,14 +197,14 @@ def system_roots(
         if region is not None:
             roots = _roots_of_region(problem, region, add_errors)
             roots = replace(roots, growth_limit=growth_limit(selection, region))
-        else:  # growth is limited by the sides of a region alone
+        else:  # the lowest modes have no limit of growth
             if modes is None:
                 modes = LOWEST
             roots = _lowest_roots(problem, modes, add_errors)
     except ComputationError:
         if system.n > DENSE_ROWS:
             raise
-        # the search failed, but the dense solver still serves so many rows
+        # the sparse search failed, but the dense solver serves so few rows
         with_modes = replace(selection, modes=modes)
         return _roots_of_matrices(system.arrays(changes), with_modes, add_errors).lowest(modes)
     return roots.lowest(modes)
@@ -229,8 +226,9 @@ def _roots_of_region(
 ) -> SystemRoots:
     """Compute and count the roots of a large system in a region.
 
-    Roots are searched a little beyond the ends of the region, those with errors further, as their
-    true values may lie in it. Growing roots that the search meets outside are listed as `outside`.
+    Roots are searched a little beyond the ends of the region, and further if they have errors: the
+    true value of a root outside may lie inside. Growing roots that the search meets outside are
+    listed as `outside`.
     """
     share = NARROW if add_errors is None else ROUGH
     searched = widened_in_frequency(region, share)
@@ -242,8 +240,8 @@ def _roots_of_region(
     if count is not None:  # that of the searched region, without the roots beyond the ends
         count -= sum(not region.contains(np.array(root.value)) for root in roots)
     doubts = doubts_at_ends(roots, region)
-    # roots above the searched region may reach into it: their errors are unknown, and taken to be
-    # like those of the upper half of the region
+    # a root above the searched region may reach into the region by its error, which is not known:
+    # it is taken to be like the errors of the upper half of the region
     errors = [root.error or 0.0 for root in roots if root.value.imag > region.high_imag / 2]
     largest_error = max(errors, default=0.0)
     if largest_error > ROUGH * region.high_imag:
@@ -334,12 +332,12 @@ def _roots_of_matrices(
     if judged is None:
         roots = _dense_roots(matrices)
     if add_errors is not None:
-        # errors beyond rounding: a verdict that ignores them does not hold
         roots = add_errors(roots)
+        # the verdict is decided anew with the errors; a root without a bound decides nothing
         finite = tuple(root for root in roots if root.rounding < math.inf)
         # a root whose sign the errors leave open may grow: then only growth of others is a verdict
         judged = judge_roots(finite, complete=not any(root.open for root in finite))
-    if judged is None:
+    if judged is None:  # neither the first solver nor the errors decided
         judged = judge_roots(roots if real else _upper_half(roots, real))
     statement: Statement | None = None
     if data is not None:
@@ -378,7 +376,7 @@ def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> EigenvalueTu
     except SingularTogetherError as error:
         roots = exact_spectrum(M, C, K, error)
     has_zeros = not all(root.value for root in roots)
-    # a regular K has no root of zero
+    # det K = 0 at a root of zero: where K is clearly regular the zeros are slow roots that are lost
     if has_zeros and np.linalg.cond(unit_diagonal(K)) < REGULAR:
         raise ComputationError(f"no eigenvalue can be given: {STIFF}")
     return roots
@@ -412,8 +410,8 @@ def _mass_normalised_roots(
 def _number_of_roots(problem: Quadratic, roots: EigenvalueTuple) -> int | None:
     """How many finite roots a small system has: the degree of det(z^2 M + z C + K).
 
-    It is 2n if M is regular. Else the argument principle counts the roots in a disc twice as wide
-    as the computed ones lie. None if that count fails.
+    It is 2n if M is regular. Else the argument principle counts the roots in a disc about 0, twice
+    as far as the farthest computed root. None if that count fails.
     """
     if scaled_rank(problem.M.toarray()) == problem.n:
         return 2 * problem.n
@@ -451,8 +449,9 @@ def _part_of_all(
     selection : EigenvalueSelection
         The band or region.
     judged : (str or None, str)
-        The verdict on all roots and what decided it. It holds for the region too if nothing grows
-        in it or outside, unless it is marginal and all of the region decays, or has no root.
+        The verdict on all roots and what decided it. If nothing grows anywhere it holds for the
+        region too, except that it is marginal for a root outside, while all roots of the region
+        decay, or the region has none: then the region has a verdict of its own.
     statement : Statement or None
         What the referee says of all roots; None if it was not asked.
 
@@ -460,20 +459,21 @@ def _part_of_all(
     -------
     SystemRoots
         `eigenvalues` are the roots that lie in the region or may do so by their errors; `count` is
-        that of the roots strictly inside, None unless all of these are shown to be among `roots`. A
-        difference of the two is what errors leave open.
+        the number of roots strictly inside, None unless it is shown that none is missing. The two
+        differ by what errors leave open.
     """
     region = selection.rectangle
     assert region is not None  # this selection has a band or a region
     values = values_of(roots)
     if selection.band is not None:
-        # a band has no limit of growth rates: its region is at least as wide as its roots lie
+        # a band has no limit of growth rates: its rectangle is made wider than the fastest growth
+        # or decay in the band
         in_band = (values.imag > region.low_imag) & (values.imag < region.high_imag)
         largest = float(np.max(np.abs(values.real[in_band]), initial=0.0))
         half_width = max(WIDER * largest, region.high_real)
         region = replace(region, low_real=-half_width, high_real=half_width)
-    # of real matrices with their conjugates, as far as a region reaches below the axis; of complex
-    # matrices roots with Im >= 0 alone are motions
+    # of complex matrices roots with Im < 0 are no motions; of real ones they are conjugates, which
+    # a region below the real axis holds
     of_motions = roots
     if not problem.real:
         of_motions = _upper_half(roots, real=False)
@@ -489,12 +489,12 @@ def _part_of_all(
     if _none_is_missing(problem, values, region, statement):
         count = int(np.sum(region.contains(values_of(of_motions))))
     verdict, criterion = judge_roots(inside, complete=False)
-    if verdict is None and not outside:
+    if verdict is None and not outside:  # nothing grows
         verdict, criterion = judged
-        of_inside = judge_roots(inside)
-        # the root that does not decay may lie elsewhere
-        if verdict == "marginal" and (not inside or of_inside[0] == "stable"):
-            verdict, criterion = of_inside
+        verdict_of_region, criterion_of_region = judge_roots(inside)
+        if verdict == "marginal" and (not inside or verdict_of_region == "stable"):
+            verdict = verdict_of_region
+            criterion = criterion_of_region
     return SystemRoots(
         eigenvalues=tuple(inside),
         region=region,
@@ -518,7 +518,7 @@ def _none_is_missing(
     if statement is not None and statement.status == "proved":
         return True
     farthest = float(np.max(np.abs(values), initial=0.0))
-    # all roots are known, not only those near the region: the outline may lie wherever gaps are
+    # all roots are known, also far from the region, so that the circle may lie in any gap of them
     disc = disc_around(region, values, reach=2 * farthest)
     return _count_in(problem, disc, values) == int(np.sum(disc.contains(values)))
 

@@ -42,14 +42,15 @@ def seat_note(file: SystemFile) -> str:
 def seat_parameters(file: SystemFile) -> list[str]:
     """Names of the parameters, but the free one, that act through the seat.
 
-    While it is held their derivatives miss that effect. They are the parameters of loads and of
-    keys of contact, on which no matrix depends, and those of the factor of a contact whose pairs
-    open, stiffen or damp.
+    While the seat is held, derivatives by such a parameter miss that effect. They are the
+    parameters of loads and of keys of contact, on which no matrix depends, and those of the factor
+    of a contact whose pairs open, stiffen or damp.
     """
     assembly = file.assembly
     if assembly is None:
         return []
     seated = assembly.system
+    # no matrix depends on these; the parameters that every assembly has are left out
     names = seated.parameters.keys() - seated.names - ASSEMBLY_DEFAULTS.keys()
     for contact in _contacts_that_may_change(assembly):
         names |= Formula(contact.factor).names
@@ -101,9 +102,9 @@ def warn_of_held_seat(file: SystemFile, verb: str) -> None:
 def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
     """Add the note on the seat to thresholds, which were located with the seat held.
 
-    They are not certified if contact that is seated anew at one of the crossings differs, or else
-    at one of some values along the range, of which the first is reported: another seat may lose
-    stability where the held one does not.
+    Contact is seated anew at the crossings, and if no seat differs there at some values along the
+    range up to the first that differs. Thresholds are not certified if a seat differs, since
+    another seat may lose stability where the held one does not.
     """
     note = seat_note(file)
     if not note:

@@ -77,9 +77,9 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
         for part, given in changes.items():
             if part not in parts:
                 raise (at / part).refuse("is not allowed; it must be one of M, C, K")
-            with (at / part).named():
+            with (at / part).named():  # what is refused meanwhile begins with this place
                 added = given
-                precision = None
+                precision = None  # digits, and errors that the digits do not tell
                 if isinstance(given, str | Path):
                     content = read_matrix(given)
                     added = _on_rows_of(system, content)
@@ -127,7 +127,8 @@ def _on_rows_of(system: TermSystem, given: MatrixFile) -> csc_array:
         words = f"{len(foreign)} rows, the first is degree of freedom {direction} of node {node}"
         raise InputError(f"the system has no {words}; rows of the system are allowed")
     matrix = on_rows(given, system.labels)
-    matrix.resize((system.n, system.n))  # modal damping adds rows without a name
+    # a system with modal damping has rows without labels behind the labelled ones: they stay empty
+    matrix.resize((system.n, system.n))
     return matrix
 
 
@@ -139,9 +140,9 @@ def derivatives(system: TermSystem) -> dict[str, Change]:
 def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
     """Compute the derivatives of the eigenvalues of an answer by each parameter of its system.
 
-    They are rad/s per unit of the parameter, the real part that of the growth rate. Where matrices
-    follow the frequency they are total derivatives, along which each root has its own frequency.
-    Of a root that does not solve the equations they are not known: NaN.
+    Derivatives are in rad/s per unit of the parameter; the real part is the derivative of the
+    growth rate. Where matrices follow the frequency the derivatives are total: each root keeps
+    matrices at its own frequency. Derivatives of a root that does not solve the equations are NaN.
     """
     at_value = system.replace({system.parameter: answer.value})
     groups = [answer.eigenvalues]  # roots that share their matrices, perhaps none
@@ -150,8 +151,9 @@ def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
     slopes_of_groups = []
     conditions = []
     for group in groups:
-        omega = max((root.value.imag for root in group), default=None)  # of one root, if it counts
-        frozen = at_value.frozen(omega)  # the same at every omega where no matrix follows it
+        # where matrices follow the frequency the group has one root; else any omega serves
+        omega = max((root.value.imag for root in group), default=None)
+        frozen = at_value.frozen(omega)
         at_held_frequency, condition = sensitivities(frozen.at(), derivatives(frozen), group)
         # of a root v the frequency in rad/s is Im v
         slopes_of_groups.append(at_own_frequency(at_value, at_held_frequency, np.imag))
@@ -191,8 +193,8 @@ def at_own_frequency(
         The system; without matrices that follow the frequency the slopes are returned as they are.
     slopes : mapping of str to array
         Partial derivatives at a held frequency: v_q by each parameter, also by the parameters that
-        are the frequency: `omega` in rad/s, `frequency` in Hz, or both. v_w is the sum of these,
-        each per rad/s.
+        are the frequency: `omega` in rad/s, `frequency` in Hz, or both. v_w is the sum of the
+        derivatives by `omega` and by `frequency`, each converted to rad/s.
     frequency_slope : callable
         f: the derivative of the frequency in rad/s from a derivative of v.
 
@@ -216,8 +218,8 @@ def at_own_frequency(
 def threshold_sensitivity(system: TermSystem, answer: Thresholds) -> Sensitivity:
     """Compute the derivatives of the first loss of stability of an answer by each parameter.
 
-    There are none where the system is unstable from the start of the range, or nowhere in it.
-    Raises ComputationError where several modes cross at once, or none crosses at that point.
+    There are no derivatives where the system is unstable from the start of the range, or nowhere in
+    it. Raises ComputationError where several modes cross at once, or none crosses at that point.
     """
     first = None if answer.verdict in GROWING else answer.first
     slopes: dict[str, NDArray] = {}
@@ -274,11 +276,12 @@ def threshold_slopes(
 
 
 def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresholds:
-    """Widen the intervals of thresholds by how far the reduction of components and digits of data
-    may move them, to first order; a note says so.
+    """Widen the interval of each threshold by how far it may move, to first order; a note says so.
 
-    An interval becomes the whole range where that is not known, as where several modes cross at
-    once; the thresholds are no longer certified then. Those that are proved for all data stay.
+    It may move by the reduction of components, and by what the digits of data leave open. Where the
+    distance is not known, as where several modes cross at once, the interval becomes the whole
+    range, and the thresholds are no longer certified. Intervals of proved thresholds hold for all
+    data and stay.
     """
     assembly = file.assembly
     basis = None if assembly is None else assembly.reduction
@@ -317,9 +320,10 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
 def _shift(scaled: ScaledSystem, reduced: Assembly | None, value: float, omega: float) -> float:
     """Bound how far reduction and digits may move a crossing, in units of the parameter.
 
-    They leave a residual r = y^H P x open, x the mode and y its left vector. The smallest change of
-    K that removes it is r y x^H / (|x| |y|)^2, whose phase is not known: the shifts by its real and
-    by its imaginary multiple are combined.
+    They leave open a number r = y^H dP x of known size |r| and unknown phase, x the mode and y its
+    left vector. The smallest change of K with y^H dK x = r is dK = r y x^H / (|x| |y|)^2. If it
+    moves the crossing by s for a real r and by t for an imaginary one, then by s cos(phase) +
+    t sin(phase) for another: by (s^2 + t^2)^1/2 at most.
 
     Parameters
     ----------
@@ -333,7 +337,7 @@ def _shift(scaled: ScaledSystem, reduced: Assembly | None, value: float, omega: 
     Returns
     -------
     float
-        Infinite where the residual is not known, as above the cutoff of components.
+        Infinite where |r| is not known, as above the cutoff of components.
 
     Raises
     ------
@@ -344,12 +348,12 @@ def _shift(scaled: ScaledSystem, reduced: Assembly | None, value: float, omega: 
     root = 1j * omega
     frozen = system.replace({system.parameter: value, **system.frequency(omega)})
     at = singular_at(scaled, value, root)
-    size = _open_residual(frozen, reduced, at, root)
-    if not math.isfinite(size):
+    r = _open_residual(frozen, reduced, at, root)  # its size
+    if not math.isfinite(r):
         return math.inf
     x = at.right[:, None]
     y = at.left[:, None]
-    dK = size * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
+    dK = r * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
     changes = {"real": (None, None, dK), "imaginary": (None, None, 1j * dK)}
     by_free_parameter = frozen.derivative(system.parameter)
     slopes = crossing_slopes(at, frozen.at(), by_free_parameter, changes)
@@ -361,7 +365,8 @@ def _shift(scaled: ScaledSystem, reduced: Assembly | None, value: float, omega: 
 def _open_residual(
     frozen: TermSystem, reduced: Assembly | None, at: Singular, root: complex
 ) -> float:
-    """A bound of what reduction and digits leave open of y^H P x at a root, rad/s, on the axis."""
+    """A bound of |y^H dP x| at a root, rad/s, on the axis: dP is what reduction and digits leave
+    open of P = root^2 M + root C + K."""
     x = np.abs(at.right)
     y = np.abs(at.left)
     dM, dC, dK = data_errors(frozen)
@@ -376,8 +381,8 @@ def _open_residual(
 def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     """Compute the null vectors of P = z^2 M + z C + K at a root z on the imaginary axis.
 
-    Inverse iteration, by turns with P^-1 and P^-H: P is nearly singular, so that its singular
-    vectors of least value dominate. A second pair of vectors shows a double root.
+    Inverse iteration, by turns with P^-1 and P^-H: P is nearly singular, so that the singular
+    vectors of its least singular value dominate. A second pair of vectors shows a double root.
 
     Parameters
     ----------
@@ -418,12 +423,14 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     residuals = np.abs(np.sum(y.conj() * problem.apply(np.full(count, root), x), axis=0))
     if root:
         largest = _residuals_nearby(problem, root, x, y)
-    else:  # a root at zero has no size: K x is zero to rounding of its terms, which may cancel
+    else:
+        # P is K at a root of zero, of whose distance |z| is no scale: y^H K x vanishes to rounding
+        # of its terms, of which that of the parameter may cancel others
         of_parameter = abs(value) * abs(scaled.slope(system.parameter, changes, root))
         sizes = (abs(problem.K) + of_parameter) @ np.abs(x)
         largest = ROUNDED * np.sum(np.abs(y) * sizes, axis=0)
-        largest[0] = np.inf  # one root passes zero, which is not checked: only a second is
-    crosses_here = residuals <= largest  # for each pair of vectors
+        largest[0] = np.inf  # the first pair counts as a root: only the second one is checked
+    crosses_here = residuals <= largest  # (count,), for each pair of vectors
     if crosses_here.sum() != 1:
         crosses = "several modes cross" if crosses_here.any() else "no mode crosses"
         where = f"{system.parameter} = {value:.9g}, {abs(root) / (2 * np.pi):.6g} Hz"

@@ -102,7 +102,7 @@ def track_modes(
     common = _Common(file, selection, reduction)
     tasks = mapped(_step_and_roots, rising, workers, common)
     computed_roots = dict(zip(rising, counted(tasks, len(rising), PROGRESS.get()), strict=True))
-    tracked = system if reduction is None else reduction.system  # of which vectors are coordinates
+    tracked = system if reduction is None else reduction.system  # whose coordinates vectors have
 
     @functools.cache
     def spectrum_at(value: float) -> SpectrumAtParameter:
@@ -116,7 +116,8 @@ def track_modes(
             roots = reduction.roots(changes, left=True)
         else:
             roots = _roots_of_full(file, selection, value, is_judged=False).with_vectors
-        # lifted: vectors of the first-order form, in which those of two roots are biorthogonal
+        # lifted: vectors of the first-order form, where left and right ones of two roots are
+        # orthogonal
         return spectrum_with_slopes(tracked.frozen(), parameter, value, roots, lifted=True)
 
     at: Callable[[float], SpectrumAtParameter] = spectrum_at
@@ -126,7 +127,8 @@ def track_modes(
         with suppress(InputError):  # where M is singular
             at = continued(system, rising).at
     steps = [step for step, _ in computed_roots.values()]  # by rising value
-    values_between = 0 if expensive else len(rising)  # that may be computed to tell modes apart
+    # so many values between the steps may be computed to tell modes apart
+    values_between = 0 if expensive else len(rising)
     if numbered_at is None:
         numbered_at = own_value
     numbered, losses, reference = assign_mode_numbers(steps, at, numbered_at, values_between)
@@ -135,9 +137,9 @@ def track_modes(
 
 
 def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
-    """Compute the step with the listed roots at a value of the parameter.
+    """Compute the roots at a value of the parameter: a task of a process.
 
-    Also the roots with vectors, by which modes are tracked. Processes call it for each value.
+    Returns the step with the listed roots, and the roots with vectors, by which modes are tracked.
     """
     file, selection, reduction = common
     if reduction is None:
@@ -164,10 +166,11 @@ def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
 def _roots_of_full(
     file: SystemFile, selection: EigenvalueSelection, value: float, is_judged: bool = True
 ) -> ComputedRoots:
-    """The roots of the system itself at a value; with is_judged the referee judges a small one.
+    """The roots of the system itself at a value of the parameter.
 
-    Those with vectors, by which modes are tracked, have Im >= 0: conjugates of a real system need
-    no tracking, and of a complex one no others are listed.
+    is_judged: whether the referee judges the roots of a small system. The roots with vectors, by
+    which modes are tracked, have Im >= 0: conjugates of a real system need no tracking, and the
+    roots of a complex system have no conjugates.
     """
     system = file.system.replace({file.system.parameter: value})
     PROGRESS.get()(f"{system.parameter} = {value:g}")

@@ -54,7 +54,7 @@ class SystemAnalysis:
         subject : System, Assembly or SystemFile
             The system.
         band : (float, float), optional
-            Frequencies in Hz. Reduced components have one up to their cutoff if it is left out.
+            Frequencies in Hz. Left out, the band of reduced components reaches up to their cutoff.
         region : sequence of 4 float, optional
             Bounds of Re and Im in rad/s, as `Rectangle` takes them.
         modes : int, optional
@@ -93,8 +93,8 @@ class SystemAnalysis:
         system = file.system.frozen()
         M, _, _ = system.at()
         reason = why_no_mass(M, ALL_ROWS)
-        # where K, [2] of the matrices without friction, is not symmetric the equations may stand in
-        # any order, and rows have no masses
+        # a row without mass is a mistake where M and, without friction, K ([2] of the matrices) are
+        # symmetric. Else the equations may stand in any order, so that rows have no masses
         if reason and is_symmetric(M) and is_symmetric(system.at(frictionless(system))[2]):
             Place(file.system.name or "system").warn(
                 f"{reason}; the answer is that of the matrices as they are"
@@ -138,7 +138,8 @@ class SystemAnalysis:
     def require_used_parameter(self, meaning: str) -> None:
         """Refuse a free parameter that enters no matrix while others do: another one is meant.
 
-        Warns where no parameter enters any. Raises InputError. meaning: of the parameter.
+        meaning: what the parameter must be, in words. Warns where no parameter enters any matrix.
+        Raises InputError.
         """
         names = sorted(self.system.names)
         if self.depends_on_parameter or not names:
@@ -162,7 +163,7 @@ class SystemAnalysis:
         method : {"reduced", "modal"}
             As of `reduced_for`.
         most : int
-            At so many of the values, evenly spaced, the reduced system is required to be good.
+            The reduced system is made at so many of the values at most, evenly chosen.
         """
         parameter = self.system.parameter
         if values is None:
@@ -175,7 +176,8 @@ class SystemAnalysis:
 def _refuse_conjugates(region: Rectangle, real: bool) -> None:
     """Raise InputError for a region with more below the real axis than above it.
 
-    There lie conjugates of motions that it does not hold; of complex matrices no motions at all.
+    Roots below the axis are conjugates of motions that the region does not hold; those of complex
+    matrices are no motions at all.
     """
     low = region.low_imag
     high = region.high_imag
@@ -190,8 +192,8 @@ def _refuse_conjugates(region: Rectangle, real: bool) -> None:
 def _check_memory(system: TermSystem, limit: float | None) -> None:
     """Refuse a system that does not fit into `limit` bytes; into what is free if it is None.
 
-    It needs one sparse factorisation and one Krylov subspace. Their sizes were measured on
-    three-dimensional solids; a full matrix takes what its entries need. Raises ComputationError.
+    A search needs one sparse factorisation and one Krylov subspace. The bytes of both were measured
+    on three-dimensional solids; a full matrix takes what its entries need. Raises ComputationError.
     """
     entries = max(int(getattr(term.matrix, "nnz", term.matrix.size)) for term in system.terms)
     # bytes: no more than all n^2 complex entries, else as measured

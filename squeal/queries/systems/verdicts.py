@@ -58,8 +58,8 @@ def judge_roots(
     if not complete or len(solved) < len(roots):
         rate = f"largest Re lambda = {judgement.value:.6g}"
         return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
-    # the referee would decide these too, but it does not judge sweeps and comparisons of designs
-    # a real part of exactly zero is one that is known: of undamped modes and rigid bodies
+    # rounding leaves the sign of their real parts open. A real part of exactly zero is known: that
+    # of an undamped mode or a rigid body
     undecided = [root for root in solved if 0.0 < abs(root.value.real) <= root.rounding]
     if not undecided or conservative:
         return judgement.verdict, str(judgement)
