@@ -165,20 +165,20 @@ def count_roots(
     if problem.n <= SINGLE_ROWS:
         # single precision first: what its rounding spoils gives no whole number of turns
         precisions.insert(0, "single")
-    factor = reusable
+    factor = reusable  # each factor lends its memory to the next one
     for precision in precisions:
-        logarithms = np.full(finest, np.nan, dtype=complex)  # NaN: not computed yet
+        # of det P(z) / prod(z - known) at `finest` nodes z; NaN: not computed yet
+        logarithms = np.full(finest, np.nan, dtype=complex)
         for nodes in NODES:
             step = finest // nodes
             for k in range(0, end, step):
-                if not np.isnan(logarithms[k]):  # a node of a coarser circle too
+                if not np.isnan(logarithms[k]):  # computed for fewer nodes already
                     continue
                 report(f"counting the roots: determinant of {nodes}")
-                # log det P without the factors of the known roots. Where P is singular at the node
-                # it is factorised next to it, and the factors are those there
                 node = disc.centre + disc.radius * cmath.exp(2j * math.pi * k / finest)
-                node, factor = factorise_at(problem, node, precision == "single", factor)
-                logarithms[k] = factor.logarithm() - np.sum(np.log(node - known))
+                # z is the node, or a value next to it where P is singular at the node
+                z, factor = factorise_at(problem, node, precision == "single", factor)
+                logarithms[k] = factor.logarithm() - np.sum(np.log(z - known))
                 if mirrored and 0 < 2 * k < finest:
                     logarithms[finest - k] = logarithms[k].conjugate()
             missing = _winding_number(logarithms[::step])
@@ -190,8 +190,9 @@ def count_roots(
 def _winding_number(logarithms: ComplexArray) -> int | None:
     """How often exp(logarithms) turns around zero, from N logarithms at equal steps on a circle.
 
-    Their imaginary parts (phases) are known up to half turns. Without zeros inside, the phase is
-    the harmonic conjugate of the logarithm of the size; what it deviates from that are the turns.
+    Their imaginary parts (phases) are known up to half turns. The phase is the harmonic conjugate
+    of the logarithm of the size (a function that is analytic inside, by the discrete Hilbert
+    transform) and a deviation, which grows by the angle of all turns along the circle.
 
     None if N is too small: the deviation must step by little from one node to the next (by less
     than pi / 4 with turns, pi / 8 without), and without turns the function must be analytic inside.
@@ -207,7 +208,7 @@ def _winding_number(logarithms: ComplexArray) -> int | None:
     largest_step = float(np.max(np.abs(steps)))
     if not largest_step < math.pi / 4:  # NaN too
         return None
-    # the deviation ends where it began, so that the sum is a whole number of the half turns removed
+    # as read, the deviation ends where it began: the steps add up to the half turns taken from them
     half_turns = round(float(np.sum(steps)) / math.pi)
     if half_turns % 2:
         return None
@@ -232,9 +233,10 @@ def disc_around(region: Rectangle, known: ComplexArray, reach: float) -> Disc:
     """
     distances = np.abs(known - region.centre)
     corners = region.radius
-    # a quarter of the way from the corners to the reach, but not far beyond the corners, and a
-    # hundredth of their distance if the reach is shorter
-    largest = corners + max(min((reach - corners) / 4, corners / 2), 0.01 * corners)
+    # a quarter of the way to the reach; at most half as far again as the corners, and at least a
+    # hundredth
+    margin = min((reach - corners) / 4, corners / 2)
+    largest = corners + max(margin, 0.01 * corners)
     between = distances[(distances > corners) & (distances < largest)]
     radii = np.sort([corners, *between, largest])
     widest = int(np.argmax(np.diff(radii)))

@@ -187,8 +187,11 @@ class Contact:
         return replace(self, pairs=ContactPoints.at_nodes(pairs.astype(str)))
 
     def _require_arrays_of(self, count: int) -> None:
-        """Raises InputError for what is neither one number, or one vector (3,), nor one for each of
-        so many pairs, and for numbers out of their range."""
+        """Refuse numbers out of their range, and arrays of another length than `count` pairs.
+
+        Stiffness, area and the like are one number or one for each pair, directions one vector (3,)
+        or one for each pair. Raises InputError.
+        """
         numbers: dict[str, Kind] = dict.fromkeys(("stiffness", "tangential", "gap"), ANY)
         numbers["area"] = POSITIVE
         for name in (*numbers, "normal", "sliding", "axis", "through"):
@@ -520,9 +523,10 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
 
     Each step solves the structure with the tangent springs of the closed pairs, then closes the
     pairs that are pressed and opens the others. With constant stiffness it ends where the set of
-    closed pairs does not change, with an exponent where, besides, no approach changes by more than
-    1e-11 of it. Once a set returns, one pair changes at a time, the first that violates its
-    condition, after which no set returns (Murty's principal pivoting).
+    closed pairs does not change. Once a set returns, one pair changes at a time, the first that
+    violates its condition: of a linear problem no set then returns (Murty's principal pivoting).
+    With an exponent, where Murty's rule proves nothing, no approach may change by more than 1e-11
+    of it besides.
 
     Raises InputError where all pairs open, and ComputationError if it does not end in 100 steps and
     one more for each pair.
@@ -534,7 +538,7 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
     approach = -laws.gap
     forces = laws.stiffness * approach
     slopes = laws.stiffness
-    visited: set[bytes] = set()
+    visited: set[bytes] = set()  # sets of closed pairs for which a step was solved
     one_at_a_time = False
     for _ in range(100 + len(laws.gap)):
         springs = closed * laws.factor * slopes

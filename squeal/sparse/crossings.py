@@ -241,13 +241,13 @@ class CrossingSearch:
         if self._exit_is_doubtful(after, unmatched_after, -span):
             return middle
         for meeting in near_coalescences(before, after):
-            is_inside = before.value < meeting.value < after.value
+            if not before.value < meeting.value < after.value:
+                continue
             width = max(meeting.width, 1e-9 * abs(meeting.value))  # wider than rounding
             is_narrow = width < abs(span) / 8  # a wider one shows in the slopes at both ends
-            # a spectrum within the width of the meeting has resolved it already
+            # a spectrum within the width, which reaches to both sides of the meeting, shows it
             distance = min(abs(value - meeting.value) for value in self._spectra)
-            is_resolved = distance <= width / 2
-            if is_inside and is_narrow and not is_resolved:
+            if is_narrow and distance > width / 2:
                 return meeting.value
         return None
 
@@ -564,8 +564,8 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
         by_frequency = by_frequency + d_by_omega * (y @ (scaled.slope(frequency, at, root) @ x))
     columns = [1j * by_root + by_frequency, by_parameter]
     if omega == 0.0:
-        # a real root stays real: the first equation says that omega does not change, the second one
-        # is the real one of the parameter
+        # a real root stays real, and y^H P x is real. The first row becomes domega = 0, the second
+        # one that real equation for dp
         columns = [1.0, 1j * by_parameter.real]
         product = complex(0.0, product.real)
     jacobian = np.array([np.real(columns), np.imag(columns)])
@@ -575,7 +575,7 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
     omega_step, step = (-inverse @ [product.real, product.imag]).tolist()
     size = float(problem.size(np.array(root)))
-    # how far rounding of P x may move p, which has the second row
+    # how far rounding of P x, in either equation, may move p, the second unknown
     uncertain = 2 * EPS * size * float(np.abs(inverse[1]).sum())
     new_p = p + step
     new_omega = omega + omega_step

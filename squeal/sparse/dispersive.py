@@ -140,7 +140,8 @@ def roots_at_own_frequencies(
     """The roots of a reduced system in its region, each at its own frequency.
 
     Newton's method starts from the roots at each frozen frequency that lie near that frequency.
-    Where two of these reach one root, matrices frozen at its frequency show whether it is double.
+    Where two starts from one frozen frequency reach one root, matrices are frozen at the root's own
+    frequency too: there two roots separate, or as many starts as its multiplicity reach it.
     """
     system = reduction.system
     grid = frequencies(system, reduction.region)
@@ -165,10 +166,10 @@ def roots_at_own_frequencies(
                 reached.append(root)
             root.from_above.add(omega > z.imag)
             distance = SAME * abs(z)
-            if abs(z.imag - omega) <= distance:  # these matrices are those of the root itself
+            if abs(z.imag - omega) <= distance:  # the matrices are frozen at the root's frequency
                 root.multiplicity = max(root.multiplicity, coincident)
             elif coincident > 1 and all(abs(z.imag - w) > distance for w in tried + pending):
-                pending.append(z.imag)  # frozen there, two roots separate or are one double root
+                pending.append(z.imag)
     return [root for root in reached if reduction.region.contains(np.array(root.value))]
 
 

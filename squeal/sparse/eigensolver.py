@@ -279,11 +279,10 @@ def corrected_roots(
         Real and orthonormal; it nearly holds their right vectors.
     region : Rectangle or Disc
         Where.
-    exact : float
-        Backward error of right vectors with which corrections end.
-    accepted : float
-        That of left vectors with which corrections end. Where corrections no longer improve the
-        worst one, right vectors may be off by `accepted`, and left ones by accepted^2 / exact.
+    exact, accepted : float
+        Corrections end with backward errors of right vectors up to `exact` and of left ones up to
+        `accepted`. Where they no longer improve the worst vector, both may be larger by the factor
+        accepted / exact.
     """
     if not basis.size:
         return Roots.none(problem.n)
@@ -494,7 +493,7 @@ def _roots_around(
             single=attempt == 0,
         )
         reach = near.reach - offset  # from the centre
-        if reach < 1.02 * region.radius:  # no disc around the part has all its roots known
+        if reach < 1.02 * region.radius:  # no disc a little larger than the part is known
             if attempt == 0 and reach <= 0.3 * region.radius:
                 continue  # so little may be due to single precision: once more, in double
             return None
@@ -524,24 +523,25 @@ def _count_in_disc(
     factor lends its memory and solves nothing afterwards.
     """
     outside = near.values[~disc.contains(near.values)]
-    # conjugates are roots too, of a disc around the real axis among the known ones already
+    # conjugates are roots too; around a centre on the real axis they are known already
     if problem.real and disc.centre.imag:
         known = np.concatenate([roots.values, outside])
         conjugates = known.conj()[~disc.contains(known.conj())]
         distances = np.abs(conjugates[:, None] - known).min(axis=1, initial=np.inf)
-        # a rough value within a thousandth of a conjugate is that root, known already
-        outside = np.append(outside, conjugates[distances > 1e-3 * np.abs(conjugates)])
+        # a rough value within a thousandth of a conjugate is the same root
+        is_new = distances > 1e-3 * np.abs(conjugates)
+        outside = np.append(outside, conjugates[is_new])
     return count_roots(problem, disc, np.append(roots.values, outside), near.factor)
 
 
 def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
-    """The `modes` roots of least |lambda| with Im lambda >= 0, and those below the axis as near.
+    """All roots of a disc around zero that holds the `modes` lowest with Im lambda >= 0.
 
-    The latter are the conjugates of the former if the matrices are real. A rigid body has two of
-    these roots. The disc that the count certifies ends halfway to the next root beyond, so that
-    equal ones are in it together. A subspace around zero comes first; where it does not reach so
-    far or misses roots, all roots are computed (few rows), or those of growing squares around zero.
-    Raises ComputationError if there is no root.
+    Roots below the real axis come with them, of real matrices the conjugates. A rigid body has two
+    roots at zero, both of which count. The disc, which a count certifies, ends halfway to the next
+    root, so that equal ones are in it together. A subspace around zero comes first; where it does
+    not reach so far or misses roots, all roots are computed (few rows), or those of growing squares
+    around zero. Raises ComputationError if there is no root.
     """
     rigid = _rigid_limit(problem)
     scale = _lowest_frequency_scale(problem, rigid)
@@ -638,7 +638,8 @@ def _lowest_of_all(problem: Quadratic, modes: int, certify: bool) -> Modes:
         is_upper = _is_upper(values, _rigid_limit(problem))
         solved = values
     sizes = np.sort(np.abs(values[is_upper]))
-    region = _disc_of_lowest(sizes, modes, 2 * float(np.max(sizes, initial=0.0)))
+    beyond_all = 2 * float(np.max(sizes, initial=0.0))  # where the disc of all roots may end
+    region = _disc_of_lowest(sizes, modes, beyond_all)
     roots = roots_at(M, C, K, solved[region.contains(solved)], left=True)
     if problem.real:
         roots = roots.with_conjugates()
@@ -649,8 +650,8 @@ def _lowest_of_all(problem: Quadratic, modes: int, certify: bool) -> Modes:
 def _lowest_of_squares(problem: Quadratic, modes: int, largest: float, certify: bool) -> Modes:
     """The lowest modes by searching squares around zero, the first of half width about `largest`.
 
-    The squares grow until a disc in one of them holds so many, or a number of times: those of the
-    last one are then returned.
+    The squares grow until a disc in one of them holds so many. After `ENLARGEMENTS` the roots of
+    the last disc are returned, however few.
     """
     half_width = 1.02 * largest  # the largest root itself lies well inside
     for _ in range(ENLARGEMENTS):

@@ -103,10 +103,11 @@ class Structure:
     def probes(self, V: Array, projected: Array) -> Probes:
         """Random vectors (n, SKETCH) whose products left right' average to F^-1.
 
-        With an orthonormal V (n, d) and E = V' F V (`projected`), F^-1 is the sum of V E^-1 V' and
-        of F^-1 - V E^-1 V', which leaves out the directions of V. Each has random vectors of its
-        own: with the eigenvalues e and vectors Q of E the first one is Q |e|^-1/2 times Q sign(e)
-        |e|^-1/2; the second one is (1 - V E^-1 V' F) (F^-1 - V E^-1 V').
+        With an orthonormal V (n, d) and E = V' F V (`projected`), F^-1 is the sum of V E^-1 V',
+        inside of V, and of F^-1 - V E^-1 V', outside. Random vectors r average r r' to the unit
+        matrix, so that a product A B' is averaged by A r and B r. With the eigenvalues e and
+        vectors Q of E the products are E^-1 = (Q |e|^-1/2) (Q sign(e) |e|^-1/2)' inside, and
+        (1 - V E^-1 V' F) (F^-1 - V E^-1 V'), which equals its second factor, outside.
         """
         energies, Q = np.linalg.eigh(projected)
         inverse = (Q / energies) @ Q.T  # E^-1
@@ -115,7 +116,7 @@ class Structure:
         random = random_vectors(len(V), seed=49)
         outside_left = random - V @ (inverse @ (V.T @ (self.F @ random)))
         outside_right = self.factor.solve(random) - V @ (inverse @ (V.T @ random))
-        # of one length, so that neither drowns the random vectors inside
+        # left and right ones of one length, so that neither drowns the random vectors inside
         balance = math.sqrt(np.linalg.norm(outside_right) / divisor(np.linalg.norm(outside_left)))
         return Probes(
             left=balance * outside_left + V @ (Q @ inside),
@@ -175,10 +176,11 @@ class FirstLook(Reduction):
     """A reduction onto real modes and their corrections, which knows the errors of its roots.
 
     `structures` are those without friction, each at parameters of its own. `samples` are the values
-    at which modes are corrected, `trained` those at which the `reduced_basis` is trained: the few
-    modes that serve at all values, None if they are not needed or not enough. `contraction` is q
-    (0.5 until `build` has computed it), `error` the largest error at the samples before the last
-    corrections, as a share of |lambda|.
+    at which modes are corrected: those of the structures or, if these are one or two, both ends of
+    the range. At `trained` values the `reduced_basis` is trained: the few modes that serve at all
+    values, None if they are not needed or not enough. `contraction` is q (0.5 until `build` has
+    computed it), `error` the largest error at the samples before the last corrections, as a share
+    of |lambda|.
 
     Inherited: `_matrices` are those (n, n) of the terms of M, C and K, `_norms` (terms,) their
     norms, and `_sketch` (terms, SKETCH, d) is random vectors times each of them times the basis.
@@ -194,7 +196,8 @@ class FirstLook(Reduction):
         self.wide = region.widened(MARGIN)
         highest = max(abs(region.low_imag), abs(region.high_imag))
         self.reach = REACH * highest
-        # one structure for each different K and M without friction at the first, middle, last value
+        # parameters by their structure: of the first, middle and last value those with different
+        # K or M without friction
         representatives: dict[bytes, Changes] = {}
         for k in dict.fromkeys((0, len(values) // 2, len(values) - 1)):
             representatives[self._structure_factors(values[k]).tobytes()] = values[k]
@@ -252,7 +255,7 @@ class FirstLook(Reduction):
             if self.error <= ONE_ROUND:
                 break
         tested = self.samples
-        if len(self.structures) == 1:  # one sample serves: that of the largest error
+        if len(self.structures) == 1:  # one sample serves: that of the largest error in this round
             tested = (self.samples[int(np.argmax(shares))],)
         self.contraction = max(self._contraction(changes) for changes in tested)
         if self.holds and len(self.trained) > len(self.samples) and self.system.C:
@@ -435,10 +438,10 @@ class FirstLook(Reduction):
     def estimate_by_basis(self, changes: Changes, deciding: bool = False) -> EstimatedRoots:
         """The roots of the region with their errors, by all vectors of the basis.
 
-        Where an error leaves open the sign of a growth rate, whether a root lies in the region or
-        whether it is one of the full problem, such roots are solved in that; all of the region
-        where the basis may miss one. If the answer is for a verdict alone (`deciding`), roots that
-        clearly decay and are not near others get no error (NaN).
+        A root is solved in the full problem if its error leaves open the sign of its growth rate,
+        whether it lies in the region, or whether the full problem has it. All roots of the region
+        are solved if the basis may miss one. If the answer is for a verdict alone (`deciding`),
+        roots that clearly decay and are not near others get no error (NaN).
         """
         problem = self.scaled.at(changes)
         all_values = self._projected_values(changes)
@@ -452,13 +455,14 @@ class FirstLook(Reduction):
         errors = projected.errors
         distances = self.region.distance(z)
         is_inside = self.region.contains(z)
-        others = near[~is_estimated & self.region.contains(near)]
-        exact_or_unknown = np.where(others == 0.0, 0.0, np.nan)  # errors and residuals of these
-        values = np.concatenate([z[is_inside], others])
+        not_estimated = near[~is_estimated & self.region.contains(near)]
+        # errors and residuals of roots that are not estimated: those of rigid bodies are exact
+        zero_or_nan = np.where(not_estimated == 0.0, 0.0, np.nan)
+        values = np.concatenate([z[is_inside], not_estimated])
         estimated = EstimatedRoots(
             values=values,
-            residuals=np.concatenate([projected.residuals[is_inside], exact_or_unknown]),
-            errors=np.concatenate([errors[is_inside], exact_or_unknown]),
+            residuals=np.concatenate([projected.residuals[is_inside], zero_or_nan]),
+            errors=np.concatenate([errors[is_inside], zero_or_nan]),
             corrected=np.zeros(len(values), dtype=bool),
             spurious=0,
             projected=projected.roots.select(is_inside),

@@ -295,11 +295,11 @@ def _rounding(
 ) -> Array:
     """How far rounding may move each root (rad/s); exact zeros by nothing.
 
-    `root_rounding` is made for eigenvalues of a matrix: of roots it gets, in place of the norm of
-    that, a scale (rad/s), and a condition such that an isolated root moves by
-    R = error * condition * |lambda|, the condition at most 1 / EPS. error * scale is the least
-    distance at which it tells two roots apart, and no root moves further than
-    2 scale error^(1 / rows).
+    `root_rounding` is made for eigenvalues of a matrix, which move by error * condition * norm of
+    the matrix. In place of the norm it gets a scale (rad/s) here, and in place of the condition
+    c = condition * |lambda| / scale (condition at most 1 / EPS): an isolated root moves by
+    error * condition * |lambda|. error * scale is the least distance at which `root_rounding` tells
+    two roots apart, and no root moves further than 2 scale error^(1 / rows).
 
     Rounding of K moves the square of a root, and so a root far below the problem's frequency scale
     omega_K by more than a share of its own size. With z = max(|lambda|, sqrt(error) omega_K) the
@@ -321,7 +321,7 @@ def _rounding(
         of_slow_roots = least_size * (problem.frequency_scale / z)
         of_multiple_roots = problem.size(sizes) / (2 * z * mass + damping)
         scales = np.fmax(np.fmax(sizes, of_slow_roots), of_multiple_roots)
-        # as `root_rounding` takes them: R = error * scale times this
+        # c of the docstring
         scaled_conditions = np.minimum(conditions, 1 / EPS) * sizes / scales
     # a root may meet its conjugate, also where that is not listed: it is added for the call
     is_unpaired = problem.real & (values.imag != 0) & ~np.isin(values.conj(), values)

@@ -85,8 +85,8 @@ def root_error_bounds(
         np.divide(2 * products, gaps, out=repelled, where=gaps > 0)
         errors = np.diag(D) + np.minimum(np.sqrt(products), repelled).sum(axis=1)
     np.fill_diagonal(gaps, np.inf)
-    # alone on the axis, a root of an undamped problem cannot leave it: roots leave in pairs. The
-    # nearest one may come as far towards it
+    # alone on the axis, a root of an undamped problem cannot leave it: roots leave in pairs. Twice,
+    # since the nearest root may come as far towards it
     is_alone = 2 * errors < gaps.min(axis=1, initial=np.inf)
     return ErrorBounds(np.nan_to_num(errors, nan=np.inf), (values.real == 0.0) & is_alone)
 
@@ -240,8 +240,8 @@ class ReducedBasis:
         """Add right and left modes of the projection; False if the basis has their states.
 
         As in a Loewner realisation, the states are those of the largest singular values of the
-        pencil, in combinations that make it the unit matrix at the shift and at the parameters
-        `middle` (whichever the modes are of).
+        pencil. They are combined such that the pencil is the unit matrix at the shift and at the
+        parameters `middle`; the modes may be of any other parameters.
         """
         self.modes = self.modes.joined(modes)
         z = self.modes.values
@@ -329,7 +329,8 @@ class ReducedBasis:
         # products (SKETCH, m) with the residuals: S.T @ R estimates their product through F^-1
         S = _sketched_residuals(probes.left, left, weights)
         R = _sketched_residuals(probes.right, right, weights)
-        # y_i^H P(z_j) x_j, which would vanish if velocities were exactly z x: an error as well
+        # y_i^H P(z_j) x_j would vanish if velocities were exactly z x. What it is moves the root
+        # like what the directions outside take from y_i^H P x_j, with the other sign
         inside = left.T @ _sketched_residuals(self._products, right, weights)
         share = UNCERTAINTY + sketch.series  # of the product of both norms
         bounds = root_error_bounds(

@@ -173,9 +173,10 @@ class Reduction:
             # vectors of a basis need no less: the error of a root is of the order of their square
             modes = modes_in(problem, region, certify=False, start=self.vectors, exact=GOOD_ENOUGH)
             roots = modes.roots
-            # `near` are the rough roots around the shift and P factorised there; None where the
-            # region was halved, so that no one shift serves it. With their vectors in the basis T
-            # contracts outside of it, see `Complement`, and later samples can use this factor.
+            # `near` are the rough roots around one shift, with P factorised there; None where the
+            # region was halved, so that no one shift serves it. With their vectors in the basis
+            # 1 - P^-1 P' of other parameters contracts in the directions outside, see `Complement`,
+            # so that later samples can use the factor
             if self._factorised is None and modes.near is not None and len(roots.values):
                 self._factorised = (changes, modes.near.shift, modes.near.factor)
                 self.extend(modes.near.vectors)
@@ -209,10 +210,10 @@ class Reduction:
 
     @property
     def system_with_origin(self) -> TermSystem:
-        """The reduced system as others may take it, with what is known of where it comes from.
+        """The reduced system with bounds of the errors of its entries, as a system of its own.
 
-        It is assumed to be one that approximates another, and its entries are known as far as the
-        projected ones of that are.
+        The bounds are those of the entries of the full system, projected. That it approximates
+        another system is among its assumptions.
         """
         sizes = np.abs(self.scaled.scale[:, None] * self.vectors)  # of V in unscaled coordinates
 

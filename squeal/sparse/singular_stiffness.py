@@ -62,20 +62,20 @@ def singular_stiffness(
     unclear: list[str] = []
     parts = [(values[0], values[-1])]
     for a, b in parts:  # the list grows in the loop
-        close = []  # K is nearly singular at an end of the part
+        close = []  # crossings next to an end of the part, where K is nearly singular
         for known in crossings:
             if min(abs(known.value - a), abs(known.value - b)) <= 2 * edge:
                 close.append(known)
         contracts = stiffness.contracts(a, b, close)
-        if contracts and not close:  # no sign can have changed
+        if contracts and not close:  # K is regular: no sign can have changed
             continue
         sign_changes = stiffness.sign(a) * stiffness.sign(b) < 0.0
-        if contracts and not sign_changes:
+        if contracts and not sign_changes:  # regular, but for the crossings cut out already
             continue
         shortest = edge if sign_changes else SHORTEST_PART * span
-        is_last = b - a <= shortest or len(parts) >= PARTS  # it is not halved
+        is_last = b - a <= shortest or len(parts) >= PARTS  # the part is not halved
         crossing = None
-        if sign_changes or is_last:
+        if sign_changes or is_last:  # else halving is cheaper than a search that may be in vain
             crossing = singular_between(scaled, a, b, edge)
         if crossing and all(abs(crossing.value - known.value) > edge for known in crossings):
             crossings.append(crossing)
