@@ -352,13 +352,14 @@ def _contact(
     for key in ("stiffness", "tangential", "gap"):
         if key in arguments:
             arguments[key] = _formula_value(arguments, key, at, values)
-    for key in sorted(arguments.keys() & points.keys()):
-        if key != "gap":
-            giver = "faces, which give it" if "faces" in keys else "columns of pairs that give it"
-            raise (at / key).refuse(f"is not allowed beside {giver}")
-        arguments["gap"] += points["gap"]
+    given_twice = sorted(arguments.keys() & points.keys() - {"gap"})
+    if given_twice:
+        giver = "faces, which give it" if "faces" in keys else "columns of pairs that give it"
+        raise (at / given_twice[0]).refuse(f"is not allowed beside {giver}")
+    if "gap" in points:  # of a pair what is between its nodes adds to what is between all
+        points["gap"] = points["gap"] + arguments.get("gap", 0.0)
     with at.named():
-        return Contact(**points | arguments)
+        return Contact(**arguments | points)
 
 
 def _face_contact(
@@ -524,7 +525,7 @@ def _joint_coordinates(
             cells.append((kind, tuple(corner + before for corner in corners)))
     bases: list[NDArray[np.float64]] = []
     if any(body.basis is not None for body in reduced):
-        for body in reduced:  # one that a file holds reduced stands on its rows there
+        for body in reduced:  # of a component that its file holds reduced the rows stay
             bases.append(np.eye(body.system.n) if body.basis is None else body.basis)
     return Coordinates(
         nodes=np.concatenate(nodes),

@@ -99,7 +99,7 @@ def _deck_load(path: Path, body: Component, coordinates: Coordinates) -> NDArray
             _add_pressure(load, body, _loaded_faces(coordinates, line, labels), value)
         elif kind.upper() != "P":
             raise line.at.refuse(f"{kind} is not read; it must be P, a pressure")
-        else:
+        else:  # *DSLOAD: name is that of a surface
             with line.at.named():
                 _add_pressure(load, body, read_surface(coordinates, name), value)
     return load

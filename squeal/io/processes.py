@@ -52,9 +52,9 @@ def mapped(
         for future in futures:
             yield future.result()
     except BaseException as error:
-        # whatever happened (also a caller that takes no more results), the pool is shut down below:
-        # the next call must make a new one
-        _lasting_pool.cache_clear()
+        # whatever happened (also a caller that takes no more results), the pool is shut down below
+        if common is None:  # the next call must make a new one that lasts
+            _lasting_pool.cache_clear()
         if isinstance(error, KeyboardInterrupt):
             for process in list((pool._processes or {}).values()):
                 process.terminate()  # as `terminate_workers` of Python 3.14

@@ -53,14 +53,14 @@ def _named_faces(coordinates: Coordinates, path: Path, surface: str) -> Iterator
     cells = dict(zip(coordinates.elements, coordinates.cells, strict=True))
     members = deck_sets(path, "ELEMENT")
     names: list[str] = []  # of all surfaces, in capitals
-    is_empty = True
+    is_unknown = True
     for line in deck_lines(path):
         if line.keyword[0] != "*SURFACE":
             continue
         names.append(line.option("NAME"))
         if line.option("NAME") != surface.upper():
             continue
-        is_empty = False
+        is_unknown = False
         if line.option("TYPE") not in ("", "ELEMENT") or len(line.cells) < 2:
             raise line.at.refuse("no faces of elements; a surface of TYPE=ELEMENT is needed")
         element, side = line.cells[:2]
@@ -70,7 +70,7 @@ def _named_faces(coordinates: Coordinates, path: Path, surface: str) -> Iterator
                 raise line.at.refuse(f"{label} is neither an element with faces nor a set of such")
             kind, nodes = cells[label]
             yield named_face(kind, nodes, side.upper(), line.at)
-    if is_empty:
+    if is_unknown:
         known = ", ".join(dict.fromkeys(names)) or "none"
         raise InputError(
             f"{surface} is not allowed; {path.name} names the surfaces: {known}; {ALL} takes every "

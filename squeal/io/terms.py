@@ -199,8 +199,8 @@ class TermDamping:
             self.records.append(Damped("K", "K4", formula.text))
         if "rayleigh" in term.keys:
             factor = scalar(str(term.keys["rayleigh"]))
-            whole = "M" if term.part == "M" else "rayleigh"  # alpha of M, beta of K
-            self.indices[whole].add(index)
+            kind = "M" if term.part == "M" else "rayleigh"  # of M alpha M is left out, of K beta K
+            self.indices[kind].add(index)
             self.records.append(Damped(name, "rayleigh", factor))
             product = Formula(f"{factor!r} * ({formula.text})", formula.place)
             self.terms.append(replace(made, matrix=made.matrix.real, factor=product))

@@ -198,14 +198,15 @@ class Eigenvalues(Answer):
         >>> [found.mode_of(mode) for mode in found.unstable]
         [1]
         """
-        near = np.abs(self.values - mode.root) <= SAME * abs(mode.root)
-        if not near.any():
+        is_equal = np.abs(self.values - mode.root) <= SAME * abs(mode.root)
+        if not is_equal.any():
             return None
-        numbers = self.modes[near].tolist()
-        # of several unstable modes with equal roots the k-th has the k-th of their numbers
-        alike = [one for one in self.unstable if abs(one.root - mode.root) <= SAME * abs(mode.root)]
-        rank = next((k for k, one in enumerate(alike) if one is mode), 0)
-        return int(numbers[min(rank, len(numbers) - 1)])
+        numbers = self.modes[is_equal].tolist()
+        # of several unstable modes with equal roots the k-th has the k-th of their numbers, and the
+        # last number if there are fewer; a mode of another answer has the first
+        same = [one for one in self.unstable if abs(one.root - mode.root) <= SAME * abs(mode.root)]
+        k = next((k for k, one in enumerate(same) if one is mode), 0)
+        return int(numbers[min(k, len(numbers) - 1)])
 
     def save_shapes(self, path: Path | str) -> None:
         """Write the shapes of the modes on the nodes of a system with coordinates, as VTK (.vtk)

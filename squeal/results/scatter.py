@@ -198,10 +198,11 @@ class Scatter(Answer):
         values = [None if math.isnan(value) else value for value in self.values.tolist()]
         quantiles = []
         for level in LEVELS:
-            # how many of the computed samples lie below the quantile, at least and at most
+            # how many of the computed samples lie below the quantile, at least (all failed ones
+            # lie there too) and at most (none of them does)
             least_below = int(binom.ppf((1 - CONFIDENCE) / 2, count, level)) - self.failed
             most_below = int(binom.ppf((1 + CONFIDENCE) / 2, count, level))
-            rank = max(math.ceil(level * known) - 1, 0)
+            index = max(math.ceil(level * known) - 1, 0)  # of the sample that is the quantile
             # beyond the samples the interval is open; only a friction is known to be at least 0
             low = 0.0 if self.of == "threshold" else None
             high = None
@@ -209,7 +210,7 @@ class Scatter(Answer):
                 low = values[least_below - 1]
             if most_below < known:
                 high = values[most_below]
-            quantiles.append(Quantile(level, values[rank], low, high))
+            quantiles.append(Quantile(level, values[index], low, high))
         return tuple(quantiles)
 
     @property

@@ -543,8 +543,7 @@ def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
     not reach so far or misses roots, all roots are computed (few rows), or those of growing squares
     around zero. Raises ComputationError if there is no root.
     """
-    rigid = _rigid_limit(problem)
-    scale = _lowest_frequency_scale(problem, rigid)
+    scale = _lowest_frequency_scale(problem)
     # not at zero, where P is singular if a rigid body is free; but close to it beside the lowest
     # roots, since the subspace has to reach as far on the other side of zero
     shift = SHIFT_OF_LOWEST * scale
@@ -563,11 +562,10 @@ def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
     for attempt in range(ATTEMPTS):
         near = roots_near_shift(problem, complex(shift), scale, enough, seed=attempt)
         basis = enlarged(basis, near.vectors, dropped=1e-6)
-        sizes = np.abs(near.values)
-        upper_sizes = np.sort(sizes[_is_upper(near.values, rigid)])
-        largest = max(largest, float(np.max(upper_sizes[:modes], initial=0.0)))
+        sizes = _sizes_of_modes(problem, near.values)
+        largest = max(largest, float(np.max(sizes[:modes], initial=0.0)))
         reach = near.reach - shift  # from zero
-        reached = upper_sizes[upper_sizes < reach]
+        reached = sizes[sizes < reach]
         if len(reached) < min(modes, problem.n):
             break  # the subspace does not reach so far
         region = _disc_of_lowest(reached, modes, reach)
@@ -591,18 +589,18 @@ def _rigid_limit(problem: Quadratic) -> float:
     return 10 * math.sqrt(ROUNDING) * problem.frequency_scale
 
 
-def _is_upper(values: ComplexArray, rigid: float) -> Bools:
-    """Which of the roots (m,) count as modes: of a pair the upper one, and both that may be zero.
-
-    A real root may lie below the axis by its error. `rigid`: see `_rigid_limit`.
-    """
+def _sizes_of_modes(problem: Quadratic, values: ComplexArray) -> Array:
+    """The |lambda|, rising, of roots that count as modes: of a pair the upper one, both if they may
+    be zero. A real root may lie below the axis by its error."""
     sizes = np.abs(values)
-    return (values.imag >= -RITZ_RESIDUAL * sizes) | (sizes <= rigid)
+    counts = (values.imag >= -RITZ_RESIDUAL * sizes) | (sizes <= _rigid_limit(problem))
+    return np.sort(sizes[counts])
 
 
-def _lowest_frequency_scale(problem: Quadratic, rigid: float) -> float:
-    """The median |lambda| (rad/s) of at least four of the lowest roots above `rigid`; if there is
-    none, a small share of the problem's frequency scale."""
+def _lowest_frequency_scale(problem: Quadratic) -> float:
+    """The median |lambda| (rad/s) of at least four of the lowest roots that no rigid body has; if
+    there is none, a small share of the problem's frequency scale."""
+    rigid = _rigid_limit(problem)
     shift = 1e-4 * problem.frequency_scale  # far below most roots, and not at zero
 
     def enough(values: ComplexArray, _: float) -> bool:
@@ -630,20 +628,17 @@ def _lowest_of_all(problem: Quadratic, modes: int, certify: bool) -> Modes:
     M = problem.M.toarray()
     C = problem.C.toarray()
     K = problem.K.toarray()
-    values = dense_values(M, C, K)
+    all_values = dense_values(M, C, K)
+    values = all_values
     if problem.real:  # the lower roots follow as conjugates
-        is_upper = values.imag >= 0.0
-        solved = values[is_upper]
-    else:
-        is_upper = _is_upper(values, _rigid_limit(problem))
-        solved = values
-    sizes = np.sort(np.abs(values[is_upper]))
+        values = values[values.imag >= 0.0]
+    sizes = _sizes_of_modes(problem, values)
     beyond_all = 2 * float(np.max(sizes, initial=0.0))  # where the disc of all roots may end
     region = _disc_of_lowest(sizes, modes, beyond_all)
-    roots = roots_at(M, C, K, solved[region.contains(solved)], left=True)
+    roots = roots_at(M, C, K, values[region.contains(values)], left=True)
     if problem.real:
         roots = roots.with_conjugates()
-    count = count_roots(problem, region, values) if certify else None
+    count = count_roots(problem, region, all_values) if certify else None
     return Modes(eigenvalues_of(problem, roots), region, count, roots)
 
 
@@ -662,10 +657,7 @@ def _lowest_of_squares(problem: Quadratic, modes: int, largest: float, certify: 
         roots = in_square.roots
         if problem.real:  # the lower roots follow as conjugates
             roots = roots.select(roots.values.imag >= 0.0)
-            is_upper = np.ones(len(roots.values), dtype=bool)
-        else:
-            is_upper = _is_upper(roots.values, _rigid_limit(problem))
-        sizes = np.sort(np.abs(roots.values[is_upper]))
+        sizes = _sizes_of_modes(problem, roots.values)
         sizes = sizes[sizes < half_width]
         if len(sizes) >= min(modes, problem.n):
             break

@@ -77,7 +77,8 @@ def _read_fields(lines: list[str], fortran_format: str, count: int) -> tuple[lis
     line_count = math.ceil(count / per_line)
     used = [line.upper().replace("D", "E") for line in lines[:line_count]]
     too_few = f"fewer numbers than the {count} of the header"
-    if not 0 < line_count <= len(lines) or count > sum(map(len, used)):
+    letters = sum(map(len, used))  # a field has at least one
+    if not 0 < line_count <= len(lines) or count > letters:
         raise ValueError(too_few)
     fields = " ".join(used).split()
     if len(fields) != count:  # fields touch each other, and are told apart by their width

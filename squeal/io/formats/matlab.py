@@ -126,7 +126,7 @@ def _elements(data: bytes, order: str) -> list[_Element]:
             size = small_size
             kind &= 0xFFFF
             end = start
-            start -= 4
+            start -= 4  # the second half of the tag
         elif kind == ElementType.COMPRESSED:
             end = start + size
         else:
