@@ -185,14 +185,28 @@ def _quad_rule() -> tuple[Array, Array]:
 
 
 class _Faces(NamedTuple):
-    """Faces of one kind: labels (f, k) of their nodes, and where these lie (f, k, 3)."""
+    """Faces of one kind of a surface.
 
-    nodes: Labels
+    places (f, k, 3): where the k nodes of each of f faces lie. labels (f, w): what these are
+    called, w of them as many as the largest face of the surface has nodes: the last one repeats.
+    """
+
     places: Array
+    labels: Labels
 
     @property
     def is_triangle(self) -> bool:
-        return self.nodes.shape[1] in (3, 6)
+        return self.places.shape[1] in (3, 6)
+
+    def shape(self, at: Array) -> _Shape:
+        """The shape functions of the k nodes at reference coordinates (m, 2)."""
+        return SHAPES[self.places.shape[1]](at)
+
+    def weights(self, at: Array) -> Array:
+        """The weights (m, w) of the labels at reference coordinates (m, 2), 0 of repeated ones."""
+        values = self.shape(at).values
+        missing = self.labels.shape[1] - values.shape[1]
+        return np.pad(values, ((0, 0), (0, missing)))
 
 
 class Surface(NamedTuple):
@@ -219,13 +233,17 @@ class Surface(NamedTuple):
 
 def _faces_by_kind(surface: Surface) -> list[_Faces]:
     """The faces of a surface, one entry for each number of nodes. Raises InputError."""
+    if not surface.faces:
+        raise InputError("faces: there is none")
+    sizes = sorted({len(face) for face in surface.faces})
     kinds: list[_Faces] = []
-    for size in sorted({len(face) for face in surface.faces}):
+    for size in sizes:
         if size not in SHAPES:
             raise InputError(f"faces: {size} nodes are not allowed; a face has 3, 4, 6 or 8")
         faces = [face for face in surface.faces if len(face) == size]
         places = [[surface.places[node] for node in face] for face in faces]
-        kinds.append(_Faces(np.array(faces), np.array(places, dtype=float)))
+        labels = np.pad(np.array(faces), ((0, 0), (0, sizes[-1] - size)), mode="edge")
+        kinds.append(_Faces(np.array(places, dtype=float), labels))
     return kinds
 
 
@@ -236,7 +254,7 @@ def _moving(body: Component, labels: Labels, weights: Array) -> Array:
 
 class _SurfacePoints(NamedTuple):
     """Integration points of a surface: places (m, 3), outward unit normals (m, 3), areas (m,), and
-    labels and weights (m, k) of their nodes."""
+    labels and weights (m, w) of the nodes of their faces."""
 
     places: Array
     normals: Array
@@ -245,10 +263,17 @@ class _SurfacePoints(NamedTuple):
     weights: Array
 
 
-def _integration_points(faces: _Faces) -> _SurfacePoints:
-    """The points of the quadrature of all faces of one kind."""
+def _integration_points(surface: Surface) -> _SurfacePoints:
+    """The points of the quadrature of all faces of a surface, kind by kind. Raises InputError."""
+    of_kinds = [_points_of_kind(faces) for faces in _faces_by_kind(surface)]
+    fields = zip(*of_kinds, strict=True)
+    return _SurfacePoints(*map(np.concatenate, fields))
+
+
+def _points_of_kind(faces: _Faces) -> _SurfacePoints:
+    """The points of the quadrature of all faces of one kind, face by face. Raises InputError."""
     rule_points, rule_weights = _triangle_rule() if faces.is_triangle else _quad_rule()
-    values, slopes = SHAPES[faces.nodes.shape[1]](rule_points)
+    values, slopes = faces.shape(rule_points)
     # f faces, g points of the rule, k nodes, t tangents, x coordinates
     places = np.einsum("gk,fkx->fgx", values, faces.places)
     tangents = np.einsum("gkt,fkx->fgtx", slopes, faces.places)
@@ -256,13 +281,12 @@ def _integration_points(faces: _Faces) -> _SurfacePoints:
     stretch = np.linalg.norm(normals, axis=2)  # area of the face over that of its reference
     if not np.all(stretch > 0.0):
         raise InputError("faces: one has no area")
-    count, size = faces.nodes.shape
-    return _SurfacePoints(  # face by face, m = f g
+    return _SurfacePoints(  # m = f g
         places=places.reshape(-1, 3),
         normals=(normals / stretch[:, :, None]).reshape(-1, 3),
         areas=(stretch * rule_weights).ravel(),
-        labels=np.repeat(faces.nodes, len(rule_points), axis=0),
-        weights=np.tile(values, (count, 1)).reshape(-1, size),
+        labels=np.repeat(faces.labels, len(rule_points), axis=0),
+        weights=np.tile(faces.weights(rule_points), (len(faces.labels), 1)),
     )
 
 
@@ -277,7 +301,7 @@ def forces_of_pressure(surface: Surface) -> dict[str, Array]:
     Raises
     ------
     InputError
-        For faces of another number of nodes or without area.
+        Without faces, and for faces of another number of nodes or without area.
 
     Examples
     --------
@@ -288,29 +312,22 @@ def forces_of_pressure(surface: Surface) -> dict[str, Array]:
     >>> [round(float(force), 12) for force in forces["b"]]
     [0.0, 0.0, -1.0]
     """
-    forces: dict[str, Array] = {}
-    for faces in _faces_by_kind(surface):
-        points = _integration_points(faces)
-        # the force of a point goes to the nodes of its face by their shape functions
-        shares = points.areas[:, None] * points.weights
-        parts = -shares[:, :, None] * points.normals[:, None, :]
-        labels, index = np.unique(points.labels, return_inverse=True)
-        sums = np.zeros((len(labels), 3))
-        np.add.at(sums, index.ravel(), parts.reshape(-1, 3))
-        for label, force in zip(labels.tolist(), sums, strict=True):
-            forces[label] = forces.get(label, 0.0) + force
-    return forces
+    points = _integration_points(surface)
+    # the force of a point goes to the nodes of its face by their shape functions
+    shares = points.areas[:, None] * points.weights
+    forces = -shares[:, :, None] * points.normals[:, None, :]
+    labels, index = np.unique(points.labels, return_inverse=True)
+    sums = np.zeros((len(labels), 3))
+    np.add.at(sums, index.ravel(), forces.reshape(-1, 3))
+    return dict(zip(labels.tolist(), sums, strict=True))
 
 
 class _Feet(NamedTuple):
-    """Where points (m,) meet the faces of a surface along their normals.
-
-    k is the largest number of nodes of a face; a smaller face repeats a node with weight zero.
-    """
+    """Where points (m,) meet the faces of a surface along their normals."""
 
     distances: Array  # (m,), infinite where a point meets no face
-    labels: Labels  # (m, k), nodes of the face
-    weights: Array  # (m, k), their shape functions there
+    labels: Labels  # (m, w), nodes of the face
+    weights: Array  # (m, w), their shape functions there
 
 
 def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -> _Feet:
@@ -322,18 +339,16 @@ def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -
     """
     from scipy.spatial import KDTree
 
-    count = len(points.places)
-    width = max(faces.nodes.shape[1] for faces in kinds)
-    longest = max(faces.nodes.dtype.itemsize // 4 for faces in kinds)  # letters, of four bytes
-    distances = np.full(count, np.inf)
-    labels = np.full((count, width), "", dtype=f"<U{longest}")
-    weights = np.zeros((count, width))
+    labels_of_faces = np.concatenate([faces.labels for faces in kinds])
+    distances = np.full(len(points.places), np.inf)
+    face_of_point = np.zeros(len(distances), dtype=int)  # 0 also where none is met
+    weights = np.zeros((len(distances), labels_of_faces.shape[1]))
     tree = KDTree(points.places)
+    before = 0  # faces of the kinds so far
     for faces in kinds:
         centres = faces.places.mean(axis=1)
         # of balls that hold the nodes of each face and what lies within `farthest` of them
         radii = np.linalg.norm(faces.places - centres[:, None], axis=2).max(axis=1) + farthest
-        size = faces.nodes.shape[1]
         for face, near in enumerate(tree.query_ball_point(centres, radii)):
             candidates = np.array(near, dtype=int)
             if not len(candidates):
@@ -346,11 +361,10 @@ def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -
             is_nearer = is_met & (away < distances[candidates])
             nearer = candidates[is_nearer]
             distances[nearer] = away[is_nearer]
-            weights[nearer] = 0.0  # those of a farther face with more nodes
-            weights[nearer, :size] = SHAPES[size](feet[is_nearer]).values
-            labels[nearer] = faces.nodes[face, 0]  # in the columns that the face does not fill
-            labels[nearer, :size] = faces.nodes[face]
-    return _Feet(distances, labels, weights)
+            weights[nearer] = faces.weights(feet[is_nearer])
+            face_of_point[nearer] = before + face
+        before += len(centres)
+    return _Feet(distances, labels_of_faces[face_of_point], weights)
 
 
 def _feet_on_face(nodes: Array, places: Array, normals: Array) -> tuple[Array, Array]:
@@ -441,61 +455,22 @@ def contact_between_faces(
     >>> float(area.sum().round(12)), float(normal[0, 2])
     (0.125, 1.0)
     """
-    kinds_of_first = _faces_by_kind(first_surface)
-    points_by_kind = [_integration_points(faces) for faces in _faces_by_kind(second_surface)]
-    if not kinds_of_first or not points_by_kind:
-        raise InputError("faces: there is none")
-    touching: list[FaceContact] = []
-    for points in points_by_kind:
-        feet = _project(points, kinds_of_first, distance)
-        is_met = np.isfinite(feet.distances)
-        first_weights = _moving(first, feet.labels, feet.weights)
-        second_weights = _moving(second, points.labels, points.weights)
-        touching.append(
-            FaceContact(
-                points=ContactPoints(
-                    first=feet.labels[is_met],
-                    second=points.labels[is_met],
-                    first_weights=first_weights[is_met],
-                    second_weights=second_weights[is_met],
-                    places=points.places[is_met],
-                ),
-                area=points.areas[is_met],
-                normal=-points.normals[is_met],  # outwards from the first, into the second
-            )
-        )
-    joined = _joined(touching)
-    if not len(joined.points):
+    points = _integration_points(second_surface)
+    feet = _project(points, _faces_by_kind(first_surface), distance)
+    is_met = np.isfinite(feet.distances)
+    if not is_met.any():
         raise InputError(
             f"faces: none of {second.name} lies within {distance:g} m of {first.name}; a greater "
             "distance is needed"
         )
-    return joined
-
-
-def _joined(parts: Sequence[FaceContact]) -> FaceContact:
-    """The points of several contacts as one, with weights of zero where a face has fewer nodes
-    than the largest one."""
-    sides: list[tuple[Labels, Array]] = []
-    for side in (0, 1):
-        of_parts = [part.points.side(side) for part in parts]
-        width = max(labels.shape[1] for labels, _ in of_parts)
-        wide_labels = []
-        wide_weights = []
-        for labels, weights in of_parts:
-            missing = ((0, 0), (0, width - labels.shape[1]))  # columns behind
-            wide_labels.append(np.pad(labels, missing, mode="edge"))  # the last label repeats
-            wide_weights.append(np.pad(weights, missing))
-        sides.append((np.concatenate(wide_labels), np.concatenate(wide_weights)))
-    (first, first_weights), (second, second_weights) = sides
-    return FaceContact(
-        points=ContactPoints(
-            first=first,
-            second=second,
-            first_weights=first_weights,
-            second_weights=second_weights,
-            places=np.concatenate([part.points.places for part in parts]),
-        ),
-        area=np.concatenate([part.area for part in parts]),
-        normal=np.concatenate([part.normal for part in parts]),
+    first_labels = feet.labels[is_met]
+    second_labels = points.labels[is_met]
+    contact_points = ContactPoints(
+        first=first_labels,
+        second=second_labels,
+        first_weights=_moving(first, first_labels, feet.weights[is_met]),
+        second_weights=_moving(second, second_labels, points.weights[is_met]),
+        places=points.places[is_met],
     )
+    normal = -points.normals[is_met]  # outwards from the first, into the second
+    return FaceContact(contact_points, points.areas[is_met], normal)
