@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -31,6 +31,7 @@ from squeal.proof.balls import (
     low_end,
 )
 from squeal.proof.branches import BITS, FRICTION, ORDER, Cell, PadBranch
+from squeal.proof.pieces import growing_counts
 from squeal.proof.ranges import CANCELS
 from squeal.proof.signs import NEAR, Polynomial, Sign, signs
 
@@ -100,14 +101,17 @@ class Problem(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A part low <= t <= high of a cell; growing: how many roots grow, None where a sign is open;
-    folds: whether det K is among the open signs."""
+    """A part low <= t <= high of a cell.
+
+    growing: how many roots grow, None where a sign is open; det_K_is_open: whether that of det K is
+    among the open signs.
+    """
 
     cell: Cell
     low: float
     high: float
     growing: int | None
-    folds: bool = False
+    det_K_is_open: bool = False
 
     @property
     def friction(self) -> Ball:
@@ -119,15 +123,15 @@ class Part(NamedTuple):
 class Event:
     """An interval of friction in which the number of growing roots may change.
 
-    low, high: of friction; before, after: numbers of growing roots; parts: those whose signs are
-    open; is_fold: whether the branch turns back.
+    low, high: of friction; before, after: numbers of growing roots on both sides of it; open_parts:
+    the parts in it, whose signs are open; is_fold: whether the branch turns back in it.
     """
 
     low: float
     high: float
     before: int
     after: int
-    parts: list[Part] = field(default_factory=list)
+    open_parts: Sequence[Part]
     is_fold: bool = False
 
 
@@ -140,8 +144,9 @@ def prove_pad(
 ) -> PadProof:
     """Whether the number of growing roots changes at the claimed thresholds and nowhere else.
 
-    The list is proved up to `until` of the result: the end of the branch, or a friction beyond the
-    first loss of stability. There it counts as proved too, and `reason` says why the rest is open.
+    The list is proved up to `until` of the result, mostly the end of the branch. A list that is
+    open from there on counts as proved if `until` lies beyond the first loss of stability; `reason`
+    then says why the rest is open.
 
     Parameters
     ----------
@@ -213,9 +218,9 @@ class _BranchComparison:
         Returns what is open or refuted first, None if all is proved. `places`, `until` and
         `roots_met` say how far that came.
         """
-        count: int | None = None  # of the last part in which it is known
-        open_parts: list[Part] = []  # since that part
-        seam: Ball | None = None  # the friction at which a new cell began since that part
+        count: int | None = None  # of growing roots in the last part in which it is known
+        open_parts: list[Part] = []  # since the part of `count`
+        seam: Ball | None = None  # the friction at which a new cell began since the part of `count`
         for cell in self.branch.cells():
             for part in self._parts_between(cell, cell.start, cell.end, NARROWINGS):
                 if part.growing is None:
@@ -229,7 +234,7 @@ class _BranchComparison:
                     if problem is not None:
                         return problem
                     if event.is_fold:
-                        return self._problem_at_fold(event)
+                        return self._problem_at_fold(event.low, event.high)
                 open_parts = []
                 seam = None
                 count = part.growing
@@ -238,31 +243,29 @@ class _BranchComparison:
                     self.until = self.branch.high
                     return self._problem_at_highest_friction()
             seam = cell.at_end()[FRICTION]
-        if self.branch.fold_at_contact is not None:
+        if self.branch.fold_at_contact is not None and count is not None:
             low, high = self.branch.fold_at_contact
-            known_count = count or 0
-            fold = Event(low, high, before=known_count, after=known_count, is_fold=True)
-            return self._problem_at_fold(fold)
-        if self.branch.reason:
-            return Problem("open", self.branch.reason, self.until)
-        return Problem("open", COEFFICIENTS_OPEN, self.until)
+            for part in open_parts:  # in what is open before the fold the count may change
+                low = min(low, low_end(part.friction))
+            return self._problem_at_fold(low, high)
+        return Problem("open", self.branch.reason or COEFFICIENTS_OPEN, self.until)
 
     def _event_before(
         self, next_part: Part, open_parts: Sequence[Part], seam: Ball | None, count: int
     ) -> Event:
-        """What happens between the last part with a known `count` and the next such part.
+        """What happens between two parts in which the growing roots are counted.
 
-        open_parts: what lies between them; seam: the friction at which a cell began between them.
+        count: that of the first of these parts; next_part: the second of them; open_parts: the
+        parts between, and seam: the friction at which a cell began between them. Without either
+        the two parts meet, and have one count.
         """
         frictions = [part.friction for part in open_parts]
         if seam is not None:
             frictions.append(seam)
-        if not frictions:  # the counts of two parts that meet differ, which cannot be
-            frictions.append(next_part.cell.at(flint.arb(next_part.low))[FRICTION])
         low = min(map(low_end, frictions))
         high = max(map(high_end, frictions))
-        event = Event(low, high, count, next_part.growing or 0, list(open_parts))
-        det_K_may_vanish = any(part.folds for part in open_parts)
+        event = Event(low, high, count, next_part.growing or 0, open_parts)
+        det_K_may_vanish = any(part.det_K_is_open for part in open_parts)
         if det_K_may_vanish and not self.branch.model.linear:
             event.is_fold = bool(next_part.cell.direction(next_part.high)[FRICTION] < 0.0)
         return event
@@ -270,10 +273,9 @@ class _BranchComparison:
     def _problem_of_event(self, event: Event) -> Problem | None:
         """Compare an event with the claims that lie in it; None if it is as claimed, or a fold.
 
-        The count has to rise by as much as they say together. That proves each of them only if all
-        have one direction: a rise and a fall leave the count as it would be without both. An event
-        without claims, in which the count does not change, is allowed if its roots grow more slowly
-        than `growth_below`.
+        The count has to rise by as much as the claims say, all upwards or all downwards: others
+        cancel in the count, which shows neither. An event without claims, in which the count does
+        not change, is allowed if its roots grow more slowly than `growth_below`.
         """
         middle = (event.low + event.high) / 2.0
         problem = self._problem_of_passed_claim(event.low)
@@ -281,20 +283,20 @@ class _BranchComparison:
             return problem
         reach = SAME * max(abs(middle), 1e-3 * self.branch.high)
         claims = [claim for claim in self.waiting if claim.mu <= event.high + reach]
-        rise = sum(claim.rise for claim in claims)
-        if event.after - event.before != rise:
+        rises = [claim.rise for claim in claims]
+        if event.after - event.before != sum(rises):
             reason = f"{event.before} roots grow before and {event.after} beyond"
             if not claims:
                 reason += ", which is not listed"
             return Problem("refuted", reason, middle)
-        if abs(rise) != sum(abs(claim.rise) for claim in claims):
+        if abs(sum(rises)) != sum(map(abs, rises)):
             return Problem("open", CANCELS, middle)
         for claim in claims:
             self.places.append((min(event.low, claim.mu), max(event.high, claim.mu)))
         self.waiting = self.waiting[len(claims) :]  # they ascend: these are its first
-        if not claims and event.parts:
+        if not claims and event.open_parts:
             self.roots_met = True
-            if not all(self._no_more_grow(part, event.before) for part in event.parts):
+            if not all(self._no_more_grow(part, event.before) for part in event.open_parts):
                 return Problem("open", TOUCHES, middle)
         return None
 
@@ -316,17 +318,17 @@ class _BranchComparison:
             return Problem("refuted", "the branch does not turn back", self.fold)
         return None
 
-    def _problem_at_fold(self, fold: Event) -> Problem | None:
-        """Compare the friction at which the branch turns back with the claimed one."""
-        problem = self._problem_of_passed_claim(fold.low)
+    def _problem_at_fold(self, low: float, high: float) -> Problem | None:
+        """Compare the interval of friction in which the branch turns back with the claimed fold."""
+        problem = self._problem_of_passed_claim(low)
         if problem is not None:
             return problem
-        self.until = fold.low
-        reach = SAME * fold.low
-        if self.fold is None or not fold.low - reach <= self.fold <= fold.high + reach:
-            return Problem("refuted", "the branch turns back", fold.low)
-        if fold.high - fold.low > 2.0 * reach:
-            return Problem("open", WIDE_FOLD, fold.low)
+        self.until = low
+        reach = SAME * low
+        if self.fold is None or not low - reach <= self.fold <= high + reach:
+            return Problem("refuted", "the branch turns back", low)
+        if high - low > 2.0 * reach:
+            return Problem("open", WIDE_FOLD, low)
         return None
 
     def _parts_between(self, cell: Cell, low: float, high: float, narrowings: int) -> list[Part]:
@@ -378,16 +380,17 @@ class _BranchComparison:
                 count = _growing_count(values, sign_of_pairs, is_damped)
                 parts.append(Part(cell, left, right, count))
             elif parts and parts[-1].growing is None:  # neighbouring open parts are one
-                parts[-1] = parts[-1]._replace(high=right, folds=parts[-1].folds or det_K_is_open)
+                is_open = parts[-1].det_K_is_open or det_K_is_open
+                parts[-1] = parts[-1]._replace(high=right, det_K_is_open=is_open)
             else:
-                parts.append(Part(cell, left, right, growing=None, folds=det_K_is_open))
+                parts.append(Part(cell, left, right, None, det_K_is_open))
         return parts
 
     def _refined(self, part: Part, narrowings: int) -> list[Part]:
-        """The parts of an open part, by narrower cells around it or around its halves.
+        """The parts of an open part, by narrower cells around it, or of a wide one around its halves.
 
         What no narrower cell covers stays one open part; of a linear model, whose one cell is
-        exact, all of it. `narrowings` more are allowed.
+        exact, all of it. What is open in a narrower cell may be narrowed `narrowings` times more.
         """
         cell = part.cell
         if self.branch.model.linear:
@@ -399,7 +402,8 @@ class _BranchComparison:
             intervals = [(part.low, middle), (middle, part.high)]
         refined: list[Part] = []
         for low, high in intervals:
-            share = max(0.6 * (high - low), NEAR)  # somewhat more than half its width
+            # half the width of the narrow cell in t: somewhat more than half that of the interval
+            share = max(0.6 * (high - low), NEAR)
             value_of_pivot = cell.middle + cell.half * (low + high) / 2.0
             narrow = self.branch.narrow(cell, middle=value_of_pivot, half=cell.half * share)
             if narrow is not None:
@@ -415,10 +419,10 @@ class _BranchComparison:
     def _matrices(self, cell: Cell) -> tuple[list[list[Polynomial]], list[list[Polynomial]]]:
         """K and C (3, 3) along a cell, of the motion about the equilibrium.
 
-        Where friction falls with the speed of sliding, C has in its first column the loads' slope
-        by friction times that fall.
+        Friction that falls with the speed of sliding, mu (1 + b (exp(r x') - 1)) as in `Pad.fall`,
+        adds -dF/dx' = -(dF/dmu) mu b r at x' = 0 to the first column of C, F the loads.
         """
-        K = []  # minus the slopes of the loads by x, y and theta
+        K = []  # -dF/d(x, y, theta)
         for slopes in cell.slopes:
             K.append([-slope for slope in slopes[:FRICTION]])
         C = []
@@ -434,7 +438,6 @@ class _BranchComparison:
     def _no_more_grow(self, part: Part, count: int) -> bool:
         """True if it is proved that in a part at most `count` roots grow faster than
         `growth_below`, by an enclosure of the roots of all its matrices at once."""
-        from squeal.proof.pieces import growing_counts
         from squeal.proof.referee import enclosed
 
         K, C = self._matrices(part.cell)
@@ -442,10 +445,10 @@ class _BranchComparison:
         damping = in_doubles([[entry(t) for entry in row] for row in C])
         stiffness = in_doubles([[entry(t) for entry in row] for row in K])
         mass = Balls.exact(np.diag([float(v) for v in self.mass]))
-        finding = enclosed(Quadratic(mass, damping, stiffness, AS_GIVEN))
-        if finding.failure is not None:
+        enclosures = enclosed(Quadratic(mass, damping, stiffness, AS_GIVEN))
+        if enclosures.failure is not None:
             return False
-        _, most_growing = growing_counts(finding.pieces, self.growth_below)  # at least, at most
+        _, most_growing = growing_counts(enclosures.pieces, self.growth_below)
         return most_growing <= count
 
 

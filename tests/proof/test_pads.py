@@ -17,6 +17,7 @@ from squeal.model.pad import Pad
 from squeal.proof.branches import BITS, PadBranch
 from squeal.proof.pads import (
     Claim,
+    _BranchComparison,
     _count_in_right_half_plane,
     _determinant,
     _growing_count,
@@ -195,9 +196,10 @@ def test_wrong_lists_are_refuted(wrong):
     assert prove_pad(branch(scene_of("b1-a"), 2.0), claims, None, 0.345, 1e-1).status == "refuted"
 
 
-def test_invented_thresholds_that_cancel_prove_nothing():
+@pytest.mark.parametrize("rises", [(2, -2, 2), (2, 1, -1)])
+def test_invented_thresholds_that_cancel_prove_nothing(rises):
     """A loss and a return beside the true loss leave the count as it is without both."""
-    claims = [Claim(0.34586737781, rise) for rise in (2, -2, 2)]
+    claims = [Claim(0.34586737781, rise) for rise in rises]
     proof = prove_pad(branch(scene_of("b1-a"), 2.0), claims, None, claims[0].mu, 1e-1)
     assert (proof.status, proof.places) == ("open", ())
     assert "cancel" in proof.reason
@@ -229,6 +231,30 @@ def test_a_change_of_contact_that_turns_the_branch_back_is_enclosed(digits, seed
     _, fold = exact.critical(lambda q, mu: exact.gaps(q)[changed], q, mu)
     low, high = enclosed.fold_at_contact
     assert low < fold < high
+
+
+@pytest.mark.parametrize("open_from", [0.0, 0.5])
+def test_a_fold_at_a_contact_proves_no_part_without_a_count(monkeypatch, open_from):
+    """The fold is claimed rightly, and nothing was counted on the way to it, or on half of it."""
+    scene = random_scene(49)
+    enclosed = branch(scene, 2.0)
+    with flint.ctx.workprec(BITS):
+        assert len(list(enclosed.cells())) > 0
+    low, high = enclosed.fold_at_contact
+    fold = (low + high) / 2.0
+    claims = claims_of(critical_friction(scene))
+    assert prove_pad(branch(scene, 2.0), claims, fold, None, 1e-1).status == "proved"
+    by_signs = _BranchComparison._parts_by_signs
+
+    def open_beyond(self: Any, cell: Any, start: float, end: float) -> Any:
+        parts = by_signs(self, cell, start, end)
+        return [
+            part._replace(growing=None) if float(part.friction.mid()) >= open_from * fold else part
+            for part in parts
+        ]
+
+    monkeypatch.setattr(_BranchComparison, "_parts_by_signs", open_beyond)
+    assert prove_pad(branch(scene, 2.0), claims, fold, None, 1e-1).status == "open"
 
 
 @pytest.mark.parametrize(("stem", "ratio"), [("b1-a", 0.01), ("b2-a", 0.003), ("b1-d", 0.02)])
