@@ -184,6 +184,12 @@ def high_end(ball: Ball) -> float:
     return float(np.nextafter(float(ball.upper()), np.inf))
 
 
+def taylor_coefficients(x: Any, count: int) -> list[Ball]:
+    """So many coefficients of a series, or of a constant, with zeros where it has fewer."""
+    known = x.coeffs() if isinstance(x, flint.arb_series) else [flint.arb(x)]
+    return known[:count] + [flint.arb(0)] * (count - len(known))
+
+
 def half_widths(X: NDArray, data: str) -> Floats:
     """How far the true entries may lie from given ones.
 
@@ -206,18 +212,19 @@ def half_widths(X: NDArray, data: str) -> Floats:
     if data == AS_GIVEN:
         return np.zeros(X.shape)
     if data == HALF_ULP:
-        smallest = 5e-324  # a double, so that half of the smallest is not lost
+        smallest = 5e-324  # of all doubles: half of it would be rounded to 0
         return np.where(X == 0.0, 0.0, np.spacing(np.abs(X)) / 2.0 + smallest)
     match = re.fullmatch(r"(\d+) digits", data)
     if match is None:
         raise ValueError(f"{data}: is no kind of data; {AS_GIVEN}, {HALF_ULP} or '10 digits' is")
     sizes = np.abs(X)
-    # a logarithm just below a whole number counts as that: the wider half width is taken
+    # the logarithm of a power of ten may be rounded to just below a whole number; 1e-9 gives such
+    # an entry, and those just below, the wider half width
     leading_power = np.floor(np.log10(np.where(sizes > 0.0, sizes, 1.0)) + 1e-9)
     last_power = leading_power - int(match[1]) + 1
-    # the double lies half an ulp from the decimal number; a power of ten may miss by more than one
-    # rounding, a hundred is beyond all of them
+    # the double lies half an ulp from the decimal number
     widths = 0.5 * 10.0**last_power + np.spacing(sizes) / 2.0
+    # by terms enough for a power of ten, which may miss by more than one rounding
     return np.where(X == 0.0, 0.0, upper(widths, 100))
 
 
@@ -322,11 +329,3 @@ class Quadratic:
     def is_finite(self) -> bool:
         """True if all entries are finite."""
         return all(X.is_finite for X in self.parts)
-
-
-def largest(matrices: Sequence[Balls]) -> Floats:
-    """Upper bounds (n, n) of the absolute values that any of the matrices has at each place."""
-    bounds = [X.bound() for X in matrices]
-    if not bounds[0].size:  # without rows, where NumPy has no maximum
-        return bounds[0]
-    return np.max(bounds, axis=0)

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.proof import AS_GIVEN
 from squeal.proof.balls import EPS
 from squeal.proof.large import BandProof, prove_band
 from squeal.proof.pieces import Piece
@@ -45,8 +44,9 @@ def prove_modes(
     Returns
     -------
     Proof
-        `proved`: the list is complete, each root has a distance from a root of its own, and each
-        mode is known to grow or not. `refuted`: a root is missing, or there is one too many.
+        `proved`: the list is complete, `errors` bounds how far each printed root lies from a root
+        of the system, and each mode is known to grow or not. `refuted`: a root is missing, or there
+        is one too many.
 
     Raises
     ------
@@ -66,13 +66,11 @@ def prove_modes(
     """
     if not 0.0 <= low < high:
         raise ValueError(f"band: {low} to {high}; 0 <= low < high is required")
-    proof = Proof("open", data=AS_GIVEN)
     for core in CORES:
         band = prove_band(M, C, K, BEYOND * high, core)
+        proof = Proof("open", reason=band.reason)
         if band.is_proved:
             proof = judge_modes(band, values, low, high, rate)
-        else:
-            proof = Proof("open", data=AS_GIVEN, reason=band.reason)
         if proof.status != "open":
             break
     return proof
@@ -84,10 +82,10 @@ def judge_modes(
     """Compare a printed list of modes with the proved pieces of a band.
 
     Each printed root counts for the piece whose disc is nearest to it. A piece that lies in the
-    searched disc holds as many roots as discs, so that the list must have as many for it: more are
-    a refutation, fewer one if all roots of the piece have to be listed (see `_overlap`). It stays
-    open where fewer are listed of another piece, where a piece reaches beyond the searched disc, or
-    where it is not known whether a mode grows.
+    searched disc |lambda| < `band.radius` holds as many roots as discs. More printed roots than
+    these refute the list; fewer do if all roots of the piece have to be listed (see `_overlap`).
+    The proof stays open where fewer are listed of another piece, where a piece reaches beyond the
+    searched disc, or where it is not known whether a mode grows.
 
     Parameters
     ----------
@@ -119,12 +117,12 @@ def judge_modes(
     for i, number in enumerate(piece_numbers.tolist()):
         errors[i] = _distance_bound(roots[i], pieces[number])
     open_reason = ""
-    open_at: complex | None = None  # a disc of the last piece that leaves the answer open
+    open_at: complex | None = None  # the centre of a disc of the last piece that leaves it open
     for number, piece in enumerate(pieces):
         listed = int(np.count_nonzero(piece_numbers == number))
         centre = complex(piece.centres[0])
-        sizes = np.abs(piece.centres) * (1.0 + 8.0 * EPS)  # at least, rounding included
-        # wholly in the searched disc, in which no root is without a piece
+        sizes = np.abs(piece.centres) * (1.0 + 8.0 * EPS)  # upper bounds, rounding included
+        # the piece lies in the searched disc, so that its count is certain
         is_counted = bool(np.all(sizes + piece.radii < band.radius))
         if is_counted and listed > piece.count:
             reason = "a root is listed that is none"

@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Coefficients, Pad, coefficients, pose
-from squeal.proof.balls import Ball, Floats, between, high_end, low_end, upper
+from squeal.proof.balls import Ball, Floats, between, high_end, low_end, taylor_coefficients, upper
 from squeal.proof.jets import Doubles, Functions, Jet
 from squeal.proof.signs import Polynomial, first_with_sign, signs
 
@@ -231,8 +231,9 @@ class PadBranch:
     def cells(self) -> Iterator[Cell]:
         """The cells from the lowest friction on, up to the highest or beyond a fold.
 
-        A cell ends before the first change of contact on it. Where it encloses the friction of the
-        change too vaguely, a narrower one goes there; else the branch goes on in the new state.
+        A cell ends before the first change of contact on it. If the cell encloses the friction of
+        this change too widely, a narrower cell is laid around the change; else the branch goes on
+        in the new contact state.
         """
         if self.model.linear:
             yield self._about_origin()
@@ -241,8 +242,8 @@ class PadBranch:
         if position is None:
             self.reason = LOST
             return
-        last: Cell | None = None
-        half_width = np.inf  # at most, along the curve
+        last: Cell | None = None  # which the next cell continues
+        half_width = np.inf  # of the next cell at most, as a length along the curve
         for _ in range(MOST_CELLS):
             cell = self._next_cell(position, half_width, last)
             if cell is None:
@@ -344,13 +345,14 @@ class PadBranch:
             return None
         pivot, widest = chosen
         sense = 1.0 if direction[pivot] > 0.0 else -1.0  # of the pivot along the branch
-        multiples = min(widest, largest_half / float(np.linalg.norm(direction)))
-        half = multiples * abs(direction[pivot])  # in units of the pivot
+        half_in_directions = min(widest, largest_half / float(np.linalg.norm(direction)))
+        half = half_in_directions * abs(direction[pivot])  # in units of the pivot
         narrowest = NARROWEST * half
         least_box = 1e-15 * np.abs(point)  # points are doubles
         if last is not None and last.state != state:
-            # the box has to hold the whole enclosure of the change of contact, with room to spare,
-            # which is as wide along the curve as the bracket of the change
+            # the balls in which the contact changes: the box has to hold them at each t at which
+            # the pivot lies in its ball, where the curve moves on by radii[pivot] times its slopes;
+            # 16 is room to spare
             radii = np.array([float(ball.rad()) for ball in last.at_end()])
             least_box += 16.0 * (radii + radii[pivot] * np.abs(direction / direction[pivot]))
             half = max(half, SHRINKING * float(least_box[pivot]))
@@ -369,22 +371,23 @@ class PadBranch:
         """The index of the unknown by which the curve is best parametrised, and half the width of a
         cell, in multiples of the direction; None without any.
 
-        At a distance h along the direction the slopes are J + h J', so that Y = J^-1 leaves
-        |1 - Y J| = h |J^-1 J'|, with a spectral radius of `CONTRACTION` at the half width. Friction
-        is preferred unless another unknown allows cells that are 1.2 times as wide.
+        With J the slopes at the point, they are J + h J' at h directions from it, and Y = J^-1
+        leaves |1 - Y (J + h J')| = h |Y J'|. At the half width h its spectral radius is to be
+        `CONTRACTION`. Friction is preferred unless another unknown allows cells that are 1.2 times
+        as wide.
         """
         point, state, direction = position
         J = np.zeros((3, 4))
         J_change = np.zeros((3, 4))
         for row, jet in enumerate(self.balance.jets(_along(point, direction), state)):
             for column, slope in enumerate(jet.slopes):
-                value, change = _coefficients(slope, count=2)
+                value, change = taylor_coefficients(slope, count=2)
                 J[row, column] = float(value.mid())
                 J_change[row, column] = float(change.mid())
-        to_end = np.inf  # half a cell that reaches just beyond the highest friction
+        to_end = np.inf  # half a cell that reaches just beyond the highest friction, never 0
         if direction[FRICTION] > 0.0:
             friction_left = max(self.high - point[FRICTION], 0.0)
-            to_end = (friction_left * 0.51 + NARROWEST) / direction[FRICTION]  # never 0
+            to_end = (friction_left * 0.51 + NARROWEST) / direction[FRICTION]
         best: tuple[int, float] | None = None
         for pivot in (FRICTION, 0, 1, 2):
             others = _other_unknowns(pivot)
@@ -430,19 +433,22 @@ class PadBranch:
         if tangent is None:
             return None
         gap = self.balance.gaps(_along(point, tangent))[changed]
-        gap_slope = float(_coefficients(gap, 2)[1].mid())
+        gap_slope = float(taylor_coefficients(gap, 2)[1].mid())
         if gap_slope == 0.0:
             return None
-        closes = gap_slope < 0.0
-        return tangent if closes == state[changed] else -tangent
+        gap_closes = gap_slope < 0.0
+        has_to_close = state[changed]
+        if gap_closes == has_to_close:
+            return tangent
+        return -tangent
 
     def _first_change(self, cell: Cell, same_state: bool) -> ContactChange | None:
         """Where a gap first loses the sign that the contact state asks of it, None if none does.
 
-        Gaps that may do so at the same t are one change. Unless the cell before has the
-        `same_state`, the gap that changed between them has no certain sign yet at the start of this
-        cell. This is no other change if friction is known sharply there; if it is not, the change
-        is returned for a narrower cell.
+        Gaps that may do so at the same t are one change. If the cell before has another contact
+        state (not `same_state`), the gap that changed there has no certain sign yet at the start of
+        this cell. That is no further change if friction is known sharply there; if it is not, it is
+        returned, so that a narrower cell is laid around it.
         """
         first: ContactChange | None = None
         gaps = self._enclosing_polynomials(cell.centre, cell.radii, self.balance.gaps)
@@ -460,7 +466,7 @@ class PadBranch:
             if not lost:
                 continue
             low = lost[0].low
-            high = first_with_sign(lost, -sign_of_state)
+            high = first_with_sign(lost, -sign_of_state)  # where the gap has changed for certain
             if first is None or low < first.low:
                 first = ContactChange([i], low, high)
             elif low <= first.high:
@@ -507,7 +513,7 @@ class PadBranch:
         residuals = np.array(
             [_absolute_bound(_linear_combination(row, loads)) for row in Y.tolist()]
         )  # |Y F(P)|
-        # twice the least box, and a little where that is zero
+        # of half widths above 0, that the image may lie within
         box = 2.0 * residuals + (1e-18 * np.abs(point[others]) + least_box[others])
         for _ in range(ROUNDS):
             if not np.isfinite(box).all():
@@ -522,8 +528,8 @@ class PadBranch:
                     contraction[i, j] = _absolute_bound(int(i == j) - product)
             image = upper(residuals + contraction @ box, 8)
             if np.all(image < box):
-                closer = np.zeros(4)
-                closer[others] = image
+                radii_of_image = np.zeros(4)
+                radii_of_image[others] = image
                 return Cell(
                     state=state,
                     pivot=pivot,
@@ -531,8 +537,8 @@ class PadBranch:
                     half=half,
                     centre=centre,
                     unique_within=radii,
-                    radii=closer,
-                    slopes=slopes,  # over the wider box, hence over the closer one
+                    radii=radii_of_image,
+                    slopes=slopes,  # over the box, hence over the image within it
                 )
             if not np.all(image < 2.0 * box):  # too far for a wider box to catch it
                 return None
@@ -590,9 +596,10 @@ class PadBranch:
     ) -> tuple[Polynomial, ...]:
         """Approximate Taylor polynomials (4) of the unknowns in t.
 
-        Newton's method order by order: the coefficients of an order shift by -Y times that of
-        F(P(t)), of which the lower ones vanish by then. Order 0 comes twice: each time the point,
-        known to doubles, becomes more precise. The pivot is its value + half t.
+        Newton's method order by order: the coefficients of an order change by -Y times the
+        coefficient of that order of F(P(t)), whose lower ones vanish by then. Order 0 comes twice:
+        the point has the digits of a double, and each time gains as many. The pivot is
+        point[pivot] + half t.
         """
         terms = [[flint.arb(value)] for value in point.tolist()]
         for order in (0, 0, *range(1, ORDER + 1)):
@@ -602,14 +609,15 @@ class PadBranch:
             if order == 1:
                 terms[pivot][1] = flint.arb(half)
             flint.ctx.cap = order + 1
-            loads = self.balance.loads([flint.arb_series(known) for known in terms], state)
-            residuals = [_coefficients(load, order + 1)[order].mid() for load in loads]
+            series = [flint.arb_series(unknown_terms) for unknown_terms in terms]
+            loads = self.balance.loads(series, state)
+            residuals = [taylor_coefficients(load, order + 1)[order].mid() for load in loads]
             for i, row in zip(_other_unknowns(pivot), Y.tolist(), strict=True):
                 shift = flint.arb(0)
                 for factor, residual in zip(row, residuals, strict=True):
                     shift += factor * residual
                 terms[i][order] = (terms[i][order] - shift).mid()
-        return tuple(flint.arb_poly(known) for known in terms)
+        return tuple(map(flint.arb_poly, terms))
 
     def _about_origin(self) -> Cell:
         """The only cell of a linear model, whose equilibrium is the origin at all frictions."""
@@ -685,8 +693,9 @@ class PadBranch:
         about_all = function(_tube([p(any_base_point) for p in centre], radii))
         polynomials = []
         for low_orders, all_orders in zip(about_zero, about_all, strict=True):
-            remainder = _coefficients(all_orders, ORDER + 1)[ORDER]
-            polynomials.append(flint.arb_poly([*_coefficients(low_orders, ORDER), remainder]))
+            remainder = taylor_coefficients(all_orders, ORDER + 1)[ORDER]
+            below = taylor_coefficients(low_orders, ORDER)
+            polynomials.append(flint.arb_poly([*below, remainder]))
         return polynomials
 
 
@@ -739,12 +748,6 @@ def pad_of_balls(pad: Pad) -> Pad:
     for name, value in pad.given().items():
         vars(new)[name] = flint.arb(float(value))
     return new
-
-
-def _coefficients(x: Any, count: int) -> list[Ball]:
-    """So many coefficients of a series, or of a constant, with zeros where it has fewer."""
-    known = x.coeffs() if isinstance(x, flint.arb_series) else [flint.arb(x)]
-    return known[:count] + [flint.arb(0)] * (count - len(known))
 
 
 def _linear_combination(factors: Sequence[float], polynomials: Sequence[Polynomial]) -> Polynomial:

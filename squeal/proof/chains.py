@@ -49,17 +49,18 @@ class Chain:
         return changed
 
     def shifts(self, N: Floats) -> NDArray[np.intp]:
-        """By which powers of 2 the entries (n, n) grow as columns are scaled by t^level.
+        """Exponents (n, n) of the powers of 2 that scaling of columns by t^level gives to entries.
 
-        t = 2^-exponent is the one that makes the largest sum of a member's row of N, the radius of
-        its disc, smallest. N holds bounds of the entries of the pencil in this basis.
+        N (n, n): bounds of the entries beside the diagonal of the pencil in this basis. The sums of
+        its rows are the radii of the discs; t = 2^-exponent is the one that makes the largest
+        radius of a member smallest.
         """
-        best = np.zeros(N.shape, dtype=int)  # shifts of the smallest radius so far
+        best = np.zeros(N.shape, dtype=int)
         smallest_radius = np.inf
         for exponent in range(FINEST):
-            powers = np.zeros(len(N), dtype=int)
-            powers[self.members] = exponent * self.levels
-            shifts = powers[:, None] - powers  # entry (i, j) times t^(level of j - level of i)
+            falls = np.zeros(len(N), dtype=int)  # column j is scaled by 2^-falls[j]
+            falls[self.members] = exponent * self.levels
+            shifts = falls[:, None] - falls  # entry (i, j) times t^(level of j - level of i)
             scaled_rows = np.ldexp(N[self.members], shifts[self.members])
             radius = float(np.max(np.sum(scaled_rows, axis=1)))
             if radius < smallest_radius:
@@ -85,18 +86,19 @@ def find_chains(A: NDArray, B: NDArray, values: NDArray, X: NDArray) -> list[Cha
 def _groups(values: NDArray, X: NDArray) -> list[NDArray[np.intp]]:
     """Indices of the eigenvalues of each group.
 
-    Eigenvalues with nearly parallel vectors are one group. Groups whose eigenvalues lie around one
-    point are united.
+    Eigenvalues with nearly parallel vectors are one group. Groups whose means lie within a few of
+    their spreads scatter around one eigenvalue, and are united. Groups that are too large for a
+    chain are left out.
     """
     united: list[NDArray[np.intp]] = []
     groups = _parallel_groups(X)
     groups.sort(key=lambda group: float(np.abs(values[group].mean())))
     for group in groups:
         centre, spread = _centre_and_spread(values, group)
-        for number, other in enumerate(united):
-            other_centre, other_spread = _centre_and_spread(values, other)
-            if abs(centre - other_centre) <= 4.0 * (spread + other_spread):
-                united[number] = np.concatenate([other, group])
+        for number, earlier in enumerate(united):
+            earlier_centre, earlier_spread = _centre_and_spread(values, earlier)
+            if abs(centre - earlier_centre) <= 4.0 * (spread + earlier_spread):
+                united[number] = np.concatenate([earlier, group])
                 break
         else:
             united.append(group)
@@ -122,10 +124,11 @@ def _chain(A: NDArray, B: NDArray, values: NDArray, X: NDArray, members: NDArray
     Inverse iteration finds the subspace, the staircase form its levels.
     """
     centre, spread = _centre_and_spread(values, members)
-    is_real = not np.iscomplexobj(X) or abs(centre.imag) <= spread
+    is_complex = np.iscomplexobj(A) or np.iscomplexobj(B)
+    is_real = not is_complex and abs(centre.imag) <= spread
     sigma = centre.real if is_real else centre
-    # steps of inverse iteration from just beside the group: vectors that are nearly parallel
-    # leave directions of their span poorly known
+    # nearly parallel vectors leave directions of their span poorly known: two steps of inverse
+    # iteration, from a shift just beside the group, improve it
     shift = sigma + 10.0 * max(spread, 1e-10 * abs(sigma), 1e-10)
     U = _orthonormal(X[:, members], is_real)
     for _ in range(2):
@@ -162,7 +165,8 @@ def _staircase(N: NDArray) -> tuple[NDArray, NDArray[np.intp]]:
     Q = np.eye(k, dtype=N.dtype)
     transformed = N  # Q' N Q
     levels = np.zeros(k, dtype=int)
-    small = NULL * max(float(np.linalg.norm(N, 2)), NULL)  # `NULL` inside: N may be zero itself
+    # at least NULL^2: an N that is smaller altogether counts as zero
+    small = NULL * max(float(np.linalg.norm(N, 2)), NULL)
     start = 0
     level = 0
     while start < k:

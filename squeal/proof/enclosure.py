@@ -13,7 +13,7 @@ import numpy as np
 from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 
-from squeal.proof.balls import EPS, Balls, Floats, Quadratic, largest, upper
+from squeal.proof.balls import EPS, Balls, Floats, Quadratic, upper
 from squeal.proof.pieces import (
     INFINITE,
     Failure,
@@ -123,9 +123,9 @@ def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
     # M rate^2, C rate and K, all over the rate, so that none leaves the range of doubles
     M_of_time = block.M.scaled(time_exponent)
     K_of_time = block.K.scaled(-time_exponent)
-    entries = largest([M_of_time, block.C, K_of_time])
-    # of each coordinate the geometric mean of the largest entries of its column and row, which
-    # its unit multiplies twice
+    entries = np.max([X.bound() for X in (M_of_time, block.C, K_of_time)], axis=0)
+    # of each coordinate the geometric mean of the largest entries of its column and of its row; a
+    # unit multiplies the row and the column, so that it is the root of 1 / size
     sizes = np.sqrt(entries.max(axis=0)) * np.sqrt(entries.max(axis=1))
     unit_exponents = -np.rint(np.log2(np.where(sizes > 0.0, sizes, 1.0)) / 2.0).astype(int)
     exponents = unit_exponents[:, None] + unit_exponents

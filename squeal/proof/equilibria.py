@@ -109,21 +109,22 @@ class _Neighbourhood:
     def _computed(self, state: State) -> list[Ball] | None:
         """The equilibrium (3) of a contact state by Newton's method, as balls without radius.
 
-        None if it lies far from the given place, or beyond a fold, where det K has another sign.
+        None if it lies far from the given place, or if det K has another sign there, as beyond a
+        fold.
         """
         place = [flint.arb(v) for v in self.given.tolist()]
         det_at_given = _slopes(self.loads(place, state)).det()
         for _ in range(STEPS):
             loads = self.loads(place, state)
-            slopes = _middles(_slopes(loads))
+            slopes = _slopes(loads).mid()
             step = slopes.solve(flint.arb_mat(3, 1, [flint.arb(f.value).mid() for f in loads]))
             place = [(u - step[i, 0]).mid() for i, u in enumerate(place)]
-            sizes = self.sizes.tolist()
-            if all(abs(step[i, 0]) <= 2.0 ** (8 - BITS) * sizes[i] for i in range(3)):
+            # until the steps are rounding: 256 units in the last of `BITS`
+            if all(abs(step[i, 0]) <= 2.0 ** (8 - BITS) * self.sizes[i] for i in range(3)):
                 break
-        if any(abs(u - g) > FAR * s for u, g, s in zip(place, self.given, self.sizes, strict=True)):
+        if any(abs(place[i] - self.given[i]) > FAR * self.sizes[i] for i in range(3)):
             return None
-        if not _middles(_slopes(self.loads(place, state))).det() * det_at_given > 0:
+        if not _slopes(self.loads(place, state)).mid().det() * det_at_given > 0:
             return None
         return place
 
@@ -138,7 +139,7 @@ class _Neighbourhood:
         if place is None:
             return None
         loads = self.loads(place, state)
-        Y = _middles(_middles(_slopes(loads)).inv())
+        Y = _slopes(loads).mid().inv().mid()
         shift = Y * flint.arb_mat(3, 1, [flint.arb(f.value) for f in loads])
         one = flint.arb_mat(3, 3, [int(i == j) for i in range(3) for j in range(3)])
         radii = [2 * abs(shift[i, 0]).upper() + 2.0**-BITS * self.sizes[i] for i in range(3)]
@@ -155,7 +156,11 @@ class _Neighbourhood:
         return None
 
     def about(self, box: Sequence[Ball], state: State) -> EnclosedEquilibrium:
-        """The equilibrium in a box, and the matrices about all places of the box."""
+        """The equilibrium in a box, and the matrices about all places of the box.
+
+        Friction that falls with the speed of sliding, mu (1 + b (exp(r x') - 1)) as in `Pad.fall`,
+        makes the first column of C: -dF/dx' = -(dF/dmu) mu b r at x' = 0, F the loads.
+        """
         loads = self.loads(box, state)
         slopes = _slopes(loads)
         C = flint.arb_mat(3, 3)
@@ -174,8 +179,3 @@ class _Neighbourhood:
 def _slopes(loads: Sequence[Jet]) -> Matrix:
     """The slopes (3, 3) of loads by x, y and theta, as a matrix of balls."""
     return flint.arb_mat([[flint.arb(s) for s in load.slopes[:FRICTION]] for load in loads])
-
-
-def _middles(A: Matrix) -> Matrix:
-    """The midpoints (3, 3) of a matrix of balls."""
-    return flint.arb_mat([[A[i, j].mid() for j in range(3)] for i in range(3)])

@@ -70,11 +70,11 @@ def exact_roots(block: Quadratic) -> list[Piece] | Failure:
         scale = rate / unit
         if block.is_undamped:
             zeros = 2 * zeros  # one of s = -lambda^2 is two of lambda
-            # the roots are unit * s of s in rate^2, and lambda^2 is -s
+            # the polynomial has the roots unit * s, s in rate^2: lambda^2 = -s rate^2
             pieces = _of_squares(polynomial, -scale * rate)
         else:
-            # the roots are unit * r of lambda = rate * r
-            # p(r) = even(r^2) + r odd(r^2); r and -r are roots where both vanish
+            # the polynomial p has the roots unit * r, r in rate: lambda = r rate
+            # p(r) = even(r^2) + r odd(r^2) has r and -r as roots where even and odd vanish
             coefficients = polynomial.coeffs()
             even = flint.fmpz_poly(coefficients[::2])
             odd = flint.fmpz_poly(coefficients[1::2])
@@ -87,10 +87,11 @@ def exact_roots(block: Quadratic) -> list[Piece] | Failure:
 
 
 def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
-    """Integer matrices M, C, K of the same roots, and an exponent: times 2^exponent they are rad/s.
+    """Integer matrices M, C, K, and an exponent: their roots times 2^exponent are those in rad/s.
 
-    Each entry is an odd integer times a power of two, which the unit of time shifts. Each row is
-    then multiplied by the power of two that makes its smallest one 2^0.
+    Each entry is an odd integer times a power of two. The unit of time shifts this power. Each row
+    is then multiplied by a power of two, the same in M, C and K, which makes its smallest power
+    2^0.
     """
     largest_mass = float(np.abs(block.M.mid).max())
     largest_stiffness = float(np.abs(block.K.mid).max())
@@ -99,6 +100,7 @@ def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
         time_exponent = round((math.log2(largest_stiffness) - math.log2(largest_mass)) / 2)
     odd_numbers = []
     exponents = []
+    # M rate^2, C rate and K, all over the rate 2^time_exponent
     for X, shift in zip(block.parts, (time_exponent, 0, -time_exponent), strict=True):
         fractions, powers = np.frexp(X.mid)
         whole = np.ldexp(fractions, 53).astype(np.int64)

@@ -35,10 +35,10 @@ def with_free_motions(block: Quadratic, pieces: list[Piece]) -> list[Piece]:
 def _allow_zeros(block: Quadratic, count: int) -> bool:
     """True if some matrices within the data have `count` roots at zero, to first order.
 
-    Each number k of free motions is tried with which damping of some rank r, 0 <= r <= k, leaves
-    2k - r = `count` roots at zero; without damping r = 0. Then y' K x has to be zero within the
-    data, and y' C x on those k - r motions that have both roots at zero. The null vectors x and y
-    (n, k) of K come from its singular value decomposition, refined in long double.
+    Damping of rank r on k free motions leaves 2k - r roots at zero, 0 <= r <= k; without damping
+    r = 0. Each k is tried for which some r makes that `count`. Then y' K x has to be zero within
+    the data, and y' C x on those k - r motions that have both roots at zero. The null vectors x and
+    y (n, k) of K come from its singular value decomposition, refined in long double.
     """
     U, singular_values, Vt = np.linalg.svd(block.K.mid)
     fewest = (count + 1) // 2
@@ -47,7 +47,7 @@ def _allow_zeros(block: Quadratic, count: int) -> bool:
         flexible = block.n - motions
         if flexible and singular_values[flexible - 1] == 0.0:
             continue  # K leaves more motions free
-        # of K on the other vectors
+        # of K on the motions that are not free: it takes what rounding leaves of K x out of x
         inverse = (Vt[:flexible].T / singular_values[:flexible]) @ U[:, :flexible].T
         x = Vt[flexible:].T
         y = U[:, flexible:]
@@ -58,11 +58,11 @@ def _allow_zeros(block: Quadratic, count: int) -> bool:
         undamped_motions = count - motions  # k - r
         if not undamped_motions or block.is_undamped:
             return True
-        # of y' C x the k - r smallest singular values have to be zero
+        # the k - r smallest singular values of y' C x have to be zero: turn x and y to these
         left, _, right = np.linalg.svd(y.T @ block.C.mid @ x)
         y = y @ left[:, motions - undamped_motions :]
         x = x @ right[motions - undamped_motions :].T
-        # the data of K move the free motions, too
+        # the data of K move the free motions x and y, hence y' C x
         x_moves = np.abs(inverse) @ block.K.rad @ np.abs(x)
         y_moves = np.abs(y).T @ block.K.rad @ np.abs(inverse)
         allowed = _moved_by_data(block.C, y, x)

@@ -167,8 +167,10 @@ def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -
     if not smallest > 0.0:
         return BandProof(radius, reason="damping beyond the core is too large")
 
-    # the Schur complement differs from Y' P X by at most (couplings of Y) (of X) / smallest
-    floor = ((share - 4.0 * EPS) * diagonal + extra) * (1.0 - 8.0 * EPS)  # N >= diag(floor)
+    # N >= diag(floor), as the metric >= share diag(M), less the rounding of N
+    floor = ((share - 4.0 * EPS) * diagonal + extra) * (1.0 - 8.0 * EPS)
+    # the Schur complement differs from Y' P X by at most (couplings of Y) (couplings of X) /
+    # smallest
     couplings_of_X = _couplings((M, C, K), X, MX, floor, radius)
     transposed = (csc_array(M.T), csc_array(C.T), csc_array(K.T))
     couplings_of_Y = _couplings(transposed, Y, MY, floor, radius)
@@ -216,7 +218,8 @@ def _pieces_in_band(pieces: list[Piece], radius: float) -> tuple[Piece, ...]:
         if is_inside:
             in_band.append(piece)
             continue
-        # each lambda has its own core here, so that neither counts nor mirror images hold
+        # the core hangs on lambda within its radius, and has it for |lambda| <= radius alone:
+        # beyond, neither counts nor mirror images hold
         low = float(np.min(np.nextafter(piece.centres.real - piece.radii, -np.inf)))
         high = float(np.max(np.nextafter(piece.centres.real + piece.radii, np.inf)))
         in_band.append(Piece(piece.centres, piece.radii, low, high, side="unknown", real=None))
@@ -325,7 +328,7 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
     inverse_weights = np.empty(n)  # in the order of elimination
     inverse_weights[factors.perm_c] = 1.0 / weights  # perm_c[i]: when row i of A is eliminated
     of_factors = _factorisation_error(L, U, inverse_weights, terms)
-    # symmetric, so that its rows do for its columns
+    # `doubt` is symmetric, so that its largest sum of a row bounds its 2-norm
     of_doubt = upper(doubt @ (1.0 / weights), _most_in_a_row(doubt) + 1) / weights
     # what underflows: each of n entries of a row of L D L' sums `terms` products, each of which may
     # lose TINY, in L D L' itself or in L, which a pivot then multiplies
@@ -360,8 +363,8 @@ def _mass_share(M: csc_array, diagonal: Floats) -> float:
     weights = np.sqrt(diagonal)
     for share in MASS_SHARES:
         A = csc_array(M - diags_array(share * diagonal))
-        doubt = csc_array(diags_array(2.0 * EPS * diagonal))
-        inertia = _inertia(A, doubt, weights * (1.0 - 4.0 * EPS))
+        doubt = csc_array(diags_array(2.0 * EPS * diagonal))  # the rounding of this difference
+        inertia = _inertia(A, doubt, weights * (1.0 - 4.0 * EPS))  # lower bounds of the roots
         if inertia is not None and not inertia.negative and inertia.error < share / 4.0:
             return (share - inertia.error) * (1.0 - 8.0 * EPS)
     return 0.0
@@ -448,8 +451,8 @@ def _schur_complement(form: _Form, border: Floats, gap: float) -> Balls:
     """-B' T^-1 B (j, j) with a border B (m, j) of a matrix T.
 
     In the norm of the weights no eigenvalue of T has an absolute value below the gap. With any Z
-    near T^-1 B and R = B - T Z it is -(Z'B + B'Z - Z'TZ) - R' T^-1 R, where the last term is at
-    most |R_i| |R_j| / gap.
+    near T^-1 B and R = B - T Z it is S - R' T^-1 R, S = Z'TZ - (Z'B + B'Z). Entry (i, j) of the
+    last term is at most |R_i| |R_j| / gap, of the columns of R.
     """
     factors = _factorised(form.T)
     Z = factors.solve(border)

@@ -387,7 +387,7 @@ class _BranchComparison:
         return parts
 
     def _refined(self, part: Part, narrowings: int) -> list[Part]:
-        """The parts of an open part, by narrower cells around it, or of a wide one around its halves.
+        """The parts of an open part, by a narrower cell around it, or around halves of a wide one.
 
         What no narrower cell covers stays one open part; of a linear model, whose one cell is
         exact, all of it. What is open in a narrower cell may be narrowed `narrowings` times more.

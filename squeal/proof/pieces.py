@@ -164,7 +164,7 @@ def pieces_of(
     highs = np.nextafter(centres.real + radii, np.inf)
     pieces = []
     for part in parts:
-        first = part[0]
+        first = part[0]  # the only disc of a part that lies on an axis
         have_real_squares = bool(real_squares[part].all())
         is_off_real = bool(off_real[part].all())
         is_off_imaginary = bool(off_imaginary[part].all())

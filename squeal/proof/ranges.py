@@ -25,6 +25,7 @@ from squeal.proof.balls import (
     half_widths,
     high_end,
     middle_and_radius,
+    taylor_coefficients,
     upper,
 )
 from squeal.proof.enclosure import companion
@@ -122,17 +123,6 @@ class Terms:
         return not any(np.iscomplexobj(X.mid) for X in matrices)
 
     @property
-    def is_symmetric(self) -> bool:
-        """True if M and K are symmetric at each value."""
-        M_and_K = (*self.balls["M"], *self.balls["K"])
-        return all(np.array_equal(X.mid, X.mid.T) for X in M_and_K)
-
-    @property
-    def is_skew(self) -> bool:
-        """True if C is skew at each value."""
-        return all(np.array_equal(X.mid, -X.mid.T) for X in self.balls["C"])
-
-    @property
     def is_undamped(self) -> bool:
         """True if C is zero at each value."""
         return all(X.is_zero for X in self.balls["C"])
@@ -140,7 +130,9 @@ class Terms:
     @property
     def is_gyroscopic(self) -> bool:
         """True if M and K are symmetric and C is skew at each value."""
-        return self.is_symmetric and self.is_skew
+        M_and_K = (*self.balls["M"], *self.balls["K"])
+        is_symmetric = all(np.array_equal(X.mid, X.mid.T) for X in M_and_K)
+        return is_symmetric and all(np.array_equal(X.mid, -X.mid.T) for X in self.balls["C"])
 
     def components(self) -> list[Terms]:
         """The terms of each strong component of the pattern of all terms.
@@ -177,8 +169,8 @@ class Terms:
         """M, C or K, the sum of its terms; entries that are zero in all of them stay zero.
 
         The Taylor series are those of the parameter: about the middle of an interval to first
-        order, and about all values in it at once to the second. There the coefficient f''/2 of a
-        factor f bounds what is beyond the first (Lagrange's remainder).
+        order, and about all values in it at once to the second. The coefficient f''/2 of the latter
+        bounds what a factor f has beyond first order, by d^2 (Lagrange's remainder).
         """
         zeros = np.zeros((self.n, self.n))
         values: list[Balls] = []
@@ -189,8 +181,8 @@ class Terms:
             if term.factor is None:
                 values.append(X)
                 continue
-            factor, factor_slope = _coefficients(term.factor(about_middle))[:2]
-            half_curvature = _coefficients(term.factor(about_all))[2]
+            factor, factor_slope = taylor_coefficients(term.factor(about_middle), 2)
+            _, _, half_curvature = taylor_coefficients(term.factor(about_all), 3)
             values.append(_multiplied(X, factor))
             slopes.append(_multiplied(X, factor_slope))
             remainder = remainder + X.bound() * high_end(abs(half_curvature))
@@ -223,13 +215,6 @@ def middle_and_half(low: float, high: float) -> tuple[float, float]:
     return middle, float(np.nextafter(max(middle - low, high - middle), np.inf))
 
 
-def _coefficients(value: Any) -> list[Any]:
-    """The first three coefficients (balls) of a series, or of a constant."""
-    if not isinstance(value, flint.arb_series):
-        value = flint.arb_series([flint.arb(value)])
-    return [value[k] for k in range(3)]
-
-
 def _multiplied(X: Balls, factor: Any) -> Balls:
     """Entries times a ball of numbers."""
     middle, radius = middle_and_radius(factor)
@@ -240,9 +225,9 @@ def _multiplied(X: Balls, factor: Any) -> Balls:
 class CountBounds(NamedTuple):
     """Bounds of numbers of roots, which hold at every value of an interval.
 
-    least, most: how many grow; doubtful: of so many it is not certain that they grow, and they may
-    grow faster than a rate; reason: why the count is open where it is. Of complex matrices only
-    roots above the real axis count, as two each.
+    least, most: how many grow; doubtful: how many others may grow faster than a rate; reason: why
+    the count is open where it is. Of complex matrices only roots above the real axis count, as two
+    each.
     """
 
     least: int
@@ -262,10 +247,10 @@ class CountBounds(NamedTuple):
 def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountBounds:
     """Count the growing roots of one component at all values between two, by Gershgorin's discs.
 
-    The bases of `segments.bases` are tried one after the other until no root is doubtful; each
-    count keeps the best of their bounds. rate: see `CountBounds`, 1/s.
+    The bases of `segments.bases` are tried one after the other until no root is doubtful; of each
+    number the best bound counts. rate: see `CountBounds`, 1/s.
     """
-    roots = 4 * terms.n  # complex ones may all lie above the real axis
+    roots = 4 * terms.n  # at most: 2n roots, of complex matrices each may count as two
     best = CountBounds(least=0, most=roots, doubtful=roots)
     try:
         M, C, K = terms.expanded(low, high)
@@ -287,8 +272,7 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
             elif terms.is_undamped:
                 tallies = tallies_of_squares(S, half)
             else:
-                is_hamiltonian = terms.is_gyroscopic
-                tallies = tallies_of_values(S, half, is_hamiltonian)
+                tallies = tallies_of_values(S, half, is_hamiltonian=terms.is_gyroscopic)
             least, most = growing_of(tallies)
             doubtful = 0
             for tally in tallies:
@@ -344,8 +328,8 @@ class RangeProof:
         self.components = terms.components()
         self.rows = terms.n
         self.data = terms.data
-        # roots on the axis where one more of a component begins to grow: without damping it has a
-        # mirror image, which begins to decay
+        # of each component: how many roots lie on the axis for each that begins to grow; without
+        # damping the mirror image of that root begins to decay
         has_images = [each.is_undamped or each.is_gyroscopic for each in self.components]
         self.roots_at_onset = 1 + np.array(has_images)
         self.ends = (low, high)
@@ -376,20 +360,24 @@ class RangeProof:
     def _by_steps(
         self, component: Terms, start: float, end: float, unstable: int
     ) -> Proof | float | None:
-        """Prove one component from one value to another, above or below it.
+        """Prove one component from `start` to `end`, which lies above or below `start`.
 
-        A step is lengthened after one that is proved and shortened after one that is not. The steps
-        after that grow little at first, since the longest possible one changes slowly.
+        A step is lengthened after one that is proved and shortened after one that is not. The next
+        steps after a shortened one grow little at first, since the longest possible step changes
+        slowly.
 
-        Returns None if it is proved, an open proof, or a value at which another number of its roots
-        grows for certain.
+        Returns
+        -------
+        None, Proof or float
+            None: proved. Proof: an open one, from where no step succeeds. float: a value at which
+            another number of its roots grows for certain.
         """
         narrowest = NARROWEST * max(abs(end - start), abs(start), abs(end))
         length = abs(end - start)
         if start not in self.ends:  # beside a threshold
             length = max(FIRST * length, narrowest)
         sense = 1.0 if end >= start else -1.0
-        growth = MOST_GROWTH  # of the length, after a step that is proved
+        growth = MOST_GROWTH  # factor of the length after a step that is proved
         reached = start
         while True:
             step_end = reached + sense * length
@@ -464,14 +452,14 @@ class RangeProof:
     def _most_crossing(self, start: float, stop: float) -> int:
         """How many roots at most pass from decay to growth or back within an interval.
 
-        As many as nothing tells from growing ones somewhere within it, but those that nothing tells
-        at either end, such as free motions.
+        These are the roots of unknown side over the whole interval, but for those whose side is
+        unknown at either end too, such as free motions.
         """
         most = 0
         ends = zip(self.bounds(start, start), self.bounds(stop, stop), strict=True)
         for inside, (below, above) in zip(self.bounds(start, stop), ends, strict=True):
-            stay = min(below.most - below.least, above.most - above.least)
-            most += inside.most - inside.least - stay
+            unknown_throughout = min(below.most - below.least, above.most - above.least)
+            most += inside.most - inside.least - unknown_throughout
         return most
 
     def prove(
@@ -508,20 +496,20 @@ class RangeProof:
         gaps = list(zip(edges[::2], edges[1::2], strict=True))
         self.intervals_left = float(self.most)
         self.growth_below = growth_below
-        # first what grows inside of each gap, of each component
+        # first the number of growing roots of each component at one value inside of each gap
         counts: list[list[int]] = []  # one list for each gap
         for a, b in gaps:
             inside = a + INSIDE * (b - a)
-            each = self.bounds(inside, inside)
-            bounds = total(each)
+            bounds_of_components = self.bounds(inside, inside)
+            bounds = total(bounds_of_components)
             if bounds.doubtful:
                 return self.open_at(inside, bounds.reason)
-            counts.append([component.least for component in each])
+            counts.append([component.least for component in bounds_of_components])
         # then whether it differs on both sides of each interval, as printed
         for number, (start, stop) in enumerate(intervals):
             below = sum(counts[number])
             above = sum(counts[number + 1])
-            rise = rises[number] if rises is not None else None
+            rise = rises[number] if rises is not None else None  # None if none is printed
             middle = (start + stop) / 2.0
             if start <= low or stop >= high:
                 return self.open_at(middle, AT_END)
@@ -532,7 +520,7 @@ class RangeProof:
                 gap_start, gap_end = gaps[number + 1]
                 where = gap_start + ASIDE * (gap_end - gap_start)
                 return Proof("refuted", by="enclosure", data=self.data, reason=reason, where=where)
-        # last whether it is the same at every value of each gap
+        # then whether it is the same at every value of each gap
         for (a, b), unstable in zip(gaps, counts, strict=True):
             # over a whole gap at once `growth_below` may leave room for what a single value refutes
             for value in (a, b):
@@ -544,15 +532,17 @@ class RangeProof:
             proof = self.between(a, b, unstable)
             if proof.status != "proved":
                 return proof
-        # What begins and what ends to grow within one interval changes no count beside it, but
-        # takes two roots more. One more is allowed: a divergent root and its mirror meet at zero.
+        # last whether more begins and ends to grow within an interval: that changes no count beside
+        # it, but takes two roots more. One more is allowed, as a divergent root and its mirror
+        # image meet at zero
         for (before, after), (start, stop) in zip(
             itertools.pairwise(counts), intervals, strict=True
         ):
-            rise_of_each = np.subtract(after, before)
-            begins_and_ends = abs(rise_of_each).sum() > abs(rise_of_each.sum())
-            known = int(self.roots_at_onset @ abs(rise_of_each))
-            if begins_and_ends or self._most_crossing(start, stop) > known + 1:
+            rise_of_components = np.subtract(after, before)
+            sizes = abs(rise_of_components)
+            begins_and_ends = sizes.sum() > abs(rise_of_components.sum())
+            counted = int(self.roots_at_onset @ sizes)
+            if begins_and_ends or self._most_crossing(start, stop) > counted + 1:
                 return self.open_at((start + stop) / 2.0, CANCELS)
         return proof
 

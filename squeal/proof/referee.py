@@ -263,9 +263,10 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
         return proof
     exact = _made_exact(system, finding)
     exact_proof = judge_finding(exact, answer)
+    # exact roots are those of the given doubles, which other `data` may not mean
     if exact_proof.status != "refuted" or exact_proof.data == system.data:
         return exact_proof
-    # the given doubles refute it, others within the data may not
+    # the given doubles refute it, other entries within the data may not
     if has_free_motions:
         return replace(
             proof,
@@ -427,7 +428,8 @@ def _compare(pieces: Sequence[Piece], answer: RootList) -> Proof:
     sizes = np.bincount(group_of)
     is_met = touching(values, answer.errors, centres, radii)  # values by discs
     in_group = group_of[:, None] == np.arange(len(sizes))  # discs by groups
-    # values by groups: does a value meet any disc of a group? As numbers, so that products count
+    # values by groups: does a value meet any disc of a group? A product of float32 is fast, that of
+    # Booleans is not
     may_match = is_met.astype(np.float32) @ in_group.astype(np.float32) > 0.0
     unmatched = np.flatnonzero(~may_match.any(axis=1))
     if unmatched.size:
@@ -444,7 +446,8 @@ def _compare(pieces: Sequence[Piece], answer: RootList) -> Proof:
     if miscounted.size:
         root = complex(centres[group_of == miscounted[0]][0])
         return Proof("open", reason=NOT_TOLD_APART, where=root, errors=unproved)
-    in_nearest = nearest[:, None] == group_of  # values by discs
+    in_nearest = nearest[:, None] == group_of  # values by discs of the group nearest to each
+    # from the farthest point of these discs
     errors = upper(np.where(in_nearest, distances + radii, 0.0).max(axis=1, initial=0.0), 8)
     too_large = np.flatnonzero(errors > answer.errors)
     if too_large.size:

@@ -134,8 +134,8 @@ class NearDiagonal(NamedTuple):
 def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> NearDiagonal | Failure:
     """The pencil A - s B on approximate vectors: S = G^-1 R = (Y B X)^-1 (Y A X), nearly diagonal.
 
-    S0 + d S1 is the part of S that is computed; `N` bounds what it misses. With half the width of
-    the interval, `half`, above 0 the vectors then move with the parameter. See the top of the
+    S0 + d S1 is the part of S that is computed; `N` bounds what it misses. Over an interval, if
+    `half` of its width is above 0, the vectors then move with the parameter. See the top of the
     module for the symbols, and `docs/proof.md`, Ranges, 1 for the bounds.
     """
     X = basis.X
@@ -155,9 +155,11 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
         stay_together[np.ix_(chain.members, chain.members)] = True
     S0 = Balls.exact(_structured(np.where(stay_together, R0.mid, 0.0), basis.mirror))
     S1 = Balls.exact(np.zeros((n, n)))
-    # |G - 1| <= E, and |R - G (S0 + d S1)| <= U, both as sums of bounds of the orders of d
+    # With G = G0 + d G1 + d^2 G2 and R = R0 + d R1 + d^2 R2: |G - 1| <= E, and, summed by orders,
+    # R - G (S0 + d S1) = (R0 - G0 S0) + d (R1 - G1 S0 - G0 S1) + d^2 (R2 - G2 (S0 + d S1) - G1 S1),
+    # at most U. G2 below is the bound of d^2 G2
     E = Balls(G0.mid - np.eye(n), upper(G0.rad + EPS * magnitude(G0.mid), 2)).bound()
-    U = R0.minus(G0 @ S0).bound()  # of order 0
+    U = R0.minus(G0 @ S0).bound()
     if half > 0.0:
         sizes_of_X = magnitude(X)
         sizes_of_Y = magnitude(Y)
@@ -169,7 +171,7 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
         S1 = Balls.exact(_structured(first_order.mid, basis.mirror))
         sizes_of_S1 = magnitude(S1.mid)
         U = U + half * first_order.minus(G0 @ S1).bound()
-        U = U + half**2 * (sizes_of_Y @ A.remainder @ sizes_of_X)  # from here on order 2 and more
+        U = U + half**2 * (sizes_of_Y @ A.remainder @ sizes_of_X)  # d^2 R2
         U = U + G2 @ (sizes_of_S0 + half * sizes_of_S1)
         U = U + half**2 * (G1.bound() @ sizes_of_S1)
     F = inverse_excess(upper(E, 6 * n + 16))  # |G^-1 - 1| <= F
@@ -315,6 +317,7 @@ def moving_discs(S: NearDiagonal, half: float) -> MovingDiscs:
     separation = distances - radii[:, None] - radii[None, :]
     np.fill_diagonal(separation, np.inf)
     is_isolated = np.all(separation > 0.0, axis=1)
+    # shares[i, j] = 2 N_ji / separation_ij, that of disc i which disc j allows
     shares = 2.0 * off_diagonal.T / np.where(separation > 0.0, separation, 1.0)
     # above zero, as its inverse multiplies a column
     share = np.clip(upper(np.max(shares, axis=1, initial=0.0), 4), 1e-12, None)
@@ -379,8 +382,9 @@ def tallies_above(S: NearDiagonal, half: float, are_squares: bool) -> list[Tally
     """What those roots lambda of complex matrices do that lie above the real axis.
 
     Each counts as two, since it stands for a pair. Of eigenvalues s = -lambda^2, if `are_squares`,
-    each has one such root, i sqrt(s), which grows if Im s < 0. Where the eigenvalues are lambda,
-    those that may lie below the real axis may not count, so that they have no lower bound.
+    each has one such root, i sqrt(s), which grows if Im s < 0. Of eigenvalues lambda, those that
+    may lie below the real axis may not count at all: their bound is -inf, for it counts none as
+    growing.
     """
     discs = moving_discs(S, half)
     lows, highs = _bounds_of(S.centres.real, S.speeds.real, discs.radii, half)
@@ -393,7 +397,8 @@ def tallies_above(S: NearDiagonal, half: float, are_squares: bool) -> list[Tally
         top = float(tops[part].max())
         if are_squares:
             slowest = _growth_above(low, high, top)
-            # the conjugate of s decays as fast as s grows, and has Im <= -bottom
+            # Re i sqrt(s) of the conjugate of s is that of s with the other sign, and its imaginary
+            # part is at most -bottom
             fastest = -_growth_above(low, high, -bottom)
         elif top < 0.0:  # all below the real axis
             continue
@@ -508,7 +513,7 @@ def _tallies_of_square(
 ) -> list[Tally]:
     """What the roots +-sqrt(-s) of `count` numbers s do, of real parts from low to high.
 
-    Their growth is +-sqrt((|s| - Re s) / 2); one of each two does not decay.
+    Their growth is +-sqrt((|s| - Re s) / 2): of each two one does not decay, one does not grow.
     """
     fastest = _growth(low, imaginary.largest) * (1.0 + 8.0 * EPS)
     slowest = _growth(high, 0.0) * (1.0 - 8.0 * EPS)

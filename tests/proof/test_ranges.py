@@ -177,7 +177,7 @@ def test_symmetry_is_read_from_terms_not_from_their_sum():
     """At mu = 0, where roots are counted, K is symmetric, elsewhere it is not."""
     twist = np.array([[0.0, 1.0], [-1.0, 0.0]])
     terms = Terms([Term(np.eye(2))], [], [Term(np.eye(2)), Term(twist, lambda mu: mu)])
-    assert not terms.is_symmetric
+    assert not terms.is_gyroscopic
     assert prove_thresholds(terms, -INSIDE, 1.0 - INSIDE, [], 1e-8).status != "proved"
 
 

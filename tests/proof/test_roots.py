@@ -354,6 +354,18 @@ def test_of_complex_systems_the_upper_half_plane_decides(data):
     assert proved > 15
 
 
+def test_a_defective_real_eigenvalue_leaves_the_other_roots_of_complex_matrices_sharp():
+    """lambda^2 = -1 three times with one vector, and lambda^2 = -4, which nothing blurs."""
+    rng = np.random.default_rng(0)
+    blocks = np.diag([1.0, 1.0, 1.0, 4.0]) + np.diag([1.0, 1.0, 0.0], 1)
+    T = rng.standard_normal((4, 4)) + 1j * rng.standard_normal((4, 4))
+    K = T @ blocks @ np.linalg.inv(T)
+    pieces = enclosed(Quadratic.of(np.eye(4), None, K, HALF_ULP)).pieces
+    simple = [piece for piece in pieces if piece.count == 1]
+    assert sorted(abs(piece.centres[0].imag) for piece in simple) == pytest.approx([2.0, 2.0])
+    assert all(piece.radii[0] < 1e-11 for piece in simple)
+
+
 def test_free_bodies_with_damping_and_gyroscopic_terms_are_marginal_or_open():
     """Their vectors at zero coincide. Of bars along the axes, whose stiffness is of integers, they
     are marginal; of bars in any direction the entries are rounded, and do not say it."""
