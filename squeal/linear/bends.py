@@ -118,8 +118,9 @@ def _may_leave_line(state: SpectrumAtParameter, W: ComplexArray, deviation: floa
 def _may_cross_axis(state: SpectrumAtParameter, movements: Array, pulls: Array) -> bool:
     """True if a root of a damped system may cross the imaginary axis; those on it are left out.
 
-    It may if it lies within twice the sum of its own movement (m,), towards the axis, and of what a
-    root at a distance g with a pull h (m, m) moves it by: sqrt(g h) if that is near, 4 h > g.
+    Another root at a distance g pulls a root by h (m, m) and, if it is near, 4 h > g, moves it by
+    sqrt(g h). A root may cross if it lies from the axis within twice the sum of this and of its own
+    movement towards the axis (m,).
     """
     distances = np.abs(state.roots[:, None] - state.roots)
     by_coupling = np.sqrt(np.where(4 * pulls > distances, distances * pulls, 0.0)).max(axis=1)

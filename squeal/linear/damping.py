@@ -217,7 +217,8 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
         # of a large system only the modes in the range of the table are computed
         omega, modes = real_modes(K, M, count=n, ratios=ratios if is_large else None)
         zeta = ratios(omega / math.tau)
-        if is_large and np.isfinite(zeta[-1]):  # the table goes on, `real_modes` does not
+        # the highest mode computed lies in the table's range, so that others above may do so
+        if is_large and np.isfinite(zeta[-1]):
             warnings.warn(
                 f"damping.ratios: modes above {omega[-1] / math.tau:.6g} Hz are not damped, "
                 f"although the table goes on: the lowest {len(omega)} of {n} are computed",
@@ -226,8 +227,9 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
             )
     else:
         is_list = np.ndim(ratios) > 0
-        # as many modes as ratios; all n for one number, which a large system may not have
-        count = np.size(ratios) if is_list or is_large else n
+        count = np.size(ratios)
+        if not (is_list or is_large):  # one number is that of all modes
+            count = n
         if count > n or (is_large and not is_list):
             raise InputError(
                 f"damping.ratios: {count} ratios of {n} rows are not allowed; a list of one for "

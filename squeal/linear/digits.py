@@ -53,7 +53,7 @@ def rounding_of_sums(system: TermSystem) -> tuple[Array, Array, Array]:
     parameters = system.parameters
     errors = []
     for terms in system.parts:
-        active = []
+        active = []  # terms that are not zero for certain
         for term in terms:
             if term.factor.value(parameters) or _error_of_factor(term, parameters):
                 active.append(term)
@@ -72,7 +72,7 @@ def rounding_of_sums(system: TermSystem) -> tuple[Array, Array, Array]:
             product, product_error = _exact_product(factor, matrix)
             total, sum_error = _exact_sum(total, product)
             error = error + np.abs(sum_error)
-            if len(active) > 1:  # that of a single product is within the half unit
+            if len(active) > 1:  # the error of a single product is within its half unit
                 error = error + np.abs(product_error)
         errors.append(error * (1.0 + 8.0 * EPS))  # a bound in spite of rounding in these sums
     return errors[0], errors[1], errors[2]
@@ -158,12 +158,12 @@ def _off_the_axis(
 def known_to_digits(system: TermSystem, roots: Sequence[Eigenvalue]) -> tuple[Eigenvalue, ...]:
     """Roots with the `error` that the digits of the system's files leave.
 
-    - The bound is that of the module's head.
+    - The bound is that of the module's head, as of a simple root.
     - Where that exceeds a quarter of |lambda| the root may be a double root at zero, whose square
       moves by |y|' |dP| |x| / |y^H M x|. The bound is how large the root may become so, or twice
-      that of the head if this is less.
-    - Where neither is finite, at a coalescence, it is the size of the root, or of the root to which
-      |dK| moves one of zero if this is more.
+      the bound of a simple root if this is less.
+    - Where neither is finite, at a coalescence, the bound is |lambda|, or sqrt(|dK| / |M|), to
+      which |dK| moves a root of zero, if this is more.
 
     The `rounding` of a root is raised to its bound, too, but for those of a real undamped system
     that stay on the imaginary axis within it. `open` says of these others whether the sign of their

@@ -202,6 +202,7 @@ def spectrum_of(reduced: Reduced, roots: Roots | None = None) -> Spectrum:
     length = np.abs(values)
     norm_A = float(np.linalg.norm(A, 2))
     norm_B = float(np.linalg.norm(B, 2))
+    # of the terms of P(lambda) x = (lambda^2 + lambda B + A) x, P(lambda) x itself is the defect
     size = (length**2 + length * norm_B + norm_A) * np.linalg.norm(right, axis=0)
     defect = np.linalg.norm(values**2 * right + values * (B @ right) + A @ right, axis=0)
     residuals = np.divide(defect, size, out=np.zeros_like(defect), where=size > 0)
@@ -255,9 +256,10 @@ def _complete_vectors(
     driving_last = sorted(components(reach), key=lambda rows: reach.T[rows[0]].sum())
     for k, z in enumerate(values):
         P = z * z * identity + z * B + A
-        own_share = _complete_vector(P, reach, driven_last, right[:, k])
-        own_share *= _complete_vector(P.conj().T, reach.T, driving_last, left[:, k])
-        condition[k] /= max(own_share, EPS)
+        # of y^H P' x of unit vectors what is left, once both reach beyond the component
+        share_left = _complete_vector(P, reach, driven_last, right[:, k])
+        share_left *= _complete_vector(P.conj().T, reach.T, driving_last, left[:, k])
+        condition[k] /= max(share_left, EPS)
 
 
 def _complete_vector(
@@ -287,11 +289,11 @@ def _complete_vector(
     float
         The length of the vector within its own component afterwards, at most 1.
     """
-    largest = int(np.argmax(np.abs(vector)))  # stands for the vector's own component
+    largest = int(np.argmax(np.abs(vector)))  # a row of the vector's own component
     entry_before = abs(vector[largest]) / np.linalg.norm(vector)
     size = float(np.linalg.norm(P))
     for rows in component_rows:
-        # it depends on the vector's own component, and not the reverse
+        # these rows depend on the vector's own component, and not the reverse
         is_driven = reach[rows[0], largest] and not reach[largest, rows[0]]
         if is_driven:
             block = P[np.ix_(rows, rows)]

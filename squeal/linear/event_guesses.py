@@ -54,10 +54,11 @@ def guesses_of(step: Step, is_range_end: tuple[bool, bool]) -> tuple[list[Guess]
     # a real root that passes zero, perhaps with a twin
     rests_at_range_end = (is_range_end[0] & on_before) | (is_range_end[1] & on_after)
     meets_none = (on_before == on_after) | passes_zero | rests_at_range_end
-    known = step.matched & meets_none  # which root continues it, and that it has met no other one
+    # of which roots it is certain which root continues each, and that it has met no other one
+    known = step.matched & meets_none
     stays_on_line = on_before & on_after & ~passes_zero
     crosses_nothing = known & (_is_clear_of_line(step, passes_zero) | stays_on_line)
-    # others cross alone if their path is a cubic, else together with a second one
+    # of the others one crosses alone if its path is a cubic, else together with a second one
     change = np.maximum(np.abs((step.ends.later_z - step.ends.z).real), step.highest - step.lowest)
     is_cubic = np.abs(step.deviation.real) <= DOUBT * change
     single = known & ~crosses_nothing & is_cubic
@@ -138,7 +139,7 @@ def _doubtful_turn(step: Step, roots: Bools) -> float | None:
     float or None
         The share of the step at one such turn; None if there is none.
     """
-    # without it damping that is negative for a ten-thousandth of the range would be missed
+    # else damping that is negative for a ten-thousandth of the range would be missed
     c = step.cubic
     with np.errstate(all="ignore"):
         # both zeros of the derivative c1 + 2 c2 t + 3 c3 t^2, without cancellation
@@ -268,7 +269,8 @@ def window_guesses(continuation: Continuation, meeting: Guess, length: float) ->
     problem = continuation.problem
     pair = roots_near(continuation, meeting.value, meeting.root, meeting.right, meeting.left)
     for _ in range(3):  # go to the closest approach itself
-        centre, half_width = pair.closest_approach(problem)  # centre: an offset from pair.value
+        # centre: an offset from pair.value; half_width: half the window of growth around it
+        centre, half_width = pair.closest_approach(problem)
         # the window is well extrapolated from within a few widths of it, and one of an eighth of
         # the step is too wide to be missed
         if abs(centre) <= 4 * half_width or half_width >= length / 8:

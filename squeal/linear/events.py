@@ -194,11 +194,13 @@ def _locate_event(continuation: Continuation, guess: Guess, crosses: bool) -> Ev
     direction = root.direction
     first = p - half_width
     last = p + half_width
-    if half_width > 1e-9 * guess.width:  # not so narrow that the slope is constant within
+    if half_width > 1e-9 * guess.width:  # too wide for a slope that is constant within
 
         def sign(x: float) -> int:
-            """The sign of the event function at x, 0 where rounding hides it; x becomes the place
-            of `roots`, from whose vectors the next one starts."""
+            """The sign of the event function at x, 0 where rounding hides it.
+
+            Moves `roots` to x: the next call starts from the vectors there.
+            """
             nonlocal roots
             roots = roots.at(continuation, x)
             local_function = roots.event_function(coalesces)
@@ -286,7 +288,7 @@ def _root_at_event(
         exponent = exponents(np.array(at_event.root), problem, continuation.frequency_scale or 1.0)
         omega = abs(exponent.item().imag)
     residual = A @ roots.right - at_event.computed * roots.right
-    # of two roots that of the combination of their vectors that satisfies A x = z x best
+    # of two roots the residual of that combination of their vectors which satisfies A x = z x best
     smallest = float(np.linalg.svd(residual, compute_uv=False)[-1])
     # with damping growth begins where the real part, or d, rises; without it where it falls
     begins = (at_event.slope > 0) == (problem is DAMPED)
@@ -310,8 +312,9 @@ def _coalescing_roots(problem: ProblemClass, zero: _Zero, crosses: bool) -> _Ext
         return None  # two divergent roots, z < 0, join to a pair
     if problem is GYROSCOPIC and abs(z.imag) > abs(z.real) and not is_zero:
         return None  # off the real axis, where both grow or decay
-    # of z = -lambda^2 the sign tells whether lambda is real
-    return _Extrapolated(z, roots.mean, zero.function.slope, is_zero and problem is not UNDAMPED)
+    # undamped, z = -lambda^2, the sign of z tells whether lambda is real, see `exponents`
+    is_real = is_zero and problem is not UNDAMPED
+    return _Extrapolated(z, roots.mean, zero.function.slope, is_real)
 
 
 def _single_root(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapolated | None:
@@ -381,12 +384,12 @@ def bracket_by_sign(
     sign : function
         1 or -1 where the sign is certain at a value, else 0.
     at : (float, float)
-        Where the zero is taken to be, at the least and at the most; the first is left downwards,
-        the second upwards.
+        The interval in which the zero is taken to be: values are tried below the first number and
+        above the second.
     half : float
-        The distance from there that is tried first, then multiples by powers of two.
+        The distance from these two that is tried first, then multiples by powers of two.
     low, high : float
-        Limits, of which one is taken as it is if no nearer value is certain.
+        Limits. A limit is an end of the bracket where no value nearer to `at` is certain.
 
     Returns
     -------
@@ -394,7 +397,6 @@ def bracket_by_sign(
         None if the sign is the same on both sides.
     """
     smallest = 2 * float(np.spacing(max(abs(low), abs(high))))
-    # downwards from the one end, upwards from the other
     below, sign_below = _certain_sign(sign, at[0], -1, at[0] - low, half, smallest)
     above, sign_above = _certain_sign(sign, at[1], 1, high - at[1], half, smallest)
     if sign_below * sign_above > 0:

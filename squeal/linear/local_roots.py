@@ -184,23 +184,22 @@ def roots_near(
     right = right[rows]
     left = left[rows]
     size = norm_of(A) or 1.0
-    # inverse iteration with a shift next to the roots: off them by so little that it converges at
-    # once, by so much that A - shift is regular; of a root near 0 the size of A says how much
+    # inverse iteration with a shift beside the roots: so near that it converges at once, so far
+    # that A - shift is regular; beside a root near 0 the size of A says how far
     nudge = 1e-7 * max(abs(near), 1e-4 * size)
     shift = near + nudge
     if continuation.problem is UNDAMPED and abs(near.imag) <= nudge:
         shift = shift.real
-        # A is real: real vectors; not the real parts alone, which two conjugate columns share
+        # A is real, and so are its vectors; two conjugate columns have the same real parts
         right = right.real + right.imag
         left = left.real + left.imag
-    solve, solve_adjoint = _solvers(A - shift * np.eye(len(A)), SMALL_ROWS)
-    most_steps = 2 * NEWTON_STEPS
-    X = _invariant_subspace(A, size, right, solve, most_steps)
-    Y = _invariant_subspace(A.conj().T, size, left, solve_adjoint, most_steps)
+    solve, solve_adjoint = _solvers(A - shift * np.eye(len(A)))
+    X = _invariant_subspace(A, size, right, solve)
+    Y = _invariant_subspace(A.conj().T, size, left, solve_adjoint)
     inverse = np.linalg.inv(Y.conj().T @ X) @ Y.conj().T
     block = inverse @ (A @ X)
     block_slope = inverse @ (derivative @ X)
-    # what the error of the subspaces adds to the block, to second order
+    # the error of the subspaces, to first order, and what it adds to the block, to second order
     correction = solve(A @ X - X @ block)
     subspace_error = np.abs(inverse @ (A @ (correction - X @ (inverse @ correction))))
     # independent roundings in the entries of A: their variances add up
@@ -238,13 +237,13 @@ Solve = Callable[[NDArray], NDArray]
 """x of P x = b, from b."""
 
 
-def _solvers(P: NDArray, small: int) -> tuple[Solve, Solve]:
+def _solvers(P: NDArray) -> tuple[Solve, Solve]:
     """Functions that solve P x = b and P^H x = b for P (N, N).
 
-    Beyond `small` rows both use one factorisation. Not the inverse: next to a coalescence its
+    Beyond `SMALL_ROWS` both use one factorisation. Not the inverse: next to a coalescence its
     rounding hides the second vector.
     """
-    if len(P) <= small:
+    if len(P) <= SMALL_ROWS:
         return partial(np.linalg.solve, P), partial(np.linalg.solve, P.conj().T)
     from scipy.linalg import lu_factor, lu_solve
 
@@ -252,9 +251,7 @@ def _solvers(P: NDArray, small: int) -> tuple[Solve, Solve]:
     return partial(lu_solve, factor), partial(lu_solve, factor, trans=2)  # 2: P^H, as SciPy says
 
 
-def _invariant_subspace(
-    A: NDArray, size: float, start: NDArray, solve: Solve, most_steps: int
-) -> NDArray:
+def _invariant_subspace(A: NDArray, size: float, start: NDArray, solve: Solve) -> NDArray:
     """An orthonormal basis (N, 1) or (N, 2) of the invariant subspace of A next to `start`.
 
     One step of inverse iteration, then corrections by the residual: further steps of inverse
@@ -270,12 +267,10 @@ def _invariant_subspace(
         Columns near the subspace.
     solve : function
         x of (A - s) x = b, for a fixed s next to the roots.
-    most_steps : int
-        How many corrections at most.
     """
     X = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0]
     norm_before = np.inf
-    for _ in range(most_steps):
+    for _ in range(2 * NEWTON_STEPS):
         image = A @ X
         block = X.conj().T @ image
         residual = image - X @ block

@@ -45,11 +45,13 @@ def damped_verdicts(A: Array, B: Array, relative_error: float | Array = ROUNDING
     matrices, _ = first_order(A, B)
     values = np.linalg.eigvals(matrices)
     norm = np.linalg.norm(matrices, axis=(-2, -1))[:, None]
-    share = (2 * matrices.shape[-1] * relative_errors) ** (1 / 3)  # a triple root moves so far
+    # of the norm: how far the error of the matrix moves a triple root
+    share = (2 * matrices.shape[-1] * relative_errors) ** (1 / 3)
     rounding = norm * share[:, None]
     fastest = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
     codes = np.where(fastest.imag != 0.0, FLUTTER, DIVERGENCE).astype(np.int8)
     codes[fastest.real < 0.0] = STABLE
+    # near the imaginary axis, or growing so near to the real one that it may be a real root
     doubtful = np.abs(values.real) <= rounding
     doubtful |= (values.real > 0.0) & (values.imag != 0.0) & (np.abs(values.imag) <= rounding)
     for k in np.flatnonzero(doubtful.any(axis=-1)):
@@ -77,7 +79,11 @@ def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bo
 
 
 def _errors_may_change_undamped(A: Array, errors: Array) -> NDArray[np.bool_]:
-    """As `errors_may_change`, by the signs of the invariants of A."""
+    """As `errors_may_change`, by the signs of the invariants of A.
+
+    Open may be whether there is a complex pair, by the discriminant, or whether a root is negative,
+    by a coefficient, where neither a pair nor another coefficient makes the system unstable anyway.
+    """
     a, b, c, discriminant, is_vague = invariants(
         list(A.reshape(-1, 9).T), errors=list(errors.reshape(-1, 9).T)
     )

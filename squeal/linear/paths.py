@@ -114,8 +114,8 @@ def links(
     order[known] = step.same_mode.argmax(axis=1)[known]
     meeting: list[list[int]] = []
     if is_doubtful:
-        # assigned by slopes; certain only of two that came close: their mean is smooth, and the
-        # sign of their difference tells which is which, unless they meet
+        # the others are assigned by slopes, which is certain only of two that came close: their
+        # mean is smooth, and the sign of their difference tells which is which, unless they meet
         by_slopes = assigned(step.mismatch[np.ix_(rows, columns)])
         order[rows] = np.where(by_slopes < 0, -1, columns[by_slopes])
         for pair in _pairs_with_smooth_mean(step, order, rows.tolist()):
@@ -307,6 +307,7 @@ def mode_numbers_at(state: SpectrumAtParameter, ids: Indices, values: ComplexArr
     if not len(state.roots):
         return np.zeros(len(values), dtype=np.intp)
     upper = np.where(values.imag < 0.0, values.conj(), values)
+    # the roots z of the state that belong to lambda, see `continuation`
     z = -(upper**2) if state.problem is UNDAMPED else upper / state.frequency_scale
     if state.problem is GYROSCOPIC:
         z = -1j * z
@@ -323,8 +324,8 @@ def mode_numbers(values: ComplexArray) -> Indices:
     """The number of the mode of each eigenvalue lambda (m,), from 1 by rising frequency.
 
     Conjugates are one mode. Real eigenvalues come first; they are paired from the outside inwards,
-    the largest with the smallest. Without any root above the real axis those below it have number
-    0.
+    the largest with the smallest, and so on. Roots below the real axis have the number 0 if there
+    is none above it.
     """
     order = ordered(values)  # by rising |Im|, the real ones by falling real part
     imag = values[order].imag

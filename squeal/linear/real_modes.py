@@ -27,10 +27,10 @@ def real_modes(
         Symmetric.
     count : int
         How many modes.
-    ratios : function, optional
+    ratios : function or None
         Damping ratios of frequencies (Hz), NaN outside of the range that it covers. Of a sparse
-        system the modes up to the end of that range are computed, whatever their `count`, but no
-        more once they are a quarter of all.
+        system the modes up to the end of that range are computed, whatever `count` is; their number
+        is doubled until it exceeds a quarter of all. None: as many as `count`.
 
     Returns
     -------

@@ -106,7 +106,7 @@ def root_rounding(
         slope = 1.0 + (share / (1.0 + share)).sum(axis=1)
         log_r = log_r - np.maximum(excess, 0.0) / slope
     # equal roots of independent vectors share nothing: each moves as one alone does
-    least = np.minimum(isolated, matrix_error)[crowded]
+    least = np.minimum(isolated, matrix_error)[crowded]  # the condition of independent vectors is 1
     rounding[crowded] = np.maximum(np.exp(log_r), least)
     return rounding
 
@@ -186,7 +186,7 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
     """
     values, right = (x.astype(complex) for x in np.linalg.eig(A))
     left = left_vectors(A, values, right)
-    zeros = 0
+    zeros = 0  # how many roots are zero
     noise = noise_of(A, rounding)
     if stiffness is None or zero_roots(stiffness, noise_of(stiffness, rounding)):
         zeros = zero_roots(A, noise)
@@ -201,9 +201,10 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
         condition = 1.0 / np.abs(np.sum(left.conj() * right, axis=0))
     size = float(np.linalg.norm(A, 2))
     rounding_of_roots = root_rounding(values, condition, 2 * len(A) * rounding, size)
+    # zeros by rank are exact; without damping `_agree_with_invariants` may still move them, by up
+    # to their rounding
     if stiffness is not None:
-        rounding_of_roots[smallest] = 0.0  # found by rank, hence exact
-    # without damping `_agree_with_invariants` may still move zeros, by up to their rounding
+        rounding_of_roots[smallest] = 0.0
     return Roots(values, right, left, condition, rounding_of_roots)
 
 
@@ -226,8 +227,8 @@ def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -
     n = len(s)
     A = np.zeros((3, 3))  # of fewer rows than three the others are zero, and so are their roots
     A[:n, :n] = reduced.A
-    floor = 0.0  # of the rounding of an entry: a full mass matrix mixes entries of all sizes
-    if np.count_nonzero(reduced.T) != n:
+    floor = 0.0  # the least rounding of an entry
+    if np.count_nonzero(reduced.T) != n:  # M is not diagonal: entries of all sizes are mixed
         floor = reduced.rounding / ROUNDING * float(np.abs(A).max())
     with np.errstate(over="ignore", invalid="ignore"):
         cubic = invariants(A.ravel().tolist(), floor=floor)

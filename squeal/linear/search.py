@@ -58,7 +58,7 @@ def required_crossings(
     pairs = above.unstable_count.pairs - below.unstable_count.pairs
     reals = above.unstable_count.reals - below.unstable_count.reals
     if pairs * reals < 0:
-        # of two divergent roots that join to a growing pair, or come from one, nothing crosses
+        # two divergent roots that join to a growing pair, or come from one, cross nothing
         joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs))
         pairs -= joined
         reals += 2 * joined
@@ -119,7 +119,7 @@ def search(system: SystemFunction, low: float, high: float) -> SearchResult:
     refinement = _AdaptiveRefinement(continuation, budget)
     for a, b in itertools.pairwise(values):
         refinement.refine(a, b)
-    refinement.guesses += _meetings_at_end(continuation.at(high), width=1e-6 * (high - low))
+    refinement.guesses += _meetings_at_end(continuation)
     refinement.locate_events()
     clusters = refinement.clusters()
     midpoints = _midpoints(continuation, clusters)
@@ -185,7 +185,7 @@ class _AdaptiveRefinement:
         guesses, division = guesses_of(step, (low == continuation.low, high == continuation.high))
         meetings = list(near_coalescences(before, after))
         is_bent = any(bends_within(continuation, step, factor) for factor in self.factors)
-        # several windows are near (one pair, seen from both ends, gives two meetings), or third
+        # more than one pair meets (each gives up to two meetings, seen from both ends), or third
         # roots decide
         is_crowded = (
             len(meetings) > 2
@@ -314,7 +314,8 @@ class _AdaptiveRefinement:
         if is_consistent and (not is_coarse or self._counts_stay_beside(inside, a, b)):
             return inside
         division = self._division_point(a, b, inside)
-        is_exhausted = len(continuation.states) > 2 * self.budget  # `refine` stops at one budget
+        # `refine` stops at `budget` states; as many more are left for counts between events
+        is_exhausted = len(continuation.states) > 2 * self.budget
         if is_exhausted or (is_consistent and division is None):
             return inside
         changes = required_crossings(continuation.at(a), continuation.at(b))
@@ -375,9 +376,9 @@ class _AdaptiveRefinement:
         where these lie, so that twins of them are missing and not crossings elsewhere.
         """
         continuation = self.continuation
-        first, last = hull(inside)
-        low = max(first, a)  # an interval may reach beyond the range, where nothing is evaluated
-        high = min(last, b)
+        low, high = hull(inside)
+        low = max(low, a)  # an interval may reach beyond the range, where nothing is evaluated
+        high = min(high, b)
         persists_below = _count_persists(continuation, (low, high), a, direction=-1)
         if persists_below and _count_persists(continuation, (low, high), b, direction=1):
             return None
@@ -387,7 +388,7 @@ class _AdaptiveRefinement:
         cuts = [a, max(a, before), min(b, after), b]
         pieces = [(p, q) for p, q in itertools.pairwise(cuts) if p < q]
         for p, q in pieces:
-            if not p <= low <= q:  # not the piece of the coincident events
+            if not p <= low <= q:  # the piece of the coincident events was searched before
                 self.refine(p, q)
         self.locate_events()
         resolved: list[Event] = []
@@ -567,8 +568,9 @@ def _midpoints(continuation: Continuation, clusters: Sequence[Sequence[Event]]) 
     return midpoints
 
 
-def _meetings_at_end(state: SpectrumAtParameter, width: float) -> Iterator[Guess]:
+def _meetings_at_end(continuation: Continuation) -> Iterator[Guess]:
     """Pairs of roots on the line that are one at the end of the range, as far as rounding tells."""
+    state = continuation.at(continuation.high)
     # real s below zero too: `locate_event` leaves out those that join without a crossing
     on_line = state.real if state.problem is UNDAMPED else state.on_line
     for pair in np.argwhere(np.triu(on_line & on_line[:, None] & state.close, 1)):
@@ -578,7 +580,7 @@ def _meetings_at_end(state: SpectrumAtParameter, width: float) -> Iterator[Guess
             right=state.right[:, pair],
             left=state.left[:, pair],
             coalesces=True,
-            width=width,
+            width=1e-6 * (continuation.high - continuation.low),
         )
 
 

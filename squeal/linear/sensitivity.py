@@ -101,6 +101,7 @@ def sensitivities(
     W = y.conj().T @ inertia(matrices, z, x)  # y_i^H P'(z_j) x_j
     weight = np.abs(W.diagonal())
     real_modes = _real_mode_products(matrices[0], z, x, y)
+    # of a weight: below it y^H P' x is zero to rounding, as at a coalescence
     rounding = 100 * EPS * np.maximum(real_modes, _term_sizes(inertia, matrices, z, x, y))
     # of a root of zero, where a real mode has no weight either, the condition is 1
     numerator = np.where(z != 0.0, real_modes, weight)

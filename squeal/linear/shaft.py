@@ -69,7 +69,8 @@ def unit_of_parameter(system: TermSystem) -> str:
     for term in terms:
         for skew in _skew_part(system, term, speed):
             part = term.factor.value(system.values({name: speed})) * term.matrix
-            if abs(part - skew).max() <= SKEW * abs(skew).max():  # friction is more than skew
+            # all of the term is skew: the matrix of friction has a symmetric part too
+            if abs(part - skew).max() <= SKEW * abs(skew).max():
                 return "rad/s"
     return ""
 

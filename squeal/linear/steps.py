@@ -257,7 +257,7 @@ def _may_meet(
         reaches_axis |= _passes_zero(mean - half_difference, slack)
         # conjugates have one real part until they meet: before, each crosses as a single root
         meets = (meets | ~pairs.conjugate) & reaches_axis
-    # else rounding alone couples the two
+    # a coupling within rounding, as of two subsystems that meet by chance, parts no roots
     farthest = x.max(axis=0)
     rounding = state.rounding[k] * state.rounding[l]
     couples_beyond_rounding = farthest**2 * (np.abs(product) + third_coupling) > rounding
@@ -270,7 +270,7 @@ def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, directi
     By way of a root m the roots k and l are coupled by x W_km W_ml / (z_m - z), taken at the
     distance x at which the two would cross, where z is their mean.
     """
-    # without it the window of two modes that only a third one couples would be missed
+    # else the window of two modes that only a third one couples would be missed
     k = pairs.k
     l = pairs.l
     W = state.coupling
@@ -293,7 +293,7 @@ def may_exchange_partner(before: SpectrumAtParameter, after: SpectrumAtParameter
     It passes so closely that coupling moves the root off the line by a quarter of its distance from
     the line.
     """
-    # without it a window of three modes that cross at nearly one value would be missed
+    # else a window of three modes that cross at nearly one value would be missed
     span = after.value - before.value
     if _may_exchange_partner(before, span, direction=1):
         return True
@@ -325,6 +325,7 @@ def _may_exchange_partner(state: SpectrumAtParameter, span: float, direction: in
     gap = z[:, None] - z
     gap_slope = slopes[:, None] - slopes
     with np.errstate(all="ignore"):
+        # the distance x into the step at which |gap + x gap_slope| is least
         closest = -(gap * gap_slope.conj()).real / np.abs(gap_slope) ** 2
         shift = closest**2 * np.abs(W * W.T) / np.abs(gap + closest * gap_slope)
         height = np.abs(z.imag[:, None] + closest * slopes.imag[:, None])
@@ -415,8 +416,8 @@ class Step:
         slope_sums = before.slopes[:, None] + after.slopes
         slope_changes = before.slopes[:, None] - after.slopes
         mismatch = np.abs(after.roots - before.roots[:, None] - length / 2 * slope_sums)
-        # two that cross in the middle fit as well if each turns back: a hundredth of the change of
-        # slope decides between the two
+        # two roots that cross in the middle would fit as well if each turned back there: a
+        # hundredth of the change of slope decides
         self.mismatch = mismatch + 0.01 * np.abs(length * slope_changes)
         self.order = assigned(self.mismatch)
         self.ends = StepEnds(

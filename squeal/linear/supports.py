@@ -41,7 +41,8 @@ def support_rows(
     by_size = by_size[diagonal[by_size] > 0.0]
     is_gap = diagonal[by_size[1:]] >= PENALTY * diagonal[by_size[:-1]]
     first_above = 1 + np.flatnonzero(is_gap)  # for each gap, how many rows lie below it
-    first_above = first_above[2 * first_above > by_size.size]  # soft rows may lie below a gap too
+    # at most half of the rows are supports: below another gap lie a few soft rows
+    first_above = first_above[2 * first_above > by_size.size]
     if not first_above.size:
         return first_above
     rows = np.sort(by_size[first_above[0] :])

@@ -237,9 +237,9 @@ def _mode_number(state: SpectrumAtParameter, omega: float, members: int = 1, add
     Of several `members` that meet there it is that of the first. added: how many real roots count
     for no mode.
     """
-    roots_per_mode = 1 if state.problem is UNDAMPED else 2
+    roots_per_mode = 1 if state.problem is UNDAMPED else 2  # undamped, z = -lambda^2 is of a pair
     nearest_first = np.argsort(np.abs(state.omegas - omega))
-    others = state.omegas[nearest_first][roots_per_mode * members :]
+    others = state.omegas[nearest_first][roots_per_mode * members :]  # without those that meet
     tolerance = 1e-6 if members > 1 else 1e-9  # frequencies that coalesce are known to fewer digits
     slower = int(np.sum(others < omega * (1 - tolerance)))
     if omega > 0.0:
@@ -437,7 +437,7 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
         middle = (low + high) / 2
         counts = [continuation.at(value).unstable_count for value in (low, middle, high)]
         at_low, _, at_high = counts
-        # else a pair becomes two real roots in between, and the lead jumps there
+        # the lead is smooth unless a pair becomes two real roots in between, where it jumps
         is_smooth = (at_low.pairs, at_low.reals) == (at_high.pairs, at_high.reals)
         if k == 6 and not is_smooth:  # after a few halvings, near enough for Newton's method
             meeting = _meeting_on_real_axis(continuation, low, high)
@@ -614,8 +614,8 @@ def _omega_without_event(
         # and has the frequency 0
         state = continuation.at(change.value)
         growth = state.unstable_count
-        alike = abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate
-        return _leading_omega(state) if alike else 0.0
+        rates_are_equal = abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate
+        return _leading_omega(state) if rates_are_equal else 0.0
     low, high = interval
     states = continuation.states
     if grows_above:

@@ -206,10 +206,9 @@ class PadBranch:
     model : PadModel
         The pad and its contact model.
     start : array_like (3,)
-        An approximate equilibrium (x, y, theta) at the lowest friction; the branch through it is
-        meant.
-    low, high : float
-        The range of friction.
+        An approximate equilibrium (x, y, theta) without friction; the branch through it is meant.
+    high : float
+        The friction up to which the branch is followed.
 
     Raises
     ------
@@ -217,19 +216,18 @@ class PadBranch:
         Without python-flint.
     """
 
-    def __init__(self, model: PadModel, start: ArrayLike, low: float, high: float) -> None:
+    def __init__(self, model: PadModel, start: ArrayLike, high: float) -> None:
         self.model = model
-        self.low = low
         self.high = high
         self.balance = Balance(model)
-        self._start = np.array([*np.asarray(start, float), low])
+        self._start = np.array([*np.asarray(start, float), 0.0])
         self.reason = ""
         """Why the enclosure stopped early: below `high`, before the branch turned back."""
         self.fold_at_contact: tuple[float, float] | None = None
         """The interval of friction in which a change of contact turns the branch back."""
 
     def cells(self) -> Iterator[Cell]:
-        """The cells from the lowest friction on, up to the highest or beyond a fold.
+        """The cells from no friction on, up to the highest or beyond a fold.
 
         A cell ends before the first change of contact on it. If the cell encloses the friction of
         this change too widely, a narrower cell is laid around the change; else the branch goes on
@@ -621,9 +619,8 @@ class PadBranch:
 
     def _about_origin(self) -> Cell:
         """The only cell of a linear model, whose equilibrium is the origin at all frictions."""
-        half = (self.high - self.low) / 2.0
-        middle = self.low + half
-        half *= 1.0 + OVERLAP
+        middle = self.high / 2.0
+        half = middle * (1.0 + OVERLAP)
         centre = (flint.arb_poly([0]),) * FRICTION + (flint.arb_poly([middle, half]),)
         radii = np.zeros(4)
         state = self.model.full

@@ -205,7 +205,7 @@ class _BranchComparison:
         self.fold = fold
         self.growth_below = growth_below
         self.waiting = list(claims)
-        self.until = branch.low
+        self.until = 0.0
         self.places: list[tuple[float, float]] = []
         self.roots_met = False
         pad = branch.model.pad
@@ -227,7 +227,7 @@ class _BranchComparison:
                     open_parts.append(part)
                     continue
                 if count is None and open_parts:
-                    return Problem("open", COEFFICIENTS_OPEN, self.branch.low)
+                    return Problem("open", COEFFICIENTS_OPEN, 0.0)
                 if count is not None and (open_parts or part.growing != count):
                     event = self._event_before(part, open_parts, seam, count)
                     problem = self._problem_of_event(event)

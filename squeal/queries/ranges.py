@@ -189,7 +189,7 @@ def pad_statement(
     claims = [Claim(crossing.mu, _rise(crossing)) for crossing in listed]
     end = high if fold is None else fold * BEYOND_FOLD
     try:
-        branch = PadBranch(model, start, low=0.0, high=end)
+        branch = PadBranch(model, start, high=end)
     except ImportError:
         return RangeStatement("open", by=None, reason=NO_BALLS, until=high, high=high), []
     proof = prove_pad(branch, claims, fold, first_loss=first, growth_below=RATE * fastest)

@@ -40,7 +40,7 @@ def digits():
 
 def branch(scene, high: float) -> PadBranch:
     _, start, _ = without_friction(scene)
-    return PadBranch(damped_model(scene), start, 0.0, high)
+    return PadBranch(damped_model(scene), start, high)
 
 
 def stiff_scene(**changes) -> Scene:
@@ -291,7 +291,7 @@ def test_stiffness_along_cells_is_that_of_the_model():
     """K at the start of a branch is the model's own, to rounding."""
     for stem in ("b1-a", "b2-b", "b2-c", "b2-d"):
         model, start, state = without_friction(scene_of(stem))
-        cell = next(iter(PadBranch(model, start, 0.0, 0.1).cells()))
+        cell = next(iter(PadBranch(model, start, 0.1).cells()))
         t = cell.t_of(flint.arb(float(start[cell.pivot]) if cell.pivot < 3 else 0.0))
         K = linearise(model, start, state).K
         for row, expected in zip(cell.slopes, K.tolist(), strict=True):
@@ -318,5 +318,5 @@ def test_determinants_of_polynomials_are_those_of_their_values(n):
 def test_a_branch_that_ends_is_open():
     """A start that is none."""
     model, start, _ = without_friction(scene_of("b1-a"))
-    nowhere = PadBranch(model, start + 1e3, 0.0, 0.1)
+    nowhere = PadBranch(model, start + 1e3, 0.1)
     assert prove_pad(nowhere, [], None, None, 1.0).status == "open"
