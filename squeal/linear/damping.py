@@ -286,12 +286,12 @@ def bordered(system: System, U: Array, of_stiffness: bool = False) -> System:
 
         return term.mapped(resized)
 
-    M, C, K = (tuple(map(enlarged, terms)) for terms in system.parts)
+    larger = system.mapped(enlarged, system.labels)
     zeros = csc_array((n, n))
     columns = csc_array(U)
     if of_stiffness:
         forces = block_array([[zeros, columns], [-columns.T, eye_array(k)]], format="csc")
-        return dataclasses.replace(system, M=M, C=C, K=(*K, Term(forces)))
+        return dataclasses.replace(larger, K=(*larger.K, Term(forces)))
     forces = block_array([[zeros, columns], [None, csc_array((k, k))]], format="csc")
     definition = block_array([[zeros, None], [-columns.T, eye_array(k)]], format="csc")
-    return dataclasses.replace(system, M=M, C=(*C, Term(forces)), K=(*K, Term(definition)))
+    return dataclasses.replace(larger, C=(*larger.C, Term(forces)), K=(*larger.K, Term(definition)))

@@ -124,6 +124,14 @@ def arrays_of(
     return values_of(roots), right.reshape(-1, n).T, left.reshape(-1, n).T
 
 
+def of_unit_mass(vector: ComplexArray, M: Array) -> ComplexArray:
+    """A vector (n,) with x^H M x = 1, of unit length without mass, its largest entry positive."""
+    mass = abs(np.vdot(vector, M @ vector))
+    length = math.sqrt(mass) if mass else np.linalg.norm(vector)
+    largest = vector[np.argmax(np.abs(vector))]
+    return np.asarray(vector * (np.abs(largest) / largest / length), dtype=complex)
+
+
 @dataclass(frozen=True)
 class UnstableMode:
     """A mode that grows: a pair of eigenvalues (flutter) or a real one (divergence).

@@ -13,8 +13,9 @@ import math
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +26,7 @@ from squeal.linear.matrices import Matrix as Matrix
 from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
 from squeal.linear.precision import half_units, precision_of_floats, short_floats
 from squeal.linear.supports import support_rows
+from squeal.linear.units import units_of
 from squeal.numerics.differentiation import ONE, Formula
 from squeal.schema import ANY, TEXT, Place, instance, kind_of
 
@@ -412,6 +414,32 @@ class System:
         """True if C has no terms and the others are real; nothing damps at any frequency."""
         return not self.C and self._real_terms
 
+    def mapped(self, change: Callable[[Term], Term], labels: Iterable[Label]) -> System:
+        """The system with a change of each term, on rows of these labels."""
+        M, C, K = (tuple(map(change, terms)) for terms in self.parts)
+        return dataclasses.replace(self, M=M, C=C, K=K, labels=tuple(labels))
+
+    @cached_property
+    def balanced(self) -> Balanced:
+        """The system of few rows with rows and columns in units of their own, see `units`.
+
+        It has the same roots, and its entries are known as those of this one are.
+        """
+        M, C, K = ([dense(term.matrix) for term in terms] for terms in self.parts)
+        rows, columns = np.ldexp(1.0, units_of(M, C + K))
+        scale = np.outer(rows, columns)
+        if np.all(scale == 1.0):
+            return Balanced(self, rows, columns)
+
+        def scaled(X: Matrix) -> Array:
+            return scale * dense(X)
+
+        def in_units(term: Term) -> Term:
+            rounding = term.rounding * scale.max()
+            return dataclasses.replace(term.mapped(scaled, scaled), rounding=rounding)
+
+        return Balanced(self.mapped(in_units, self.labels), rows, columns)
+
     def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
         """The parameters with some of them changed.
 
@@ -584,6 +612,17 @@ class System:
                 if factor:
                     total = total + factor * as_matrix(term.matrix)
         return total
+
+
+class Balanced(NamedTuple):
+    """A system D1 P D2 with the roots of P, and D1 (n,) of the rows and D2 (n,) of the columns.
+
+    With a left vector y and a right vector x of it those of P are D1 y and D2 x.
+    """
+
+    system: System
+    rows: Array
+    columns: Array
 
 
 def row_name(label: Label) -> str:
@@ -768,17 +807,9 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
     def free_rows(term: Term) -> Term:
         return term.mapped(rows_of)
 
+    labels = [system.labels[row] for row in free if row < len(system.labels)]
     assumption = f"{supports.size} rows are taken for supports and left out"
-    return (
-        dataclasses.replace(
-            system,
-            M=tuple(map(free_rows, system.M)),
-            C=tuple(map(free_rows, system.C)),
-            K=tuple(map(free_rows, system.K)),
-            labels=tuple(system.labels[row] for row in free if row < len(system.labels)),
-        ).assuming(assumption),
-        supports,
-    )
+    return system.mapped(free_rows, labels).assuming(assumption), supports
 
 
 def supports_warning(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:

@@ -181,9 +181,8 @@ def _system_condition(
 
     Roots whose backward error is too large are left out.
     """
-    from squeal.queries.systems.known import data_of, error_bounds
+    from squeal.queries.systems.known import known_roots
     from squeal.queries.systems.reduced import estimated_roots
-    from squeal.queries.systems.roots import system_roots
     from squeal.queries.systems.verdicts import verdict_of_some
 
     if reduction is not None:
@@ -192,12 +191,10 @@ def _system_condition(
         rounding = np.array([root.rounding for root in roots])
         return _solved(changes, roots, verdict_of_some(values, rounding))
     file = analysis.file.replaced(changes)
-    add_errors = error_bounds(file, file.system)
-    solution = system_roots(file.system, analysis.selection, add_errors=add_errors)
+    solution = known_roots(file, analysis.selection, is_judged=False)
     # where the backward error of a root is too large for a verdict the referee may know better
     if not all(root.decides for root in solution.computed):
-        data = data_of(file, file.system)
-        solution = system_roots(file.system, analysis.selection, add_errors=add_errors, data=data)
+        solution = known_roots(file, analysis.selection)
     accepted = [root for root in solution.computed if root.decides]
     return _solved(changes, accepted, solution.verdict)
 

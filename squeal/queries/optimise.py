@@ -26,8 +26,9 @@ from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import TermSystem
 from squeal.queries.options import Band, RandomNumbers, Region, seed_of
 from squeal.queries.systems.all_roots import is_small, roots_of_all
+from squeal.queries.systems.known import known_roots
 from squeal.queries.systems.reduced import basis_of, reduced_for
-from squeal.queries.systems.roots import SystemRoots, system_roots
+from squeal.queries.systems.roots import SystemRoots
 from squeal.queries.systems.seat import warn_of_held_seat
 from squeal.queries.systems.system_analysis import SystemAnalysis, refuse_without_effect
 from squeal.results.columns import UNSURE, basis_text
@@ -380,8 +381,8 @@ def optimise(
         raise InputError("band: is missing; a large system is optimised in a band or a region")
     result = _best_of_searches(system, selection, ranges, starts, seed)
     PROGRESS.get()("the full system before and after")
-    before = system_roots(system, selection)
-    after = system_roots(system, selection, result.parameters)
+    before = known_roots(analysis.file, selection)
+    after = known_roots(analysis.file, selection, system.replace(result.parameters))
     if result.residual > TOLERANCE:
         words = f"a residual of {result.residual:.2g} in the full problem, {TOLERANCE:g} is wanted"
         Place("optimise").warn(f"the reduced system has {words}; the result may be improved")

@@ -416,7 +416,7 @@ def _terms_in_balls(system: TermSystem) -> Terms:
     from squeal.proof.ranges import Terms
 
     parts = []
-    for terms in system.parts:
+    for terms in system.balanced.system.parts:
         part: list[Term] = []
         for term in terms:
             part += _terms(term, system)
@@ -498,5 +498,5 @@ def _count(system: TermSystem, value: float) -> Count:
     from squeal.proof.balls import Quadratic
     from squeal.proof.referee import unstable_count
 
-    arrays = system.arrays({system.parameter: value})
+    arrays = system.balanced.system.arrays({system.parameter: value})
     return unstable_count(Quadratic.of(*arrays, HALF_ULP))

@@ -420,14 +420,11 @@ def _judged_at_start(analysis: SystemAnalysis, answer: Thresholds, refereed: boo
 
     refereed: whether the referee judges the roots at the lower end.
     """
-    from squeal.queries.systems.known import data_of, error_bounds, open_by_digits, with_doubts
-    from squeal.queries.systems.roots import system_roots
+    from squeal.queries.systems.known import known_roots, open_by_digits, with_doubts
 
     file = analysis.file
     system = file.system.replace({file.system.parameter: answer.low})
-    data = data_of(file, system) if refereed else None
-    add_errors = error_bounds(file, system)
-    roots = system_roots(system, analysis.selection, add_errors=add_errors, data=data)
+    roots = known_roots(file, analysis.selection, system, refereed)
     answer = replace(answer, verdict=roots.verdict)
     proof = answer.proof or {}
     if roots.verdict is not None or proof.get("status") not in ("proved", "open"):

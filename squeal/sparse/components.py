@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -330,13 +331,7 @@ class Component:
         if self.places is not None:
             places = np.vstack([self.places[boundary], np.zeros((modes, 3))])
         return Component(
-            system=replace(
-                self.system,
-                M=_projected(self.system.M, basis),
-                C=_projected(self.system.C, basis),
-                K=_projected(self.system.K, basis),
-                labels=(),  # of rows that the basis has not
-            ),
+            system=self.system.mapped(partial(_projected, basis), labels=()),  # rows of its own
             nodes=[*self.nodes[boundary], *[""] * modes],
             directions=[*self.directions[boundary], *[-1] * modes],
             places=places,
@@ -469,13 +464,13 @@ def _residual_flexibility(
     return np.block(blocks)
 
 
-def _projected(terms: tuple[Term, ...], basis: Array) -> tuple[Term, ...]:
-    """The terms V^T A V of a real basis V (n, d), with their factors."""
+def _projected(basis: Array, term: Term) -> Term:
+    """The term V^T A V of a real basis V (n, d), with its factor."""
 
     def onto(V: Array) -> Callable[[Matrix], Matrix]:  # with |V| it bounds the errors of entries
         return lambda A: V.T @ (A @ V)
 
-    return tuple(term.mapped(onto(basis), onto(np.abs(basis))) for term in terms)
+    return term.mapped(onto(basis), onto(np.abs(basis)))
 
 
 def _unit_columns(n: int, rows: Indices) -> Array:

@@ -7,7 +7,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping
 from contextvars import ContextVar
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -209,12 +209,11 @@ def _first_order_rate(damping: Array, stiffness: Array) -> float:
 
 def projected(system: TermSystem, left: NDArray, right: NDArray) -> TermSystem:
     """The system left^H A right of columns (n, d), every term with its factor."""
-    parts = []
-    for terms in system.parts:
-        small = [Term(left.conj().T @ term.matrix @ right, term.factor) for term in terms]
-        parts.append(tuple(small))
-    M, C, K = parts
-    return replace(system, M=M, C=C, K=K)
+
+    def small(term: Term) -> Term:
+        return Term(left.conj().T @ term.matrix @ right, term.factor)
+
+    return system.mapped(small, system.labels)
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,7 +57,7 @@ def roots_of_all(
         Roots in rad/s by rising frequency. Of real matrices without a band also the conjugates; of
         complex ones only those with Im >= 0, as others describe no motion.
     """
-    roots = dense_values(*system.arrays(changes))
+    roots = dense_values(*system.balanced.system.arrays(changes))
     if not system.real:
         # else a real root that rounding puts below the real axis would be left out
         is_real = np.abs(roots.imag) <= assumed_rounding(roots, undamped=True)
@@ -92,7 +92,7 @@ def motion_rates(system: TermSystem, changes: Changes) -> MotionRates:
     changes : mapping
         Parameters that do not have the system's own values.
     """
-    M, C, K = system.arrays(changes)
+    M, C, K = system.balanced.system.arrays(changes)
     pattern = (M != 0.0) | (K != 0.0)
     if C is not None:
         pattern |= C != 0.0

@@ -19,14 +19,13 @@ from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.band_proof import with_band_proof
 from squeal.queries.systems.known import (
     accuracy_by_digits,
-    data_of,
     digits_of_files,
-    error_bounds,
+    known_roots,
     open_by_digits,
 )
 from squeal.queries.systems.matrices import matrix_list, system_checks
 from squeal.queries.systems.proofs import Statement
-from squeal.queries.systems.roots import SystemRoots, roots_of_first_look, system_roots
+from squeal.queries.systems.roots import SystemRoots, roots_of_first_look
 from squeal.queries.systems.seat import doubt_of_seat, seat_note
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.results.columns import basis_text
@@ -152,9 +151,7 @@ def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> 
                 raise InputError("look: must be a sweep of the same band, region or modes")
             changes = {system.parameter: system.parameters[system.parameter]}
             return roots_of_first_look(source.reduction, analysis.selection, changes)
-    data = None if prove is False else data_of(file, system)
-    add_errors = error_bounds(file, system)
-    roots = system_roots(system, analysis.selection, add_errors=add_errors, data=data)
+    roots = known_roots(file, analysis.selection, is_judged=prove is not False)
     if prove and not is_small(system):
         return with_band_proof(file, analysis.selection, roots)
     return roots
@@ -275,7 +272,8 @@ def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, .
     if not (unstable and system.real and value > 0.0 and system.n <= ONSET_ROWS):
         return unstable
     try:
-        on_paths = unstable_modes(system, value, linear_thresholds(system, value))
+        balanced = system.balanced.system
+        on_paths = unstable_modes(balanced, value, linear_thresholds(balanced, value))
     except InputError:  # no paths: a factor divides by the parameter, or M is not positive definite
         return unstable
     with_onsets = []

@@ -12,11 +12,12 @@ import numpy as np
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
 from squeal.linear.digits import data_errors, known_to_digits, rounding_of_sums
+from squeal.linear.eigen import of_unit_mass
 from squeal.linear.matrices import Array, dense
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.proofs import Data, EigenvalueTuple
-from squeal.queries.systems.roots import system_roots
+from squeal.queries.systems.roots import SystemRoots, system_roots
 from squeal.results.columns import OPEN
 from squeal.results.sources import EigenvalueSelection
 from squeal.results.sweep import Sweep
@@ -99,6 +100,56 @@ def _has_structure(system: TermSystem) -> bool:
     return True
 
 
+def known_roots(
+    file: SystemFile,
+    selection: EigenvalueSelection,
+    system: TermSystem | None = None,
+    is_judged: bool = True,
+) -> SystemRoots:
+    """The selected roots of a system with the errors of its data; the referee judges a small one.
+
+    They are computed in units that make the rows and columns of a small system about as large.
+
+    Parameters
+    ----------
+    file : SystemFile
+        The system with what is known of it.
+    selection : EigenvalueSelection
+        Which roots.
+    system : System, optional
+        The system at other parameters than those of the file.
+    is_judged : bool
+        Whether the referee is asked.
+    """
+    given = system or file.system
+    solved = given
+    if is_small(given) and file.assembly is None:
+        solved, rows, columns = given.balanced
+    roots = system_roots(
+        solved,
+        selection,
+        add_errors=error_bounds(file, solved),
+        data=data_of(file, solved) if is_judged else None,
+    )
+    if solved is given:
+        return roots
+    M, _, _ = given.arrays()
+
+    def in_given_units(computed: EigenvalueTuple) -> EigenvalueTuple:
+        changed = []
+        for root in computed:
+            right = of_unit_mass(columns * root.right, M)
+            left = of_unit_mass(rows * root.left, M)
+            changed.append(replace(root, right=right, left=left))
+        return tuple(changed)
+
+    return replace(
+        roots,
+        eigenvalues=in_given_units(roots.eigenvalues),
+        others=in_given_units(roots.others),
+    )
+
+
 def digits_of_files(file: SystemFile) -> str:
     """What leaves roots of a system open, in words, such as "the 6 digits of K.mtx": the reduction
     of its components, if they were reduced, and the digits of its files."""
@@ -146,7 +197,7 @@ def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> 
     system = file.system.replace({file.system.parameter: value})
     if not system.digits or not is_small(system):
         return ""
-    roots = system_roots(system, selection, add_errors=error_bounds(file, system))
+    roots = known_roots(file, selection, system)
     if roots.verdict is not None:
         return ""
     return open_by_digits(file, roots.computed).removeprefix(OPEN)

@@ -18,9 +18,8 @@ from squeal.linear.paths import Loss, continued
 from squeal.linear.roots import ordered
 from squeal.queries.mode_numbers import assign_mode_numbers
 from squeal.queries.systems.all_roots import NO_BAND, is_small
-from squeal.queries.systems.known import data_of, error_bounds
+from squeal.queries.systems.known import known_roots
 from squeal.queries.systems.reduced import ComputedRoots, roots_of_reduction
-from squeal.queries.systems.roots import system_roots
 from squeal.results.sources import EigenvalueSelection
 from squeal.results.sweep import Step
 from squeal.sparse.crossings import spectrum_with_slopes
@@ -174,8 +173,7 @@ def _roots_of_full(
     """
     system = file.system.replace({file.system.parameter: value})
     PROGRESS.get()(f"{system.parameter} = {value:g}")
-    data = data_of(file, system) if is_judged else None
-    solved = system_roots(system, selection, add_errors=error_bounds(file, system), data=data)
+    solved = known_roots(file, selection, system, is_judged)
     tracked = []
     for root in solved.computed:
         if not system.real or root.value.imag >= 0.0:
