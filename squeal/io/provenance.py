@@ -23,7 +23,6 @@ from pathlib import Path
 from squeal import __version__
 
 NOT_INSTALLED = "not installed"
-WITHOUT_HEYOKA = "Left out here, since heyoka is not installed:"
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT.name
 _TEXT = re.compile(r'"""(?:[^"\\]|\\.|"(?!""))*"""', re.S)  # docstrings may hold lines of code

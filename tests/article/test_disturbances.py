@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from squeal.article.claims.measures import measure
-from squeal.article.studies import basin, grazing, onset, releases
+from squeal.article.studies import _heyoka, basin, grazing, onset, releases
 from squeal.article.studies.basin import sampled_share
 from squeal.article.studies.hammering import (
     admissible_equilibrium,
@@ -88,7 +88,7 @@ def test_a_sample_of_starts_lasts_or_rests_by_another_program(name, starts):
     states = onset.sampled_states(scene, 1.5, 4)[:starts]
     model = damped_model(onset.damped(scene, onset.RATIO))
     begun = [onset.Begun(model, state) for state in states]
-    _, found = onset.settle(begun, 10.0 * scene.stop, 0.2 * scene.stop)
+    found = onset.settle(begun, 10.0 * scene.stop, 0.2 * scene.stop).settled
     other = Plain(scene.pad, line=name.startswith("b2"))
     other.damp(onset.RATIO)
     assert np.abs(other.damping - model.damping).max() < 1e-6 * np.abs(other.damping).max()
@@ -145,7 +145,7 @@ def test_blows_that_neither_begin_nor_pass_the_level_have_no_ratio():
 def test_studies_that_need_heyoka_say_so_without_it(monkeypatch, tmp_path):
     scenes = [ROOT / f"workflow/scenes/{name}.yaml" for name in ("b1-d", "b2-d", "b2-c")]
     for study, kind in ((basin, basin.Basin), (grazing, grazing.Grazing)):
-        monkeypatch.setattr(study, "version", lambda _: NOT_INSTALLED)
+        monkeypatch.setattr(_heyoka, "version", lambda _: NOT_INSTALLED)
         record = study.study(scenes)
         file = tmp_path / "result.json"
         file.write_text(to_json(record.to_dict()))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from squeal.article.studies import onset
+from squeal.article.studies._damped_contact import DampedContact
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.io.scene import read_scene
@@ -34,6 +35,15 @@ def test_sampled_states_fill_a_box_about_the_equilibrium(half_width):
     assert np.abs(share).max(axis=0) == pytest.approx(1.0, abs=0.1)
     # of a uniform distribution from -1 to 1
     assert share.var(axis=0) == pytest.approx(1.0 / 3.0, abs=0.1)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1e-3, -0.05])
+@pytest.mark.parametrize("name", ["b1-d", "b2-d"])
+def test_growth_under_contact_damping_is_that_of_the_equations_with_it(name, tilt):
+    """Also of a pad that is tilted at the start; by complex steps through the whole motion."""
+    one = scene(name).replace(theta0=tilt)
+    expected = DampedContact.of(one, 1e-2, 0.0).growth
+    assert onset.contact_growth(one, 1e-2) == pytest.approx(expected, rel=1e-9)
 
 
 def test_sentences_fall_where_nothing_lasts():

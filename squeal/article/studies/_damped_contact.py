@@ -181,7 +181,7 @@ def motion(
     decay : nine numbers by rows, M^-1 C of all modes critically damped: zeta times this matrix
         times the velocities is taken from the accelerations
     a, zeta : contact damping in the units of the motion, modal damping ratio
-    state : x, y, w theta and their rates
+    state : x, y, s = w theta and their rates u, v, r
     on : factors 1 and 0 of the edges that touch
     """
     x, y, s, u, v, r = state

@@ -340,7 +340,8 @@ class _Run:
     def _time_beyond(self, f: Acceleration, point: int, low: float, high: float) -> float | None:
         """A time from now at which a point is beyond the surface, None if it turns back before.
 
-        It may be beyond between low and high alone: the turn is where its rate passes zero.
+        A point that is not beyond at `high` but goes back there has turned between `low` and
+        `high`: bisection seeks the turn, where the rate passes zero.
         """
         reached = self._beyond(f, point, high)
         if reached.distance > 0.0:

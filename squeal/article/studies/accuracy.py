@@ -19,6 +19,7 @@ import numpy as np
 from squeal.article.cases import title
 from squeal.article.identify.ensemble import simulate_many
 from squeal.article.records import Record, Result
+from squeal.article.studies._heyoka import without_heyoka
 from squeal.article.studies._reference import (
     Reference,
     error_against,
@@ -29,7 +30,6 @@ from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.extreme import scene_of
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
-from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
 from squeal.model.contact import ContactLaw, State
 from squeal.model.equations import PadModel
@@ -385,9 +385,7 @@ def cases_of(files: Sequence[Path]) -> dict[str, Scene]:
 
 def why_not() -> str:
     """Why there is nothing to compare, empty where there is."""
-    if version("heyoka") != NOT_INSTALLED:
-        return ""
-    return f"{WITHOUT_HEYOKA} nothing else compiles the equations for all integrators."
+    return without_heyoka("nothing else compiles the equations for all integrators.")
 
 
 def study(files: Sequence[Path]) -> Accuracy:

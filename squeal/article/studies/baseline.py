@@ -10,7 +10,7 @@ from squeal.article.claims import CLAIMS
 from squeal.article.identify.judging import INDEPENDENT, margins
 from squeal.article.identify.space import DIMENSIONS, decode
 from squeal.article.records import Record, Result
-from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
+from squeal.article.studies._heyoka import without_heyoka
 from squeal.model.contact import CONSISTENT, Formulation
 
 SETS = 2000  # random ones, under each law
@@ -80,7 +80,6 @@ def judged(law: Formulation, sets: int) -> Law:
 def study(_: Sequence[Path]) -> Baseline:
     """Random sets under both laws, left out without batches."""
     independent = int(INDEPENDENT.sum())
-    if version("heyoka") == NOT_INSTALLED:
-        why = f"{WITHOUT_HEYOKA} nothing else simulates thousands of pads."
+    if why := without_heyoka("nothing else simulates thousands of pads."):
         return Baseline({}, independent, left_out=why)
     return Baseline({name: judged(law, SETS) for name, law in LAWS.items()}, independent)

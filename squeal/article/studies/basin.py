@@ -12,6 +12,7 @@ from typing import Annotated
 from scipy.stats import binomtest
 
 from squeal.article.records import Record, Result
+from squeal.article.studies._heyoka import without_heyoka
 from squeal.article.studies._scenes import compression, read_scenes
 from squeal.article.studies.energy import under_both_laws
 from squeal.article.studies.onset import (
@@ -26,7 +27,6 @@ from squeal.article.studies.onset import (
     settle_late,
 )
 from squeal.equilibrium.damping import damped_model
-from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
 
 MOTIONS = ("b1-d", "b2-d-integral")
@@ -95,8 +95,7 @@ def sampled_share(half_width: float, lasting: int, starts: int) -> SampledShare:
 def study(files: Sequence[Path]) -> Basin:
     """Case (d) of both models, line contact under the energy-consistent law."""
     scenes = under_both_laws(read_scenes(files, ("b1-d", "b2-d")))
-    if version("heyoka") == NOT_INSTALLED:
-        why = f"{WITHOUT_HEYOKA} nothing else simulates ensembles."
+    if why := without_heyoka("nothing else simulates ensembles."):
         return Basin(shares={}, compression={}, left_out=why)
     return Basin(
         shares={name: shares(scenes[name]) for name in MOTIONS},

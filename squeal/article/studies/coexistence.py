@@ -30,9 +30,9 @@ from squeal.article.studies._coexistence import (
 )
 from squeal.article.studies._damped_contact import DampedContact
 from squeal.article.studies._damped_cycles import PERIOD, Cycle, Cycles
+from squeal.article.studies._heyoka import without_heyoka
 from squeal.article.studies._least_disturbance import Norm, lasts
 from squeal.article.studies._scenes import read_scenes
-from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
 
 SAMPLES = 25  # of the stability boundary over contact damping
@@ -389,8 +389,7 @@ def motion(scene: Scene, stored: Stored, boundaries: Sequence[Boundary]) -> Moti
 
 def study(files: Sequence[Path]) -> Coexistence:
     """The three motions of case (d), from their scenes and the stored files."""
-    if version("heyoka") == NOT_INSTALLED:
-        why = f"{WITHOUT_HEYOKA} nothing else follows these cycles."
+    if why := without_heyoka("nothing else follows these cycles."):
         return Coexistence(motions={}, checked=None, searches_differ=0.0, left_out=why)
     scenes = read_scenes([f for f in files if f.suffix != ".json"], set(MOTIONS.values()))
     read = [read_json(Stored, file) for file in files if file.suffix == ".json"]

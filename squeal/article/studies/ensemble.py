@@ -27,8 +27,8 @@ from squeal.article.identify.population import (
     Row,
 )
 from squeal.article.records import Record, Result, read_json
+from squeal.article.studies._heyoka import has_heyoka
 from squeal.article.studies.sets import FLATTEST
-from squeal.io.provenance import NOT_INSTALLED, version
 
 CONFIDENCE = 0.95
 SLOW = 5.0  # m/s, a slower surface
@@ -339,7 +339,7 @@ def study(files: Sequence[Path]) -> Ensemble:
     searches = {kind: _search([one for one in stored if one.kind == kind]) for kind in KINDS}
     printed = searches["printed"]
     shuffled = searches["shuffled"]
-    able = version("heyoka") != NOT_INSTALLED
+    able = has_heyoka()
     return Ensemble(
         drawn=len(rows),
         seed=population.SEED,

@@ -17,9 +17,9 @@ import numpy as np
 from squeal.article.identify.space import MODELS
 from squeal.article.records import Record, Result
 from squeal.article.studies import _independent
+from squeal.article.studies._heyoka import has_heyoka
 from squeal.article.studies._reference import error_against, precision_in_words, reference
 from squeal.errors import ComputationError
-from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
 from squeal.model.contact import contact_law
 from squeal.model.pad import Model, Pad
@@ -117,15 +117,10 @@ class Case(NamedTuple):
     t: float = 0.0
 
 
-def _place(scene: Scene, motion: Simulation) -> np.ndarray:
-    units, *_ = in_natural_units(scene)
-    return units.to_scaled(np.array(motion.final[1:]))[:3]
-
-
 def compared(scene: Scene, motion: Simulation) -> Errors:
     """Errors of the final place; infinite if other contact changes are found."""
-    place = _place(scene, motion)
     units, *_ = in_natural_units(scene)
+    place = units.to_scaled(np.array(motion.final[1:]))[:3]
     exact = reference(scene)
     second = _independent.motion(
         scene.model, scene.pad, np.array(scene.initial), np.array([scene.stop])
@@ -339,7 +334,7 @@ def _finite(error: float | None) -> float | None:
 
 def study(_: Sequence[Path]) -> Extreme:
     """Run all cases."""
-    stand_in = version("heyoka") == NOT_INSTALLED
+    stand_in = not has_heyoka()
     return Extreme(tuple(map(outcome, cases())), LIMIT, precision_in_words(), stand_in=stand_in)
 
 

@@ -16,10 +16,10 @@ from squeal.article.claims.motions import measures
 from squeal.article.claims.rules import LEVEL
 from squeal.article.identify.ensemble import Arrays, simulate_many, stack
 from squeal.article.records import Record, Result
+from squeal.article.studies._heyoka import without_heyoka
 from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.onset import LONGER, TOLERANCE, Begun, damped, run
 from squeal.equilibrium.damping import damped_model
-from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
 from squeal.model.contact import FULL, TRAIL
 
@@ -124,8 +124,7 @@ def grazing(scene: Scene) -> Grazing:
 def study(files: Sequence[Path]) -> Grazing:
     """Case (c) of model B2."""
     scene = read_scenes(files, ("b2-c",))["b2-c"]
-    if version("heyoka") == NOT_INSTALLED:
-        why = f"{WITHOUT_HEYOKA} nothing else simulates ensembles."
+    if why := without_heyoka("nothing else simulates ensembles."):
         return Grazing(blows=(), grazes=None, crosses=None, left_out=why)
     return grazing(scene)
 

@@ -17,10 +17,10 @@ from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, TOUCH, TURNS, hammering_cases, hammers
 from squeal.article.identify.ensemble import DONE, simulate_many
 from squeal.article.records import Record, Result
+from squeal.article.studies._heyoka import has_heyoka
 from squeal.article.studies._scenes import compression, read_scenes
 from squeal.article.studies.starts import TOLERANCE
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
-from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
 from squeal.model.contact import FULL, NONE, State
 
@@ -181,7 +181,7 @@ def study(files: Sequence[Path]) -> Hammering:
         equilibrium[name] = "none"
         if state is not None:
             equilibrium[name] = scenes[name].pad_model.state_name(state)
-    able = version("heyoka") != NOT_INSTALLED
+    able = has_heyoka()
     b1 = {name: scene for name, scene in scenes.items() if scene.model == "B1"}
     first = {name: by_windows["1"] for name, by_windows in motions.items()}
     return Hammering(

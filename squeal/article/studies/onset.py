@@ -18,13 +18,13 @@ from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, hammers
 from squeal.article.identify.ensemble import DONE, Arrays, simulate_many, stack
 from squeal.article.records import Missing, Moved, Record, Result
+from squeal.article.studies._heyoka import without_heyoka
 from squeal.article.studies._scenes import compression, read_scenes
 from squeal.article.studies._spread import disturbed, moved
 from squeal.article.studies.energy import under_both_laws
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
-from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Damping, Scene
 from squeal.linear import CriticalPoint, complex_eigenvalues
 from squeal.model.contact import NONE
@@ -266,14 +266,18 @@ def _settled(case: Case, changes: int, full: float, line: bool) -> Settled:
     )
 
 
-class Later(NamedTuple):
-    """Motions after some time: states (n, 6), and what each does then, None where it is invalid."""
+class Late(NamedTuple):
+    """Motions after some time: states (n, 6), and what each does then, None where it is invalid.
+
+    ceased: how many lost contact on and on after `LATE` observation times and not after `LONGER`.
+    """
 
     states: np.ndarray
     settled: list[Settled | None]
+    ceased: int = 0
 
 
-def settle(begun: Sequence[Begun], before: float, seen: float) -> Later:
+def settle(begun: Sequence[Begun], before: float, seen: float) -> Late:
     """The motions after a time `before`, and what they do for a time `seen` from then on."""
     line = not begun[0].model.law.plotted[1].is_force
     first = run(begun, before, False)
@@ -281,25 +285,14 @@ def settle(begun: Sequence[Begun], before: float, seen: float) -> Later:
     valid = np.flatnonzero(first["outcome"] == DONE).tolist()
     found: list[Settled | None] = [None] * len(begun)
     if not valid:
-        return Later(ends, found)
+        return Late(ends, found)
     late = run([Begun(begun[i].model, ends[i]) for i in valid], seen, True)
     for row, i in enumerate(valid):
         if late["outcome"][row] == DONE:
             case = case_of(late, row, begun[i].model.pad.V)
             full = float(late["shares"][row, 0])
             found[i] = _settled(case, int(late["changes"][row]), full, line)
-    return Later(ends, found)
-
-
-class Late(NamedTuple):
-    """Motions after a long time: states (n, 6), and what each does then, None where the model ends.
-
-    ceased: how many lost contact on and on after `LATE` observation times and not after `LONGER`.
-    """
-
-    states: np.ndarray
-    settled: list[Settled | None]
-    ceased: int
+    return Late(ends, found)
 
 
 def settle_late(begun: Sequence[Begun], window: float) -> Late:
@@ -307,10 +300,10 @@ def settle_late(begun: Sequence[Begun], window: float) -> Late:
 
     A motion that has settled after `LATE` is not simulated on, one that goes on is until `LONGER`.
     """
-    states, found = settle(begun, LATE * window, SEEN * window)
+    states, found, _ = settle(begun, LATE * window, SEEN * window)
     going_on = [i for i, one in enumerate(found) if one and one.goes_on]
     if not going_on:
-        return Late(states, found, ceased=0)
+        return Late(states, found)
     again = [Begun(begun[i].model, states[i]) for i in going_on]
     later = settle(again, (LONGER - LATE) * window, SEEN * window)
     ceased = 0
@@ -566,22 +559,26 @@ def contact_growth(scene: Scene, a: float) -> float:
 
         a k p (load of a unit normal force) (derivative of the gap by x, y and theta)'
 
-    B1 has two points, the edges; the line of B2 is integrated by Gauss points along the face.
+    B1 has two points, the edges; the line of B2 is integrated by Gauss points along the face. The
+    springs of B1 are relaxed in the undisplaced pose, those of B2 where the face meets the surface.
     """
     equilibrium = analyse(scene)
     pad = scene.pad
     _, y, theta = equilibrium.q
-    cosine = np.cos(theta)
-    sine = np.sin(theta)
+    cosine = np.cos(pad.theta0 + theta)
+    sine = np.sin(pad.theta0 + theta)
     if scene.model == "B2":
         points, weights = np.polynomial.legendre.leggauss(8)
         k = (pad.k_c or 0.0) * weights / 2
+        relaxed_drop = pad.h
     else:
         points = np.array([-1.0, 1.0])
         k = np.array([pad.k3, pad.k4])
-    side = pad.w * cosine * points + pad.h * sine  # along the surface, from the mass centre
-    drop = pad.h * cosine - pad.w * sine * points  # below it
-    p = np.maximum(drop - pad.h - (pad.y0 or 0.0) - y, 0.0)
+        relaxed_drop = pad.h * np.cos(pad.theta0) - pad.w * np.sin(pad.theta0) * points
+    # of the points from the mass centre: along the surface, and down
+    side = pad.w * cosine * points + pad.h * sine
+    drop = pad.h * cosine - pad.w * sine * points
+    p = np.maximum(drop - relaxed_drop - (pad.y0 or 0.0) - y, 0.0)
     arm = pad.h if scene.model == "B2" else drop  # of friction, as Eqs. (6) and (10) have it
     ones = np.ones(len(points))
     loads = np.array([pad.mu * ones, ones, side + pad.mu * arm])
@@ -605,8 +602,7 @@ def contact_damping(scene: Scene) -> ContactDamping:
 def study(files: Sequence[Path]) -> Onset:
     """What lasts of the eight scenes of models B1 and B2, line contact under both laws."""
     scenes = read_scenes(files, HISTORY_FIGURES)
-    if version("heyoka") == NOT_INSTALLED:
-        why = f"{WITHOUT_HEYOKA} nothing else simulates ensembles."
+    if why := without_heyoka("nothing else simulates ensembles."):
         return Onset(after={}, cycles={}, other_damping={}, contact_damping={}, left_out=why)
     motions = under_both_laws(scenes)
     rows: dict[str, list[After]] = {}

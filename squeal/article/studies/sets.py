@@ -9,12 +9,12 @@ from squeal.article.cases import CASES, HISTORY_FIGURES, stem
 from squeal.article.claims import CLAIMS, judge_claims, linear_measures, measure_scenes
 from squeal.article.claims.rules import hammering_cases
 from squeal.article.records import Moved, Record, Result
+from squeal.article.studies._heyoka import has_heyoka
 from squeal.article.studies._scenes import REFERENCE, by_set, read_scenes
 from squeal.article.studies._spread import moved
 from squeal.article.studies.hammering import equilibrium_contact, motion
 from squeal.article.studies.line_springs import on_springs
 from squeal.article.studies.onset import RATIO, After, after, repeats
-from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
 from squeal.model.contact import State
 from squeal.queries.pads.equilibrium import analyse
@@ -102,11 +102,6 @@ def ratios(points: Scene, line: Scene) -> dict[str, float]:
     """Ratios of the parameters and initial values of both models to w, m, k1 and F_n / k1."""
     b1 = points.pad
     b2 = line.pad
-    assert b1.k3 is not None
-    assert b1.k4 is not None
-    assert b2.k_c is not None
-    assert b2.F_n is not None
-    assert b2.I is not None
     sag = b2.F_n / b2.k1
     return {
         "h": b2.h / b2.w,
@@ -166,7 +161,7 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     motions = {name: motion(case, contact_states[name]) for name, case in cases.items()}
     verdicts: dict[str, str | None] = {}  # None without a sliding equilibrium
     late: dict[str, list[After]] = {}  # with damping, a row a repeat
-    able = version("heyoka") != NOT_INSTALLED
+    able = has_heyoka()
     for name, state in contact_states.items():
         verdicts[name] = None
         if state is None:
@@ -185,8 +180,8 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
         return found
 
     without = cases_with(None)
-    in_neither = {*without["B1"], *without["B2"]}
-    with_equilibria = [case for case in CASES if case not in in_neither]  # of both models
+    some_model_without = {*without["B1"], *without["B2"]}
+    with_equilibria = [case for case in CASES if case not in some_model_without]  # of both models
     two_points = []
     for case in with_equilibria:
         state = contact_states[stem("B2", case)]

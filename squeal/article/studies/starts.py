@@ -15,9 +15,9 @@ from squeal.article.claims.motions import measures
 from squeal.article.claims.rules import hammers
 from squeal.article.identify.ensemble import DONE, simulate_many
 from squeal.article.records import Missing, Record, Result
+from squeal.article.studies._heyoka import without_heyoka
 from squeal.article.studies._scenes import compression, read_scenes
 from squeal.equilibrium import sliding_equilibrium
-from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
 
 KINDS = (
@@ -153,8 +153,7 @@ def maps(scene: Scene) -> CaseMaps | Missing:
 def study(files: Sequence[Path]) -> Starts:
     """The maps of the eight scenes of models B1 and B2."""
     scenes = read_scenes(files, HISTORY_FIGURES)
-    if version("heyoka") == NOT_INSTALLED:
-        why = f"{WITHOUT_HEYOKA} nothing else simulates ensembles."
+    if why := without_heyoka("nothing else simulates ensembles."):
         return Starts(cases=dict.fromkeys(scenes, Missing(why)), left_out=why)
     return Starts(cases={name: maps(scene) for name, scene in scenes.items()})
 
