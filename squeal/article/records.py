@@ -6,7 +6,7 @@ import json
 import math
 import types
 import typing
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from decimal import ROUND_CEILING, Decimal
 from functools import cache
 from pathlib import Path
@@ -155,6 +155,11 @@ class Missing(Record):
     """Stands where something does not exist, and says why."""
 
     reason: str
+
+
+def first_reason(entries: Iterable[Any]) -> str:
+    """Why the first missing one of some entries is missing, empty where none is."""
+    return next((one.reason for one in entries if isinstance(one, Missing)), "")
 
 
 class Moved(Record):

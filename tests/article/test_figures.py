@@ -10,8 +10,20 @@ import pytest
 from matplotlib.colors import to_hex, to_rgb
 
 from squeal.article.equations import quasi_static_map
-from squeal.article.figures import charts, histories, sketch
+from squeal.article.figures import (
+    charts,
+    coupling,
+    energy,
+    histories,
+    line_springs,
+    modes,
+    sketch,
+)
+from squeal.article.records import Missing
 from squeal.article.runs import read_run
+from squeal.article.studies.energy import Energy
+from squeal.article.studies.line_springs import Case, LineSprings
+from squeal.article.studies.stability import SceneStability, Stability
 from squeal.article.transitions import transitions
 from squeal.cli.main import main
 from squeal.io.scene import read_scene
@@ -226,3 +238,24 @@ def test_quasi_static_map_is_eq_23():
         both = K11 / (K11 - pad.mu * K21) > 0 and K31 / (K31 - pad.mu * pad.h * K21) > 0
         assert maps.as_printed[i, j] == printed
         assert maps.complete[i, j] == (both and K11 > 0 and K31 > 0)
+
+
+def _without_branches():
+    missing = Missing("no steady sliding")
+    names = ("b2-c", "b2-d")
+    return Stability(
+        tuple(SceneStability(n, "B2", 0.3, 0.04, 0.01, missing, missing) for n in names)
+    )
+
+
+@pytest.mark.parametrize(
+    ("figure", "record"),
+    [
+        (coupling, _without_branches()),
+        (modes, _without_branches()),
+        (energy, Energy(dict.fromkeys(("b1-c", "b2-c-mean"), Missing("no steady sliding")))),
+        (line_springs, LineSprings({"a": Case(Missing("no steady sliding"), ())}, stop=1.0)),
+    ],
+)
+def test_a_figure_of_nothing_says_why(figure, record):
+    assert figure.draw(record).alternative == "no steady sliding"

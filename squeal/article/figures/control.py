@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from squeal.article.records import Missing
+from squeal.article.records import Missing, first_reason
 from squeal.article.studies.eigenvalues import Eigenvalues, Locus, Loop
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
@@ -85,8 +85,7 @@ def draw(record: Eigenvalues) -> Drawing:
     title = "Root loci over friction as a loop gain"
     loops = {name: one for name, one in record.loops.items() if not isinstance(one, Missing)}
     if not loops:
-        why = next(one.reason for one in record.loops.values() if isinstance(one, Missing))
-        return blank(title, why, __name__, record.provenance)
+        return blank(title, first_reason(record.loops.values()), __name__, record.provenance)
     parts = []
     for name, loop in loops.items():
         frozen = "none" if loop.frozen is None else f"{loop.frozen:.3g}"

@@ -8,10 +8,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from squeal.article.cases import title
+from squeal.article.records import first_reason
 from squeal.article.studies.stability import Branch, SceneStability, Stability
 from squeal.plots.coupling import mark_events
 from squeal.plots.modes import RED
-from squeal.plots.style import DOUBLE, Drawing, origin, state_label, style
+from squeal.plots.style import DOUBLE, Drawing, blank, origin, state_label, style
 
 CAPTION = r"""Frequencies and growth rates of the three modes along the sliding equilibria of model
 B2 over friction, without damping: where two frequencies meet, one mode begins to grow (flutter)
@@ -23,6 +24,15 @@ LOOKS: list[dict[str, Any]] = [
     {"color": RED, "linestyle": (0, (5, 1.5, 1, 1.5))},
 ]
 UNITS = 2e3 * np.pi, 1e3  # kHz in rad/s, 1/ms in 1/s
+
+
+def shown_branches(record: Stability) -> list[tuple[SceneStability, Branch]]:
+    """The scenes that the figure shows, each with its branch; none without a branch."""
+    shown = []
+    for scene in record.scenes:
+        if scene.name in SHOWN and isinstance(scene.branch, Branch):
+            shown.append((scene, scene.branch))
+    return shown
 
 
 def _events(branch: Branch) -> list[tuple[float, str, str]]:
@@ -54,28 +64,24 @@ def _draw_modes(
         lower.plot(mu, pair.real / UNITS[1], gid=f"mode {k}", **look)
 
 
-def _pair(scene: SceneStability, upper: Axes, lower: Axes) -> None:
+def _pair(scene: SceneStability, branch: Branch, upper: Axes, lower: Axes) -> None:
     upper.set_title(title(scene.name), pad=3.0)
     for axes in (upper, lower):
         axes.axvline(scene.mu, color="0.7", linewidth=0.6, zorder=0, gid="reference friction")
-    if isinstance(scene.branch, Branch):
-        branch = scene.branch
-        values = (np.array(branch.real) + 1j * np.array(branch.imag)).T
-        _draw_modes(upper, lower, np.array(branch.mu), values)
-        mark_events(_events(branch), upper, lower)
-    else:
-        upper.text(0.5, 0.5, "no branch", transform=upper.transAxes, ha="center")
+    values = (np.array(branch.real) + 1j * np.array(branch.imag)).T
+    _draw_modes(upper, lower, np.array(branch.mu), values)
+    mark_events(_events(branch), upper, lower)
 
 
 def coupling_figure(record: Stability) -> Figure:
     """Frequencies over growth rates, a column a case."""
-    scenes = [scene for scene in record.scenes if scene.name in SHOWN]
+    shown = shown_branches(record)
     with style():
         figure = Figure(figsize=(DOUBLE, 3.2))
         shape: Any = {"sharex": True, "sharey": "row", "height_ratios": (1.7, 1.0)}
-        grid = figure.subplots(2, len(scenes), squeeze=False, **shape)
-        for scene, upper, lower in zip(scenes, *grid, strict=True):
-            _pair(scene, upper, lower)
+        grid = figure.subplots(2, len(shown), squeeze=False, **shape)
+        for (scene, branch), upper, lower in zip(shown, *grid, strict=True):
+            _pair(scene, branch, upper, lower)
             lower.set_xlabel(r"friction $\mu$")
         top = max(axes.dataLim.y1 for axes in grid[0])
         reach = max(abs(axes.dataLim.intervaly).max() for axes in grid[1]) or 1.0
@@ -89,14 +95,17 @@ def coupling_figure(record: Stability) -> Figure:
 
 def draw(record: Stability) -> Drawing:
     """The figure, ready to be saved."""
+    name = "Mode coupling over friction"
     parts = []
-    for scene in record.scenes:
-        if scene.name in SHOWN and isinstance(scene.branch, Branch):
-            events = [f"{label} at {mu:.3g}" for mu, label, _ in _events(scene.branch)]
-            parts.append(f"{title(scene.name)}: {', '.join(events) or 'no change'}")
+    for scene, branch in shown_branches(record):
+        events = [f"{label} at {mu:.3g}" for mu, label, _ in _events(branch)]
+        parts.append(f"{title(scene.name)}: {', '.join(events) or 'no change'}")
+    if not parts:
+        why = first_reason(scene.branch for scene in record.scenes)
+        return blank(name, why, __name__, record.provenance)
     text = (
         "Frequencies above growth rates of the three modes over friction along the sliding "
         f"equilibria. {'; '.join(parts)}."
     )
     made = origin(__name__, record.provenance)
-    return Drawing(coupling_figure(record), text, "Mode coupling over friction", made)
+    return Drawing(coupling_figure(record), text, name, made)

@@ -7,8 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from squeal.article.records import first_reason
 from squeal.article.studies.energy import Energy, Motion, motion_title
-from squeal.plots.style import DOUBLE, Drawing, origin, style
+from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 CURVES = {
     "kinetic": ("kinetic energy", "#3498DB", (0, (2, 0.7))),
@@ -67,6 +68,7 @@ def energy_figure(record: Energy) -> Figure:
 
 def draw(record: Energy) -> Drawing:
     """The figure, ready to be saved."""
+    title = "Energies and works in case (c)"
     parts = []
     for name, motion in record.motions.items():
         if isinstance(motion, Motion) and motion.curves:
@@ -77,13 +79,15 @@ def draw(record: Energy) -> Drawing:
                 f"{sum(gain):.2g} J in {len(gain)} episodes of partial contact and "
                 f"{sum(loss):.2g} J in {len(loss)}"
             )
+    if not parts:
+        return blank(title, first_reason(record.motions.values()), __name__, record.provenance)
     text = (
         "Kinetic and elastic energy over time in the upper row, works of friction, brake force and "
         f"contact law in the lower row. {'; '.join(parts)}. Areas mark the episodes of partial "
         "contact in which the law does positive or negative work."
     )
     made = origin(__name__, record.provenance)
-    return Drawing(energy_figure(record), text, "Energies and works in case (c)", made)
+    return Drawing(energy_figure(record), text, title, made)
 
 
 CAPTION = r"""Energies (above) and works since the start (below) in case (c): point contact and

@@ -3,8 +3,9 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from squeal.article.records import Missing, first_reason
 from squeal.article.studies.line_springs import COUNTS, Contact, LineSprings
-from squeal.plots.style import DOUBLE, Drawing, origin, style
+from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 LOOKS = {"a": ("#3498DB", "o"), "b": ("#000000", "s"), "c": ("#C8380E", "^"), "d": ("#6A1B7B", "D")}
 LEAST = 1e-9  # of the range: motions that are nearer are the same to rounding
@@ -49,23 +50,29 @@ def springs_figure(record: LineSprings) -> Figure:
 
 def draw(record: LineSprings) -> Drawing:
     """The figure, ready to be saved."""
+    title = "Springs along the face against the line"
     parts = []
     for name, case in record.cases.items():
-        first = case.springs[0]
         line = case.line
-        if isinstance(first, Contact) and isinstance(line, Contact):
+        if isinstance(line, Missing):  # nothing is compared with it
+            continue
+        first = case.springs[0]
+        if isinstance(first, Contact):
             parts.append(
                 f"case ({name}) {100 * first.lost:.1f} and {100 * first.apart:.1f} % on "
                 f"{first.count} springs, {100 * line.lost:.1f} and {100 * line.apart:.1f} % on "
                 "the line"
             )
+    if not parts:
+        why = first_reason(case.line for case in record.cases.values())
+        return blank(title, why, __name__, record.provenance)
     text = (
         "Over the number of springs along the face: share of the time in which some contact is "
         "lost, share in which the surfaces are apart, and greatest distance from the motion on "
         f"the line, which dashed lines show. Lost and apart: {'; '.join(parts)}."
     )
     made = origin(__name__, record.provenance)
-    return Drawing(springs_figure(record), text, "Springs along the face against the line", made)
+    return Drawing(springs_figure(record), text, title, made)
 
 
 CAPTION = r"""$N$ springs in place of the line: share of time in which some spring is separated (a)

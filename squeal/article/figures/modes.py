@@ -5,9 +5,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squeal.article.cases import title
+from squeal.article.records import first_reason
 from squeal.article.studies.stability import Modes, ModeShape, SceneStability, Stability
 from squeal.plots.modes import draw_pad, draw_surface, exaggeration, legend_of_phases, outlines
-from squeal.plots.style import DOUBLE, Drawing, origin, style
+from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 MODEL = "B2"
 CAPTION = r"""Mode shapes about the sliding equilibria of model B2: the pad at rest (grey) and at
@@ -39,10 +40,8 @@ def scenes_of(record: Stability) -> list[SceneStability]:
 
 
 def modes_figure(record: Stability) -> Figure:
-    """One column a case, three modes below each other by rising frequency.
-
-    Raises ValueError if none of the cases has a sliding equilibrium.
-    """
+    """One column a case, three modes below each other by rising frequency; some case has a sliding
+    equilibrium."""
     scenes = scenes_of(record)
     shown = []
     pads = []
@@ -54,8 +53,6 @@ def modes_figure(record: Stability) -> Figure:
                 shown.append((column, row, mode, lines))
                 pads += lines
                 shapes.append(shape_of(mode))
-    if not shown:
-        raise ValueError(f"no scene of model {MODEL} has a sliding equilibrium to draw")
     corners = np.concatenate(pads)
     surface = [-s.h / s.w for s in scenes]  # its height below the centre, in half lengths
     left, bottom = corners.min(axis=0) - 0.08
@@ -103,9 +100,9 @@ def alternative_text(record: Stability) -> str:
 
 def draw(record: Stability) -> Drawing:
     """The figure of `squeal.article.studies.stability` results, ready to be saved."""
-    return Drawing(
-        modes_figure(record),
-        alternative_text(record),
-        f"Mode shapes of model {MODEL}",
-        origin(__name__, record.provenance),
-    )
+    name = f"Mode shapes of model {MODEL}"
+    equilibria = [scene.equilibrium for scene in scenes_of(record)]
+    if not any(isinstance(one, Modes) for one in equilibria):
+        return blank(name, first_reason(equilibria), __name__, record.provenance)
+    made = origin(__name__, record.provenance)
+    return Drawing(modes_figure(record), alternative_text(record), name, made)

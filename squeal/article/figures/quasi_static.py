@@ -44,7 +44,7 @@ def _mark_beside(axes: Axes, marks: Marks) -> None:
         )
 
 
-def quasi_static_figure(record: QuasiStatic, angles: Angles, marks: Marks) -> Figure:
+def quasi_static_figure(record: QuasiStatic, angles: Angles) -> Figure:
     """Fig. 13 as printed, the complete conditions, their state, and equilibria of B2.
 
     The regions are black as in the article, within their traced boundaries.
@@ -52,7 +52,7 @@ def quasi_static_figure(record: QuasiStatic, angles: Angles, marks: Marks) -> Fi
     quiet = np.arange(4) >= PARTIAL
     equilibria = angles.b2.regrouped(quiet.astype(int))
     of_b2 = (f"(d) B2, no growth: {100 * angles.share.quiet:.1f} %", equilibria, BLACK)
-    return _drawn((*_panels_of_conditions(record), of_b2), record, marks)
+    return _drawn((*_panels_of_conditions(record), of_b2), record, CASES)
 
 
 def _panels_of_conditions(record: QuasiStatic) -> tuple[MapPanel, MapPanel, MapPanel]:
@@ -111,11 +111,11 @@ def draw_conditions(pad: Pad) -> Drawing:
     return Drawing(figure, alternative, "Map of quasi-static sliding", origin(__name__))
 
 
-def draw(record: QuasiStatic, angles: Angles, marks: Marks = CASES) -> Drawing:
+def draw(record: QuasiStatic, angles: Angles) -> Drawing:
     """The figure, ready to be saved."""
     title = "Map of the quasi-static sliding motion"
     made = origin(__name__, record.provenance, angles.provenance)
-    figure = quasi_static_figure(record, angles, marks)
+    figure = quasi_static_figure(record, angles)
     return Drawing(figure, alternative_text(record, angles), title, made)
 
 

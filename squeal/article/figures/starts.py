@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
-from squeal.article.records import Missing
+from squeal.article.records import Missing, first_reason
 from squeal.article.studies.starts import KINDS, WINDOWS, CaseMaps, Map, Starts
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
@@ -66,8 +66,7 @@ def draw(record: Starts) -> Drawing:
     title = "What the initial conditions decide"
     cases = {name: one for name, one in record.cases.items() if not isinstance(one, Missing)}
     if not cases:
-        reason = next(one.reason for one in record.cases.values() if isinstance(one, Missing))
-        return blank(title, reason, __name__, record.provenance)
+        return blank(title, first_reason(record.cases.values()), __name__, record.provenance)
     parts = []
     for name, case in cases.items():
         share = longest(case).share
