@@ -13,11 +13,13 @@ from squeal.model.pad import Pad
 def stiffness(pad: Pad, printed: bool = False, angles: Any = None) -> np.ndarray:
     """K of Eq. (22), shape (3, 3, ...): the two inclined springs about the origin.
 
-    `printed` leaves the k2 term of K33 out, as Eq. (22i) does (finding E1).
+    K = k1 a1 a1' + k2 a2 a2', so its rank is at most two. `printed` leaves the k2 term of K33 out,
+    as Eq. (22i) does (finding E1).
     """
-    K = spring_stiffness(pad, angles)
+    a1, a2 = spring_directions(pad, angles)
+    K = pad.k1 * np.einsum("i...,j...->ij...", a1, a1)
+    K = np.asarray(K + pad.k2 * np.einsum("i...,j...->ij...", a2, a2))
     if printed:
-        a1, _ = spring_directions(pad, angles)
         K[2, 2] = pad.k1 * a1[2] ** 2
     return K
 
@@ -193,16 +195,6 @@ def spring_directions(pad: Pad, angles: Any = None) -> tuple[np.ndarray, np.ndar
     a1 = np.array([np.cos(alpha1), np.sin(alpha1), -d * np.sin(alpha1 + beta - pad.theta0)])
     a2 = np.array([np.cos(alpha2), -np.sin(alpha2), -d * np.sin(alpha2 + beta + pad.theta0)])
     return a1, a2
-
-
-def spring_stiffness(pad: Pad, angles: Any = None) -> np.ndarray:
-    """K of the two inclined springs about the origin, Eq. (22), shape (3, 3, ...).
-
-    K = k1 a1 a1' + k2 a2 a2', so its rank is at most two.
-    """
-    a1, a2 = spring_directions(pad, angles)
-    K = pad.k1 * np.einsum("i...,j...->ij...", a1, a1)
-    return np.asarray(K + pad.k2 * np.einsum("i...,j...->ij...", a2, a2))
 
 
 def balanced(pad: Pad, K: np.ndarray) -> np.ndarray:

@@ -231,8 +231,8 @@ def springs_alone(study: Study) -> Measured:
     return Measured(
         {"imaginary": imaginary, "flutter": flutter},
         f"Its squared frequencies are real (greatest imaginary part {imaginary:.1g} of the "
-        "greatest), "
-        "so it never shows flutter; with contact and friction the linearisation about the origin "
+        "greatest), so it never shows flutter; with contact and friction the linearisation about "
+        "the origin "
         f"flutters on {100 * flutter:.1f} % of the map.",
     )
 
@@ -272,7 +272,7 @@ def sliding(study: Study) -> Measured:
             rubs = history["state"] != model.law.state_name(NONE)
             speed = (history["x_dot"] + arm * history["theta_dot"])[rubs]
             pad_over_V = max(pad_over_V, float(history["x_dot"].max() / model.pad.V))
-            face_over_V = max(face_over_V, float(speed.max() / model.pad.V))
+            face_over_V = max(face_over_V, float(speed.max(initial=0.0) / model.pad.V))
         if run.sliding_holds is False:
             lost.append(title(key))
     text = "With the assumed V sliding holds in all eight runs"

@@ -20,7 +20,6 @@ from squeal.simulation.hybrid import (
     LIMITS,
     Limit,
     ModelEnd,
-    Options,
     Segment,
     first_contact,
     integrate,
@@ -54,19 +53,19 @@ def _some(model: PadModel, which: Any) -> PadModel:
     return dataclasses.replace(model, pad=pad, damping=rows)
 
 
-def _unsure(segment: Segment, options: Options) -> np.ndarray:
+def _unsure(segment: Segment) -> np.ndarray:
     """True (n,) for motions side by side that had better be run alone.
 
     A motion is unsure that could not be carried to the end, that ends with a gap of the wrong sign,
     or in which several points may have changed in one instant.
     """
-    has_wrong_gap = (segment.beyond > options.missed).any(axis=0)
+    has_wrong_gap = (segment.beyond > DEFAULT.missed).any(axis=0)
     unsure = (segment.limit == Limit.FAILED) | (has_wrong_gap & (segment.limit == Limit.NONE))
     c = segment.coefficients(segment.motion)
     heights = np.array(segment.law.gaps(c, pose(np, c.place(segment.state))))
     # at each change, how far each point is from the surface, on the side of its contact state
     distance = np.where(segment.on > 0, -heights, heights)
-    is_near = distance < options.clear * (1.0 + c.w + c.h)  # a share of the pad's size
+    is_near = distance < DEFAULT.clear * (1.0 + c.w + c.h)  # a share of the pad's size
     is_near[segment.point, np.arange(len(segment.t))] = False  # the point that changes
     unsure[segment.motion[is_near.any(axis=0)]] = True
     return unsure
@@ -129,7 +128,6 @@ def _motions(
     tolerance: float,
     measure: Measure | None,
     events: bool,
-    options: Options,
 ) -> Arrays:
     """What is wanted of the motions of some pads, as `simulate_many` returns it.
 
@@ -145,36 +143,36 @@ def _motions(
     model = units.scaled(pads_as_given)
     placed = units.to_scaled(initial.T)
     stop = duration / units.time
-    contact = first_contact(model, placed, options)
-    state = off_level(model, placed, contact, options)
+    contact = first_contact(model, placed)
+    state = off_level(model, placed, contact)
     dense = measure is not None
     results: Arrays = {}
 
     def store(pads: np.ndarray, segment: Segment) -> None:
         """Put the motions of the pads with these numbers into `results`."""
-        of_pads = Units(*(v[pads] for v in vars(units).values()))
-        for name, value in _results(segment, of_pads, measure, events).items():
+        their_units = Units(*(v[pads] for v in vars(units).values()))
+        for name, value in _results(segment, their_units, measure, events).items():
             results.setdefault(name, np.empty((n, *value.shape[1:]), value.dtype))[pads] = value
 
     c = model.c
     # by the number of steps, roughly: where the pad turns easily its rotation is the fastest motion
     lengths = stop * np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
-    for block in _blocks(lengths, options.lanes, dense):
-        side_by_side = TaylorBatch(_some(model, block), tolerance, options=options)
+    for block in _blocks(lengths, DEFAULT.lanes, dense):
+        side_by_side = TaylorBatch(_some(model, block), tolerance)
         begin = np.zeros(len(block))
         segment = side_by_side.run(contact[:, block], begin, state[:, block], stop[block], dense)
-        unsure = _unsure(segment, options)
+        unsure = _unsure(segment)
         limit = np.where(unsure, Limit.FAILED, segment.limit)
         store(block, dataclasses.replace(segment, limit=limit))
         for i in np.unique(block[unsure]).tolist():
             one = _some(model, i)
             its_units = Units(*(float(v[i]) for v in vars(units).values()))
             segments = list[Segment]()
-            alone = taylor.TaylorIntegrator(one, tolerance, options=options)
+            alone = taylor.TaylorIntegrator(one, tolerance)
             end = float(stop[i])
             observers = [segments.append]
             try:
-                integrate(one, alone, its_units, state[:, i], end, observers, dense, options)
+                integrate(one, alone, its_units, state[:, i], end, observers, dense)
             except ModelEnd:
                 pass  # the last segment has the limit
             except ComputationError:
@@ -194,7 +192,6 @@ def simulate_many(
     events: bool = False,
     workers: int = 1,
     damping: np.ndarray | None = None,
-    options: Options = DEFAULT,
 ) -> Arrays:
     """Simulate n pads of a model; all units follow those of the pads.
 
@@ -250,8 +247,6 @@ def simulate_many(
     size = math.ceil(count / workers)
     parts = [slice(i, i + size) for i in range(0, count, size)]
     tasks = [(_some(whole, part), starts[part], stops[part]) for part in parts]
-    motions = partial(
-        _motions, tolerance=tolerance, measure=measure, events=events, options=options
-    )
+    motions = partial(_motions, tolerance=tolerance, measure=measure, events=events)
     chunks = list(mapped(motions, tasks, workers))
     return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}

@@ -539,8 +539,7 @@ def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdic
             cases[model].append(case)
     points = cases["B1"]
     line = cases["B2"]
-    # all motions but the first are computed `ONCE_MORE` times: the last of them goes with repeats
-    # beyond
+    # all but the `first` motions are computed `ONCE_MORE` times: later repeats take the last time
     other = min(repeat, ONCE_MORE - 1)
     points_hammer = _letters(hammers(case).margin > 0.0 for case in points)
     line_hammers = _letters(hammers(case).margin > 0.0 for case in line)
@@ -650,11 +649,6 @@ def read(file: Path) -> list[Row]:
     return [Row(*line) for line in lines_of(file)]
 
 
-def write(file: Path, stored: Sequence[Row]) -> None:
-    """Write rows to a file."""
-    write_lines(file, Row._fields, stored)
-
-
 def lines_of(file: Path) -> list[list[str]]:
     """The lines of a table below its head."""
     with file.open(newline="", encoding="utf-8") as stream:
@@ -681,7 +675,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     while len(stored) < given.sets:
         end = min(len(stored) + BLOCK, given.sets)
         stored += rows(some(numbers, slice(len(stored), end)))
-        write(given.file, stored)
+        write_lines(given.file, Row._fields, stored)
         valid = sum(one.outcome == "valid" for one in stored)
         print(f"{len(stored)} sets, {valid} valid", flush=True)
     return 0
