@@ -244,11 +244,11 @@ def pairing_costs(
     references: Sequence[Mode], modes: Sequence[Mode], tolerance: float
 ) -> PairingCosts:
     """What pairs cost: their difference in frequency over the tolerance, plus 1 - MAC."""
-    reference_hz = np.array([mode.frequency_hz for mode in references], float)
-    computed_hz = np.array([mode.frequency_hz for mode in modes], float)
+    reference_hz = np.array([mode.frequency_hz for mode in references], float)[:, None]  # a column
+    computed_hz = np.array([mode.frequency_hz for mode in modes], float)  # a row
     # over the computed frequency where the reference has 0; two modes of frequency 0 do not differ
-    size = np.where(reference_hz[:, None] > 0.0, reference_hz[:, None], computed_hz)
-    difference = (computed_hz - reference_hz[:, None]) / np.where(size > 0.0, size, 1.0)
+    size = np.where(reference_hz > 0.0, reference_hz, computed_hz)
+    difference = (computed_hz - reference_hz) / np.where(size > 0.0, size, 1.0)
     macs = _mac_of_modes(references, modes)
     unlikeness = np.where(np.isnan(macs), 0.0, 1.0 - macs)
     return PairingCosts(difference, macs, np.abs(difference) / tolerance + unlikeness)

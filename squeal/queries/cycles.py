@@ -466,7 +466,7 @@ def cycles(
     """
     check_simulation(scene)
     name, low, high = _parameter_range(scene, over)
-    # in natural units, as all that `shooting` takes and gives; `model_at` makes its models
+    # the simulation runs in natural units: `start` and `stop`, and the models that `model_at` makes
     units, _, start, stop = in_natural_units(scene)
     value = getattr(scene.pad, name)
     scale = 1.0  # the continuation needs a parameter of the order of one, as mu and angles are
@@ -499,11 +499,11 @@ def cycles(
         if reason == RESTS and verdict in ("flutter", "divergence"):
             reason += f" where sliding is not stable ({verdict}); other initial conditions leave it"
         return Cycles(scene.model, name, reason=reason, sliding=((value, verdict),))
-    # the cycles of the branch from the first one towards smaller and towards larger values
+    # the branch in two halves: cycles from the first one towards smaller, and towards larger values
     below: list[Cycle] = []
     above: list[Cycle] = []
     end_below = end_above = ""
-    values = {value}
+    values_of_sliding = {value}
     if over:
         scaled_range = (low / scale, high / scale)
         below, end_below = shooting.branch(
@@ -514,9 +514,9 @@ def cycles(
             above, end_above = shooting.branch(
                 first, towards=1.0, ends=scaled_range, longest_step=STEP, most=MOST
             )
-        values |= set(np.linspace(low, high, SLIDING).tolist())
+        values_of_sliding |= set(np.linspace(low, high, SLIDING).tolist())
     branch = (*reversed(below), first, *above)
-    sliding = tuple((at, verdict_at(at)) for at in sorted(values))
+    sliding = tuple((at, verdict_at(at)) for at in sorted(values_of_sliding))
     return Cycles(
         model=scene.model,
         parameter=name,

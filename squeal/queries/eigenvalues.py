@@ -214,7 +214,7 @@ def _unstable_modes(scene: Scene, analysis: PadAnalysis) -> tuple[UnstableMode, 
         breakpoints = path.breakpoints
 
     def on_branch(at: float) -> Matrices:
-        """M, C, K at a value of mu; at that of the scene those that were analysed."""
+        """M, C, K at a value of mu; at the scene's mu the matrices that were analysed."""
         return matrices if at == mu else matrices_of_branch(at)
 
     return unstable_modes(on_branch, mu, thresholds(on_branch, mu, breakpoints))

@@ -482,14 +482,15 @@ def _slopes_of(
         Derivatives of the roots, rad/s: by "term 0", "term 1" and so on by the relative size of
         each term, and by the parameters of `by_frequency`.
     """
-    matrices: dict[str, Any] = {"M": None, "C": None, "K": None}
+    nothing: dict[str, Any] = {"M": None, "C": None, "K": None}  # None is a matrix of zeros
+    matrices = dict(nothing)
     changes = dict(by_frequency)
     for k, term in enumerate(terms):
         scaled = term.factor * term.matrix
         total = matrices[term.part]
         matrices[term.part] = scaled if total is None else total + scaled
         # the derivative of its part by the relative size of a term is the term itself
-        derivatives = {"M": None, "C": None, "K": None} | {term.part: scaled}
+        derivatives = nothing | {term.part: scaled}
         changes[f"term {k}"] = (derivatives["M"], derivatives["C"], derivatives["K"])
     slopes, _ = sensitivities((matrices["M"], matrices["C"], matrices["K"]), changes, roots)
     return slopes

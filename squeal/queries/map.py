@@ -98,7 +98,8 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
         reduction = reduced_for(system, selection, corners, method="modal")
     points = _points(axes, [axis.values for axis in axes])
     computed = mapped(_verdict_and_growth, points, workers, (system, selection, reduction))
-    cells = list(counted(computed, len(points), PROGRESS.get(), "points"))  # as the points
+    # verdict and growth of each point, in the order of the points
+    cells = list(counted(computed, len(points), PROGRESS.get(), "points"))
     verdicts = [verdict for verdict, _ in cells]
     names = (*VERDICTS, NO_ROOT)
     shape = (axes[0].n, axes[1].n)

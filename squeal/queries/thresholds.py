@@ -123,7 +123,7 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     Raises
     ------
     InputError
-        For a friction that is not `MU_MAX`.
+        For an upper end that `MU_MAX` does not allow.
     ComputationError
         If there is no equilibrium without friction.
     """
@@ -132,8 +132,8 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     if path is not None and path.mu_end <= 0.0:
         raise ComputationError(f"no threshold can be given: {path.end}")
     M, C, K = checked(*system(0.0))
-    # on a branch this is checked of a free coordinate as well, of which `roots_and_verdict` checks
-    # nothing; B3, which has no branch, may have free coordinates
+    # `roots_and_verdict` skips this check for a pad with a free coordinate; for one on a branch (not
+    # B3) it is made here in any case
     if path is not None and hides_slow_roots(reduce(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
     # a bound of |lambda| without friction and damping, rad/s
@@ -251,9 +251,9 @@ def _judged(
 def with_statement(
     answer: Thresholds, statement: RangeStatement, intervals: Sequence[tuple[float, float]]
 ) -> Thresholds:
-    """Take the referee's statement into an answer, which is certified if it is proved.
+    """The answer with the referee's statement on its thresholds, certified if they are proved.
 
-    intervals: those in which thresholds are proved. Each threshold gets the interval that holds it.
+    intervals: in which thresholds are proved. Each threshold gets the interval that holds it.
     """
 
     def with_proved_interval(located: Located) -> Located:
@@ -370,7 +370,8 @@ def system_thresholds_with_proof(
     system = analysis.system
     selection = analysis.selection
     assumptions = analysis.file.assumptions
-    can_be_proved = is_small(system) and not analysis.joined and not assumptions
+    small = is_small(system)
+    can_be_proved = small and not analysis.joined and not assumptions
     lists_all = selection == EigenvalueSelection()
     if prove and analysis.joined:
         raise InputError(
@@ -397,17 +398,17 @@ def system_thresholds_with_proof(
             answer, refuted_at = _proved_system(
                 system, selection, answer, all_crossings, at_any_cost=prove is True
             )
-        elif is_small(system) and system.real and prove is not False:
+        elif small and system.real and prove is not False:
             answer, refuted_at = _counted_system(system, answer, is_complete=lists_all)
         if refuted_at is None:
             break
         step_ends.append(refuted_at)
-    if answer.certified and answer.proof is None and is_small(system):
+    if answer.certified and answer.proof is None and small:
         answer = _counted_not_proved(answer)
     answer = widened(analysis.file, system, answer)
     answer = thresholds_as_seated(analysis.file, answer)
     answer = thresholds_as_known(analysis.file, answer)
-    if is_small(system) and answer.verdict != NO_ROOT:
+    if small and answer.verdict != NO_ROOT:
         return _judged_at_start(analysis, answer, prove is not False)
     return answer
 
@@ -532,8 +533,8 @@ def _counted_system(
     The referee counts the growing roots at some values. A count that it cannot decide withdraws the
     certificate too; counts that agree give none.
 
-    is_complete: whether all thresholds are listed, not those of a band or region alone. Returns the
-    answer, and the value of the parameter at which the counts refute it, None if they do not.
+    is_complete: whether the list holds all thresholds, not only those of a band or region. Returns
+    the answer, and the value of the parameter at which the counts refute it, None if they do not.
     """
     from squeal.queries.ranges import doubt_of_counts
 

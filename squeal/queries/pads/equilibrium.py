@@ -117,7 +117,7 @@ def _hangs_on_rounding(
 ) -> bool:
     """Whether rounding of an equilibrium q (3,) may change the verdict on the matrices about it."""
     M, C, K = matrices
-    root = np.sqrt(np.outer(np.diag(M), np.diag(M)))  # M^-1/2 K M^-1/2 is K / root
+    mass_root = np.sqrt(np.outer(np.diag(M), np.diag(M)))  # M^-1/2 K M^-1/2 is K / mass_root
     error = np.zeros((1, 3, 3))  # of the mass-normalised stiffness, in SI units
     if not model.linear:
         statics = Statics.of(dataclasses.replace(model, damping=None))
@@ -126,8 +126,8 @@ def _hangs_on_rounding(
         z = np.array([*natural, model.pad.mu])[:, None]  # (4, 1), of a stack of one pad
         of_entries = statics.stiffness_error(z, 1.0 * np.array(state)[:, None])
         error = normalised(statics.model.pad, of_entries) / units.time**2
-    B = (C / root)[None] if C.any() else None
-    return bool(hangs_on_rounding((K / root)[None], B, error)[0])
+    B = (C / mass_root)[None] if C.any() else None
+    return bool(hangs_on_rounding((K / mass_root)[None], B, error)[0])
 
 
 def damping_errors(scene: Scene) -> np.ndarray:
@@ -146,12 +146,12 @@ def damping_errors(scene: Scene) -> np.ndarray:
     known = known_linearisation(model, q, state)
     if known.errors is None or (known.moved is not None and known.moved.state != state):
         return np.full((3, 3), np.inf)
-    root = np.sqrt(np.outer(np.diag(M), np.diag(M)))
-    A = K_given / root
+    mass_root = np.sqrt(np.outer(np.diag(M), np.diag(M)))
+    A = K_given / mass_root
     B, _ = normalised_damping(damping, A)
     _, K_error = known.errors
     # the damping was made of K_given, which may lie off the K about the enclosed equilibrium
-    A_error = (np.abs(K_given - known.matrices.K) + K_error) / root
+    A_error = (np.abs(K_given - known.matrices.K) + K_error) / mass_root
     A_error += ROUNDING * np.linalg.norm(A, 2)
     error = ROUNDING * np.linalg.norm(B, 2) * np.ones((3, 3))
     # A counts as symmetric in `normalised_damping`: two entries change together
@@ -160,7 +160,7 @@ def damping_errors(scene: Scene) -> np.ndarray:
         change[i, j] = change[j, i] = 1.0
         slope = normalised_damping_slope(damping, A, change)
         error += np.abs(slope) * max(A_error[i, j], A_error[j, i])
-    return np.where(np.isfinite(error), error * root, np.inf)
+    return np.where(np.isfinite(error), error * mass_root, np.inf)
 
 
 def analyse(scene: Scene) -> PadAnalysis:

@@ -185,7 +185,7 @@ def on_grid(
         parts = list(mapped(codes_of_block, blocks, workers))
     grids = []
     for arrays_of_blocks in zip(*parts, strict=True):  # for each field of `PointVerdicts`
-        joined = np.concatenate(arrays_of_blocks, axis=-1)  # the last axis is that over points
+        joined = np.concatenate(arrays_of_blocks, axis=-1)  # along the points
         grids.append(joined.reshape(*joined.shape[:-1], len(x), len(y)))
     return PointVerdicts(*grids)
 

@@ -119,8 +119,9 @@ def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict
     """Compute the derivatives by each parameter about an equilibrium q (3,), with the damping.
 
     Damping by ratios or Rayleigh's factors is C = M^1/2 B(A) M^1/2 with A = M^-1/2 K M^-1/2 of the
-    pad without friction, and so follows M and K; its derivative, by the product rule, is added to
-    the derivative of C. A damping matrix is constant.
+    pad without friction, and so follows M and K: C_ij = R_ij B_ij and A_ij = K_ij / R_ij with
+    R_ij = (m_i m_j)^1/2. Its derivative, by the product rule, is added to the derivative of C. A
+    damping matrix is constant.
 
     Parameters
     ----------
@@ -141,17 +142,16 @@ def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict
     model_at_rest, q_at_rest, state_at_rest = without_friction(scene)
     M, _, K = linearise(model_at_rest, q_at_rest, state_at_rest)
     masses = np.diag(M)
-    root = np.outer(np.sqrt(masses), np.sqrt(masses))
-    A = K / root
+    R = np.outer(np.sqrt(masses), np.sqrt(masses))
+    A = K / R
     B, _ = normalised_damping(damping, A)
     for name in changes.keys() - {"mu"}:  # the pad without friction does not depend on mu
-        by = change(model_at_rest, q_at_rest, state_at_rest, name)
-        # root_ij = (m_i m_j)^1/2, so that d root_ij / root_ij = d m_i / 2 m_i + d m_j / 2 m_j
-        half_relative = np.diag(by.M) / (2 * masses)
-        relative_root = np.add.outer(half_relative, half_relative)
-        # of A_ij = K_ij / root_ij, and of C_ij = root_ij B_ij
-        dA = by.K / root - relative_root * A
-        dC = root * (normalised_damping_slope(damping, A, dA) + relative_root * B)
+        slopes = change(model_at_rest, q_at_rest, state_at_rest, name)
+        # d R_ij / R_ij = d m_i / 2 m_i + d m_j / 2 m_j
+        half_relative = np.diag(slopes.M) / (2 * masses)
+        relative_R = np.add.outer(half_relative, half_relative)
+        dA = slopes.K / R - relative_R * A
+        dC = R * (normalised_damping_slope(damping, A, dA) + relative_R * B)
         changes[name] = replace(changes[name], C=changes[name].C + dC)
     return changes
 

@@ -399,16 +399,17 @@ class PadStack:
         A linear model has one interval for each pad, about the origin.
         """
         if self.linear:
+            no_pad = np.zeros(self.n, dtype=bool)
             return _Intervals(
                 pad=np.arange(self.n),
                 start=np.zeros(self.n),
                 stop=np.full(self.n, mu_max),
-                begins_at_change=np.zeros(self.n, dtype=bool),
+                begins_at_change=no_pad,
                 at=lambda _pad, mu: self.origin(mu),
                 mu_end=np.full(self.n, np.nan),
                 ends=[""] * self.n,
-                lost=np.zeros(self.n, dtype=bool),
-                no_start=np.zeros(self.n, dtype=bool),
+                lost=no_pad,
+                no_start=no_pad,
             )
         branches, lost = self.branches(np.full(self.n, mu_max))
         no_start = branches.end == BranchEnd.NO_EQUILIBRIUM

@@ -281,13 +281,14 @@ def write_assembly(
             text = f"({factor.text}) / {factor.value(file.system.parameters)!r}"
             keys["load"] = {"file": f"{name}/load.csv", "factor": text}
     for i, keys in enumerate(joined["contact"], 1):
+        pairs_file = f"pairs{i}.csv"
         if keys.pop("faces", None):  # the pairs of points that were found between the faces
             del keys["distance"]
-            keys["pairs"] = {"file": f"pairs{i}.csv"}
-            write_points(folder / f"pairs{i}.csv", file.assembly.contacts[i - 1])
+            keys["pairs"] = {"file": pairs_file}
+            write_points(folder / pairs_file, file.assembly.contacts[i - 1])
         elif "pairs" in keys:
             pairs = (home / keys["pairs"]["file"]).read_text(encoding="utf-8")
-            keys["pairs"] = {"file": f"pairs{i}.csv"}
-            write_text(folder / f"pairs{i}.csv", pairs)
+            keys["pairs"] = {"file": pairs_file}
+            write_text(folder / pairs_file, pairs)
     write_text(folder / "assembly.yaml", document_text(joined))
     return rows

@@ -323,7 +323,7 @@ def _roots_of_matrices(
 ) -> SystemRoots:
     """Compute all roots of M, C and K (n, n), have them judged, and select.
 
-    Other arguments are those of `system_roots`. Of complex matrices only the roots with Im >= 0
+    The other arguments are those of `system_roots`. Of complex matrices only roots with Im >= 0
     describe a motion.
     """
     M, C, K = matrices
@@ -335,7 +335,7 @@ def _roots_of_matrices(
         roots = add_errors(roots)
         # the verdict is decided anew with the errors; a root without a bound decides nothing
         finite = tuple(root for root in roots if root.rounding < math.inf)
-        # a root whose sign the errors leave open may grow: then only growth of others is a verdict
+        # where the errors leave the sign of a root open only growth of another root is a verdict
         judged = judge_roots(finite, complete=not any(root.open for root in finite))
     if judged is None:  # neither the first solver nor the errors decided
         judged = judge_roots(roots if real else _upper_half(roots, real))

@@ -417,7 +417,7 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     count = min(2, problem.n)
     x: NDArray = np.random.default_rng(1).standard_normal((problem.n, count)) + 0j
     for _ in range(ITERATIONS):
-        # qr()[0] is an orthonormal basis of the same space
+        # the first factor of QR is an orthonormal basis of the two columns
         y = np.linalg.qr(solve(x, adjoint=True))[0]
         x = np.linalg.qr(solve(y, adjoint=False))[0]
     residuals = np.abs(np.sum(y.conj() * problem.apply(np.full(count, root), x), axis=0))
@@ -453,7 +453,7 @@ def _residuals_nearby(
     """
 
     def magnitude(X: csc_array) -> NDArray[np.float64]:
-        """Of y^H X x, whatever the phases of the pairs of x and y."""
+        """(|x^H X x| |y^H X y|)^1/2 (k,): |y^H X x| but for a double root, of which that is 0."""
         of_x = np.abs(np.sum(x.conj() * (X @ x), axis=0))
         of_y = np.abs(np.sum(y.conj() * (X @ y), axis=0))
         return np.sqrt(of_x * of_y)

@@ -101,11 +101,12 @@ def track_modes(
     common = _Common(file, selection, reduction)
     tasks = mapped(_step_and_roots, rising, workers, common)
     computed_roots = dict(zip(rising, counted(tasks, len(rising), PROGRESS.get()), strict=True))
-    tracked = system if reduction is None else reduction.system  # whose coordinates vectors have
+    # vectors are those of the system itself, or of the reduced one
+    system_of_vectors = system if reduction is None else reduction.system
 
     @functools.cache
     def spectrum_at(value: float) -> SpectrumAtParameter:
-        """The roots at a value of the sweep, or between two where modes are hard to tell apart."""
+        """The spectrum at a value of the sweep, or between two, to track modes in small steps."""
         changes = {parameter: value}
         if value in computed_roots:
             _, roots = computed_roots[value]
@@ -117,20 +118,24 @@ def track_modes(
             roots = _roots_of_full(file, selection, value, is_judged=False).with_vectors
         # lifted: vectors of the first-order form, where left and right ones of two roots are
         # orthogonal
-        return spectrum_with_slopes(tracked.frozen(), parameter, value, roots, lifted=True)
+        frozen = system_of_vectors.frozen()
+        return spectrum_with_slopes(frozen, parameter, value, roots, lifted=True)
 
-    at: Callable[[float], SpectrumAtParameter] = spectrum_at
+    tracked_at: Callable[[float], SpectrumAtParameter] = spectrum_at
     all_roots = reduction is None and selection.rectangle is None
     if all_roots and small and system.real and system.n <= SMALL_ROWS:
-        # few rows: the continuation of all roots, which knows where they cross and coalesce
-        with suppress(InputError):  # where M is singular
-            at = continued(system, rising).at
+        # few rows: the continuation of all roots, which knows where they cross and coalesce, serves
+        # to track modes; it refuses a singular M
+        with suppress(InputError):
+            tracked_at = continued(system, rising).at
     steps = [step for step, _ in computed_roots.values()]  # by rising value
     # so many values between the steps may be computed to tell modes apart
     values_between = 0 if expensive else len(rising)
     if numbered_at is None:
         numbered_at = own_value
-    numbered, losses, reference = assign_mode_numbers(steps, at, numbered_at, values_between)
+    numbered, losses, reference = assign_mode_numbers(
+        steps, tracked_at, numbered_at, values_between
+    )
     step_at = dict(zip(rising, numbered, strict=True))
     return TrackedModes(tuple(step_at[value] for value in values), losses, reference)
 

@@ -45,16 +45,17 @@ def judge_roots(
     complete : bool
         Whether these are all roots. Of some roots only growth is a verdict.
     conservative : bool
-        Whether the system is undamped or gyroscopic. Its roots lie on the imaginary axis, or in
-        fours about it, so that one that rounding leaves near the axis lies on it. Of other systems
-        a root on either side of the axis within rounding leaves the verdict open.
+        Whether the system is undamped or gyroscopic. Its roots lie on the imaginary axis or in
+        fours about the axis, so that a root that is near the axis to rounding lies on it. Of other
+        systems a root on either side of the axis within rounding leaves the verdict open.
     """
     solved = [root for root in roots if root.decides and root.rounding < np.inf]
     if not solved:
         return None, f"{NO_ROOT} was found that solves the equations"
     judgement = decide([root.value for root in solved], [root.rounding for root in solved])
+    decided = (judgement.verdict, str(judgement))
     if judgement.verdict in GROWING:
-        return judgement.verdict, str(judgement)
+        return decided
     if not complete or len(solved) < len(roots):
         rate = f"largest Re lambda = {judgement.value:.6g}"
         return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
@@ -62,7 +63,7 @@ def judge_roots(
     # of an undamped mode or a rigid body
     undecided = [root for root in solved if 0.0 < abs(root.value.real) <= root.rounding]
     if not undecided or conservative:
-        return judgement.verdict, str(judgement)
+        return decided
     worst = max(undecided, key=lambda root: root.rounding)
     side = f"a root at {worst.frequency_hz:.6g} Hz on either side of the axis"
     return None, f"{OPEN}rounding ({worst.rounding:.2g} 1/s) leaves {side}"
