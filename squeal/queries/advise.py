@@ -249,34 +249,46 @@ def advise(
         nominal = first_loss(thresholds(unchanged, high), high)
         outcomes = space.outcomes(changes, high)
         warnings = _warnings_of_equilibrium(unchanged)
-    compared = []  # the outcomes, each with its difference to the nominal one
-    for outcome, change in zip(outcomes, changes, strict=True):
-        (value,) = change.values()
-        moved = _change_of_critical(nominal, outcome, high)
-        compared.append(replace(outcome, value=value, change=moved))
-    levers = []
-    # of parameter number k the outcomes 2 k (lowered) and 2 k + 1 (raised)
-    for k, (name, step) in enumerate(steps.items()):
-        lever = ParameterEffect(
-            parameter=name,
-            unit=space.units[name],
-            value=space.values[name],
-            step=step,
-            lowered=compared[2 * k],
-            raised=compared[2 * k + 1],
-        )
-        levers.append(lever)
-    levers.sort(key=_largest_change, reverse=True)
     return Advice(
         name=space.free,
         mu=space.at,
         mu_max=high,
         nominal=nominal,
-        levers=tuple(levers),
+        levers=tuple(_effects(space, steps, outcomes, nominal, high)),
         first_order=isinstance(unchanged, TermSystem),
         warnings=warnings,
         notes=tuple(notes),
     )
+
+
+def _effects(
+    space: ParameterSpace,
+    steps: Mapping[str, float],
+    outcomes: Sequence[Outcome],
+    nominal: Outcome,
+    high: float,
+) -> list[ParameterEffect]:
+    """The effect of each parameter that is changed by its step, the strongest first.
+
+    outcomes: two for each parameter, lowered and raised; nominal: that with no parameter changed;
+    high: upper end of the range of the friction.
+    """
+    effects = []
+    for name, lowered, raised in zip(steps, outcomes[::2], outcomes[1::2], strict=True):
+        value = space.values[name]
+        step = steps[name]
+        change_lowered = _change_of_critical(nominal, lowered, high)
+        change_raised = _change_of_critical(nominal, raised, high)
+        effect = ParameterEffect(
+            parameter=name,
+            unit=space.units[name],
+            value=value,
+            step=step,
+            lowered=replace(lowered, value=value - step, change=change_lowered),
+            raised=replace(raised, value=value + step, change=change_raised),
+        )
+        effects.append(effect)
+    return sorted(effects, key=_largest_change, reverse=True)
 
 
 def _largest_change(lever: ParameterEffect) -> float:

@@ -132,8 +132,8 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     if path is not None and path.mu_end <= 0.0:
         raise ComputationError(f"no threshold can be given: {path.end}")
     M, C, K = checked(*system(0.0))
-    # `roots_and_verdict` skips this check for a pad with a free coordinate; for one on a branch (not
-    # B3) it is made here in any case
+    # `roots_and_verdict` skips this check for a pad with a free coordinate; here it is made for any
+    # pad on a branch, that is not for B3
     if path is not None and hides_slow_roots(reduce(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
     # a bound of |lambda| without friction and damping, rad/s
