@@ -257,11 +257,13 @@ class _BranchComparison:
 
         count: that of the first of these parts; next_part: the second of them; open_parts: the
         parts between, and seam: the friction at which a cell began between them. Without either
-        the two parts meet, and have one count.
+        the two parts meet where a sign changes at a zero that is known exactly.
         """
         frictions = [part.friction for part in open_parts]
         if seam is not None:
             frictions.append(seam)
+        if not frictions:
+            frictions.append(next_part.cell.at(flint.arb(next_part.low))[FRICTION])
         low = min(map(low_end, frictions))
         high = max(map(high_end, frictions))
         event = Event(low, high, count, next_part.growing or 0, open_parts)
