@@ -36,9 +36,9 @@ if TYPE_CHECKING:  # scenes start without the referee
 RATE = 1e-6  # of a root: slower growth is not excluded by a proof
 WIDEST_RATE = 1e-3  # of the slowest motion: where no less can be excluded nothing is proved
 WIDTH = 1e-10  # of a threshold: by how much the interval is widened in which it is proved
-WIDER = 200.0  # ... where rounding hides growth beside it: by how much more at each attempt
+WIDER = 200.0  # times that at each further attempt, where rounding hides growth beside a threshold
 ATTEMPTS = 4
-WIDER_BY_DIGITS = 4.0  # ... where data have few digits
+WIDER_BY_DIGITS = 4.0  # the same factor where data have few digits
 ATTEMPTS_BY_DIGITS = 8
 VAGUE = 1e-3  # of the range: a wider interval may hold more than its threshold
 IS_VAGUE = "a threshold is known to an interval only that may hold more"
@@ -124,8 +124,8 @@ def _intervals_of(
 ) -> list[Interval]:
     """Disjoint intervals within the range that hold the crossings, ascending.
 
-    Those of crossings that overlap are merged. share: by which share of the value of a crossing its
-    interval is widened to either side.
+    Intervals of crossings that overlap are merged. share: by which share of the value of a crossing
+    its interval is widened to either side.
     """
     widened: list[Interval] = []
     for crossing in crossings:
@@ -152,10 +152,10 @@ def _margin(interval: Interval, low: float, high: float, share: float) -> float:
 
 def pad_statement(
     model: PadModel,
-    start: ArrayLike,
+    q_at_rest: ArrayLike,
     crossings: Sequence[Crossing],
     high: float,
-    first: float | None,
+    first_loss: float | None,
     fastest: float,
     fold: float | None,
 ) -> tuple[RangeStatement, list[Interval]]:
@@ -168,14 +168,14 @@ def pad_statement(
     ----------
     model : PadModel
         The pad.
-    start : array_like (3,)
+    q_at_rest : array_like (3,)
         Its equilibrium without friction.
     crossings : sequence of Crossing
         All listed crossings of the imaginary axis.
     high : float
         The end of the range.
-    first : float or None
-        The first threshold at which a mode begins to grow; None if none does.
+    first_loss : float or None
+        The first threshold at which a mode begins to grow; None if no mode does.
     fastest : float
         A bound of |lambda| without friction and damping, rad/s; growth below `RATE` times it is
         not excluded.
@@ -189,10 +189,10 @@ def pad_statement(
     claims = [Claim(crossing.mu, _rise(crossing)) for crossing in listed]
     end = high if fold is None else fold * BEYOND_FOLD
     try:
-        branch = PadBranch(model, start, high=end)
+        branch = PadBranch(model, q_at_rest, high=end)
     except ImportError:
         return RangeStatement("open", by=None, reason=NO_BALLS, until=high, high=high), []
-    proof = prove_pad(branch, claims, fold, first_loss=first, growth_below=RATE * fastest)
+    proof = prove_pad(branch, claims, fold, first_loss=first_loss, growth_below=RATE * fastest)
     statement = RangeStatement("open", "enclosure", data=AS_GIVEN, until=high, high=high)
     if proof.status != "proved":
         return _with_reason(statement, proof), []
@@ -322,15 +322,15 @@ def system_statement(
     low, high : float
         The range of the free parameter.
     rates : MotionRates
-        How fast the motions at the lower end of the range are. Growth by more than a millionth of
-        the slowest oscillation is excluded. Where the rounding of entries leaves no less open, as
-        of free motions, it is a millionth of the fastest motion; but either way at most a
-        thousandth of the slowest motion.
+        How fast the motions at the lower end of the range are. The proof excludes growth by more
+        than a millionth of the slowest oscillation. Where the rounding of entries leaves more open,
+        as of free motions, it excludes growth by more than a millionth of the fastest motion. Both
+        bounds are at most a thousandth of the slowest motion.
     at_any_cost : bool
         Whether the range may be divided into as many intervals as that of a system of few rows.
     """
     proof, intervals = _proof_of_system(system, crossings, low, high, rates, at_any_cost)
-    # asked last, since a list that is refuted is searched again
+    # this decides last: a list that is refuted is searched again, mixed or not
     is_mixed = any(_is_mixed(crossings, interval) for interval in intervals)
     if proof.status == "proved" and is_mixed:
         proof = replace(proof, status="open", reason=MIXED)
@@ -371,25 +371,26 @@ def _proof_of_system(
         if vague is not None:
             return Proof("open", "enclosure", reason=IS_VAGUE, where=sum(vague) / 2.0), intervals
         rises = [_rise_within(crossings, interval) for interval in intervals]
-        # the second excludes less, for entries whose rounding leaves more open than the first
+        # first the smaller bound of growth; the larger where rounding of entries leaves that open
         for rate in (rates.slowest_oscillation, rates.fastest):
             growth_below = min(RATE * rate, WIDEST_RATE * rates.slowest)
             try:
                 proof = range_proof.prove(intervals, growth_below, rises)
             except InputError as error:  # a factor has no value somewhere
                 proof = Proof("open", reason=str(error))
+            # a proof that has spent all divisions of the range would do so again
             if proof.status != "open" or proof.reason == SPENT:
-                return proof, intervals  # one that is out of intervals will be so again
+                return proof, intervals
         if not _is_beside(proof.where, intervals, VAGUE * (high - low)):
             break  # what is open lies elsewhere: wider intervals do not help
     return proof, intervals
 
 
 def _shares_of_intervals(system: TermSystem, crossings: Sequence[Crossing]) -> list[float]:
-    """By which shares of its value the interval of a crossing is widened, one after the other.
+    """By which shares of its value the interval of a crossing is widened, in turn.
 
-    Beside a threshold rounding may hide which roots grow, and one of data with few digits may lie
-    farther off: how far the proof shows.
+    Beside a threshold rounding may hide which roots grow, and a threshold of data with few digits
+    may lie farther off. The first width at which the proof succeeds is taken.
     """
     if not crossings:
         return [WIDTH]
@@ -431,7 +432,8 @@ def doubt_of_counts(
     """Compare the thresholds of a small system with the referee's counts of growing roots.
 
     The referee counts on both sides of each threshold and, if the list is said to be complete, at
-    both ends of the range. Its counts are bounds, which rounding may leave apart.
+    both ends of the range. Each count is a lower and an upper bound, which differ where rounding
+    leaves it open.
 
     Parameters
     ----------
@@ -447,11 +449,11 @@ def doubt_of_counts(
     Returns
     -------
     doubt : str
-        Which counts do not differ as the list says, else the last ones that are uncertain; empty if
-        none.
+        Which counts do not differ as the list says, else which counts (the last) are uncertain;
+        empty if the counts agree.
     refuted_at : float or None
-        A value near the threshold that the counts refute, at which to search again; None if they
-        refute none.
+        A value near the threshold that the counts refute, at which to search again; None if no
+        threshold is refuted.
     """
     doubt = ""
     ends_are_clear = True
@@ -462,18 +464,18 @@ def doubt_of_counts(
         half_gap_below = (start - end_before) / 2.0
         half_gap_above = (start_after - stop) / 2.0
         if min(half_gap_below, half_gap_above) <= 0.0:
-            # it reaches an end of the range, beyond which nothing is counted: neither a count there
-            # nor one over the whole range shows whether the threshold lies inside
+            # the interval reaches an end of the range, beyond which nothing is counted: neither
+            # counts beside it nor at both ends show whether the threshold lies in the range
             ends_are_clear = False
             continue
-        for share in BESIDE:  # first nearby, then where rounding hides less
+        for share in BESIDE:  # first close to the threshold, then where rounding hides less
             margin = _margin((start, stop), low, high, share)
             below = _count(system, start - min(margin, half_gap_below))
             above = _count(system, stop + min(margin, half_gap_above))
             is_certain = below.is_certain and above.is_certain
             if is_certain:
                 break
-        if not is_certain:  # of the farther distance too
+        if not is_certain:  # not at the larger distance either
             middle = (start + stop) / 2.0
             doubt = f"the referee cannot count what grows on both sides of {middle:.9g}"
         if not _may_rise(below, above, _rise_within(crossings, (start, stop))):

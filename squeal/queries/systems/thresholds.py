@@ -112,8 +112,8 @@ def system_thresholds(
     All roots are followed of a small system, and of a band of up to 40 rows with a regular M. Other
     thresholds are searched on a reduced system and located on the full one. Growing roots are then
     counted on the full system, at one value between each two neighbouring crossings. `certified`
-    says whether these counts agree, and whether the roots at all computed values do. That does not
-    prove that no interval of instability lies between these values.
+    says whether the counts, and the roots at all computed values, agree with the list. This does
+    not prove that no interval of instability lies between two such values.
 
     Parameters
     ----------
@@ -126,8 +126,8 @@ def system_thresholds(
     workers : int
         Processes that count roots.
     served : Reduction, optional
-        A reduced system that was made for several systems, of which this is one; nothing is counted
-        then.
+        A reduced system that was made for several systems, this system among them. Nothing is
+        counted then.
     step_ends : sequence of float
         Values of p at which steps of the search end.
 
@@ -240,8 +240,8 @@ def _located_among_all(
 ) -> _Located:
     """Locate the thresholds of a small system by following all its roots.
 
-    Of a band or region they are the crossings whose frequency lies in it. step_ends: values of the
-    parameter at which steps of the search end; roots: the selected roots at a value.
+    Of a band or region only crossings whose frequency lies inside are thresholds. step_ends: values
+    of the parameter at which steps of the search end; roots: the selected roots at a value.
     """
     of_all_roots = thresholds(system.balanced.system, high, step_ends, low)
     doubts: list[str] = []
@@ -291,9 +291,10 @@ def _located_in_band(
 ) -> _Located:
     """Locate the thresholds of a band on the cheapest reduced system that serves.
 
-    That is the one that is given as `served`, else a projection onto real modes if counts on the
-    full system certify its list, else one onto full solutions. values: of the parameter, rising, at
-    which the reduced system has to be good.
+    That is the reduced system `served`, if one is given, else a projection onto real modes if
+    counts on the full system certify its list, else a projection onto full solutions.
+
+    values: rising values of the parameter at which the reduced system has to be good.
     """
     if served is not None:
         return _located_on_reduction(system, selection, served, values, workers, was_served=True)
@@ -331,8 +332,8 @@ def _located_on_reduction(
     workers : int
         Processes that count growing roots of the full system.
     was_served : bool
-        Whether the reduced system was made for several systems, of which this is one. It is not
-        changed then, and nothing is counted.
+        Whether the reduced system was made for several systems, this system among them. The reduced
+        system is not changed then, and nothing is counted.
     """
     name = system.parameter
     unconfirmed: list[str] = []
@@ -360,8 +361,8 @@ def _located_on_reduction(
     comparison = _compare(continuation, events, values, selection.words())
     if isinstance(reduction, FirstLook):
         # `points_and_crossings` reads the roots at thresholds, which the small basis estimates
-        # cheaply. The comparison above had to be made before, without them: where a root crosses
-        # its sign decides nothing
+        # cheaply. The comparison above is made without these roots: at a crossing the sign of a
+        # growth rate is rounding
         for event in events:
             continuation.set_roots(event.value, reduction.basis_values({name: event.value}))
     points, crossings = points_and_crossings(comparison.result)
@@ -370,7 +371,7 @@ def _located_on_reduction(
     doubts: list[str] = []
     depends_on_frequency = bool(system.follows)
     if not was_served and system.n <= COUNTED_ROWS and not depends_on_frequency:
-        if not unconfirmed:  # else no count could certify the list
+        if not unconfirmed:  # a list with unconfirmed events is not certified by any count
             doubts = _disagreeing_counts(reduction, continuation, comparison.midpoints, workers)
         certified = not unconfirmed and not doubts
     return _Located(
@@ -436,8 +437,8 @@ def _notes(system: TermSystem, selection: EigenvalueSelection, located: _Located
         outside = _number_outside(located)
         words = "not looked for" if outside is None else f"{outside}"
         notes.append(f"crossings outside {selection.words()}: {words}")
-    # also of a certified list: counts at some values do not see a range between two of them. Real
-    # systems are searched along continued roots, where it must be narrower than of complex ones
+    # a certified list has this note too: counts at some values miss an unstable range between two
+    # values. Of real systems, whose roots are continued, only a very narrow range is missed
     if located.certified is not None:
         missed = "Very narrow unstable ranges" if system.real else "Narrow unstable ranges"
         notes.append(f"{missed} {MISSED}")
@@ -538,11 +539,12 @@ def _typical_values(
     computed: Sequence[float],
     margin: float,
 ) -> list[float]:
-    """Of each interval between clusters of events a value that shows what grows in it.
+    """Of each interval between clusters of events a value that shows what grows in the interval.
 
-    As many roots grow there as in the middle of the first interval plus what the events since then
-    bring. The middle is tried first, then the computed values, then values next to both ends of the
-    interval. Where none has as many growing roots the middle stands for the interval.
+    That is a value with as many growing roots as are expected: those in the middle of the first
+    interval, and what the events since then bring. The middle is tried first, then the computed
+    values, then values next to both ends of the interval. Where no value has the expected number
+    the middle stands for the interval.
     """
     typical = []
     expected = 0
@@ -554,12 +556,12 @@ def _typical_values(
             for event in clusters[k - 1]:
                 roots_crossing = 2 if event.omega else 1
                 expected += event.direction * roots_crossing  # +1: they begin to grow, -1: cease
-        shows = middle
+        typical_value = middle
         for value in (middle, *computed, start + margin, stop - margin):
             if start < value < stop and continuation.at(value).unstable_count.roots == expected:
-                shows = value
+                typical_value = value
                 break
-        typical.append(shows)
+        typical.append(typical_value)
     return typical
 
 
@@ -568,11 +570,13 @@ def _compare(
 ) -> _Comparison:
     """Compare what grows at computed values with what follows from the located events.
 
-    The clusters of events cut the range into intervals, on each of which as many roots must grow as
-    in the middle of the first one plus what the events bring. More growing roots are unexplained,
-    also if fewer grow before in the first interval. Other values with fewer that change the verdict
-    are taken for a growing root outside of the band. As many with another verdict are a pair that
-    has become two real roots, which crosses nothing.
+    The clusters of events cut the range into intervals. On each interval as many roots must grow as
+    in the middle of the first interval plus what the events bring, see `_typical_values`. A value
+
+    - with more growing roots is unexplained;
+    - with fewer, if that changes the verdict, has a growing root outside of the band; but in the
+      first interval, below the typical value, growth at the typical value is unexplained;
+    - with as many and another verdict has a pair that became two real roots, and crosses nothing.
 
     Parameters
     ----------
@@ -590,12 +594,13 @@ def _compare(
     margin = MARGIN * (high - low)
     clusters = cluster_events(events, SAME * (high - low))
     end = high
+    # what an event at the end of the range brings shows beyond the end
     if clusters and high - clusters[-1][-1].value <= margin:
-        end = high + 2 * margin  # what an event at the end of the range brings is seen beyond it
+        end = high + 2 * margin
     edges = [low, *(cluster[0].value for cluster in clusters), end]
     intervals = list(itertools.pairwise(edges))
     midpoints = [(start + stop) / 2 for start, stop in intervals]
-    computed = []  # but for values next to an event, where the verdicts of both its sides are right
+    computed = []  # without values next to an event, where the verdict of either side may be found
     for value in values:
         if all(abs(value - event.value) > margin for event in events):
             computed.append(value)
@@ -613,7 +618,9 @@ def _compare(
             unexplained.append(f"{what} at {here} follows from no threshold that was located")
         elif count.roots < counts[k].roots and is_other_verdict and k not in left_out:
             grows_at = f"{continuation.name} = {typical[k]:.6g}"
-            if k == 0 and value < typical[k]:  # rounding may hide growth next to an event, not here
+            # in the first interval growth begins without an event; it is not hidden by rounding,
+            # since the value is not next to an event
+            if k == 0 and value < typical[k]:
                 what = f"{counts[k].verdict} at {grows_at}"
                 unexplained.append(f"{what} follows from no threshold that was located")
                 continue
