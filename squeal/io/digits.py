@@ -20,10 +20,10 @@ def written_digits(words: Iterable[str]) -> int | None:
     """The number of significant digits that numbers were rounded to when they were written.
 
     More than half of the non-zero numbers are written with exactly so many digits. Positive and
-    negative ones are looked at apart, since a minus may take the place of a digit: one sign may
-    have one digit more. A length counts only if at least one of its numbers does not end in 00:
-    otherwise they were padded, not rounded. None if no number from 6 to 15 satisfies that; the
-    numbers are then exact, or doubles.
+    negative numbers are looked at apart, since a minus may take the place of a digit: those of one
+    sign may have one digit more, and the fewer digits count. At least one of the numbers of so many
+    digits must not end in 00: else they were padded, not rounded. None where no such number lies
+    from 6 to 15: the numbers are exact, or doubles.
 
     words: the numbers as they are written, of which the first `SAMPLED` are looked at.
 
@@ -44,11 +44,11 @@ def written_digits(words: Iterable[str]) -> int | None:
             positive.append(digits)
     rarer_sign, usual_sign = sorted([negative, positive], key=len)
     length, count = _usual_length(usual_sign)
-    other_length, other_count = _usual_length(rarer_sign)
+    rarer_length, rarer_count = _usual_length(rarer_sign)
     lengths = [length]
-    if other_length and abs(other_length - length) <= 1:  # a minus took the place of one digit
-        lengths.append(other_length)
-        count += other_count
+    if rarer_length and abs(rarer_length - length) <= 1:  # a minus took the place of one digit
+        lengths.append(rarer_length)
+        count += rarer_count
     is_usual = 2 * count > len(positive) + len(negative)
     if is_usual and min(lengths) >= FEWEST and max(lengths) <= MOST:
         return min(lengths)
@@ -80,7 +80,7 @@ def written_decimals(words: Iterable[str]) -> int | None:
 def _usual_length(mantissas: list[str]) -> tuple[int, int]:
     """The most frequent number of digits, and how many mantissas have it.
 
-    0 and 0 if there is none, or if all of these end in two zeros.
+    0 and 0 without mantissas, or if all of that length end in two zeros.
     """
     if not mantissas:
         return 0, 0

@@ -259,7 +259,8 @@ def _precision_of(term: TermKeys, matrix: Matrix, file: MatrixFile, folder: Path
     if "errors" not in term.keys:
         if of_file.errors is None:
             return Precision(digits)
-        # decimals leave the more open the smaller an entry is, digits the larger it is
+        # at each entry the wider of both: decimals leave all entries alike open, digits leave more
+        # of larger ones
         by_key = half_units(matrix, term.keys["digits"])
         return Precision(digits, by_key.maximum(of_file.errors))
     here = term.at / "errors"
@@ -270,7 +271,7 @@ def _precision_of(term: TermKeys, matrix: Matrix, file: MatrixFile, folder: Path
             f"{term.keys['errors']} is not allowed; it must have {matrix.shape[0]} rows of numbers "
             "of at least 0"
         )
-    # no less than what the file of the matrix itself was rounded to leaves open
+    # at least what the digits of the matrix file itself leave open
     rounded = Term(matrix, digits=of_file.digits, errors=of_file.errors).data_errors
     return Precision(digits, errors if rounded is None else errors.maximum(rounded))
 

@@ -104,7 +104,7 @@ class CampbellDiagram:
             return np.ones(len(roots), dtype=bool)
         changes = {self.system.parameter: speed}
         in_band = self.reduction.region.contains(roots)
-        with_vectors = self.reduction.roots(changes, values=roots[in_band])
+        with_vectors = self.reduction.roots(changes, roots[in_band])
         is_genuine = self.reduction.residuals(with_vectors, changes) <= SPURIOUS
         return np.isin(roots, with_vectors.values[is_genuine])
 

@@ -247,7 +247,7 @@ class _Search:
         unchanged = self.model.system if isinstance(self.model, Reduction) else self.model
         system = unchanged.replace(parameters)
         matrices = system.arrays()
-        modes = roots_at(*matrices, leading, left=True)
+        modes = roots_at(*matrices, leading)
         eigenvalues = []
         for value, right, left in zip(modes.values, modes.right.T, modes.left.T, strict=True):
             # derivatives need neither the residual nor the condition

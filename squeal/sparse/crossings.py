@@ -180,7 +180,7 @@ class CrossingSearch:
     def at(self, value: float) -> SpectrumAtParameter:
         """The roots (rad/s) at a value of the parameter, of pairs the upper ones."""
         if value not in self._spectra:
-            roots = self.reduction.roots({self.name: value}, left=True)
+            roots = self.reduction.roots({self.name: value})
             roots = roots.select(self.region.contains(roots.values))
             spectrum = spectrum_with_slopes(self.reduction.system, self.name, value, roots)
             self._spectra[value] = spectrum

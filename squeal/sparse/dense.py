@@ -113,8 +113,8 @@ def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
         return 0
     if _nonzero(C) is None:
         return 2 * zero_roots(K, noise, M)
-    # each motion has two zeros, or one if damping moves the other by more than rounding: to
-    # -damping / mass, beyond sqrt(noise / mass)
+    # of such a motion lambda (lambda m + c) = 0: the root -c / m is a second zero unless it lies
+    # beyond sqrt(noise / m), to where rounding of K moves zeros
     damping = np.linalg.svd(left_null.conj().T @ (C @ null), compute_uv=False)
     mass = float(np.linalg.norm(left_null.conj().T @ (M @ null), 2))
     return 2 * null.shape[1] - int(np.sum(damping > math.sqrt(noise * mass)))
@@ -131,13 +131,13 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     n = len(M)
     U, masses, Wh = np.linalg.svd(M)
     rank = scaled_rank(M)  # how many motions have mass, whatever units M mixes
-    size = divisor(norm_of(K))
+    size = divisor(norm_of(K))  # the force unit
     # a rate (1/s) at which M, or C where there is no mass, is as large as K: a power of two
     if rank == 0 and C_or_none is not None:  # the system is of the first order
         rate = 2.0 ** np.round(np.log2(size / norm_of(C_or_none)))
     else:
         rate = 2.0 ** np.round(np.log2(size / divisor(masses[0])) / 2)
-    # in singular vectors of M, with the time unit 1 / rate and the force unit of K
+    # in singular vectors of M, with the time unit 1 / rate: lambda / rate are the roots
     mass = np.diag(np.where(np.arange(n) < rank, masses, 0.0) * (rate**2 / size))
     stiffness = U.conj().T @ (K / size) @ Wh.conj().T
     noise = noise_of(stiffness)
@@ -145,7 +145,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     if C_or_none is None:
         squares = _finite_values(stiffness, mass, infinite)
         zeros = _count_zeros(mass, None, stiffness, noise)
-        zero_squares = zeros // 2  # each of two roots +-lambda
+        zero_squares = zeros // 2  # a square has two roots +-lambda
         squares[np.argsort(np.abs(squares))[:zero_squares]] = 0.0
         not_decaying = np.sqrt(-squares)
         # -0j lies below the cut of the square root, which then gives the lower root of a pair
@@ -203,13 +203,11 @@ def roots_at(
     C: Matrix | None,
     K: Matrix,
     values: ComplexArray,
-    left: bool = False,
     stiffness: float | None = None,
     exact: bool = False,
 ) -> Roots:
-    """Known roots (m,), sorted by Im lambda, with unit right vectors and, if `left`, left ones.
+    """Known roots (m,), sorted by Im lambda, with unit right and left vectors.
 
-    Without `left` these are NaN, but for zero roots, whose null spaces come together.
     By inverse iteration on P at each root. Roots that are too close for a vector each share the
     singular vectors of the smallest singular values of P at their mean, zero roots the null space
     of K. `stiffness` is the norm of the larger matrix whose rounding K carries, if there is one.
@@ -217,33 +215,29 @@ def roots_at(
     ones: rows and columns are scaled to their terms first.
     """
     ordered = values[np.lexsort((values.real, values.imag))]
-    right_vectors = np.full((len(M), len(ordered)), np.nan, dtype=complex)
+    right_vectors = np.zeros((len(M), len(ordered)), dtype=complex)
     left_vectors = right_vectors.copy()
     for group in _clusters(ordered):
         mean = ordered[group].mean()
         right: NDArray = np.zeros((len(M), 0))
-        left_null = right
+        left = right
         if mean == 0.0 and not exact:
             noise = noise_of(K) if stiffness is None else ROUNDING * stiffness
-            right, left_null = null_spaces(K, noise)
+            right, left = null_spaces(K, noise)
         if not right.shape[1]:  # other roots, or a K that is regular to rounding
             P = mean * mean * M + (0.0 if C is None else mean * C) + K
             dimension = min(len(group), len(M))  # a root may repeat more often than there are rows
-            if not exact:
-                right, left_null = _null_vectors(P, dimension, left)
-            else:
+            if exact:
                 terms = abs(mean) ** 2 * abs(M) + abs(K)
                 if C is not None:
                     terms += abs(mean) * abs(C)
-                rows = 1.0 / divisor(terms.max(axis=1))[:, None]
-                columns = 1.0 / divisor((rows * terms).max(axis=0))[:, None]
-                right, left_null = _null_vectors(rows * P * columns.T, dimension, True)
-                right = columns * right / np.linalg.norm(columns * right, axis=0)
-                left_null = rows * left_null / np.linalg.norm(rows * left_null, axis=0)
+                right, left = _scaled_null_vectors(P, terms, dimension)
+            else:
+                right, left = _null_vectors(P, dimension)
         # a defective root has fewer vectors than its multiplicity: they are repeated
         repeated = np.arange(len(group)) % right.shape[1]
         right_vectors[:, group] = right[:, repeated]
-        left_vectors[:, group] = left_null[:, repeated]
+        left_vectors[:, group] = left[:, repeated]
     return Roots(ordered, right_vectors, left_vectors)
 
 
@@ -255,11 +249,27 @@ def _clusters(values: ComplexArray) -> list[Indices]:
     return np.split(np.arange(len(values)), np.flatnonzero(is_gap) + 1)
 
 
-def _null_vectors(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray, ComplexArray]:
+def _scaled_null_vectors(
+    P: ComplexArray, terms: NDArray, count: int
+) -> tuple[ComplexArray, ComplexArray]:
+    """Unit right and left null vectors (n, count) of P, to which its smallest entries matter too.
+
+    With `terms` (n, n), the sizes of the entries of P before they cancel, scales r, c of rows and
+    columns make the largest of r terms c' one: x of r P c' gives c x of P, y gives r y.
+    """
+    rows = 1.0 / divisor(terms.max(axis=1))[:, None]
+    columns = 1.0 / divisor((rows * terms).max(axis=0))[:, None]
+    x, y = _null_vectors(rows * P * columns.T, count)
+    right = columns * x
+    left = rows * y
+    return right / np.linalg.norm(right, axis=0), left / np.linalg.norm(left, axis=0)
+
+
+def _null_vectors(P: ComplexArray, count: int) -> tuple[ComplexArray, ComplexArray]:
     """Right and left singular vectors (n, count) of the smallest singular values of P, by inverse
     iteration on one factorisation.
 
-    Left ones are NaN unless `left`. Where fewer singular values vanish, the first vector repeats.
+    Where fewer singular values vanish, the first vector repeats.
     """
     solve_near = solver_near_singular(P, EPS / 2 * (float(np.abs(P).max()) or 1.0))
 
@@ -273,16 +283,13 @@ def _null_vectors(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray
     y = solve(start, trans=2)
     for _ in range(1 if count == 1 else 3):
         x = solve(y, trans=0)
-        if left or count > 1:
-            y = solve(x, trans=2)
+        y = solve(x, trans=2)
     if count > 1:
         residuals = np.linalg.norm(P @ x, axis=0)  # the singular values, the least one first
         # one far above the least, and above 1e-6 of |P|, does not vanish: its vector is no mode
         is_no_mode = residuals > max(100 * residuals[0], 1e-6 * norm_of(P))
         x[:, is_no_mode] = x[:, :1]
         y[:, is_no_mode] = y[:, :1]
-    if not left:
-        y = np.full_like(x, np.nan)
     return x, y
 
 
@@ -296,12 +303,12 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
     check_regular(*matrices)
     values = pencil_values(*matrices)
     if not problem.real:
-        return eigenvalues_of(problem, roots_at(*matrices, values, left=True))
-    upper = roots_at(*matrices, values[values.imag >= 0.0], left=True)
+        return eigenvalues_of(problem, roots_at(*matrices, values))
+    upper = roots_at(*matrices, values[values.imag >= 0.0])
     return eigenvalues_of(problem, upper.with_conjugates())
 
 
 def spectrum_at(problem: Quadratic, values: ComplexArray) -> tuple[Eigenvalue, ...]:
     """Exactly known roots (m,) of a small problem with vectors, backward errors and conditions."""
     matrices = (problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
-    return eigenvalues_of(problem, roots_at(*matrices, values, left=True, exact=True))
+    return eigenvalues_of(problem, roots_at(*matrices, values, exact=True))

@@ -114,12 +114,10 @@ class DispersiveReduction(Reduction):
         """True if the changes name the frequency that the matrices depend on."""
         return changes.keys() >= set(self.system.follows)
 
-    def roots(
-        self, changes: Changes, left: bool = False, values: ComplexArray | None = None
-    ) -> Roots:
+    def roots(self, changes: Changes, values: ComplexArray | None = None) -> Roots:
         """The roots in the region, each at its own frequency."""
         if self._is_frozen(changes):
-            return super().roots(changes, left, values)
+            return super().roots(changes, values)
         assert values is None
         return vectors_of(self, changes, roots_at_own_frequencies(self, changes))
 
@@ -186,7 +184,7 @@ def vectors_of(
     for root in repeated:
         at = {**changes, **reduction.system.frequency(abs(root.value.imag))}
         values = np.full(root.multiplicity, root.value)
-        roots = roots.joined(reduction.roots(at, left=True, values=values))
+        roots = roots.joined(reduction.roots(at, values))
     return roots
 
 
@@ -208,7 +206,7 @@ def _newton(
     omega = frozen
     for _ in range(STEPS):
         at = {**changes, **system.frequency(omega)}
-        root = reduction.roots(at, left=True, values=np.array([z]))  # vectors of P(z), no new root
+        root = reduction.roots(at, np.array([z]))  # vectors of P(z), no new root
         x = root.right[:, 0]
         y = root.left[:, 0].conj()
         M, C, K = system.at(at)

@@ -295,7 +295,7 @@ def corrected_roots(
     for _ in range(CORRECTIONS):
         values = dense_values(M, C, K, stiffness=stiffness)
         values = values[region.contains(values)]
-        ritz = roots_at(M, C, K, values, left=True, stiffness=stiffness)
+        ritz = roots_at(M, C, K, values, stiffness)
         roots = Roots(
             values=ritz.values, right=multiply(V, ritz.right), left=multiply(V, ritz.left)
         )
@@ -635,7 +635,7 @@ def _lowest_of_all(problem: Quadratic, modes: int, certify: bool) -> Modes:
     sizes = _sizes_of_modes(problem, values)
     beyond_all = 2 * float(np.max(sizes, initial=0.0))  # where the disc of all roots may end
     region = _disc_of_lowest(sizes, modes, beyond_all)
-    roots = roots_at(M, C, K, values[region.contains(values)], left=True)
+    roots = roots_at(M, C, K, values[region.contains(values)])
     if problem.real:
         roots = roots.with_conjugates()
     count = count_roots(problem, region, all_values) if certify else None

@@ -299,7 +299,7 @@ class FirstLook(Reduction):
         if values is None:
             values = self._projected_values(changes)
             values = values[self.region.widened(TRAINED_MARGIN).contains(values)]
-        return self.roots(changes, left=True, values=values)
+        return self.roots(changes, values)
 
     def estimate(self, changes: Changes, deciding: bool = False) -> EstimatedRoots:
         """The roots of the region with their errors, by few modes where they suffice.
@@ -315,8 +315,12 @@ class FirstLook(Reduction):
     def estimate_by_few_modes(
         self, changes: Changes, deciding: bool = False
     ) -> EstimatedRoots | None:
-        """The roots of the region by few modes; None without these, and where an error leaves open
-        the sign of a growth rate or whether a root lies in the region."""
+        """The roots of the region by few modes; None without few modes, and where an error leaves
+        open the sign of a growth rate or whether a root lies in the region.
+
+        If the answer is for a verdict alone (`deciding`), roots that clearly decay may lie on the
+        border.
+        """
         if self.reduced_basis is None:
             return None
         estimated = self.reduced_basis.estimate(changes, deciding)
@@ -330,7 +334,7 @@ class FirstLook(Reduction):
         is_on_border = np.abs(distances) <= errors
         clearly_decays = values.real < -DECAYED * errors
         is_doubtful = is_sign_open | ((is_coarse | is_on_border) & ~clearly_decays)
-        if not deciding:  # on the border roots that decay are in doubt too: they are listed
+        if not deciding:  # roots are listed: those on the border that decay are in doubt too
             is_doubtful |= is_on_border
         if is_doubtful.any():
             return None
@@ -394,7 +398,7 @@ class FirstLook(Reduction):
     def _roots_with_errors(self, changes: Changes, values: ComplexArray) -> _ProjectedRoots:
         """Some roots of the projected problem, with their errors and the corrections of their
         vectors in the full one, as the head of this module derives them."""
-        roots = self.roots(changes, left=True, values=values)
+        roots = self.roots(changes, values)
         problem = self.scaled.at(changes)
         structure = self.structures[self._nearest_structure(changes)]
         z = roots.values

@@ -218,7 +218,7 @@ def projected(system: TermSystem, left: NDArray, right: NDArray) -> TermSystem:
 
 @dataclass(frozen=True, eq=False)
 class Roots:
-    """Values (m,) with right vectors (n, m) and, as far as known, left ones (else NaN)."""
+    """Values (m,) with right and left vectors (n, m)."""
 
     values: ComplexArray
     right: ComplexArray = field(repr=False)
@@ -252,7 +252,7 @@ def eigenvalues_of(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
     """Roots with backward errors, condition numbers and rounding, by rising frequency.
 
     Their vectors are in the coordinates of the system before scaling, with x^H M x = 1 if there is
-    mass, and the largest entry positive; NaN where one is unknown.
+    mass, and the largest entry positive.
     """
     residuals = problem.backward_errors(roots.values, roots.right)
     conditions = _conditions(problem, roots)
@@ -341,7 +341,6 @@ def _in_unscaled_coordinates(problem: Quadratic, scaled: ComplexArray) -> Comple
     length = np.where(mass == 0, np.linalg.norm(scaled, axis=0), np.sqrt(mass))
     vectors = problem.scale[:, None] * scaled
     largest = vectors[np.argmax(np.abs(vectors), axis=0), np.arange(scaled.shape[1])]
-    with np.errstate(invalid="ignore"):  # NaN of vectors that are not known
-        vectors = vectors * (np.abs(largest) / largest / length)
+    vectors = vectors * (np.abs(largest) / largest / length)
     vectors.setflags(write=False)
     return vectors

@@ -273,7 +273,7 @@ class ReducedBasis:
         self._mode_residuals = self.residuals.of_modes(self.left, self.right)
         return True
 
-    def roots(self, changes: Changes, left: bool = True) -> Roots:
+    def roots(self, changes: Changes) -> Roots:
         """The roots in the region with right and left vectors (k, m) of the small system."""
         return self._roots_in(self.region, changes)
 

@@ -262,30 +262,26 @@ class Reduction:
         norms = self._norms[-len(factors) :]  # those of the terms of K are the last ones
         return float(np.dot(factors, norms))
 
-    def roots(
-        self, changes: Changes, left: bool = False, values: ComplexArray | None = None
-    ) -> Roots:
+    def roots(self, changes: Changes, values: ComplexArray | None = None) -> Roots:
         """Roots of the reduced system at the parameters, some of them changed.
 
-        All in the region, spurious ones among them, or those with known `values` (m,). Their left
-        vectors are NaN unless `left` is True.
+        All in the region, spurious ones among them, or those with known `values` (m,).
         """
         M, C, K = self.system.at(changes)
         stiffness = self._stiffness_norm(changes)
         if values is None:
             computed = dense_values(M, C, K, stiffness)
             values = computed[self.region.contains(computed)]
-        return roots_at(M, C, K, values, left, stiffness)
+        return roots_at(M, C, K, values, stiffness)
 
     def residuals(self, roots: Roots, changes: Changes) -> Array:
         """Backward errors (m,) in the full problem of roots of the reduced one, estimated."""
         weights = term_weights(self.system, self.system.values(changes), roots.values)
         return estimated_backward_errors(self._sketch, self._norms, roots.right, weights)
 
-    def modes(self, changes: Changes, left: bool = False) -> EstimatedModes:
-        """The roots in the region without those that are none of the full problem, with left
-        vectors if wanted."""
-        roots = self.roots(changes, left)
+    def modes(self, changes: Changes) -> EstimatedModes:
+        """The roots in the region without those that are none of the full problem."""
+        roots = self.roots(changes)
         residuals = self.residuals(roots, changes)
         is_genuine = residuals <= SPURIOUS
         return EstimatedModes(

@@ -112,7 +112,7 @@ def test_dense_roots_are_those_of_the_construction():
     values = dense_values(M, C, K)
     assert np.abs(values[:, None] - exact[None, :]).min(axis=1).max() < 1e-7
     region = Rectangle(-1.0, 1.0, 0.5, 3.5)
-    roots = roots_at(M, C, K, values[region.contains(values)], left=True)
+    roots = roots_at(M, C, K, values[region.contains(values)])
     assert len(roots.values) == np.sum((w > 0.5) & (w < 3.5))
     for j, value in enumerate(roots.values):
         P = value**2 * M + value * C + K

@@ -169,11 +169,8 @@ class ComputedRoots(NamedTuple):
     certified: bool | None = None
 
 
-def roots_of_reduction(reduction: Reduction, changes: Changes, left: bool = False) -> ComputedRoots:
-    """Compute the roots of a reduced system at some parameters, with left vectors on request.
-
-    Roots of a first look have left vectors in any case.
-    """
+def roots_of_reduction(reduction: Reduction, changes: Changes) -> ComputedRoots:
+    """Compute the roots of a reduced system at some parameters."""
     corrected = None
     if isinstance(reduction, FirstLook):
         estimate = reduction.estimate(changes)
@@ -184,7 +181,7 @@ def roots_of_reduction(reduction: Reduction, changes: Changes, left: bool = Fals
         spurious = estimate.spurious
         corrected = estimate.corrected
     else:
-        with_vectors, residuals, spurious = reduction.modes(changes, left)
+        with_vectors, residuals, spurious = reduction.modes(changes)
         values = with_vectors.values
         rounding = rounding_of(reduction.system, values)
     verdict = verdict_of_some(values, rounding)

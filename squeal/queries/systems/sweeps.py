@@ -111,9 +111,9 @@ def track_modes(
         if value in computed_roots:
             _, roots = computed_roots[value]
         elif system.follows and reduction is not None:
-            roots, _, _ = reduction.modes(changes, left=True)
+            roots, _, _ = reduction.modes(changes)
         elif reduction is not None:
-            roots = reduction.roots(changes, left=True)
+            roots = reduction.roots(changes)
         else:
             roots = _roots_of_full(file, selection, value, is_judged=False).with_vectors
         # lifted: vectors of the first-order form, where left and right ones of two roots are
@@ -149,7 +149,7 @@ def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
     if reduction is None:
         roots = _roots_of_full(file, selection, value)
     else:
-        roots = roots_of_reduction(reduction, {file.system.parameter: value}, left=True)
+        roots = roots_of_reduction(reduction, {file.system.parameter: value})
     order = ordered(roots.values)
     if selection.modes is not None:
         upper = order[roots.values[order].imag >= 0.0]
