@@ -22,7 +22,7 @@ class Cell(NamedTuple):
     types : str
         Regular expression of its types in Abaqus and CalculiX, up to the number of nodes.
     faces : tuple
-        The corners of each face in the order of these programs, seen from outside.
+        The corners of each face in the order of Abaqus and CalculiX, seen from outside.
     edges : tuple
         The two corners of each edge, in the order in which nodes in the middles of edges follow the
         corners.

@@ -510,7 +510,8 @@ def _joint_coordinates(
 ) -> Coordinates:
     """The nodes of the rows of all components, one after the other, and their elements.
 
-    They are those before the reduction; `reduced` have the bases that lead back, for mode shapes.
+    The rows are those before the reduction; `reduced` components have the bases that lead back to
+    them, for mode shapes.
     """
     names: list[str] = []
     nodes = []

@@ -333,8 +333,9 @@ def _is_symmetric_triangle(matrix: csc_array, labels: Labels) -> bool:
 def aligned(files: Sequence[MatrixFile]) -> list[csc_array]:
     """The matrices on common rows: by their labels where they have them, else as they stand.
 
-    A matrix whose file does not tell its size gets the size of the largest; those with labels are
-    placed among all (node, degree of freedom) that occur. Raises InputError if both kinds meet.
+    A matrix whose file does not tell its size gets the size of the largest; matrices with labels
+    are placed among all (node, degree of freedom) that occur. Raises InputError if matrices with
+    and without labels meet.
     """
     if not any(file.labels for file in files):
         return _at_common_size(files)
@@ -347,7 +348,7 @@ def aligned(files: Sequence[MatrixFile]) -> list[csc_array]:
 
 
 def on_rows(file: MatrixFile, labels: Sequence[Hashable]) -> csc_array:
-    """The matrix of a file with labels on rows that have these."""
+    """The matrix of a file with labels, on the rows of `labels`."""
     row_of_label = {label: row for row, label in enumerate(labels)}
     rows = np.array([row_of_label[label] for label in file.labels or ()])
     entries = file.matrix.tocoo()
@@ -357,7 +358,7 @@ def on_rows(file: MatrixFile, labels: Sequence[Hashable]) -> csc_array:
 
 
 def _at_common_size(files: Sequence[MatrixFile]) -> list[csc_array]:
-    """The matrices, those that do not tell their size at the size of the largest."""
+    """The matrices; where the file does not tell its size, at the size of the largest."""
     n = max(file.matrix.shape[0] for file in files)
     matrices = []
     for file in files:

@@ -93,7 +93,7 @@ def _sources_by_import(path: Path) -> frozenset[str]:
 def _module_files(name: str) -> frozenset[Path]:
     """The file of a module of this package and the `__init__.py` of the packages that it lies in.
 
-    Of a name that is no module only the latter; none for a module of other packages.
+    Of a name that is no module only the `__init__.py`; no file of a module of other packages.
     """
     enclosing_package, _, _ = name.rpartition(".")
     if not name.startswith(f"{PACKAGE}."):

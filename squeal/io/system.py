@@ -341,7 +341,7 @@ def _with_damping(
     folder : Path
         The folder relative to which a table of damping ratios is named.
     term_damping : TermDamping
-        Which terms name damping themselves: that of the whole system leaves these out.
+        Which terms name damping themselves: the damping of the whole system leaves them out.
 
     Raises
     ------

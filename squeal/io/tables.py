@@ -146,11 +146,10 @@ def _text_lines(path: Path, at: Place) -> list[str]:
 
 
 def _with_included(path: Path, including: tuple[Path, ...] = ()) -> Iterator[tuple[Place, str]]:
-    """The lines of an input file, those of the files that *INCLUDE names in their places.
+    """The lines of an input file: the place of each in its file, and its text.
 
-    Of each its place in its own file, and its text.
-
-    `including` are the files that include it, so that no file includes itself. Raises InputError.
+    The lines of a file that *INCLUDE names stand in place of the line that names it. `including`
+    are the files that include this one, so that no file includes itself. Raises InputError.
     """
     file = Place(str(path))
     chain = (*including, path.resolve())
@@ -199,11 +198,11 @@ class DeckLine(NamedTuple):
 
 
 def deck_lines(path: Path) -> Iterator[DeckLine]:
-    """The lines of data of an input file of Abaqus or CalculiX and of those that it includes.
+    """The lines of data of an input file of Abaqus or CalculiX and of the files that it includes.
 
     An element whose nodes go on in the next lines, each line of which ends with a comma, is one
-    line. Warns of keywords that tie or turn rows, and raises InputError for those that make nodes
-    and elements or local axes.
+    line. Warns of keywords that tie or turn rows, and raises InputError for keywords that make
+    nodes and elements or local axes.
     """
     file = Place(str(path))
     keyword = [""]

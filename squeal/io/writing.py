@@ -268,7 +268,7 @@ def in_order(heads: Iterable[Sequence[str]]) -> list[Column]:
 def aligned_text(rows: Sequence[Sequence[str]], right: bool = True) -> str:
     """Rows of texts as columns of one width each, the first to the left.
 
-    right: whether the others are aligned to the right.
+    right: whether all columns but the first are aligned to the right.
     """
     return "\n".join(_aligned_lines(rows, right))
 
@@ -301,7 +301,7 @@ class Table:
         Stands in place of a table without records.
     rank : callable
         The importance of a record: of a long table people read the rows of the greatest one, among
-        equal ones those nearest to either end.
+        equal ones the rows nearest to either end.
 
     Examples
     --------
@@ -459,7 +459,7 @@ class Mark(Enum):
 class Panel:
     """What one panel shows of an answer's table: column y over column x, by name or by place.
 
-    each: the column whose values have a line each; of bars those of its first value are shown.
+    each: a column of which each value has a line of its own; bars are shown of its first value.
     """
 
     x: str | int

@@ -98,8 +98,9 @@ OUTCOME = (
 class ModePropensity:
     """A mode over all conditions.
 
-    low_hz, high_hz: its frequencies where it grows, at `unstable` conditions; propensity: the share
-    of these; frequency_hz, growth_rate (1/s), damping_ratio: where it grows fastest, at `at`.
+    low_hz, high_hz: its frequencies where it grows, at `unstable` conditions; propensity: their
+    share of all conditions with known roots; frequency_hz, growth_rate (1/s), damping_ratio: where
+    it grows fastest, at `at`.
     """
 
     mode: int

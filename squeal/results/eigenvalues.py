@@ -109,13 +109,13 @@ class Eigenvalues(Answer):
     """Eigenvalues of a pad or a system at one value of its parameter.
 
     eigenvalues: by rising frequency, of a region that `extent` names in words ("" for all);
-    verdict: of these, None where they decide nothing; certified: whether it is proved, or of more
-    than 400 rows counted, that none of the extent is missing; proof: what is known of that, as JSON
-    holds it, and proof_line in words; unstable: the modes that grow, the fastest first; shapes:
-    mode shapes as JSON holds them; details: what else the JSON object says, M, C and K among it;
-    notes: lines for people; beside: what grows outside of the extent, in words; depends: whether
-    anything depends on the parameter, so that its value is worth naming; numbers (m,): of their
-    modes, where these are not those by rising frequency.
+    verdict: on them, None where they decide nothing; certified: whether it is proved, or of more
+    than 400 rows counted, that no eigenvalue of the extent is missing; proof: what is known of
+    that, as JSON holds it, and proof_line in words; unstable: the modes that grow, the fastest
+    first; shapes: mode shapes as JSON holds them; details: what else the JSON object says, M, C and
+    K among it; notes: lines for people; beside: what grows outside of the extent, in words;
+    depends: whether anything depends on the parameter, so that its value is worth naming; numbers
+    (m,): of the modes of the eigenvalues, where modes are not numbered by rising frequency.
 
     Examples
     --------
@@ -353,7 +353,7 @@ class Eigenvalues(Answer):
         if limit is not None:
             count += f"; roots that grow by more than {number(limit, 4)} 1/s are not among them"
         head = f"{self.name}\n{self.conclusion}\n{self.beside}".rstrip()
-        # the first note says of what these are the eigenvalues: it stands above them
+        # the first note says what equilibrium or matrices were analysed: it stands above the table
         notes = []
         if self.open and self.unstable:
             notes.append(self.open)

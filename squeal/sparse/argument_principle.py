@@ -144,11 +144,11 @@ def count_roots(
     disc : Disc
         Where.
     known : ndarray (m,)
-        Roots in and around the disc, of real matrices with their conjugates; those outside may be
+        Roots in and around the disc, of real matrices with their conjugates; roots outside may be
         rough. A root that is left out is counted all the same. One that is left out near the disc
-        costs determinants, and one on its outline makes the number depend on rounding.
+        costs determinants, and one on the outline makes the number depend on rounding.
     reusable : Factor, optional
-        One that is no longer needed, whose memory may serve: it solves nothing afterwards.
+        A factor that is no longer needed, whose memory may serve: it solves nothing afterwards.
 
     Raises
     ------
@@ -216,7 +216,7 @@ def _winding_number(logarithms: ComplexArray) -> int | None:
         return half_turns // 2
     if largest_step >= math.pi / 8:
         return None
-    # an analytic function has no negative powers; those of a root near the outline fall off slowly
+    # an analytic function has no negative powers; of a root near the outline they fall off slowly
     phase = predicted + np.cumsum(np.append(0.0, steps[:-1]))
     coefficients = np.fft.fft(logarithms.real + 1j * phase) / nodes
     negative_powers = coefficients[-2:]  # of z^-2 and z^-1

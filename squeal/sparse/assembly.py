@@ -53,10 +53,10 @@ class _RootError(NamedTuple):
 class Assembly:
     """Components joined by contact: the `system` of all rows, component after component.
 
-    It holds for small motions about the seat: `seats` are the contacts under the load,
-    `displacements` (n,) those of all rows. `components` are as they were joined, reduced or not,
-    and can be joined again; `joined_at` does so at other values of some parameters.
-    `contacts` are those that were given, each with its points.
+    It holds for small motions about the seat: `seats` are the contacts under the load, and
+    `displacements` (n,) what the load moves all rows by. `components` are as they were joined,
+    reduced or not, and can be joined again; `joined_at` does so at other values of some parameters.
+    `contacts` are the contacts between them, each with its points.
 
     Examples
     --------
@@ -340,7 +340,7 @@ def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Com
 
 
 def _merged_parameters(bodies: Sequence[Component], overrides: Changes) -> dict[str, float]:
-    """The defaults, replaced by the parameters of the components, these by the overrides.
+    """The defaults, the parameters of the components, and `overrides`: of a name the last counts.
 
     Of a name that several components have, the value counts of the first one whose matrices depend
     on it, and of the last one if none does. Raises InputError where matrices of two components

@@ -1,8 +1,9 @@
 """One body of an assembly: its matrices and nodes, and its Craig-Bampton reduction.
 
-A reduced component keeps the rows of its boundary nodes. Its inside follows these statically
-(constraint modes) and moves by its normal modes with the boundary held, up to a frequency. Those
-above are represented by their static answer to the inertia of the constraint modes.
+A reduced component keeps the rows of its boundary nodes. Its inside follows the boundary
+statically (constraint modes) and moves by its normal modes with the boundary held, up to a
+frequency. The modes above are represented by their static answer to the inertia of the constraint
+modes.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ class Component:
     residual_flexibility : array (t n, t n) or (2 t n, 2 t n)
         Of a reduced component with t terms, for the errors of roots: W^H K^-1 W inside, in which W
         are the forces that each term exerts there by each column of the basis. If a term is not
-        Hermitian, W has those of all transposed terms too.
+        Hermitian, W has the forces of all transposed terms too.
 
     Examples
     --------
@@ -269,12 +270,13 @@ class Component:
         """Craig-Bampton reduction: all rows of some nodes, and modes up to a frequency.
 
         Modes above it count by their static answer to the inertia of the constraint modes, for
-        those motions of the boundary to whose energy it adds more than `SHARE` at half the cutoff.
+        motions of the boundary to whose energy the answer adds more than `SHARE` at half the
+        cutoff.
 
         Parameters
         ----------
         nodes : array_like
-            Labels of the nodes that stay: those of contact, mounts, and where it is observed.
+            Labels of the nodes that stay: in contact, at mounts, and where motion is observed.
         cutoff : float
             Highest frequency in Hz of the normal modes with these nodes held, above 0; twice the
             highest one of interest.
@@ -376,10 +378,10 @@ class Component:
         static = factor.solve((M @ constraint)[interior])
         # less the share of the modes below the cutoff
         static -= modes @ (modes.T @ (inner_M @ static))
-        # it stays for those motions v of the boundary to whose energy it adds a share above SHARE
-        # at half of the cutoff: at omega they add omega^2 static v inside, whose energy carries
-        # omega^4. The stationary values of its ratio to the energy of the constraint modes (a
-        # Rayleigh quotient) are the eigenvalues of this pencil
+        # the answer stays for motions v of the boundary to whose energy it adds a share above SHARE
+        # at half of the cutoff: at omega it adds omega^2 static v inside, whose energy carries
+        # omega^4. The stationary values of the ratio of this energy to that of the constraint modes
+        # (a Rayleigh quotient) are the eigenvalues of a pencil of both
         omega = np.pi * cutoff  # rad/s, of cutoff / 2
         energy_of_constraint = constraint.T @ (K @ constraint)
         energy_of_constraint += omega**2 * (constraint.T @ (M @ constraint))
@@ -396,7 +398,8 @@ class Component:
         """The static answer of the truncated motions to the residuals of modes inside.
 
         `residual_flexibility` holds W^H K^-1 W of the forces W that each term exerts inside. The
-        residuals are sums of these: R = W r and S = W s, with the factors and powers of z in P.
+        residuals are sums of such forces: R = W r and S = W s, with the factors and powers of z in
+        P.
 
         Parameters
         ----------

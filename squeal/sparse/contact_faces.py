@@ -334,8 +334,8 @@ def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -
     """The nearest face of a surface along the normal of each point, in either sense.
 
     `kinds` are the faces of the surface by their numbers of nodes. Faces farther away than
-    `farthest` (m) do not count. Each face is met by those of the points close to it, which a tree
-    of all points gives, and replaces a face that was met before and is farther away.
+    `farthest` (m) do not count. A tree of all points gives the points close to each face, which
+    takes the place of a face that a point met before and that is farther away.
     """
     from scipy.spatial import KDTree
 

@@ -44,9 +44,9 @@ class Contact:
     between : (str, str)
         Names of the components.
     pairs : array_like (m, 2), float or ContactPoints (m,)
-        Labels of the nodes of the one and the other; or the distance (m) within which each node of
-        the other is paired with the nearest one of the first; or points of their faces, as
-        `contact_between_faces` finds them.
+        Labels of a node of the first and of one of the second component; or the distance (m) within
+        which each node of the second is paired with the nearest one of the first; or points of
+        their faces, as `contact_between_faces` finds them.
     normal : array_like (3,) or (m, 3)
         From the first to the second, of any length above 0.
     stiffness : float or array_like (m,)
@@ -358,9 +358,10 @@ def _require_at_pairs(holds: Bools, refusal: str, points: ContactPoints) -> None
 class StaticContact:
     """A contact under the load.
 
-    `closed` (m,) are the pairs that touch, `forces` (m,) their normal forces in N and `pressures`
-    (m,) these over the areas; `stiffness` (m,) is that of the pairs without its factor, zero where
-    they are open. `constant`: whether the stiffness of a closed pair does not depend on the load.
+    `closed` (m,) are the pairs that touch, `forces` (m,) their normal forces in N, `pressures` (m,)
+    the forces over the areas in Pa; `stiffness` (m,) is the normal stiffness of the pairs in N/m
+    without its factor, zero where they are open. `constant`: whether the stiffness of a closed pair
+    does not depend on the load.
     """
 
     name: str

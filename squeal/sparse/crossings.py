@@ -88,7 +88,7 @@ class _FrozenPart(NamedTuple):
 
     path_reduction: ReducedBasis | Reduction
     omega: float  # rad/s
-    spacing: float  # to the next of these frequencies
+    spacing: float  # to the next one of the frozen frequencies
 
 
 def _frozen_parts(reduction: DispersiveReduction) -> Iterator[_FrozenPart]:
@@ -252,9 +252,13 @@ class CrossingSearch:
         return None
 
     def _exit_is_doubtful(self, spectrum: SpectrumAtParameter, which: Indices, span: float) -> bool:
-        """True if one of some roots, which have no partner at the other end of the step, may not
-        have left the region: its slope predicts that it stays, or it may cross the axis or meet its
-        conjugate on the way. `span` is negative from the later spectrum back."""
+        """True if a root of a spectrum may not have left the region on the step of length `span`,
+        though it has no partner at the other end: its slope predicts that it stays, or it may cross
+        the axis or meet its conjugate on the way.
+
+        which: indices of the roots without a partner. `span` is negative from the later spectrum
+        back.
+        """
         z = spectrum.roots[which]
         change = span * spectrum.slopes[which]
         predicted = z + change
@@ -326,8 +330,8 @@ def crossings_along(
     """All crossings of the imaginary axis inside the region between the first and last value.
 
     Crossings of the reduced system are located on the full one. Where matrices depend on the
-    frequency of each root they are frozen at some frequencies, and a crossing near one of these is
-    located with matrices at its own.
+    frequency of each root they are frozen at some frequencies, and a crossing near a frozen one is
+    located with matrices at its own frequency.
 
     Parameters
     ----------

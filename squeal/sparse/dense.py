@@ -57,7 +57,7 @@ def dense_values(
     """All finite roots of lambda^2 M + lambda C + K, matrices (n, n) of any kind.
 
     By the standard eigenproblem with the inverse of M, or as a pencil where M is nearly singular.
-    Without damping those on the imaginary axis are exactly there, and roots of motions that nothing
+    Without damping roots on the imaginary axis are exactly there, and roots of motions that nothing
     holds are exactly zero. `stiffness` is given if K is the projection of a larger matrix, whose
     rounding it carries: the norm of that matrix.
     """
@@ -165,8 +165,8 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
 def _finite_values(F: Matrix, E: Matrix, infinite: int) -> ComplexArray:
     """The finite eigenvalues s = alpha / beta of F - s E (N, N), by the QZ algorithm.
 
-    At least `infinite` of the N are infinite: those of the least |beta / alpha|, which rounding
-    leaves above zero. If F is real the others are exactly conjugate in pairs.
+    At least `infinite` of the N are infinite: the ones of the least |beta / alpha|, which rounding
+    leaves above zero. If F is real the finite ones are exactly conjugate in pairs.
     """
     from scipy.linalg import eigvals
 

@@ -499,7 +499,7 @@ def _roots_around(
             return None
         basis = enlarged(basis, near.vectors, dropped=1e-6)
         disc = disc_around(region, near.values, reach)
-        # the count needs all roots of the disc; without one those on the border are enough
+        # a count needs all roots of the disc; without a count the region and its border are enough
         around = disc if certify else region.widened(1e-6)
         roots = corrected_roots(problem, near.factor, basis, around, exact)
         if roots is None:

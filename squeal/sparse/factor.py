@@ -129,7 +129,7 @@ EXACTLY_SINGULAR = -4
 class _Pardiso(Factor):
     """A factor by MKL's PARDISO, which pivots within the diagonal blocks alone.
 
-    PARDISO reads compressed rows: it gets those of the transpose, the columns of the CSC array.
+    PARDISO reads compressed rows. It gets the columns of the CSC array: the rows of the transpose.
     `reusable` is a factor that may lend its ordering and its memory. Raises ZeroDivisionError if
     the matrix is singular to rounding.
     """
@@ -151,7 +151,7 @@ class _Pardiso(Factor):
         self._control[_Control.INDICES_FROM_ZERO] = 1
         self._control[_Control.KEEP_PIVOTS] = 1
         if isinstance(reusable, _Pardiso) and reusable._has_pattern_of(self):
-            # the other one gets the empty memory, and releases nothing at its end
+            # the reusable factor gets the empty memory, and releases nothing at its end
             self._memory, reusable._memory = reusable._memory, self._memory
             self._call(_Phase.FACTORISE)
         else:

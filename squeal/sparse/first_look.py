@@ -244,7 +244,7 @@ class FirstLook(Reduction):
                 estimated = self._roots_with_errors(changes, near[near != 0.0])
                 sizes = np.abs(estimated.roots.values)
                 is_off = estimated.errors > GOOD * sizes
-                # those of right vectors, then those of left ones
+                # corrections of right vectors, then of left ones
                 corrections.append(estimated.corrections[:, np.tile(is_off, 2)])
                 shares.append(np.max(estimated.errors / sizes, initial=0.0))
                 residuals.append(np.max(estimated.residuals, initial=0.0))
@@ -460,7 +460,7 @@ class FirstLook(Reduction):
         distances = self.region.distance(z)
         is_inside = self.region.contains(z)
         not_estimated = near[~is_estimated & self.region.contains(near)]
-        # errors and residuals of roots that are not estimated: those of rigid bodies are exact
+        # errors and residuals of roots that are not estimated; the zeros of rigid bodies are exact
         zero_or_nan = np.where(not_estimated == 0.0, 0.0, np.nan)
         values = np.concatenate([z[is_inside], not_estimated])
         estimated = EstimatedRoots(
@@ -489,10 +489,10 @@ class FirstLook(Reduction):
     def _with_solved(
         self, estimated: EstimatedRoots, part: Rectangle, solved: Sequence[Eigenvalue]
     ) -> EstimatedRoots:
-        """Estimated roots, those in a part of the plane replaced by the solved ones there.
+        """Estimated roots, but in a part of the plane the solved roots in place of the estimated.
 
-        Solved roots outside of the region are left out; where fewer are solved than were estimated
-        the others were spurious. The error of a solved root is its rounding.
+        Solved roots outside of the region are left out. As many as there are fewer solved than
+        estimated roots in the part were spurious. The error of a solved root is its rounding.
         """
         is_kept = ~part.contains(estimated.values)
         inside = [e for e in solved if self.region.contains(np.array(e.value))]
@@ -508,8 +508,9 @@ class FirstLook(Reduction):
     def _solve(
         self, problem: Quadratic, region: Rectangle, factor: Factor | None = None
     ) -> tuple[Eigenvalue, ...]:
-        """Roots of the full problem in a region: those of the basis, corrected with a factor of F;
-        without a factor, or where that does not converge, by Krylov subspaces."""
+        """Roots of the full problem in a region: the basis has them roughly, and a factor of F
+        corrects them; by Krylov subspaces without a factor, or where corrections do not converge.
+        """
         roots = None
         if factor is not None:
             roots = corrected_roots(problem, factor, self.vectors, region)

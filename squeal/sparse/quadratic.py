@@ -336,7 +336,7 @@ def _rounding(
 
 def _in_unscaled_coordinates(problem: Quadratic, scaled: ComplexArray) -> ComplexArray:
     """Vectors (n, m) before scaling, the largest entry real and positive, of unit mass x^H M x;
-    those without mass have unit length in the scaled coordinates."""
+    vectors without mass have unit length in the scaled coordinates."""
     mass = np.abs(np.sum(scaled.conj() * (problem.M @ scaled), axis=0))
     length = np.where(mass == 0, np.linalg.norm(scaled, axis=0), np.sqrt(mass))
     vectors = problem.scale[:, None] * scaled

@@ -106,7 +106,7 @@ def term_weights(system: TermSystem, p: Changes, values: ComplexArray) -> NDArra
 
 
 def near_axis(values: ComplexArray, decay: float, gap: float) -> Bools:
-    """True for roots (m,) on which stability may depend, and for those that may couple with one.
+    """True for roots (m,) on which stability may depend, and for roots that may couple with them.
 
     Stability may depend on a root that grows, that decays by less than the share `decay` of
     |lambda|, or that decays least of all. Another root may couple with it within the share `gap`
@@ -168,16 +168,16 @@ class ModesWithErrors(NamedTuple):
 class ReducedBasis:
     """The right and left modes that have been added, and the pencil of their states.
 
-    `modes` are in the coordinates of a projection. `left` and `right` (d, k) are combinations of
-    them, one for each of k states: those of the largest singular values of the pencil at a
-    shift beside the centre of the region, and at the middle one of the points along the range of
-    the parameters. `system` is that pencil in these states, a system of the first order with k rows
-    (its C is the pencil's B, its K the pencil's A). `velocities` (d, k) are those of the right
-    states, whose displacements are `right`.
+    `modes` are in the coordinates of a projection. Their pencil has k states of large singular
+    values at `shift`, beside the centre of `region`, and at the middle one of the points along the
+    range of the parameters. `left` and `right` (d, k) are the displacements of left and right
+    states, combinations of the modes; `velocities` (d, k) are the velocities of the right states.
+    `system` is the pencil in the k states, a system of the first order (its C is the pencil's B,
+    its K the pencil's A).
 
-    These follow from the modes: `grow` sets them anew, and without any mode there are none. `shift`
-    is the one beside the centre of `region`, `estimated_region` is `region` widened, and
-    `residuals` estimates residuals of vectors in the coordinates of the projection.
+    All of it follows from the modes: `grow` sets it anew, and without any mode there is no state.
+    `estimated_region` is `region` widened, and `residuals` estimates residuals of vectors in the
+    coordinates of the projection.
     """
 
     system: TermSystem
@@ -208,9 +208,9 @@ class ReducedBasis:
         """Add modes until no error at the points is above what is allowed, or none is left to add.
 
         First all modes at the middle, the first and the last point; then, greedily, at the point of
-        the largest error those modes whose errors are of its size. Errors may stay above what is
-        allowed where there are no modes next to these roots, or where the basis has their states
-        already.
+        the largest error the modes whose errors are of its size. Errors may stay above what is
+        allowed where the projection has no modes next to such roots, or where the basis has their
+        states already.
 
         Parameters
         ----------
@@ -278,11 +278,11 @@ class ReducedBasis:
         return self._roots_in(self.region, changes)
 
     def _roots_in(self, region: Rectangle, changes: Changes) -> Roots:
-        """The roots in a region, those left out whose velocity is not lambda times displacement:
-        no mode has such a state.
+        """The roots in a region whose states have velocities lambda times their displacements, as
+        every mode has.
 
-        Of (lambda B + A) x = 0, with at_shift = shift B + A, as eigenvalues theta =
-        1 / (shift - lambda) of at_shift^-1 B.
+        Roots of (lambda B + A) x = 0, by the eigenvalues theta = 1 / (shift - lambda) of
+        at_shift^-1 B with at_shift = shift B + A.
         """
         from scipy.linalg import eig
 
@@ -314,7 +314,7 @@ class ReducedBasis:
 
     def estimate(self, changes: Changes, deciding: bool = False) -> ModesWithErrors:
         """Roots in and around the region, with estimated errors and residuals in the full problem;
-        if `deciding`, those alone on which stability may depend."""
+        if `deciding`, the roots alone on which stability may depend."""
         roots = self._roots_in(self.estimated_region, changes)
         if deciding and len(roots.values):
             roots = roots.select(near_axis(roots.values, decay=COARSE, gap=COARSE))

@@ -61,7 +61,7 @@ MARGIN = 0.04  # of a region's size: what lies so close to it is sampled too
 
 @dataclass(frozen=True, eq=False)
 class Complement:
-    """The directions outside of an orthonormal basis V (n, d): those x with V' F x = 0."""
+    """The directions outside of an orthonormal basis V (n, d): all x with V' F x = 0."""
 
     basis: Array
     projected: NDArray  # V' F V
@@ -69,14 +69,14 @@ class Complement:
     factor: Factor  # of F
 
     def contraction(self, P: csc_array) -> float:
-        """The largest |eigenvalue| of T = 1 - F^-1 P in these directions, by power iteration.
+        """The largest |eigenvalue| of T = 1 - F^-1 P in the directions outside, by power iteration.
 
-        Below 1 T contracts: P is regular in these directions (Neumann series), and they add no root
-        to those of the projection onto V.
+        Below 1 T contracts: P is regular outside (Neumann series), so that the directions there add
+        no root to the roots of the projection onto V.
         """
         start = np.random.default_rng(1).standard_normal((len(self.basis), 3))
         x = start.astype(complex)
-        for _ in range(1 + POWERS):  # the first step leads into these directions
+        for _ in range(1 + POWERS):  # the first step leads outside
             x = x - self.factor.solve(P @ x)
             # less the part inside of V: x - V (V' F V)^-1 V' F x
             inside = np.linalg.solve(self.projected, multiply(self.basis.T, self.matrix @ x))
@@ -86,8 +86,8 @@ class Complement:
         return float(size.max())  # of three unit vectors, by the last step
 
     def contraction_in(self, region: Rectangle, problem: Quadratic) -> float:
-        """The larger contraction of P at two corners of a region in the upper half plane: those on
-        the right, where roots grow fastest."""
+        """The larger contraction of P at the right corners of a region, where roots grow fastest,
+        both taken into the upper half plane."""
         corners = (
             complex(region.high_real, max(region.low_imag, 0.0)),
             complex(region.high_real, max(abs(region.low_imag), abs(region.high_imag))),
@@ -108,10 +108,10 @@ class Reduction:
     satisfying the full one.
 
     `vectors` (n, d) are orthonormal, `system` is dense (d, d) with the parameters of the full one;
-    both grow with each sample. `reduce_system` sets the others at its end: `samples` are where the
-    full problem was solved, `worst` is the largest backward error in the full problem of a root,
-    over all values; `spurious` counts the roots of the reduced system alone at the samples, over
-    all of them. Until then they are empty, infinite and 0.
+    both grow with each sample. `reduce_system` sets three attributes at its end, which are empty,
+    infinite and 0 until then: `samples` are where the full problem was solved, `worst` is the
+    largest backward error in the full problem of a root, over all values; `spurious` counts roots
+    that the reduced system alone has, over all samples.
     """
 
     system: TermSystem
@@ -265,7 +265,7 @@ class Reduction:
     def roots(self, changes: Changes, values: ComplexArray | None = None) -> Roots:
         """Roots of the reduced system at the parameters, some of them changed.
 
-        All in the region, spurious ones among them, or those with known `values` (m,).
+        All in the region, spurious ones among them, or the roots with known `values` (m,).
         """
         M, C, K = self.system.at(changes)
         stiffness = self._stiffness_norm(changes)
@@ -280,7 +280,7 @@ class Reduction:
         return estimated_backward_errors(self._sketch, self._norms, roots.right, weights)
 
     def modes(self, changes: Changes) -> EstimatedModes:
-        """The roots in the region without those that are none of the full problem."""
+        """The roots in the region that solve the full problem too, but for errors of the basis."""
         roots = self.roots(changes)
         residuals = self.residuals(roots, changes)
         is_genuine = residuals <= SPURIOUS
@@ -291,7 +291,7 @@ class Reduction:
         )
 
     def values(self, changes: Changes) -> ComplexArray:
-        """The values of these roots alone."""
+        """The values of the roots that `modes` returns."""
         return self.modes(changes).roots.values
 
 
@@ -331,7 +331,7 @@ def reduce_system(
     reduction = kind(scaled, region)
     wide = region.widened(MARGIN)
     sampled: list[int] = []  # indices of the values whose full modes the basis holds
-    counted: set[int] = set()  # those of them at which the roots of the full problem were counted
+    counted: set[int] = set()  # sampled ones at which the roots of the full problem were counted
 
     def sample(k: int, where: Rectangle, certify: bool = False) -> None:
         texts = [f"{name} = {value:.6g}" for name, value in values[k].items()]

@@ -112,7 +112,7 @@ class _SweptStiffness:
 
     @staticmethod
     def middle(a: float, b: float) -> float:
-        """A value between two others where K hardly is singular by chance."""
+        """A value next to the middle of a and b: in the middle symmetry may make K singular."""
         return a + 0.4871 * (b - a)
 
     def sign(self, value: float) -> float:

@@ -84,7 +84,7 @@ def _read_version_5(path: Path) -> dict[str, Matrix]:
 
 
 def _variables(data: bytes, order: str) -> Iterator[tuple[str, Matrix]]:
-    """Name and matrix of each array of numbers among data elements, those in structs too.
+    """Name and matrix of each array of numbers among data elements, also of those in structs.
 
     `order` of bytes is < or >. Text and the like is left out. Raises ValueError, LookupError,
     zlib.error.

@@ -41,7 +41,7 @@ def read_dmig(path: Path) -> dict[str, UnbuiltMatrix]:
 
 
 def _dmig_cards(text: str) -> list[list[str]]:
-    """The fields of each card DMIG, behind its name and with those of its continuations."""
+    """The fields of each card DMIG, behind its name and with the fields of its continuations."""
     cards: list[list[str]] = []
     in_dmig = False  # whether the last card was one
     for full_line in text.splitlines():
