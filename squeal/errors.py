@@ -46,7 +46,7 @@ def meant(unknown: object, known: Iterable[str]) -> str:
     name = str(unknown)
     names = list(known)
     close = difflib.get_close_matches(name, names, 1, 0.7)
-    if not close:  # of names as short as mu a single letter is half
+    if not close:  # two letters of which one is wrong are alike by a half only, not by 0.7
         close = [other for other in names if _differ_in_one_letter(name, other)]
     if len(close) == 1:
         return f"did you mean {close[0]}?"

@@ -145,10 +145,10 @@ NAME = Kind(
 
 
 class Number(Kind):
-    """A finite number above `low`, or from there on if `low_allowed`, up to `high`, or below that
-    unless `high_allowed`.
+    """A finite number between two ends.
 
-    range: the same in words.
+    low, high: the ends; low_allowed, high_allowed: whether the number may be an end itself; range:
+    all that in words, empty without ends.
     """
 
     def __init__(
@@ -339,8 +339,8 @@ def _refused(problem: str, mark: yaml.Mark | None) -> yaml.MarkedYAMLError:
 def _value(node: yaml.Node, budget: Iterator[int]) -> Value:
     """The value of a node of YAML.
 
-    budget: is stepped once for each value made, and ends where a document is too large: aliases may
-    make one of a small file. Raises yaml.YAMLError.
+    budget: is stepped once for each value made; the document is refused as too large where it ends.
+    A small file may make a large document by aliases. Raises yaml.YAMLError.
     """
     if next(budget, None) is None:
         raise _refused("aliases make it too large", node.start_mark)
@@ -350,10 +350,10 @@ def _value(node: yaml.Node, budget: Iterator[int]) -> Value:
         return _mapping(node, budget)
     if isinstance(node, yaml.ScalarNode):
         text = str(node.value)
-        for name, pattern, made in _SCALARS:
+        for name, pattern, convert in _SCALARS:
             if node.tag in ("plain", _TAG + name) and re.fullmatch(pattern, text):
-                return made(text)
-        if node.tag in ("plain", _TAG + "str", "!"):
+                return convert(text)
+        if node.tag in ("plain", _TAG + "str"):  # quoted text has the tag of texts
             return text
     raise _refused(f"{shown(node.value)} is no {node.tag.rpartition(':')[2]}", node.start_mark)
 
@@ -584,11 +584,12 @@ def kind_of(hint: object) -> Kind:
     if not parts:
         return instance(origin, f"an instance of {origin.__name__}")
     is_mapping = isinstance(origin, type) and issubclass(origin, Mapping)
-    # the types of a union, or of the entries; keys of mappings are names
-    allowed = set(parts[1:] if is_mapping else parts) - {NoneType, Ellipsis}
-    kind = kind_of(allowed.pop()) if len(allowed) == 1 else _KINDS[Any]
+    # the types of a union, or those of the entries; the keys of a mapping are names
+    types = set(parts[1:] if is_mapping else parts) - {NoneType, Ellipsis}
+    kind = kind_of(types.pop()) if len(types) == 1 else _KINDS[Any]
     if origin in (Union, UnionType):
-        return kind  # below it is that of each entry
+        return kind
+    # of anything else `kind` is that of each entry
     if is_mapping:
         return Named(kind, f"a mapping of names to values, each {kind.named}")
     if origin is tuple and Ellipsis not in parts:
