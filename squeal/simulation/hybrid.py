@@ -18,7 +18,6 @@ from squeal.model.contact import ContactLaw, State, Touching
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Coefficients, pose
 from squeal.numerics.differentiation import complex_step
-from squeal.schema import Place, require_positive
 
 # Where the model ends: what has happened when a limit is reached.
 LIMITS = (
@@ -31,6 +30,13 @@ LIMITS = (
 # Share of its free length at which a spring counts as collapsed: the direction of its force, and
 # with it the motion, jumps at zero.
 COLLAPSED = 1e-6
+
+# Lengths and times in natural units, see `squeal.model.equations.natural_units`.
+CLEAR = 1e-9  # gap, over 1 + w + h, below which a contact point may change together with another
+MISSED = 1e-6  # gap of the wrong sign that shows a missed contact change
+FIRST_STEP = 1e-3  # time in which a point that starts on the surface shows to which side it goes
+LEAST_TURN = 1e-15  # of w theta by `off_level`: a contact of no length has no centre
+LEAST_PROGRESS = 1e-9  # of a segment without a contact change, a share of the whole time
 
 _TINY = float(np.finfo(float).tiny)
 _ROUNDING = 8.0 * float(np.finfo(float).eps)
@@ -49,49 +55,6 @@ class Limit(IntEnum):
 
 class ModelEnd(ComputationError):
     """A motion leaves the model's range, for a reason of `LIMITS`."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """How motions are integrated and observed, beside the tolerance of a scene.
-
-    Lengths and times are in natural units, see `squeal.model.equations.natural_units`. Raises
-    InputError for a value that is not positive.
-    """
-
-    # steps of one motion after which observers see it; bounds the memory of a run
-    steps_at_once: int = 5000
-    # steps of a motion of an ensemble; one that needs more is given up
-    most_steps: int = 1_000_000
-    # gap, over 1 + w + h, below which a contact point may change together with another one
-    clear: float = 1e-9
-    # gap of the wrong sign that shows a missed contact change
-    missed: float = 1e-6
-    # time in which a point that starts on the surface shows to which side it goes
-    first_step: float = 1e-3
-    # length by which `off_level` moves w theta, since a contact of no length has no centre
-    least_turn: float = 1e-15
-    # share of the whole time that a segment without a contact change must advance
-    least_progress: float = 1e-9
-    # tolerance above which the compiler may regroup sums: a step is a third cheaper, but rounding
-    # drifts, which a hundred scenes' energy shows at finer tolerances
-    regrouped_above: float = 1e-14
-    # motions of an ensemble side by side
-    lanes: int = 8
-    # places in each step at which signals are read first, at most 20
-    samples: int = 8
-    # longest step of SciPy's integrator, which sees contact changes at the ends of steps only, and
-    # the time after which observers see its motion
-    scipy_step: float = 0.2
-    scipy_time: float = 2000.0
-
-    def __post_init__(self) -> None:
-        require_positive(self)
-        if not 3 <= self.samples <= 20:
-            raise (Place("Options") / "samples").must_be(self.samples, "a number from 3 to 20")
-
-
-DEFAULT = Options()
 
 
 class Steps(NamedTuple):
@@ -275,11 +238,11 @@ def state_rates(model: PadModel, state: np.ndarray, on: Touching | None = None) 
     return np.array([*state[3:], force_x / c.m, force_y / c.m, moment * c.w / c.I])
 
 
-def first_contact(model: PadModel, state: np.ndarray, options: Options = DEFAULT) -> np.ndarray:
+def first_contact(model: PadModel, state: np.ndarray, step: float = FIRST_STEP) -> np.ndarray:
     """Contact (points, ...) of 0 or 1 of the first motion from scaled states (6, ...).
 
     A point that starts on the switching surface, to rounding, belongs to the side to which the
-    first motion takes it; a short Runge-Kutta step tells which, since the loads are continuous.
+    first motion takes it; a Runge-Kutta `step` of time tells which, since the loads are continuous.
     """
     start = np.asarray(state, dtype=float)
     pad = model.pad
@@ -288,7 +251,6 @@ def first_contact(model: PadModel, state: np.ndarray, options: Options = DEFAULT
     on_surface = np.abs(gaps) <= rounding
     touches = gaps < 0.0
     if np.any(on_surface):
-        step = options.first_step
         k1 = state_rates(model, start)
         k2 = state_rates(model, start + step * k1)
         # the acceleration a adds a h^2 / 2 + (da/dt) h^3 / 6, where da/dt is (k2 - k1) / h
@@ -299,9 +261,7 @@ def first_contact(model: PadModel, state: np.ndarray, options: Options = DEFAULT
     return np.asarray(touches).astype(int)
 
 
-def off_level(
-    model: PadModel, state: np.ndarray, contact: np.ndarray, options: Options = DEFAULT
-) -> np.ndarray:
+def off_level(model: PadModel, state: np.ndarray, contact: np.ndarray) -> np.ndarray:
     """Scaled states (6, ...) from which partial contact can go on; contact (2, ...) is that of the
     leading and of the trailing edge.
 
@@ -311,10 +271,10 @@ def off_level(
     if model.law.points > 2:  # springs have no contact length
         return state
     leading, trailing = model.gaps(model.c.place(np.asarray(state, dtype=float)))
-    is_level = np.abs(leading - trailing) < options.least_turn * model.pad.w
+    is_level = np.abs(leading - trailing) < LEAST_TURN * model.pad.w
     # 1 where the leading edge touches alone, -1 the trailing edge, 0 in full or no contact
     sense = contact[0] - contact[1]
-    turn = np.where(is_level, options.least_turn * sense, 0.0)
+    turn = np.where(is_level, LEAST_TURN * sense, 0.0)
     if not np.any(turn):
         return state
     turned = np.array(state)
@@ -375,7 +335,6 @@ def integrate(
     stop: float,
     observers: Sequence[Observe] = (),
     dense: bool = False,
-    options: Options = DEFAULT,
     since: float = 0.0,
 ) -> MotionEnd:
     """Run a scaled pad from a state (6,) to the time `stop`, both in natural units.
@@ -389,8 +348,8 @@ def integrate(
     def instant(t: float) -> str:
         return f"t = {float(since + t) * units.time:.9g} s"
 
-    contact = first_contact(model, state, options)
-    z = off_level(model, state, contact, options)
+    contact = first_contact(model, state)
+    z = off_level(model, state, contact)
     t = 0.0
     steps = 0
     changes = 0
@@ -400,7 +359,7 @@ def integrate(
         t = segment.t1[0]
         z = segment.end[:, 0]
         limit = Limit(segment.limit[0])
-        if (segment.beyond[:, 0] > options.missed).any():
+        if (segment.beyond[:, 0] > MISSED).any():
             raise ComputationError(
                 f"a contact change was missed before {instant(t)}; ask for a smaller tolerance"
             )
@@ -408,8 +367,8 @@ def integrate(
             ends_at_a_change = segment.t.size and segment.t[-1] == t
             if ends_at_a_change:
                 segment = _with_simultaneous(model, segment)
-                z = off_level(model, z, segment.last[:, 0], options)
-            elif t - begin < options.least_progress * stop:
+                z = off_level(model, z, segment.last[:, 0])
+            elif t - begin < LEAST_PROGRESS * stop:
                 raise ComputationError(
                     f"no progress beyond {instant(t)}; a spring may have collapsed to zero length "
                     "there"

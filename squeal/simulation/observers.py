@@ -17,9 +17,10 @@ from squeal.model.contact import ContactLaw
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Coefficients, facing, pose
 from squeal.numerics.oscillation import exponent, strongest_line, swing
-from squeal.simulation.hybrid import DEFAULT, Options, Segment, state_of
+from squeal.simulation.hybrid import Segment, state_of
 
 UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}
+PLACES = 8  # in each step, 3 to 20, at which signals are read first
 LAST = 0.25  # share of the run that is its last part
 PARTS = 20  # equal parts of the run whose kinetic energies are compared
 LINE = 0.25  # least share of the power in the strongest line of a motion that has a frequency
@@ -47,14 +48,14 @@ def lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 class Grid:
-    """Motions read at the same places of all their steps.
+    """Motions read at the same k places of all their steps.
 
-    count: places in each; shares (k,) of a step, weights (k,) of quadrature over it; states
+    shares (k,) of a step, weights (k,) of quadrature over it; states
     (6, k, s); t (k, s): times; c: coefficients of the steps; coefficients_of: of motions by number;
     first (n,): the first step of each motion.
     """
 
-    def __init__(self, segment: Segment, count: int) -> None:
+    def __init__(self, segment: Segment, count: int = PLACES) -> None:
         steps = segment.steps
         self.steps = steps
         self.shares, self.weights = lobatto(count)
@@ -258,13 +259,12 @@ class Shares:
 class Extrema:
     """Least and greatest values of the plotted signals, forces over F_n and delta over w."""
 
-    def __init__(self, model: PadModel, options: Options = DEFAULT) -> None:
+    def __init__(self, model: PadModel) -> None:
         self._law = model.law
-        self._count = options.samples
         self._ranges = np.array([[np.inf, -np.inf]] * len(model.law.plotted))
 
     def observe(self, segment: Segment) -> None:
-        grid = Grid(segment, self._count)
+        grid = Grid(segment)
         signals = plotted(self._law)
         for which, values in enumerate(grid.read(signals)):
             ((low, high),) = grid.ranges(one_of(signals, which), values)
@@ -320,9 +320,8 @@ class Sliding:
     """When the pad first becomes as fast as the surface, which every equation assumes to be faster
     (finding E16); speed and time in natural units."""
 
-    def __init__(self, speed: float, options: Options = DEFAULT) -> None:
+    def __init__(self, speed: float) -> None:
         self._speed = speed
-        self._count = options.samples
         self.lost: float | None = None
 
     def _excess(self, _c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
@@ -335,7 +334,7 @@ class Sliding:
         """
         if self.lost is not None:
             return
-        grid = Grid(segment, self._count)
+        grid = Grid(segment)
         steps = segment.steps
         values = grid.read(self._excess)
         peaks = grid.peaks(self._excess, values, threshold=np.zeros(len(steps.t)))

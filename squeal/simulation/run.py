@@ -18,14 +18,7 @@ from squeal.io.writing import Answer, Column, Mark, Panel, Table, number, picked
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
 from squeal.schema import public
-from squeal.simulation.hybrid import (
-    DEFAULT,
-    Integrator,
-    Observe,
-    Options,
-    Segment,
-    integrate,
-)
+from squeal.simulation.hybrid import Integrator, Observe, Segment, integrate
 from squeal.simulation.observers import (
     UNITS,
     Event,
@@ -212,17 +205,15 @@ def heyoka() -> ModuleType:
     return taylor
 
 
-def make_integrator(
-    model: PadModel, tolerance: float, backend: Backend, options: Options = DEFAULT
-) -> Integrator:
+def make_integrator(model: PadModel, tolerance: float, backend: Backend) -> Integrator:
     """The integrator of a scaled pad: heyoka where it is installed, else SciPy."""
     if backend != "scipy":
         try:
-            return heyoka().TaylorIntegrator(model, tolerance, options=options)
+            return heyoka().TaylorIntegrator(model, tolerance)
         except ComputationError:
             if backend == "heyoka":
                 raise
-    return SciPyIntegrator(model, tolerance, options)
+    return SciPyIntegrator(model, tolerance)
 
 
 def initial_state(scene: Scene) -> tuple[float, ...]:
@@ -277,9 +268,7 @@ def in_natural_units(scene: Scene) -> InitialValues:
     )
 
 
-def _observers(
-    scene: Scene, model: PadModel, units: Units, stop: float, options: Options
-) -> dict[str, Observer]:
+def _observers(scene: Scene, model: PadModel, units: Units, stop: float) -> dict[str, Observer]:
     """An observer for each output of a scene, by name; `model` and `stop` in natural units."""
     observers: dict[str, Observer] = {}
     if "events" in scene.outputs:
@@ -287,7 +276,7 @@ def _observers(
     if "shares" in scene.outputs:
         observers["shares"] = Shares(model, stop)
     if "extrema" in scene.outputs:
-        observers["extrema"] = Extrema(model, options)
+        observers["extrema"] = Extrema(model)
     if "history" in scene.outputs:
         observers["history"] = History(model, units, scene.stop or 0.0, scene.samples or 0)
     if "response" in scene.outputs:
@@ -300,7 +289,6 @@ def simulate(
     scene: Scene,
     integrator: Backend = "auto",
     progress: Callable[[float], object] | None = None,
-    options: Options = DEFAULT,
 ) -> Simulation:
     """Simulate a scene through its contact changes; only what its outputs name is computed.
 
@@ -312,8 +300,6 @@ def simulate(
         "auto" takes heyoka if installed, else :class:`~scipy.integrate.DOP853`.
     progress : callable, optional
         Called with the share of the time that is done, now and then on long runs.
-    options : Options
-        How motions are integrated and looked at, beside the scene's tolerance.
 
     Returns
     -------
@@ -339,17 +325,17 @@ def simulate(
     """
     check_simulation(scene)
     units, model, start, stop = in_natural_units(scene)
-    observers = _observers(scene, model, units, stop, options)
+    observers = _observers(scene, model, units, stop)
     observe: list[Observe] = [observer.observe for observer in observers.values()]
     sliding = None
     if scene.pad.V is not None:
-        sliding = Sliding(scene.pad.V / units.velocity, options)
+        sliding = Sliding(scene.pad.V / units.velocity)
         observe.append(sliding.observe)
     if progress is not None:
         observe.append(lambda segment: progress(float(segment.t1[0]) / stop))
     dense = sliding is not None or bool(observers.keys() - {"events", "shares"})
-    solver = make_integrator(model, scene.tolerance, integrator, options)
-    end = integrate(model, solver, units, start, stop, observe, dense, options)
+    solver = make_integrator(model, scene.tolerance, integrator)
+    end = integrate(model, solver, units, start, stop, observe, dense)
     results: dict[str, Any] = {name: each.result() for name, each in observers.items()}
     if sliding is not None:
         results["sliding_holds"] = sliding.lost is None

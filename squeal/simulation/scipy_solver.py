@@ -9,9 +9,11 @@ import numpy as np
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Coefficients, Number, at_speed, facing, pose, spring_vectors
-from squeal.simulation.hybrid import DEFAULT, DenseOutput, Integrator, Limit, Options, Segment
+from squeal.simulation.hybrid import DenseOutput, Integrator, Limit, Segment
 from squeal.simulation.observers import lobatto
 
+LONGEST_STEP = 0.2  # natural time: contact changes are seen at the ends of steps only
+_AT_ONCE = 2000.0  # natural time after which observers see the motion
 _LIMITS_BY_EVENTS = (Limit.TURNED, Limit.SURFACE_SPEED)
 """Limits that are events here, in their order."""
 _IMAGINARY = 1e-30  # step of a complex-step derivative
@@ -41,14 +43,15 @@ class SciPyIntegrator(Integrator):
 
     method = "SciPy DOP853"
 
-    def __init__(self, model: PadModel, tolerance: float, options: Options = DEFAULT) -> None:
+    def __init__(
+        self, model: PadModel, tolerance: float, longest_step: float = LONGEST_STEP
+    ) -> None:
         self._model = model
-        self._options = options
         self.tolerance = max(tolerance, 3e-14)
         pad = model.pad
         # rotation is faster than translation where the moment of inertia is small
         rotation_time = math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7
-        self._max_step = options.scipy_step * min(1.0, rotation_time)
+        self._max_step = longest_step * min(1.0, rotation_time)
 
     def _rhs(self, contact: list[int]) -> Callable[[float, np.ndarray], list[float]]:
         """The rates (6,) of states (6,) in a contact state, as SciPy calls for them."""
@@ -135,7 +138,7 @@ class SciPyIntegrator(Integrator):
         touching = contact.tolist()
         solution = solve_ivp(
             self._rhs(touching),
-            (t, min(stop, t + self._options.scipy_time)),
+            (t, min(stop, t + _AT_ONCE)),
             state,
             method="DOP853",
             events=self._events(touching),

@@ -19,13 +19,12 @@ from squeal.model.contact import ContactLaw, Touching
 from squeal.model.equations import PadModel, net_loads, term_count
 from squeal.model.pad import Coefficients, Number, at_speed, facing, pose, spring_vectors
 from squeal.simulation.hybrid import (
+    CLEAR,
     COLLAPSED,
-    DEFAULT,
     LIMITS,
     DenseOutput,
     Integrator,
     Limit,
-    Options,
     Segment,
 )
 
@@ -39,6 +38,11 @@ NEVER_ZERO = 1e-300
 # heyoka's tolerance is relative to the largest of state and event functions: a limit of order one
 # would loosen the error control of a small motion.
 FAINT = 1e-30
+# Steps of a motion after which observers see it; bounds the memory of a run.
+STEPS_AT_ONCE = 5000
+# Tolerance above which the compiler may regroup sums: a step is a third cheaper, but rounding
+# drifts, which a hundred scenes' energy shows at finer tolerances.
+REGROUPED_ABOVE = 1e-14
 # With more contact points than so many heyoka compiles functions instead of unrolled code.
 UNROLLED = 2
 # of the runtime parameters of `equations`, in their order
@@ -130,7 +134,7 @@ class Code(NamedTuple):
     """What heyoka compiles: the equations of a contact law, for every pad.
 
     law, terms: see `equations`; tolerance: of a step, relative; fp_type: the numbers; lanes: how
-    many motions side by side, 0 for a single one; regrouped: see `Options.regrouped_above`.
+    many motions side by side, 0 for a single one; regrouped: see `REGROUPED_ABOVE`.
     """
 
     law: ContactLaw
@@ -158,7 +162,7 @@ class Machine:
 
     ta: heyoka's integrator; log: the contact changes since it was last cleared; first_motion:
     number of the motion in the first lane; clear: gap below which a single motion stops at a
-    change, see `Options.clear`; pars (k, lanes), state (6, lanes): views of heyoka's own arrays.
+    change, see `CLEAR`; pars (k, lanes), state (6, lanes): views of heyoka's own arrays.
     """
 
     def __init__(self, code: Code) -> None:
@@ -372,18 +376,11 @@ class HeyokaIntegrator:
 
     method = "heyoka Taylor"
 
-    def __init__(
-        self,
-        model: PadModel,
-        tolerance: float,
-        fp_type: NumberType = float,
-        options: Options = DEFAULT,
-    ) -> None:
+    def __init__(self, model: PadModel, tolerance: float, fp_type: NumberType = float) -> None:
         least = _EPS if fp_type is float else 0.0
         self.tolerance = max(tolerance, least)
         self.model = model
         self._fp = fp_type
-        self.options = options
 
     def ready(self, lanes: int) -> Machine:
         """The machine of this thread, with an empty log."""
@@ -393,7 +390,7 @@ class HeyokaIntegrator:
             tolerance=self.tolerance,
             fp_type=self._fp,
             lanes=lanes,
-            regrouped=self._fp is float and self.tolerance > self.options.regrouped_above,
+            regrouped=self._fp is float and self.tolerance > REGROUPED_ABOVE,
         )
         machine = _machine(get_ident(), code)
         machine.log.clear()
@@ -409,7 +406,6 @@ class TaylorIntegrator(HeyokaIntegrator, Integrator):
     ) -> Segment:
         """See `squeal.simulation.hybrid.Integrator`."""
         law = self.model.law
-        options = self.options
         machine = self.ready(lanes=0)
         number = machine.state.dtype
         first = np.reshape(contact, (law.points, 1))
@@ -417,10 +413,10 @@ class TaylorIntegrator(HeyokaIntegrator, Integrator):
         t0 = np.reshape(t, 1).astype(number)
         until = np.reshape(stop, 1).astype(number)
         machine.start(parameters, np.reshape(state, (6, 1)), t0)
-        machine.clear = options.clear * (1.0 + machine.c.w + machine.c.h)
+        machine.clear = CLEAR * (1.0 + machine.c.w + machine.c.h)
         record = Record(machine, dense)
         outcome, _, _, steps, *_ = machine.ta.propagate_until(
-            until[0], max_steps=options.steps_at_once, **record.options()
+            until[0], max_steps=STEPS_AT_ONCE, **record.options()
         )
         t1 = np.full(1, machine.ta.time, dtype=number)
         limit = Limit.NONE

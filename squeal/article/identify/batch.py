@@ -13,6 +13,9 @@ from squeal.simulation.taylor import (
     runtime_parameters,
 )
 
+LANES = 8  # motions side by side
+MOST_STEPS = 1_000_000  # of a motion; one that needs more is given up
+
 
 class TaylorBatch(HeyokaIntegrator):
     """Integrator over many scaled pads whose numbers are arrays (n,), some at a time side by side.
@@ -23,13 +26,12 @@ class TaylorBatch(HeyokaIntegrator):
     def run(
         self, contact: np.ndarray, t: np.ndarray, state: np.ndarray, stop: np.ndarray, dense: bool
     ) -> Segment:
-        """Integrate n motions (a multiple of `Options.lanes`) in their contact (points, n).
+        """Integrate n motions (a multiple of `LANES`) in their contact (points, n).
 
-        Each goes from its time `t` (n,) and state (6, n) to `stop` (n,), or to an earlier limit of
-        the options; `dense` keeps the whole path.
+        Each goes from its time `t` (n,) and state (6, n) to `stop` (n,), or to an earlier limit,
+        see `Limit`; `dense` keeps the whole path.
         """
-        lanes = self.options.lanes
-        machine = self.ready(lanes)
+        machine = self.ready(LANES)
         parameters = runtime_parameters(self.model, np.asarray(contact))
         n = parameters.shape[1]
         t0 = np.array(t, dtype=float)
@@ -38,8 +40,8 @@ class TaylorBatch(HeyokaIntegrator):
         count = np.zeros(n, dtype=int)
         limit = np.full(n, Limit.NONE)
         parts = []
-        for offset in range(0, n, lanes):
-            motions = slice(offset, offset + lanes)
+        for offset in range(0, n, LANES):
+            motions = slice(offset, offset + LANES)
             machine.first_motion = offset
             machine.start(parameters[:, motions], end[:, motions], t0[motions])
             record = Record(machine, dense)
@@ -81,7 +83,7 @@ class TaylorBatch(HeyokaIntegrator):
         start = machine.state.copy()
         until = t.copy()
         while True:
-            machine.ta.propagate_until(until, max_steps=self.options.most_steps, **recording)
+            machine.ta.propagate_until(until, max_steps=MOST_STEPS, **recording)
             # of each motion: the outcome, its shortest and longest step, and how many steps
             results = machine.ta.propagate_res
             count += [result[3] for result in results]

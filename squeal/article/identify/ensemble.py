@@ -16,8 +16,9 @@ from squeal.model.contact import CONSISTENT, Formulation
 from squeal.model.equations import PadModel, Units, natural_units
 from squeal.model.pad import Model, Pad, pose
 from squeal.simulation.hybrid import (
-    DEFAULT,
+    CLEAR,
     LIMITS,
+    MISSED,
     Limit,
     ModelEnd,
     Segment,
@@ -59,13 +60,13 @@ def _unsure(segment: Segment) -> np.ndarray:
     A motion is unsure that could not be carried to the end, that ends with a gap of the wrong sign,
     or in which several points may have changed in one instant.
     """
-    has_wrong_gap = (segment.beyond > DEFAULT.missed).any(axis=0)
+    has_wrong_gap = (segment.beyond > MISSED).any(axis=0)
     unsure = (segment.limit == Limit.FAILED) | (has_wrong_gap & (segment.limit == Limit.NONE))
     c = segment.coefficients(segment.motion)
     heights = np.array(segment.law.gaps(c, pose(np, c.place(segment.state))))
     # at each change, how far each point is from the surface, on the side of its contact state
     distance = np.where(segment.on > 0, -heights, heights)
-    is_near = distance < DEFAULT.clear * (1.0 + c.w + c.h)  # a share of the pad's size
+    is_near = distance < CLEAR * (1.0 + c.w + c.h)  # a share of the pad's size
     is_near[segment.point, np.arange(len(segment.t))] = False  # the point that changes
     unsure[segment.motion[is_near.any(axis=0)]] = True
     return unsure
@@ -136,7 +137,7 @@ def _motions(
     pads_as_given, initial, duration = task
     n = len(duration)
     taylor = heyoka()
-    from squeal.article.identify.batch import TaylorBatch  # where heyoka is installed
+    from squeal.article.identify.batch import LANES, TaylorBatch  # where heyoka is installed
 
     of_pads = vars(natural_units(pads_as_given, initial.T)).values()
     units = Units(*(np.broadcast_to(v, n) for v in of_pads))  # type: ignore[arg-type]
@@ -157,7 +158,7 @@ def _motions(
     c = model.c
     # by the number of steps, roughly: where the pad turns easily its rotation is the fastest motion
     lengths = stop * np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
-    for block in _blocks(lengths, DEFAULT.lanes, dense):
+    for block in _blocks(lengths, LANES, dense):
         side_by_side = TaylorBatch(_some(model, block), tolerance)
         begin = np.zeros(len(block))
         segment = side_by_side.run(contact[:, block], begin, state[:, block], stop[block], dense)

@@ -1,6 +1,5 @@
 """A motion computed more exactly: what a run in double precision is measured against."""
 
-import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,8 +7,9 @@ import numpy as np
 
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
-from squeal.simulation.hybrid import DEFAULT, Integrator, whole
-from squeal.simulation.run import heyoka, in_natural_units, make_integrator
+from squeal.simulation.hybrid import Integrator, whole
+from squeal.simulation.run import heyoka, in_natural_units
+from squeal.simulation.scipy_solver import LONGEST_STEP, SciPyIntegrator
 
 TOLERANCE = 1e-20  # what is tighter changes no double
 
@@ -36,8 +36,7 @@ def reference(scene: Scene, tolerance: float = TOLERANCE) -> Reference:
     units, model, first, stop = in_natural_units(scene)
     number = quad()
     if number is None:
-        shorter = dataclasses.replace(DEFAULT, scipy_step=DEFAULT.scipy_step / 4.0)
-        integrator: Integrator = make_integrator(model, tolerance, "scipy", shorter)
+        integrator: Integrator = SciPyIntegrator(model, tolerance, LONGEST_STEP / 4.0)
         start = np.array([float(value) for value in first])
     else:
         integrator = heyoka().TaylorIntegrator(model, tolerance, number)
