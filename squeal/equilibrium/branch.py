@@ -149,11 +149,11 @@ class Branches:
         curve = _cubic(
             start, end, self.leaves[:, node], self.arrives[:, following], self.scale[:, pad]
         )
-        # the share of the curve at which mu is reached if it rises evenly; up to a fold, if it
-        # rises as a parabola to its top
-        even = (mu - start[3]) / (end[3] - start[3])
-        to_top = 1.0 - np.sqrt(1.0 - even)
-        share = np.where(self.kind[following] == NodeKind.FOLD, to_top, even)
+        # the share of the curve at which mu is reached: as if mu rose evenly, or up to a fold as a
+        # parabola rises to its top, mu = end - (end - start) (1 - share)^2
+        if_even = (mu - start[3]) / (end[3] - start[3])
+        if_parabola = 1.0 - np.sqrt(1.0 - if_even)
+        share = np.where(self.kind[following] == NodeKind.FOLD, if_parabola, if_even)
         guess = polyval(share, curve, tensor=False)
         guess[3] = mu
         statics = self.statics.pick(pad)
@@ -400,7 +400,7 @@ class _Front(NamedTuple):
         displacement_under_load = 1.0 / self.scale[0]
         z, derivatives, converged = newton(step_from, start, unit=displacement_under_load)
         with np.errstate(all="ignore"):
-            # of both tangents of a branch the one that goes on ahead
+            # scaled dz . ahead = 1: of the two senses of a tangent the one that goes on ahead
             tangent = self.statics.null_vectors(derivatives, rows=self.ahead * self.scale)
             condition_slope = derivatives[-1]
             return _Corrected(z, _unit(tangent * self.scale), condition_slope, converged)
@@ -460,13 +460,15 @@ class _Front(NamedTuple):
         if fold:
             event = np.full(event.size, self.fold)
         else:
-            # another event behind its place: this was not the first one
+            # where another event is passed already, this one is not the first
             others = self.statics.events_behind(z, 1.0 * self.touching, self.mu_max)
             others[event, np.arange(event.size)] = False
-            # a gap has to pass zero in the sense that changes the contact
-            rate = (slope * tangent / self.scale).sum(axis=0)  # of the event function, along it
+            # a gap has to pass zero in the sense that changes the contact: the event function,
+            # whose derivative by z is `slope`, rises along the tangent
+            rate = (slope * tangent / self.scale).sum(axis=0)
             is_gap = event < self.tilted
             good &= ~others.any(axis=0) & ((rate > 0.0) | ~is_gap)
+            # to the last digit
             z[3] = np.where(event == self.range_end, self.mu_max, z[3])
         good &= self._lies_on_step(z, new, options)
         return _Corrected(z, tangent, slope, good), event
@@ -483,11 +485,13 @@ class _Front(NamedTuple):
         weights = surface[: self.tilted]
         normal = surface[self.tilted : -1]
         offset = surface[-1]
-        # event functions rise through zero: the gap of a point that touches, minus that of another
+        # event functions rise through zero: the gap of a point that touches, or minus the gap of
+        # one that does not
         is_gap_of = event == np.arange(self.tilted)[:, None]
         weights[:] = is_gap_of * np.where(self.touching, 1.0, -1.0)
+        # sense (theta0 + z_2 / w) = pi / 2, where z_2 = w theta
         is_tilt = event == self.tilted
-        sense = np.sign(self.statics.tilt(z))  # theta0 + theta is to be 90 degrees of this sense
+        sense = np.sign(self.statics.tilt(z))
         normal[2, is_tilt] = (sense / pad.w)[is_tilt]
         offset[is_tilt] = (math.pi / 2 - sense * pad.theta0)[is_tilt]
         is_end = event == self.range_end
@@ -519,7 +523,7 @@ class _Front(NamedTuple):
         slope = polyder(_cubic(self.z, z, self.ahead, tangent, self.scale)[:, 3])
         at_start = slope[0]
         at_end = slope.sum(axis=0)
-        slow, fast = np.sort([at_start, at_end], axis=0)
+        slow, fast = np.sort([at_start, at_end], axis=0)  # slow <= 0: a fold, which is located
         with np.errstate(all="ignore"):
             extremum = np.clip(np.nan_to_num(-slope[1] / (2 * slope[2])), 0.0, 1.0)
             within = polyval(extremum, slope, tensor=False)
@@ -582,6 +586,7 @@ class _Front(NamedTuple):
             tangent[:, i] = located.tangent
             slope[:, i] = located.slope
             good[i] = located.good
+        # a step that goes just to the end of the range has not passed it
         event[good & (event == NO_EVENT) & (z[3] == self.mu_max)] = self.range_end
         return _Corrected(z, tangent, slope, good), event
 

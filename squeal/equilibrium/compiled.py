@@ -136,11 +136,14 @@ def _gaps(law: ContactLaw) -> hy.cfunc_dbl:
 @lru_cache
 def _excesses(law: ContactLaw) -> hy.cfunc_dbl:
     """A function of a share, the contact state, the end of the range of mu and the coefficients
-    (16) of a cubic curve: by how much event functions there exceed the bounds of their rounding."""
+    (16) of a cubic curve: by how much the `Statics.event_functions` at that share of the curve
+    exceed the bounds of their rounding."""
     share, range_end = hy.make_vars("share", "range_end")
     on = _symbols("on", law.points)
     curve = _symbols("curve", 16)
-    z = curve[12:]  # by Horner's rule, from the cubic term down
+    # z at the share by Horner's rule; each power of the share has four coefficients, one of each
+    # entry of z, and the cubic ones come last
+    z = curve[12:]
     for power in (2, 1, 0):
         of_power = curve[4 * power : 4 * power + 4]
         z = [term + share * higher for term, higher in zip(of_power, z, strict=True)]

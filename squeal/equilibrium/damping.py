@@ -17,11 +17,11 @@ UNSTABLE = "modal damping ratios need stable modes, and the pad is unstable with
 
 
 def normalised_damping(damping: Damping, A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """B (..., 3, 3) that ratios or Rayleigh's factors give z'' + B z' + A z = 0; where they can.
+    """The damping matrix B (..., 3, 3) of z'' + B z' + A z = 0, and bools (...): where it exists.
 
-    Rayleigh's factors make alpha + beta A of its symmetric part, ratios sum_i 2 z_i w_i v_i v_i' of
-    its modes A v_i = w_i^2 v_i by rising w_i. The second result (...) is false where such a mode is
-    unstable, so that it has no damping ratio.
+    Of the symmetric part S of A, Rayleigh's factors make B = alpha + beta S, and ratios z_i of its
+    modes S v_i = w_i^2 v_i, by rising w_i, B = sum_i 2 z_i w_i v_i v_i'. With ratios there is none
+    where a w_i^2 is negative.
     """
     symmetric = (A + np.swapaxes(A, -1, -2)) / 2
     if damping.rayleigh is not None:

@@ -93,10 +93,10 @@ def _near_seeds(statics: Statics, n: int) -> np.ndarray:
     """
     load_size = natural_units(statics.model).length * np.ones(n)
     half_length = statics.model.pad.w * np.ones(n)
-    steps = (0.0, -1.0, 1.0)
-    tilts = (0.0, -1.0, 1.0, -10.0, 10.0)
-    near = np.array([*itertools.product(steps, steps, tilts)])
-    wide = np.array([*itertools.product(steps, steps, steps)])
+    senses = (0.0, -1.0, 1.0)
+    tilts = (0.0, -1.0, 1.0, -10.0, 10.0)  # w theta, in displacements under the load
+    near = np.array([*itertools.product(senses, senses, tilts)])
+    wide = np.array([*itertools.product(senses, senses, senses)])
     # half of the limits; travel is over the half length w, and a tilt times w is w theta
     wide = wide * [LIMITS.travel, LIMITS.travel, LIMITS.tilt] / 2
     seeds = np.concatenate(

@@ -161,13 +161,13 @@ class Path:
         statics = self.statics
         law = statics.model.law
         touching = 1.0 * before[:, None]
-        # residuals of the conditions: balance and the gaps that vanish, and their derivative by z
+        # the conditions, balance and gaps that vanish, at z, and their derivative J by z
         balance, balance_slope = statics.linearised(z, touching)
         gaps, gap_slopes = with_derivative(statics.gaps, z)
         residual = np.concatenate([balance, gaps[changed]])[..., 0]
         J = np.concatenate([balance_slope, gap_slopes[changed]])[..., 0]
-        # d mu / d residuals solve J' weights = e_mu; at a fold, where mu is stationary along the
-        # branch, the three conditions of the balance determine it
+        # d mu = weights . d residuals, where J' weights = e_mu: four equations for four weights. At
+        # a fold three weights solve them, since mu is stationary along the branch
         weights = np.linalg.lstsq(J.T, np.eye(4)[3])[0]
         # derivatives of the conditions by relative changes of each coefficient, by complex steps
         sizes = np.array(statics.model.c._replace(mu=z[3, 0]), dtype=float)
@@ -178,19 +178,24 @@ class Path:
         # the moment over w, as in the residual of the statics
         rows = [f.x, f.y, f.moment / statics.model.pad.w, *(shifted_gaps[i] for i in changed)]
         rates = np.imag(np.broadcast_arrays(*rows)) / STEP  # (conditions, coefficients)
-        # each load has a rounding of its own, of the size that its coefficient gives it
-        loads = rates[:, [Coefficients._fields.index(name) for name in OF_LOADS]]
-        shift = np.abs(weights @ rates).sum() + (np.abs(weights) @ np.abs(loads)).sum()
-        # rounding puts the node of a fold beside the top of the branch: its mu is too small by this
-        below_top = 0.0 if changed.size else self._below(z, touching)
+        # the rate by a coefficient to which a load is proportional is that load; each of its
+        # entries has a rounding of its own
+        load_sizes = rates[:, [Coefficients._fields.index(name) for name in OF_LOADS]]
+        shift = np.abs(weights @ rates).sum() + (np.abs(weights) @ np.abs(load_sizes)).sum()
+        # rounding puts the node of a fold beside the top of the branch, so that its mu is too small
+        below_top = 0.0 if changed.size else self._depth_below_top(z, touching)
         mu = z[3, 0]
         return float(
             COEFFICIENT_ERROR * shift + below_top + abs(weights @ residual) + np.spacing(mu)
         )
 
-    def _below(self, z: np.ndarray, state: np.ndarray) -> float:
+    def _depth_below_top(self, z: np.ndarray, state: np.ndarray) -> float:
         """How far mu at z (4, 1), where rounding of the determinant put a fold, is below the top of
-        the branch: half the slope^2 / curvature of mu along it, by tangents at two places."""
+        the branch.
+
+        Along the branch mu is a parabola, mu = top - curvature s^2 / 2 of slope -curvature s, so
+        that top - mu = slope^2 / (2 curvature). Both come from tangents at two places.
+        """
         ahead = 1e-4 * np.abs(z).max()
 
         def tangent_at(z: np.ndarray) -> np.ndarray:

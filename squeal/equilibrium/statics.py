@@ -84,14 +84,6 @@ class NewtonResult(NamedTuple):
     converged: np.ndarray  # (k,), bools: to rounding
 
 
-def null_vectors(J: np.ndarray, row: np.ndarray) -> np.ndarray:
-    """Null vectors v (4, k) of J (3, 4, k), scaled so that row . v = 1."""
-    A = np.concatenate([np.moveaxis(J, -1, 0), row.T[:, None, :]], axis=1)
-    right_sides = np.tile(np.eye(4)[:, 3:], (len(A), 1, 1))
-    vectors, _ = solve_stack(A, right_sides)
-    return vectors[:, :, 0].T
-
-
 def linear_step(values: np.ndarray, J: np.ndarray) -> Step:
     """The step J^-1 values to where values (m, j) with derivatives J (m, m, j) vanish."""
     step, regular = solve_stack(np.moveaxis(J, -1, 0), values.T[:, :, None])
@@ -348,9 +340,14 @@ class Statics:
         return linear_step(np.concatenate([balance, value]), np.concatenate([slopes, slope]))
 
     def null_vectors(self, derivatives: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """Vectors v (4, k) along which the balance does not change, with rows . v = 1, by the
-        derivatives of a `surface_step` or `fold_step`."""
-        return null_vectors(derivatives[:3], rows)
+        """Vectors v (4, k) along which the balance does not change, with rows . v = 1.
+
+        derivatives: those of the balance, then others, as a `surface_step` or `fold_step` has them.
+        """
+        A = np.concatenate([np.moveaxis(derivatives[:3], -1, 0), rows.T[:, None, :]], axis=1)
+        right_sides = np.tile(np.eye(4)[:, 3:], (len(A), 1, 1))  # 0 of the balance, 1 of the row
+        vectors, _ = solve_stack(A, right_sides)
+        return vectors[:, :, 0].T
 
     def step_at_friction(self, z: np.ndarray, on: np.ndarray) -> Step:
         """A step of Newton's method in (x, y, w theta) to the balance at the friction z[3]."""
@@ -363,7 +360,7 @@ class Statics:
         """Tangents v (4, k) of branches at z (4, k), along which the balance does not change, with
         rows . v = 1 for rows (4, k); and `determinant_sign` (k,) there."""
         _, J = self.linearised(z, on)
-        return null_vectors(J, rows), self.determinant_sign(J[:, :3])
+        return self.null_vectors(J, rows), self.determinant_sign(J[:, :3])
 
     def stiffness(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
         """Minus the derivative (3, 3, k) of the loads by q at places z (4, k)."""
@@ -373,31 +370,32 @@ class Statics:
     def place_error(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
         """How far rounding may move equilibria z (4, k) in (x, y, w theta), shape (3, k).
 
-        To first order: the rounding of the loads, solved with their derivative. Contact loads are
-        rounded with the gaps, those of the inclined springs with the displacements of their ends.
-        on (points, k): which contacts touch. Infinite where the derivative is singular.
+        To first order: the changes of the loads by rounding, solved with the derivative of the
+        loads. Contact loads change with the rounding of the gaps, those of the inclined springs
+        with that of the displacements of their ends. on (points, k): which contacts touch. Infinite
+        where the derivative is singular.
         """
         c = self.model.c
         sizes = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
         _, J = self.linearised(z, on)
         of_springs = 0.0
         for stiffness, rx, ry in ((c.k1, c.r1x, c.r1y), (c.k2, c.r2x, c.r2y)):
-            # displacements are x + C rx - S ry: with -|ry| all three sizes add up
+            # the displacement is x + C rx - S ry: the sizes of its terms add up for -|ry|
             along, _ = sizes.displacement(np.abs(rx), -np.abs(ry))
             of_springs = of_springs + stiffness * (along + sizes.rise(np.abs(rx), np.abs(ry)))
-        # the moment over w has arms of up to w + h, those of the upper corners
+        # upper corners have arms of up to w + h, and the third load is the moment over w
         load_rounding = np.ones(z.shape[1]) * (ROUNDING * (of_springs + c.F_n) * (1.0 + c.h / c.w))
-        # three changes (3, k), of one load each, and below two of the gaps
-        columns = [*np.eye(3)[:, :, None] * load_rounding]
+        # changes (3, k) of all loads: three by the rounding of one load, then two by that of a gap
+        load_changes = [*np.eye(3)[:, :, None] * load_rounding]
         largest_gap_rounding = np.max(self.rounding(z), axis=0)
         for name in ("gap_l", "gap_t"):
             shifted = c._replace(mu=z[3], **{name: getattr(c, name) + 1j * STEP})
             f = net_loads(np, shifted, self.model.law, c.place(z), on)
             slopes = np.imag(np.broadcast_arrays(f.x, f.y, f.moment / c.w)) / STEP
-            columns.append(slopes * largest_gap_rounding)
-        changes = np.moveaxis(np.array(columns), (2, 1), (0, 1))  # (k, 3, 5)
+            load_changes.append(slopes * largest_gap_rounding)
+        right_sides = np.moveaxis(np.array(load_changes), (2, 1), (0, 1))  # (k, 3, 5)
         with np.errstate(all="ignore"):
-            moved, regular = solve_stack(np.moveaxis(J[:, :3], -1, 0), changes)
+            moved, regular = solve_stack(np.moveaxis(J[:, :3], -1, 0), right_sides)
         error = np.abs(moved).sum(axis=2).T + ROUNDING * np.abs(z[:3])
         return np.where(regular, error, np.inf)
 
@@ -451,15 +449,16 @@ class Statics:
         pad = self.model.pad
 
         def step_from(q: np.ndarray, i: np.ndarray) -> Step:
+            """The step from places q (3, j) of the pads i (j,) that have not converged yet."""
             part = self if i.size == n else self.pick(i)
-            at = np.array([*q, z[3, i]])
+            place = np.array([*q, z[3, i]])
             if touching is None:
-                gaps = part.gaps(at)
-                separated = np.all(gaps >= 0.0, axis=0)
-                on = (gaps < 0.0) + 1.0 * separated
+                gaps = part.gaps(place)
+                is_separated = np.all(gaps >= 0.0, axis=0)
+                on = (gaps < 0.0) + 1.0 * is_separated  # all points of a pad that touches nowhere
             else:
                 on = of_some(touching, i)
-            return part.step_at_friction(at, on)
+            return part.step_at_friction(place, on)
 
         # steps are limited, so that the result has to do with the start
         longest = np.empty((3, n))
