@@ -317,14 +317,14 @@ class LineContact(ContactLaw):
             Rn = 0.5 * c.k_c * p * part
         else:
             Rn = 0.5 * c.k_c * p
-        # of the edge that touches alone and of the other one: the centroid of the pressure, a
-        # triangle, lies at a third of the contact length
-        near = Rn * (1.0 - part / 3.0)
-        far = Rn * (part / 3.0)
-        # in full contact a trapezoid
+        # in partial contact the pressure is a triangle, whose centroid lies at a third of the
+        # contact length from the edge that touches
+        at_touching_edge = Rn * (1.0 - part / 3.0)
+        at_other_edge = Rn * (part / 3.0)
+        # in full contact it is a trapezoid: k_c (2 pl + pt)/6 at the leading edge, p = -g
         full = leading * trailing * (c.k_c / 6.0)
-        f1 = leading * near + trailing * far - full * (2.0 * gl + gt)
-        f2 = trailing * near + leading * far - full * (gl + 2.0 * gt)
+        f1 = leading * at_touching_edge + trailing * at_other_edge - full * (2.0 * gl + gt)
+        f2 = trailing * at_touching_edge + leading * at_other_edge - full * (gl + 2.0 * gt)
         return f1, f2
 
     def normal(

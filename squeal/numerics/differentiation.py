@@ -154,7 +154,7 @@ class Formula:
 
     def value(self, parameters: Mapping[str, float]) -> float:
         """The formula's value. Raises InputError where it is not a finite number."""
-        return self._finite(parameters, "", kind="finite number")
+        return self._value_or_slope(parameters, "", required="finite number")
 
     def in_arithmetic(
         self, parameters: Mapping[str, Number], number: Callable[[Number], Number]
@@ -169,7 +169,8 @@ class Formula:
         Raises InputError where the value or the derivative is not a finite number.
         """
         self.value(parameters)
-        return self._finite(parameters, name, kind="function with a finite derivative")
+        required = "function with a finite derivative"
+        return self._value_or_slope(parameters, name, required)
 
     def curvature(
         self, parameters: Mapping[str, float], name: str, low: float, high: float
@@ -178,7 +179,8 @@ class Formula:
 
         By interval arithmetic; inf if no bound is known.
         """
-        # a dual number of dual numbers, whose slope has the second derivative for slope
+        # a dual number of dual numbers, (x + e1) + e2 with e1^2 = e2^2 = 0: the slope of the result
+        # has the second derivative for slope
         x = Dual(Dual(_Interval(low, high), 1.0), Dual(1.0, 0.0))
         try:
             result = dual(_evaluated(self._tree, {**parameters, name: x}))
@@ -188,11 +190,11 @@ class Formula:
         bound = max(map(abs, _ends_of(second_derivative)))
         return bound if math.isfinite(bound) else math.inf
 
-    def _finite(self, parameters: Mapping[str, float], by: str, kind: str) -> float:
+    def _value_or_slope(self, parameters: Mapping[str, float], by: str, required: str) -> float:
         """The value, or its derivative by the parameter `by` if that is not empty.
 
-        Raises InputError for unknown parameters, and for a result that is not finite: it says that
-        the formula is not a `kind` there.
+        Raises InputError for unknown parameters, and for a result that is not finite. required:
+        what the formula then is not, in words.
         """
         about = f"{self.place}: {self.text}" if self.place else self.text
         for name in sorted(self.names - parameters.keys()):
@@ -207,7 +209,7 @@ class Formula:
             result = math.nan
         if isinstance(result, complex) or not math.isfinite(result):
             where = ", ".join(f"{name} = {parameters[name]:g}" for name in sorted(self.names))
-            raise InputError(f"{about}: is not a {kind} at {where or 'any value'}")
+            raise InputError(f"{about}: is not a {required} at {where or 'any value'}")
         return float(result)
 
 

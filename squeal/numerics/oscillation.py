@@ -53,7 +53,7 @@ def _fitted_exponent(samples: np.ndarray, step: float) -> complex | None:
     if abs(value.imag) * step < 1e-9:  # real, to rounding
         too_short = abs(value) * duration < 1.0
     else:
-        too_short = abs(value.imag) * duration < 4 * np.pi
+        too_short = abs(value.imag) * duration < 4 * np.pi  # two periods
     if too_short:
         return None
     if abs(value.real) <= FAINT * abs(value):  # growth of rounding
@@ -77,7 +77,8 @@ def _dynamic_modes(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     if rank == 0:
         return None
     basis = U[:, :rank]
-    # after V/sizes U': the map by the pseudo-inverse of `before`, in coordinates of the basis
+    # the map `after` times the pseudo-inverse V diag(1/sizes) U' of `before`, in coordinates of the
+    # basis
     reduced_map = basis.T @ after @ (Vh[:rank].T / sizes[:rank])
     misfit = np.linalg.norm(after - basis @ (reduced_map @ (basis.T @ before)))
     if misfit > 1e-3 * np.linalg.norm(after - before):

@@ -298,8 +298,9 @@ class Shooting:
             speed = float(np.linalg.norm(self._rates(start, value)))
             if not changes and speed <= resting:
                 break
-            at_change, period = _first_return(segment)
-            if period:
+            first_return = _first_return(segment)
+            if first_return is not None:
+                at_change, period = first_return
                 # start between two changes of contact, so that none falls on an end of the period
                 between = self.motion(at_change, 0.01 * period, value).end[:, 0]
                 cycle, _ = self.solve(np.concatenate([between, [period, value]]))
@@ -401,7 +402,8 @@ class Shooting:
     def _closing(
         self, first: Cycle, before: Cycle, turns: list[Cycle], after: Cycle
     ) -> list[Cycle] | None:
-        """The last cycles of a branch that passes its first one within a step, None if it does not.
+        """The last cycles of a branch that comes back to its first one within a step: the turns up
+        to there, then the first cycle again. None where the step does not pass it.
 
         before, turns, after: the cycles of the step in order.
         """
@@ -413,9 +415,10 @@ class Shooting:
             if (a.value - first.value) * (b.value - first.value) < 0.0:
                 # without a fold the value is monotone over the whole step, whose ends serve
                 ends = (a, b) if has_fold else (before, after)
-                there = self._between(*ends, first.value)
-                if any(abs(cycle.period / first.period - 1.0) < RETURNED for cycle in there):
-                    return turns[:passed] + there
+                at_first_value = self._between(*ends, first.value)
+                for cycle in at_first_value:
+                    if abs(cycle.period / first.period - 1.0) < RETURNED:
+                        return turns[:passed] + at_first_value
         return None
 
     def _between(self, cycle: Cycle, beyond: Cycle, value: float) -> list[Cycle]:
@@ -438,7 +441,7 @@ class Shooting:
             # a family of vibrations at one value neither folds nor changes stability
             if last.cycle.of_any_amplitude and kind != "grazing":
                 continue
-            low = 0.0
+            low = 0.0  # distance along the step up to which changes are located
             at_low = test(*first)
             at_end = test(*last)
             while at_low != at_end and low < step:
@@ -517,22 +520,27 @@ TEST_FUNCTIONS: dict[str, TestFunction] = {
 """What changes its value at each kind of turn."""
 
 
-def _first_return(segment: Segment) -> tuple[np.ndarray, float]:
-    """The state (6,) at the first separation of a segment and the time until the motion separates
-    in the same state again; 0 if it does not, among the next `PASSAGES` like separations."""
+def _first_return(segment: Segment) -> tuple[np.ndarray, float] | None:
+    """The state (6,) at the first separation of a segment, and the time until the motion separates
+    in the same state again.
+
+    Compared are the next `PASSAGES` separations of the same point into the same contact state; None
+    where the motion returns in none of them.
+    """
     changes = np.arange(len(segment.t))
     separations = np.flatnonzero(segment.on[segment.point, changes] == 0)
     if not separations.size:
-        return segment.end[:, 0], 0.0
+        return None
     first = separations[0]
     same_contact = (segment.on == segment.on[:, [first]]).all(axis=0)
     same_point = segment.point == segment.point[first]
-    # separations of the same point into the same contact state, the first one among them
+    # with the first separation itself
     passages = separations[(same_contact & same_point)[separations]]
     start = segment.state[:, first]
     later = passages[1 : PASSAGES + 1]
     size = np.abs(segment.state[:, passages]).max()
     distances = np.abs(segment.state[:, later] - start[:, None]).max(axis=0)
     returns = later[distances < RETURNED * size]
-    period = float(segment.t[returns[0]] - segment.t[first]) if returns.size else 0.0
-    return start, period
+    if not returns.size:
+        return None
+    return start, float(segment.t[returns[0]] - segment.t[first])

@@ -286,12 +286,13 @@ def _simultaneous(model: PadModel, segment: Segment, point: int) -> np.ndarray:
     """The other points that have passed their switching surface in the same instant as `point`, at
     the end of the segment of a single motion.
 
-    Such a crossing lies before the end of the segment by rounding, so that the integrator would not
-    see it again. Its gap is then beyond zero, or short of it by no more than rounding left that of
-    `point`, and still goes on in that sense.
+    Rounding may put such a crossing before the end of the segment, where the integrator, going on
+    from the end, would not see it. The gap of the other point is then beyond zero, or short of zero
+    by no more than what rounding left of the gap of `point`, and still goes on in that sense.
     """
     beyond = segment.beyond[:, 0]
-    passed = beyond >= -abs(beyond[point])
+    rounding = abs(beyond[point])  # the gap of `point` is zero but for it
+    passed = beyond >= -rounding
     passed[point] = False
     if passed.any():
         end = np.asarray(segment.end[:, 0], dtype=float)

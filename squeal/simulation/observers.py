@@ -74,7 +74,8 @@ class Grid:
         """Maxima of a signal between its samples `values` (k, s), exact to rounding.
 
         Those that cannot exceed `threshold` (s,), a number for each step, are left out, which saves
-        time. By parabolas through three samples each, then Newton's method on differences.
+        time. A peak is the top of a parabola through three samples, then corrected by Newton's
+        method for f' = 0, the shares moving by -f'/f'' with f' and f'' from differences.
         """
         high = np.fmax.reduce(values)
         low = np.fmin.reduce(values)
@@ -93,7 +94,7 @@ class Grid:
         def value(share: np.ndarray) -> np.ndarray:
             return signal(c, steps.states(share), steps.on)
 
-        for _ in range(2):  # Newton's method on differences
+        for _ in range(2):
             before = value(share - distance)
             here = value(share)
             after = value(share + distance)
@@ -141,38 +142,44 @@ class Grid:
         """
         read = self.read(signal) if values is None else values
         begin = np.full(len(self.steps.motion), -np.inf)
-        counting = read
-        around_peaks = read
+        counted_samples = read
+        counted_steps = read
         if since is not None:
             begin = since[self.steps.motion]
             counts = self.t >= begin - 1e-12 * np.abs(begin)
-            counting = np.where(counts, read, np.nan)
-            # all samples of a step with one that counts, since a peak beside that one counts too
-            around_peaks = np.where(counts.any(axis=0), read, np.nan)
+            counted_samples = np.where(counts, read, np.nan)
+            # whole steps: a peak beside a sample that counts lies between samples of which one may
+            # not
+            counted_steps = np.where(counts.any(axis=0), read, np.nan)
 
         def negative(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
             return -signal(c, states, on)
 
-        greatest = self._greatest(signal, counting, around_peaks, begin)
-        least = -self._greatest(negative, -counting, -around_peaks, begin)
+        greatest = self._greatest(signal, counted_samples, counted_steps, begin)
+        least = -self._greatest(negative, -counted_samples, -counted_steps, begin)
         return np.array([least, greatest]).T
 
     def _greatest(
-        self, signal: Read, counting: np.ndarray, around_peaks: np.ndarray, begin: np.ndarray
+        self,
+        signal: Read,
+        counted_samples: np.ndarray,
+        counted_steps: np.ndarray,
+        begin: np.ndarray,
     ) -> np.ndarray:
         """Greatest value (n,) of a signal in each motion.
 
-        counting (k, s): its values at all places, NaN at those that do not count; around_peaks
-        (k, s): the same values, NaN in steps without any peak that counts; begin (s,): the time
-        from which on peaks count.
+        counted_samples (k, s): its values at all places, NaN at those that do not count;
+        counted_steps (k, s): the same, NaN only in steps of which no place counts; begin (s,): the
+        time from which on peaks count.
         """
         motion = self.steps.motion
-        highest = np.fmax.reduce(counting)
+        highest = np.fmax.reduce(counted_samples)
         highest = np.where(np.isnan(highest), -np.inf, highest)
         greatest = np.fmax.reduceat(highest, self.first)
-        peaks = self.peaks(signal, around_peaks, greatest[motion])
+        peaks = self.peaks(signal, counted_steps, greatest[motion])
         step = peaks.step
-        # a peak counts as well if it lies less than one sample before the time
+        # a peak up to one sample before that time counts too, since the time may be the sample
+        # next to that peak
         widest = np.diff(self.shares).max()
         counts = self.steps.t[step] + self.steps.h[step] * (peaks.share + widest) >= begin[step]
         np.fmax.at(greatest, motion[step[counts]], peaks.value[counts])
@@ -406,8 +413,10 @@ class ResponseObserver:
         self._units = units
         # weights of the squared rates of (x, y, w theta) in the kinetic energy
         self._mass = np.array([pad.m, pad.m, pad.I / pad.w**2])
-        # the time step: a quarter of a radian of the fast rotation
-        self._step = 0.25 / max(1.0, math.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I))
+        # in a time step translation, of the angular frequency 1 in natural units, or rotation, if
+        # that is faster by a small moment of inertia, turns by a quarter of a radian
+        fastest = max(1.0, math.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I))
+        self._step = 0.25 / fastest
         # of a long run no more samples than tell its frequency well
         first = np.arange(min(32_768, int(stop / self._step) + 1)) * self._step
         last = stop - first[first <= LAST * stop][::-1]  # as far from the end, in rising order

@@ -120,10 +120,11 @@ class SciPyIntegrator(Integrator):
         second = 3 * (b - a) - 2 * da - db
         third = 2 * (a - b) + da + db
         with np.errstate(all="ignore"):
-            # the root of the cubic's derivative at which the cubic is greatest
+            # of the two roots of da + 2 second s + 3 third s^2 that at which the cubic is greatest
             share = da / (np.sqrt(second**2 - 3 * da * third) - second)
             top = a + share * (da + share * (second + share * third))
-            near_zero = top > 0.02 * np.maximum(a, b)  # a and b are below zero
+            # above zero, or below by less than a fiftieth of both ends: the cubic is not exact
+            near_zero = top > 0.02 * np.maximum(a, b)
         has_top = (a < 0) & (b < 0) & (da > 0) & (db < 0) & near_zero
         has_top &= (share > 0.01) & (share < 0.99)  # `run` ended a segment at one on a node
         first = np.where(has_top, nodes[:-1] + share * h, np.inf).min(initial=np.inf)

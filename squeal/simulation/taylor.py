@@ -158,7 +158,8 @@ class Adaptive(Protocol):
 class Machine:
     """A compiled integrator.
 
-    It comes as its last user left it: `start` sets all of its parameters and state.
+    It comes as its last user left it: `start` sets all of its parameters and state, and the
+    coefficients `c` of a single motion.
 
     ta: heyoka's integrator; log: the contact changes since it was last cleared; first_motion:
     number of the motion in the first lane; clear: gap below which a single motion stops at a
@@ -322,12 +323,13 @@ class Record:
         """The steps of the motions from a number on; None if they are not wanted."""
         if not self.wanted:
             return None
-        t = np.array(self.times).reshape(len(self.times), -1)  # of one motion, too, (s + 1, lanes)
+        # (s + 1, lanes) and (s, 6, p, lanes), with one lane of a single motion
+        t = np.array(self.times).reshape(len(self.times), -1)
         steps_of_lanes = np.array(self.series)
         steps_of_lanes = steps_of_lanes.reshape(*steps_of_lanes.shape[:3], -1)
         lengths = np.diff(t, axis=0)
         taken = lengths > 0.0  # motions at their end wait for others
-        # a change of contact may take no time: the first step of such a motion serves
+        # a motion that ends at once at a change of contact takes no time: it keeps its first step
         taken[0] |= ~taken.any(axis=0)
         lane, step = np.nonzero(taken.T)
         h = lengths[step, lane]
@@ -345,8 +347,10 @@ def _machine(_thread: int, code: Code) -> Machine:
 
 
 def limit_of(outcome: hy.taylor_outcome, points: int) -> Limit:
-    """What stopped heyoka, with so many contact points before the limits among its events."""
-    code = int(outcome)  # the i-th event: -1 - i where it stops heyoka, i where a callback does not
+    """What stopped heyoka: the limit, if any. points: contact points, whose events come before
+    those of the limits."""
+    # -1 - i of the i-th event where it stopped heyoka, i where its callback let the motion go on
+    code = int(outcome)
     limit = -code - 1 - points
     if 0 <= limit < len(LIMITS):
         return Limit(limit)
