@@ -56,7 +56,7 @@ def plot(answer: Answer, axes: Axes | None = None, **look: Any) -> Axes:
     """
     if axes is None and look.keys() <= OF_WHOLE_FIGURES:
         figure = drawing(answer, **look).figure
-        # it is made already: pyplot takes it as the current one
+        # pyplot shows the figures that it makes by a FigureClass: here that hands over a made one
         pyplot.figure(FigureClass=lambda **_: figure)  # type: ignore[arg-type]
         return figure.axes[0]
     if axes is None:

@@ -62,18 +62,18 @@ def mark_events(
         Where the axis of mu begins, and its length.
     """
     width = LABEL * reach
-    last_end = low  # of the labels so far
+    labelled_up_to = low  # the right end of the last label
     for mu, label, line in events:
         for axes in (upper, lower):
             axes.axvline(mu, color="k", linewidth=0.7, linestyle=line, zorder=0, gid=label)
-        if mu - last_end > width:
+        if mu - labelled_up_to > width:  # there is room to the left of the line
             offset = -2.0
             alignment = "right"
-            last_end = mu
+            labelled_up_to = mu
         else:
             offset = 2.0
             alignment = "left"
-            last_end = mu + width
+            labelled_up_to = mu + width
         lower.annotate(
             label,
             (mu, 0.96),
@@ -215,15 +215,15 @@ def _spans(sweep: Sweep, thresholds: Thresholds | None, ends: tuple[float, float
     Thresholds, where they are known, tell them exactly; the steps of the sweep tell them else.
     """
     if thresholds is None:
-        whole_spans = _spans_of_steps(sweep)
+        unclipped_spans = _spans_of_steps(sweep)
     else:
-        whole_spans = _spans_of_thresholds(thresholds, ends)
+        unclipped_spans = _spans_of_thresholds(thresholds, ends)
     spans: list[Span] = []
-    for low, high, verdict in whole_spans:
+    for low, high, verdict in unclipped_spans:
         begin = max(low, ends[0])
         end = min(high, ends[1])
         if spans and spans[-1].high == begin and spans[-1].verdict == verdict:
-            begin = spans.pop().low
+            begin = spans.pop().low  # one span in place of the last one and this one
         if end > begin:
             spans.append(Span(begin, end, verdict))
     return spans
@@ -330,14 +330,14 @@ def _draw_modes(panels: _Panels, roots: _Roots) -> None:
 
     A mode that grows nowhere is pale, and so are its roots; its line is drawn below the others.
     """
-    with_growth = np.unique(roots.numbers[roots.grow])  # modes that grow at some value
-    is_pale = ~np.isin(roots.numbers, with_growth) & ~roots.grow
+    growing_modes = np.unique(roots.numbers[roots.grow])  # at some value
+    is_pale = ~np.isin(roots.numbers, growing_modes) & ~roots.grow
     curves = ((panels.upper, roots.values.imag / math.tau), (panels.lower, roots.values.real))
     for mode in np.unique(roots.numbers[roots.numbers > 0]).tolist():
         of_mode = np.flatnonzero(roots.numbers == mode)
         rising = of_mode[np.argsort(roots.at[of_mode])]
         for axes, y in curves:
-            grows = mode in with_growth
+            grows = mode in growing_modes
             look: Any = {"color": "0.25" if grows else PALE, "zorder": 2 if grows else 1.5}
             axes.plot(roots.at[rising], y[rising], lw=0.7, gid=f"mode {mode}", **look)
     dots = (
@@ -345,9 +345,10 @@ def _draw_modes(panels: _Panels, roots: _Roots) -> None:
         (~is_pale & ~roots.grow, "0.25", 1.5),
         (roots.grow, RED, 4.0),
     )
-    for which, colour, size in dots:
+    for selected, colour, size in dots:
         for axes, y in curves:
-            axes.scatter(roots.at[which], y[which], s=size, color=colour, linewidth=0, zorder=3)
+            x = roots.at[selected]
+            axes.scatter(x, y[selected], s=size, color=colour, linewidth=0, zorder=3)
     panels.lower.axhline(0.0, color="0.5", linewidth=0.6)
 
 
@@ -387,9 +388,10 @@ def _onsets(sweep: Sweep, thresholds: Thresholds | None) -> dict[str, Artist]:
 def _name_growing(axes: Axes, roots: _Roots, numbered: bool) -> None:
     """Write the frequency of growing modes beside their roots of the fastest growth.
 
-    The fastest come first; one as near in frequency as `ALIKE` to a named one has no name. roots:
-    those that grow; numbered: the number of the mode is written too, for a legend that names modes
-    by their numbers, which the legend of thresholds does not.
+    The fastest come first; one as near in frequency as `ALIKE` to a named one has no name.
+
+    roots: those that grow; numbered: whether the number of the mode is written too, since the
+    legend names modes by their numbers.
     """
     right = axes.get_xlim()[1]
     top = axes.get_ylim()[1]

@@ -71,14 +71,16 @@ def _draw_cycles(axes: Axes, cycles: Cycles, values: NDArray, sizes: NDArray) ->
 
     values, sizes (m,): the parameter and the amplitude (micrometres) of each orbit.
     """
-    # of each piece: along both axes, as shares of what they show
+    # of each piece between neighbouring orbits: along both axes, as shares of what they show
     lengths = np.abs(np.diff(values)) / (np.ptp(values) or 1.0)
     lengths += np.abs(np.diff(sizes)) / sizes.max()
     kinds = [_kind(*pair) for pair in itertools.pairwise(cycles.orbits)]
+    length_of_kind = dict.fromkeys(kinds, 0.0)
+    for kind, length in zip(kinds, lengths, strict=True):
+        length_of_kind[kind] += length
     for i, kind in enumerate(kinds):
-        of_kind = sum(lengths[k] for k in range(len(kinds)) if kinds[k] == kind)
         # what its marks hide has no entry in the legend
-        label = f"cycle, {kind}" if of_kind > SEEN else None
+        label = f"cycle, {kind}" if length_of_kind[kind] > SEEN else None
         axes.plot(values[i : i + 2], sizes[i : i + 2], label=label, **LOOKS[kind])
     axes.plot(values[cycles.own], sizes[cycles.own], "o", mfc="none", mec="k", label="the scene")
     for kind, mark in MARKS.items():

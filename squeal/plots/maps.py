@@ -178,7 +178,7 @@ def _contours(axes: Axes, answer: Map, level: float | None) -> _Drawn:
     known = values.compressed()
     if known.size and np.ptp(known) > 0.0 and min(values.shape) > 1:
         filled = axes.contourf(x, y, values, 9, cmap="viridis", alpha=0.85)
-        levels = np.asarray(filled.levels)
+        levels = np.asarray(filled.levels)  # of the edges between the colours
         if quantity == "growth" and answer.details.get("threshold_curve"):
             levels = levels[levels != 0.0]  # the exact curve is drawn instead
         edges = axes.contour(x, y, values, levels, colors="k", linewidths=0.5)

@@ -61,20 +61,20 @@ def is_real(shape: np.ndarray) -> bool:
 
 
 def outlines(slenderness: float, rest: np.ndarray, shape: np.ndarray) -> list[np.ndarray]:
-    """The pad at rest and at two phases of a mode: corners (5, 2) in half lengths, the first twice.
+    """The pad at rest and at two phases of a mode, each as its corners (5, 2), the first one twice.
 
-    slenderness: h/w; rest: (x/w, y/w, theta); shape: complex (x, y, w theta), its largest part 1.
-    The phases are opposite ones, or a quarter turn apart for a complex shape.
+    Lengths are in half lengths w, in which w theta is theta. slenderness: h/w; rest: (x, y, theta);
+    shape: complex (x, y, w theta), its largest part 1. The phases are opposite ones, or a quarter
+    turn apart for a complex shape.
     """
     corners = np.array([1, slenderness]) * [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]
     second_phase = -1.0 if is_real(shape) else 1j
     lines = []
     for phase in (0.0, 1.0, second_phase):
-        # in half lengths w theta is the angle itself
         x, y, theta = rest + LARGEST * (shape * phase).real
         c = np.cos(theta)
         s = np.sin(theta)
-        rotation = np.array([[c, s], [-s, c]])  # of rows
+        rotation = np.array([[c, s], [-s, c]])  # by theta, of row vectors
         lines.append(corners @ rotation + [x, y])
     return lines
 
@@ -133,6 +133,7 @@ def pad_figure(
     rest = np.array([0.0, (pad.y0 + q[1]) / pad.w, pad.theta0 + q[2]])
     scaled = [np.array([1.0, 1.0, pad.w]) * mode.shape for mode in shapes]  # x, y, w theta
     lines = [outlines(slenderness, rest, shape) for shape in scaled]  # of each mode three pads
+    # a shape has no verdict of its own: it grows if its rate is that of a root that does
     growing_rates = {root.growth_rate for root in roots if root.kind in GROWING}
     corners = np.concatenate(list(itertools.chain(*lines)))
     left, lowest = corners.min(axis=0) - 0.08
@@ -158,7 +159,7 @@ def pad_figure(
             axes.set_title(name, pad=2.0, color=RED if mode.growth_rate in growing_rates else "k")
             axes.set(xlim=(left, right), ylim=(bottom, top))
         handles, names = legend_of_phases(scaled)
-        names[1] += f" ({exaggeration(pad.w)})"
+        names[1] += f" ({exaggeration(pad.w)})"  # of "displaced"
         figure.legend(handles, names, loc="outside upper center", ncols=3, columnspacing=1.2)
     return figure
 
@@ -182,8 +183,8 @@ def modes_drawing(name: str, roots: Sequence[Eigenvalue], figure: Figure | None 
 def outline(coordinates: Coordinates, faces: Sequence[tuple[int, ...]]) -> list[NDArray]:
     """The edges of a body that show its form, each by its two ends (2, 3).
 
-    They belong to one face alone, or to two faces that meet at an angle, see `SHARP`. faces: the
-    indices of the nodes of each.
+    They belong to two faces that meet at an angle, see `SHARP`, or to any other number of faces.
+    faces: the indices of the nodes of each.
     """
     normals_of: dict[frozenset[int], list[NDArray]] = {}  # of the faces at each edge
     for face in faces:

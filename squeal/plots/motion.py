@@ -121,16 +121,16 @@ class Looks(NamedTuple):
         partial = law.state_name(LEAD)
         if partial == law.state_name(TRAIL):  # one state for both edges
             timeline = [_with_edge(interval, partial, run.history) for interval in timeline]
-        met = {interval.state for interval in timeline if interval.stop > interval.start}
+        shown = {interval.state for interval in timeline if interval.stop > interval.start}
         states: dict[str, StateLook] = {}
         for state in run.states_met:  # in the article's order
             label = state_label(state)
             meaning = law.meanings[state]
-            if state in met:
+            if state in shown:  # not one that `_with_edge` has renamed
                 states[state] = StateLook(label, meaning, palette[state])
             for edge, edge_state in (("leading", LEAD), ("trailing", TRAIL)):
                 state_at_edge = f"{state} {edge}"  # as `_with_edge` names it
-                if state_at_edge in met:
+                if state_at_edge in shown:
                     states[state_at_edge] = StateLook(
                         label=rf"{label}$_{edge[0]}$",
                         meaning=f"{meaning}, {edge} edge",
@@ -217,7 +217,7 @@ def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency
     for signal, column, colour in zip(forces, amplitudes.T, ("black", "0.55"), strict=False):
         axes.plot(
             kilohertz,
-            np.maximum(column, 1e-3 * SHOWN * top),  # zeros have no logarithm
+            np.maximum(column, 1e-3 * SHOWN * top),  # zeros have no logarithm: below the axis
             color=colour,
             label=f"${signal.symbol}$",
             gid=f"spectrum {signal.name}",
