@@ -88,12 +88,12 @@ class Source:
         at = Place(f"--set {change}")
         name, _, text = change.partition("=")
         group = _keys_of(self.document)
-        hint = ""
+        otherwise = ""  # how to set what has no key
         if group is not SCENE:
-            hint = "; another number is set by a parameter that the file names in its place"
+            otherwise = "; another number is set by a parameter that the file names in its place"
         if "components" in self.document:
-            hint += ", one of a component's file by a parameter of its name here"
-        keys, key = group.find(name.strip(), at, hint)
+            otherwise += ", one of a component's file by a parameter of its name here"
+        keys, key = group.find(name.strip(), at, otherwise)
         is_left_out = text.strip() == "null"
         value = scalar(text)
         if not is_left_out:
@@ -121,8 +121,8 @@ class Source:
     def _put(self, group: Group, keys: Sequence[str], value: object) -> None:
         """Set the value under nested keys of the document, whose mappings are made if missing.
 
-        Where something else stands in place of a mapping nothing is set: the reader of the file
-        refuses that.
+        A word that stands for a mapping, see `Group.mapping`, becomes that mapping. Where something
+        else stands in its place nothing is set: the reader of the file refuses that.
         """
         mapping: Any = self.document
         kind: Any = group

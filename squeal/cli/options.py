@@ -39,21 +39,21 @@ class AxisRange(NamedTuple):
 
 
 def numbers(
-    allowed: str, holds: Callable[..., bool], made: Callable[..., Any] = lambda *values: values
+    allowed: str, holds: Callable[..., bool], convert: Callable[..., Any] = lambda *values: values
 ) -> Read:
     """A reader of finite numbers between colons, such as those of 0:0.6:61.
 
-    holds: takes the numbers, as many as the option has, and says whether they are allowed;
-    allowed: the same in words, for a refusal; made: makes the option's value of them, a tuple if
-    left out.
+    allowed: which numbers are, in words for a refusal; holds: whether some are, which takes as many
+    arguments as the option has numbers; convert: makes the option's value of them, a tuple if left
+    out.
     """
 
     def read(text: str) -> Any:
         try:
             values = [float(part) for part in text.split(":")]
             if all(map(math.isfinite, values)) and holds(*values):
-                return made(*values)
-        except (ValueError, TypeError):  # no numbers, or not so many
+                return convert(*values)
+        except (ValueError, TypeError):  # no numbers, or not as many as `holds` takes
             pass
         raise InputError(f"is not allowed; it must be {allowed}")
 

@@ -30,12 +30,16 @@ def options(parser: Parser) -> None:
 
 
 def run(given: argparse.Namespace) -> Reply:
-    """Read the scene, simulate it, write the files that are requested."""
+    """Read the scene, simulate it, write the files that are requested.
+
+    Files may need outputs and samples that the scene does not name: they are computed, and left out
+    of the answer.
+    """
     scene = given.source.scene()
     check_simulation(scene)
     outputs = scene.outputs
     intervals = (scene.samples or 2) - 1  # between the samples of the history
-    refinement = 1  # how many parts each of them is sampled in
+    refinement = 1  # into how many parts each interval is divided
     if given.table is not None:
         outputs = (*scene.outputs, "history")
     if given.figure is not None:
@@ -52,7 +56,6 @@ def run(given: argparse.Namespace) -> Reply:
         motion = dataclasses.replace(motion, history=history)
     if given.table is not None:
         motion.save(given.table)
-    # outputs that files alone needed
     not_requested: dict[str, Any] = {name: None for name in OUTPUTS if name not in scene.outputs}
     hint = ""
     if given.integrator == "auto" and motion.method.startswith("SciPy"):

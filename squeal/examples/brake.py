@@ -128,6 +128,7 @@ def _at_gauss_points(corners: NDArray) -> tuple[NDArray, NDArray]:
             factor[..., 0] * factor[..., 1] * slope[..., 2],
         ]
     )  # slopes in the cell: (axis, corner, point)
+    # e: cell, c: corner, p: point, i: axis of space, a: axis of the cell
     jacobian = np.einsum("eci,acp->epia", corners, local)
     inverse = np.linalg.inv(jacobian)
     roots = np.sqrt(np.abs(np.linalg.det(jacobian)) * weight)  # (cells, points)
@@ -152,11 +153,13 @@ def _mass_and_stiffness(
     shapes, slopes = _at_gauss_points(places.T[cells.T])
     count = cells.shape[1]
     flat = slopes.reshape(count, 24, -1)  # corner and direction, point
-    # integrals of products of slopes: (cell, corner, direction, corner, direction)
+    # (cell, corner c, direction i, corner d, direction j): integrals of products d_i N_c d_j N_d of
+    # slopes of the shape functions N
     products = (flat @ flat.transpose(0, 2, 1)).reshape(count, 8, 3, 8, 3)
+    # lame d_i N_c d_j N_d + shear d_j N_c d_i N_d, and for i = j shear grad N_c . grad N_d
     K = lame * products + shear * products.transpose(0, 1, 4, 3, 2)
     M = np.zeros_like(K)
-    gradient = np.einsum("eiaja->eij", products)
+    gradient = np.einsum("ecidi->ecd", products)
     mass = shapes @ shapes.transpose(0, 2, 1)
     for direction in range(3):
         K[:, :, direction, :, direction] += shear * gradient
@@ -425,6 +428,7 @@ def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]
             if form != "ansys":
                 entry["symmetric"], _ = _entries(term.matrix)
         document.setdefault(part, []).append(entry)
+    # MATLAB and Nastran have all matrices in one file
     named = dict(zip(KEYS, matrices, strict=True))
     path = folder / FILES[form][0]
     if form == "matlab":
