@@ -212,7 +212,8 @@ class SpectrumAtParameter:
         if self.problem is DAMPED:
             certain = z.real > rounding
             possible = z.real > -rounding
-            # a complex root above the real axis stands for its pair, that below it for none
+            # a real root counts as 1, a complex one above the real axis as 2, for its pair, and one
+            # below it as 0
             per_root += np.sign(z.imag) * ~self.real
         elif self.problem is GYROSCOPIC:  # z = -i lambda
             certain = z.imag < -rounding

@@ -437,14 +437,15 @@ def zero_roots(A: NDArray, noise: float, M: NDArray | None = None) -> int:
     while len(stiffness):
         _, singular, right = np.linalg.svd(stiffness)
         rank = int(np.sum(singular > noise))
+        # the null vectors, and the vectors orthogonal to them
         complement, null = np.split(right.conj().T, [rank], axis=1)
         if not null.shape[1]:
             break
         count += null.shape[1]
         test_vectors = complement
         if mass is not None:
-            # in columns (complement, null) A - s M is ((A - s M) complement, -s M null): rows
-            # orthogonal to M null see the first alone, and their roots are those that remain
+            # (A - s M) (complement, null) has the columns (A - s M) complement and -s M null. Rows
+            # orthogonal to M null keep the first alone, and its roots are those that remain
             test_vectors = np.linalg.qr(mass @ null, mode="complete")[0][:, null.shape[1] :]
             mass = test_vectors.conj().T @ mass @ complement
         stiffness = test_vectors.conj().T @ stiffness @ complement
@@ -546,6 +547,8 @@ def invariants(
     vague = ~np.isfinite(discriminant.value + discriminant.bound)
     share = 0.03  # of the greatest root, below which others are far from it
     square = a.value * a.value
+    # with a far root s, a is about s, b about s times the sum of the others, and c s times their
+    # product
     has_far_root = np.abs(b.value) < share * square
     has_far_root &= np.abs(c.value) < share**2 * np.abs(square * a.value)
     if np.any(has_far_root):

@@ -45,7 +45,8 @@ def half_units(matrix: Matrix, digits: int) -> csc_array:
 
     def half(numbers: Array) -> Array:
         size = np.abs(numbers)
-        # just below a power of ten the digits may be those of the power itself, whose unit is wider
+        # 1e-9: just below a power of ten the digits may be those of the power itself, whose unit is
+        # wider
         leading_power = np.floor(np.log10(np.where(size > 0.0, size, 1.0)) + 1e-9)
         units = 0.5 * 10.0 ** (leading_power + 1 - digits) + np.spacing(size) / 2.0
         return np.where(size > 0.0, units * (1.0 + ROUNDED), 0.0)

@@ -267,16 +267,17 @@ def _make_complex_pair(s: ComplexArray, rounding: Array, cubic: Cubic) -> NDArra
 
     They are the two conjugates or, where rounding made them real, the closest two. Where rounding
     hides their imaginary part it follows from the discriminant, (s1 - s2)^2 times the square of the
-    product (s3 - s1) (s3 - s2). rounding (n,): how far rounding moves each.
+    product (s3 - s1) (s3 - s2), where s3 = 0 if n = 2, see `_agree_with_invariants`. rounding (n,):
+    how far rounding moves each.
     """
     n = len(s)
     distances = np.abs(s[:, None] - s.conj()) + np.diag(np.full(n, np.inf))
     pair = np.array(np.unravel_index(np.argmin(distances), distances.shape))
     if np.any(np.abs(s[pair].imag) <= rounding[pair]):
-        product = cubic.b.value  # (0 - s1) (0 - s2) = s1 s2, as the third root is zero
+        product = cubic.b.value  # s1 s2 for s3 = 0
         if n == 3:
             third = np.setdiff1d(np.arange(n), pair)[0]
-            product = np.prod(s[third] - s[pair])
+            product = np.prod(s[third] - s[pair])  # third: the index of s3
         mean = s[pair].real.mean()
         half_difference = np.sqrt(-cubic.discriminant.value) / 2 / abs(product)
         s[pair] = mean + np.array([1j, -1j]) * half_difference

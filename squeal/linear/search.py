@@ -68,7 +68,7 @@ def required_crossings(
     number = abs(pairs)
     for omega in persisting[: max(len(candidates) - number, 0)]:
         candidates.remove(min(candidates, key=lambda candidate: abs(candidate - omega)))
-    omegas = (candidates + [0.0] * number)[:number]  # 0 where no frequency is left
+    omegas = (candidates + [0.0] * number)[:number]  # as many as pairs; 0 where none is left
     pair_crossings = [RequiredCrossing(omega, int(np.sign(pairs))) for omega in omegas]
     real_crossings = [RequiredCrossing(0.0, int(np.sign(reals)))] * abs(reals)
     return pair_crossings + real_crossings
@@ -252,7 +252,8 @@ class _AdaptiveRefinement:
         continuation = self.continuation
         low = continuation.low
         midpoints = _midpoints(continuation, cluster_events(self.events, self.merge_distance))
-        # one interval around each cluster; the last midpoint may lie beyond the range
+        # of one interval around each cluster: the ends of the range and what lies between clusters.
+        # The last midpoint may lie beyond the range, so that its interval holds an event at the end
         edges = [low, *midpoints[1:-1], max(midpoints[-1], continuation.high)]
         resolved: list[Event] = []
         for a, b in itertools.pairwise(edges):

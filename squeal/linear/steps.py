@@ -160,9 +160,10 @@ def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _App
     roots_cross = is_inside & (state.problem is not DAMPED)
     crossing_distance = np.clip(crossing_distance, 0.0, span)
     v = v + crossing_distance * pairs.bend  # the mean slope up to the crossing
-    # W changes its sign with the direction; T and the bend, of two factors W, do not
+    # the couplings are by the parameter, the distance from this end may run against it: W changes
+    # its sign with the direction, and T and the bend, which are products of two W, do not
     a, b = direction * pairs.direct + crossing_distance * pairs.indirect
-    # zeros of d(x) = (u + x v)^2 / 4 + x^2 a b, where u + x v = +- x split
+    # d(x) = (u + x v)^2 / 4 + x^2 a b vanishes where u + x v = +- x split
     split = 2 * np.sqrt(-a * b)
     ends = np.stack([-u / (v - split), -u / (v + split)]).real
     ends = np.where(np.isfinite(ends), ends, 1e9 * span)  # nowhere near

@@ -130,8 +130,8 @@ class Term:
         if errors is not None:
             errors = (size or change)(errors)
         if rounding and size is not None:
-            # n I, which is sparse, is mapped to an entry at least as large as any to which a matrix
-            # of ones is (Cauchy and Schwarz)
+            # all entries may be off by `rounding`: of the map of a matrix of ones the largest entry
+            # is bounded by that of the map of n I, which is sparse (Cauchy and Schwarz)
             n = self.matrix.shape[0]
             rounding *= float(size(n * eye_array(n)).max())
         return Term(change(self.matrix), factor or self.factor, self.digits, rounding, errors)
