@@ -30,8 +30,8 @@ def _code(A: Array, B: Array | None, relative_error: float = ROUNDING) -> int:
 def damped_verdicts(A: Array, B: Array, relative_error: float | Array = ROUNDING) -> Codes:
     """Verdict codes (N,), indices into VERDICTS, of N damped systems z'' + B z' + A z = 0.
 
-    Systems with an eigenvalue within the greatest rounding of the imaginary axis, or with a growing
-    one so near to the real axis, are judged one by one, as all are by `judge`.
+    Systems with an eigenvalue that rounding may move to the imaginary axis, or with a growing one
+    that it may move to the real axis, are judged one by one, as `judge` does.
 
     Parameters
     ----------

@@ -67,8 +67,8 @@ def root_rounding(
 
     One that is far from all others moves by R, the error of the matrix times its own condition. One
     with others within reach, at distances d_j, moves by r with r prod(1 + r / d_j) = R: the error
-    of the determinant is shared. No eigenvalue moves further than by the m-th root of the relative
-    error (Elsner 1985).
+    of the determinant is shared. No eigenvalue moves further than 2 `size` times the m-th root of
+    the relative error, m being the number of rows (Elsner 1985).
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def root_rounding(
     distances = np.maximum(np.abs(values[:, None] - values), matrix_error[:, None])
     np.fill_diagonal(distances, np.inf)
     rounding = np.minimum(isolated, bound)
-    # only those that reach others have to share
+    # only eigenvalues with others within reach share the error with these
     crowded = np.flatnonzero(rounding > 1e-3 * distances.min(axis=1, initial=np.inf))
     with np.errstate(divide="ignore"):
         log_R = np.log(isolated[crowded])

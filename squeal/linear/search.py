@@ -292,13 +292,14 @@ class _AdaptiveRefinement:
     def resolve_events(self, a: float, b: float, limits: Interval) -> list[Event]:
         """Events from a to b that explain the change of the number of growing roots, if possible.
 
-        - If the events located so far do, and in a wide range the states below the first and above
-          the last one agree with the counts at a and b, these are the events.
+        - If the events located so far explain it, they are returned. In a wide range the states
+          below the first event and above the last one have to agree with the counts at a and b,
+          too.
         - If there is no room to divide the range, each required crossing is taken from a located
           event, which may stand for several equal subsystems that cross at one place, or else from
           the count alone.
-        - If all located events coincide, more are searched for close beside them; if the count
-          changes where they lie, equal subsystems are assumed.
+        - If all located events coincide, more are searched for close beside them. If the count
+          changes where they lie, and not beside, equal subsystems are assumed to cross there.
         - Else the range is divided beside the events, and both parts are resolved.
 
         Parameters

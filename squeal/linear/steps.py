@@ -208,7 +208,7 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
         product = np.abs(pairs.a * pairs.b)
         third_coupling = _third_root_coupling(state, pairs, direction)
         doubtful = third_coupling > product
-        rounding = state.rounding[k] * state.rounding[l]
+        rounding = state.rounding[k] * state.rounding[l]  # of d, as d is the square of a difference
         couples_beyond_rounding = pairs.crossing_distance**2 * third_coupling > rounding
         may_meet_by_third_root = pairs.roots_cross & doubtful & couples_beyond_rounding
         meets = _may_meet(state, pairs, span, third_coupling) | may_meet_by_third_root
