@@ -233,8 +233,8 @@ class SpectrumAtParameter:
     def couplings(self) -> ModalCouplings:
         """The couplings of all pairs of roots that may meet, each pair once.
 
-        With damping these are two roots on the real axis or above it, without it two on the line
-        at positive frequencies; what lies below mirrors them. And there are conjugate roots.
+        With damping these are two roots on the real axis or above it, without damping two on the
+        line at positive frequencies; what lies below mirrors them. Conjugate roots may meet, too.
 
         By perturbation theory of simple roots (Kato 1966, II.2) z_k''/2 = sum_m F_km W_mk, where
         F_kl = W_kl / (z_k - z_l). In F W - W F are the terms of 2 T, and those with m = k and
@@ -244,7 +244,8 @@ class SpectrumAtParameter:
         W = self.coupling
         slopes = self.slopes
         differences = z[:, None] - z
-        unresolved = np.add.outer(self.rounding, self.rounding)  # differences up to this are none
+        # roots that differ by no more than this are one to rounding
+        unresolved = np.add.outer(self.rounding, self.rounding)
         conjugate = np.abs(z[:, None] - z.conj()) <= unresolved
         if self.problem is DAMPED:
             may_meet = z.imag >= -self.rounding
@@ -262,7 +263,8 @@ class SpectrumAtParameter:
             T = (F @ W - W @ F + F * (slopes[:, None] - slopes)) / 2
             half_second_derivative = np.einsum("km,mk->k", F, W)
             bend = half_second_derivative[k] - half_second_derivative[l]
-            bend = bend - 2 * W[k, l] * W[l, k] * inverse[k, l]  # by other roots alone
+            # without the term m = l of z_k'' and the term m = k of z_l'': by other roots alone
+            bend = bend - 2 * W[k, l] * W[l, k] * inverse[k, l]
         return ModalCouplings(
             k=k,
             l=l,

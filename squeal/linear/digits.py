@@ -150,7 +150,7 @@ def _off_the_axis(
     distances = np.abs(values[:, None] - values)
     np.fill_diagonal(distances, np.inf)
     meets = distances <= bounds[:, None] + bounds
-    if signs is not None:
+    if signs is not None:  # modes of one sign pass through each other on the axis
         meets &= signs[:, None] * signs <= 0.0
     return (values.real != 0.0) | (bounds >= np.abs(values)) | np.any(meets, axis=1)
 

@@ -198,7 +198,7 @@ def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
     with np.errstate(all="ignore"):
         A = _normalised(T, stiffness)
         B = None if damping is None else _normalised(T, damping)
-        size = np.linalg.norm(A)
+        size = np.linalg.norm(A)  # of squares of roots
         if B is not None:
             size = size + np.linalg.norm(B) ** 2
     if not np.isfinite(size):

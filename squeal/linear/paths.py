@@ -77,8 +77,8 @@ def links(
 ) -> Iterator[Link]:
     """Links from the state at a to that at b: one, or several after the interval was halved.
 
-    It is halved while vectors and slopes do not tell which root continues which, and a shorter one
-    may do so.
+    The interval is halved while its vectors and slopes do not tell which root continues which, and
+    those of a shorter interval may tell.
 
     Parameters
     ----------
@@ -87,9 +87,9 @@ def links(
     a, b : float
         The two values.
     budget : iterator
-        Each halving takes one item of it; there is none once it is empty.
+        Each halving takes one of its items; without any left nothing is halved.
     depth : int
-        How often the range may be halved.
+        How often the interval may be halved.
     """
     before = at(a)
     after = at(b)
