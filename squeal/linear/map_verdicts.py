@@ -119,8 +119,7 @@ def _by_invariants(entries: Sequence[Array]) -> Codes:
 
     entries: the nine entries (N,) of the matrices A, row by row.
     """
-    cubic = invariants(entries)
-    a, b, c, discriminant, is_vague = cubic
+    a, b, c, discriminant, is_vague = invariants(entries)
     has_pair = discriminant.value < -discriminant.bound
     has_negative_product = c.value < -c.bound
     has_negative = has_negative_product | (b.value < -b.bound) | (a.value < -a.bound)
@@ -132,7 +131,7 @@ def _by_invariants(entries: Sequence[Array]) -> Codes:
     if len(has_both) or len(vague):
         A = np.stack(entries, axis=-1).reshape(-1, 3, 3)
         s = np.linalg.eigvals(A[has_both]).astype(complex)
-        fastest = np.argmax(np.abs(np.sqrt(-s).real), axis=1)
+        fastest = np.argmax(np.abs(np.sqrt(-s).real), axis=1)  # by Re lambda, lambda^2 = -s
         is_flutter = s.imag[np.arange(len(s)), fastest] != 0.0
         codes[has_both] = np.where(is_flutter, FLUTTER, DIVERGENCE)
         codes[vague] = [_code(A[k], B=None) for k in vague]

@@ -533,19 +533,17 @@ def invariants(
     if errors is not None:
         relative_error = share_of_largest(np.array(errors), np.array(sizes))
         sizes = [np.maximum(x, e / relative_error) for x, e in zip(sizes, errors, strict=True)]
-    diagonal = entries[::4]
-    diagonal_sizes = sizes[::4]
+    d = entries[::4]  # the diagonal
+    D = sizes[::4]
     cycles = _Cycles.of(entries)
     cycle_sizes = _Cycles.of(sizes)
     unit = 2 * relative_error  # of a term for each of its factors
-    d = diagonal
-    D = diagonal_sizes
     a = Bounded(d[0] + d[1] + d[2], unit * (D[0] + D[1] + D[2]))
     b = Bounded(_pair_products(*d) - cycles.p, 2 * unit * (_pair_products(*D) + cycle_sizes.p))
     c = Bounded(cycles.determinant(d), 3 * unit * cycle_sizes.terms(D))
-    discriminant = _discriminant(diagonal, a, cycles, cycle_sizes, unit)
+    discriminant = _discriminant(d, a, cycles, cycle_sizes, unit)
     vague = ~np.isfinite(discriminant.value + discriminant.bound)
-    share = 0.03  # of the greatest root, below which others are far from it
+    share = 0.03  # of the greatest root: others up to this are far from it
     square = a.value * a.value
     # with a far root s, a is about s, b about s times the sum of the others, and c s times their
     # product
