@@ -195,10 +195,10 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
     forces = left.T @ (ports.forces / unit)
     displacements = ports.displacements @ right.T
     velocities = ports.velocities @ right.T
-    # V2 is known to the rounding of M over its smallest mass; an output of b' is no output of z
-    condition = unit / masses[:m].min(initial=unit)
-    noise = 4 * EPS * n * condition * np.linalg.norm(velocities)
-    if np.any(np.abs(velocities[:, m:]) > noise):
+    # outputs of a' are sums of rows of M; one that is not reads b', which is no state
+    scale = np.linalg.norm(velocities) or 1.0
+    rows = np.vstack([M / unit, ports.velocities / scale])
+    if rank_of(np.linalg.svd(rows, compute_uv=False)) > m:
         raise InputError(f"{system.name}: the loop damps motions without mass, which has no gain")
     C_b = damping[:, m:]
     descriptor = _Descriptor(

@@ -172,9 +172,12 @@ def test_a_loop_that_damps_motions_with_mass_alone_is_a_gain_in_any_coordinates(
     for z in poles:
         singular_values = np.linalg.svd(z * z * M + z * 0.3 * C + K, compute_uv=False)
         assert singular_values[-1] < 1e-12 * singular_values[0]
-    null = np.cross(a, b)  # the motion without mass
+    null = np.cross(a, b) / 1e6  # the motion without mass
     with pytest.raises(InputError, match="damps motions without mass"):
-        state_space(squeal.System(M, {"mu": np.outer(f, null)}, K), loop="mu")
+        state_space(squeal.System(M, {"mu": np.outer(f, a + null)}, K), loop="mu")
+    light = np.diag([1.0, 1e-10, 0.0])  # a mass so small hides no damper of a motion without one
+    with pytest.raises(InputError, match="damps motions without mass"):
+        state_space(squeal.System(light, {"mu": np.outer(f, [1.0, 0.0, 1e-6])}, K), loop="mu")
 
 
 def test_what_is_no_loop_is_refused_in_a_sentence():
