@@ -412,7 +412,8 @@ def _terms_in_balls(system: TermSystem) -> Terms:
     """M, C and K as functions of the parameter, entries known to half a unit in the last place, or
     to the digits of their data.
 
-    Raises ImportError without the library of ball arithmetic.
+    They are those of `system.balanced`, which has the same roots. Raises ImportError without the
+    library of ball arithmetic.
     """
     from squeal.proof.ranges import Terms
 

@@ -57,6 +57,7 @@ def roots_of_all(
         Roots in rad/s by rising frequency. Of real matrices without a band also the conjugates; of
         complex ones only those with Im >= 0, as others describe no motion.
     """
+    # `balanced`: the roots are the same, in units of rows and columns in which rounding hides less
     roots = dense_values(*system.balanced.system.arrays(changes))
     if not system.real:
         # else a real root that rounding puts below the real axis would be left out

@@ -108,7 +108,9 @@ def known_roots(
 ) -> SystemRoots:
     """The selected roots of a system with the errors of its data; the referee judges a small one.
 
-    They are computed in units that make the rows and columns of a small system about as large.
+    A small system is solved as D1 P D2 (`TermSystem.balanced`), whose rows and columns have units
+    that make them about as large. D1 P D2 has the roots of P; its right and left vectors x', y'
+    give those of P, x = D2 x' and y = D1 y'.
 
     Parameters
     ----------
@@ -119,7 +121,7 @@ def known_roots(
     system : System, optional
         The system at other parameters than those of the file.
     is_judged : bool
-        Whether the referee is asked.
+        Whether the referee judges the roots of a small system.
     """
     given = system or file.system
     solved = given
@@ -136,6 +138,7 @@ def known_roots(
     M, _, _ = given.arrays()
 
     def in_given_units(computed: EigenvalueTuple) -> EigenvalueTuple:
+        """The roots with their vectors in the units of P."""
         changed = []
         for root in computed:
             right = of_unit_mass(columns * root.right, M)
