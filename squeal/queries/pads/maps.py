@@ -368,7 +368,7 @@ def threshold_curves(
     decided = codes != UNKNOWN
     if min(codes.shape) < 2 or len(np.unique(stable[decided])) < 2:
         return []
-    from contourpy import contour_generator  # a fifth of a query's time, which draws no curve
+    from contourpy import contour_generator  # here, since it takes a fifth of a query's time
 
     names = (axes[0].name, axes[1].name)
     # 1 at stable points, 0 at others: the level 0.5 passes halfway between two neighbours

@@ -210,7 +210,7 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
     unit = np.sqrt(np.outer(inverse_masses, inverse_masses))  # M^-1/2 K M^-1/2 is K * unit
     matrices = M * unit, (C + damping_matrix(scene)) * unit, K * unit
     if point.kind == "fold":
-        # y^H M^-1/2 K M^-1/2 = 0: the left singular vector of K is M^-1/2 y
+        # y^H M^-1/2 K M^-1/2 = 0: the row y^H M^-1/2 is orthogonal to the columns of K
         left = np.sqrt(inverse_masses) * Singular.of(matrices, 0j).left.conj()
         return _without_frequency({name: left @ by.loads for name, by in changes.items()})
     scaled = {}

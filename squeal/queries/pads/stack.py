@@ -447,8 +447,8 @@ class PadStack:
 
         Verdicts are computed on a grid of `GRID_POINTS` values of mu or more, with all nodes of the
         branch, and the step to the first unstable value is bisected. Steps within which a margin of
-        stability comes close to zero are searched too; an interval of instability that is narrower
-        than a step, and at which no margin does so, may be missed.
+        stability comes close to zero are searched too. Another interval of instability that is
+        narrower than a step may be missed.
         """
         intervals = self._intervals(mu_max)
         grid = _friction_grid(intervals, mu_max)

@@ -203,8 +203,8 @@ def refereed(
     sharpest_proof = proof
     if proof.status == "open" and data.is_half_ulp and data.radii is not None:
         sharpest_proof = _proof_of(Data().around(*arrays), roots, verdict)
-    # a mass matrix that is exactly singular has fewer roots than were computed, if rounding of the
-    # solver made it regular
+    # a mass matrix that is exactly singular has fewer roots than were computed if rounding of the
+    # solver made it regular: an exact proof then counts fewer, and is open for the last digits
     has_other_number = (
         proof.by == "exact"
         and proof.reason.startswith(LAST_DIGITS)

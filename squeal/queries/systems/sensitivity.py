@@ -424,8 +424,8 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     if root:
         largest = _residuals_nearby(problem, root, x, y)
     else:
-        # P is K at a root of zero, of whose distance |z| is no scale: y^H K x vanishes to rounding
-        # of its terms, of which that of the parameter may cancel others
+        # at a root of zero P is K, and `NEAR` |z| is 0: y^H K x is compared with rounding of its
+        # terms instead. The term of the parameter may cancel others, so that it counts by its size
         of_parameter = abs(value) * abs(scaled.slope(system.parameter, changes, root))
         sizes = (abs(problem.K) + of_parameter) @ np.abs(x)
         largest = ROUNDED * np.sum(np.abs(y) * sizes, axis=0)
