@@ -1,204 +1,306 @@
-"""Roots of a system in which some motion has no mass, or hardly any.
+"""The finite roots of a system in which some motion has no mass, or hardly any.
 
-Damped motions without mass are of the first order: y' P(lambda) has no lambda^2, for each y with
-y' M = 0. These rows times lambda + a have one, and P no other roots beside its own but -a, a > 0,
-which decays at all parameters.
+They are the roots z of a pencil F - z E: of K - s M without damping, s = -lambda^2, else of the
+first-order form, in which a coordinate without mass has no velocity. Where E is singular others are
+infinite. T = (F - sigma E)^-1 E has the eigenvalues 1 / (z - sigma), which vanish at infinity, in
+chains where constraints do. A few powers of T leave the right vectors R of the finite roots, those
+of the transposed pencil the left ones L. With L E R = 1 the finite roots are the eigenvalues of
+A = L F R, and dA = L (dF R - dE R A).
 
-In eigenvectors of M and with s = -lambda^2, K21 q1 + K22 q2 = s D2 q2, where the coordinates q2 are
-nearly massless. On the subspace of the slow roots q2 = -X q1, K22 X = K21 + D2 X L and
-D1 L = K11 - K12 X: static condensation of what has no mass, and of a nearly massless coordinate a
-few iterations more, each of which gains a factor of D2 L / K22.
+More powers leave out roots that are far greater than all others, as those of a light mass, whose
+rounding would hide what others do.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from collections.abc import Sequence
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.errors import MatrixError
-from squeal.linear.matrices import (
-    EPS,
-    ILL,
-    Array,
-    dense,
-    divisor,
-    equilibrated,
-    norm_of,
-    scaled_rank,
-    unit_diagonal,
+from squeal.linear.matrices import EPS, Array, Change, SingularTogetherError, divisor, norm_of
+
+EXACT_ROWS = 40
+"""Rows up to which motions without mass are found in exact arithmetic."""
+SHIFTS = (0.83, -1.37, 2.9, -0.21)
+"""Values of sigma, over the frequency scale or its square; the one farthest from a root serves."""
+GAP = 1e2
+"""How many times greater roots are that are left out, if they decay; its square of s."""
+THROUGH_INFINITY = (
+    "M, C and K: a root passes through infinity within the range, as where what holds or damps a "
+    "motion without mass vanishes, or grows far faster than others; thresholds can be given of a "
+    "range without such values, or those that lie in a `band` (low and high, in Hz)"
 )
-from squeal.linear.system import Matrices, System, SystemFunction, Term, matrices_of
-
-REFUSED = (
-    "M: is ill conditioned, as where some motion has (nearly) no mass or coordinates nearly depend "
-    "on each other, and that motion is damped or may grow, or M varies; those thresholds can be "
-    "given that lie in a `band` (low and high, in Hz)"
-)
-DECAYS = 4.0  # times the rate at which damped motions without mass decay: added roots decay by it
 
 
-class Completed(NamedTuple):
-    """A system with regular M that has the roots of another one, and some that decay beside them.
+def state_pencil(M: NDArray, C: NDArray, K: NDArray, heavy: int) -> tuple[NDArray, NDArray]:
+    """F and E (n + heavy, n + heavy) of F x = z E x, the first-order form.
 
-    added: how many; all are at one real value below zero.
+    Columns of M from `heavy` on are zero. The state x is the displacements of coordinates with
+    mass, their velocities, and the displacements of coordinates without mass.
+    """
+    n = len(M)
+    eye = np.eye(heavy)
+    zero = np.zeros((heavy, heavy))
+    of_massless = np.zeros((heavy, n - heavy))
+    # `heavy` rows say that velocities are z times displacements, n rows are the equations
+    E = np.block([[eye, zero, of_massless], [np.zeros((n, heavy)), M[:, :heavy], C[:, heavy:]]])
+    F = np.block([[zero, eye, of_massless], [-K[:, :heavy], -C[:, :heavy], -K[:, heavy:]]])
+    return F, E
+
+
+def separating(X: NDArray) -> tuple[NDArray, int]:
+    """Q (n, n) and a rank: columns of X Q (m, n) are some of X, and from the rank on zero.
+
+    By elimination, exactly for up to `EXACT_ROWS` columns: coordinates are often mixed by integers.
+    """
+    n = X.shape[1]
+    scale: Array = 0.5 ** np.round(np.log2(divisor(np.abs(X).max(axis=0))))
+    work: NDArray = X * scale
+    if n <= EXACT_ROWS:
+        work = np.vectorize(Fraction, otypes=[object])(work)
+    rows: list[int] = []
+    pivots: list[int] = []  # the column that each of these rows was solved for
+    while len(rows) < min(X.shape):
+        sizes = np.abs(work).astype(float)
+        sizes[rows] = 0.0
+        row, column = np.unravel_index(np.argmax(sizes), sizes.shape)
+        if not sizes[row, column] > 4 * EPS * n:
+            break
+        work[row] = work[row] / work[row, column]
+        multiples = work[:, column].copy()
+        multiples[row] = 0
+        work = work - np.outer(multiples, work[row])
+        rows.append(int(row))
+        pivots.append(int(column))
+    rank = len(rows)
+    massless = np.setdiff1d(np.arange(n), pivots)
+    Q = np.eye(n)[:, [*pivots, *massless]]
+    Q[pivots, rank:] = -work[rows][:, massless].astype(float)
+    return scale[:, None] * Q, rank
+
+
+class FiniteProblem(NamedTuple):
+    """A with the finite roots as eigenvalues, its derivative, and how large its terms are."""
+
+    A: NDArray
+    derivative: NDArray
+    sizes: Array
+
+
+class Pencil(NamedTuple):
+    """F and E (N, N) of F x = z E x, or their derivatives, or bounds of their terms."""
+
+    F: NDArray
+    E: NDArray
+
+
+class Subspaces(NamedTuple):
+    """L (m, N) and R (N, m) of the module's head, and the sign of the leading coefficient.
+
+    It is that of det (F - z E) / det (A - z), which changes where a root passes through infinity.
     """
 
-    system: System
-    added: int
+    left: NDArray
+    right: NDArray
+    sign: float
 
 
-def completed_to_second_order(system: SystemFunction, p: float) -> Completed | None:
-    """The system with mass for each damped motion that has none.
+class Condensation:
+    """What takes the finite roots out of the pencils of systems, at any value of a parameter.
 
-    None for a plain function, for complex matrices, where M at p is regular, where a motion without
-    mass is not damped, and where other motions have none at other values of the parameter.
-    """
-    if not isinstance(system, System) or not system.real:
-        return None
-    ((M, C, K),) = matrices_of(system, [p])
-    rank = scaled_rank(M)  # whatever units M mixes
-    left, _, right = np.linalg.svd(M)
-    rows = left[:, rank:]  # y' M = 0
-    motions = right[rank:].T  # M x = 0
-    added = rows.shape[1]
-    if not added or not ILL * np.linalg.cond(rows.T @ C @ motions) < 1.0:
-        return None  # M is regular, or a motion without mass is not damped
-    for term in system.M:  # none may give these rows or motions mass at another parameter
-        matrix = dense(term.matrix)
-        noise = 4 * EPS * len(M) * norm_of(matrix)
-        if max(norm_of(rows.T @ matrix), norm_of(matrix @ motions)) > noise:
-            return None
-    rate = DECAYS * float(norm_of(K) / norm_of(C)) or 1.0  # a of the module's head; 1 for K = 0
-    first_order = rows @ rows.T  # projects on the rows without mass
-
-    def with_rate(term: Term) -> Term:
-        """The term with its rows without mass times a."""
-        matrix = dense(term.matrix)
-        return replace(term, matrix=matrix + (rate - 1.0) * (first_order @ matrix))
-
-    def raised(term: Term) -> Term:
-        """The rows without mass alone, which times lambda stand one power higher."""
-        return replace(term, matrix=first_order @ dense(term.matrix))
-
-    completed = System(
-        M=(*system.M, *map(raised, system.C)),
-        C=(*map(with_rate, system.C), *map(raised, system.K)),
-        K=tuple(map(with_rate, system.K)),
-        parameters=dict(system.parameters),
-        parameter=system.parameter,
-        name=system.name,
-    )
-    return Completed(completed, added)
-
-
-def _require(fulfilled: bool | np.bool_) -> None:
-    """Raise MatrixError unless a condition of static condensation is fulfilled."""
-    if not fulfilled:
-        raise MatrixError(REFUSED)
-
-
-class _Blocks(NamedTuple):
-    """Blocks of a matrix in eigenvectors of M.
-
-    2 stands for the n2 nearly massless coordinates, 1 for the n1 others: X21 has the shape
-    (n2, n1).
-    """
-
-    X22: Array
-    X21: Array
-    X12: Array
-    X11: Array
-
-
-class StaticCondensation:
-    """The slow motions of a system, some of whose coordinates are nearly massless, with M = 1.
-
-    A function p -> (M, C, K) with matrices (n1, n1). Raises InputError if M varies, or if nearly
-    massless coordinates are damped, may grow or leave the slow roots too few digits.
+    Raises MatrixError where all numbers are roots, and where a root passes through infinity.
 
     Attributes
     ----------
-    error_amplification : float
-        The factor by which it has increased relative rounding errors, the largest so far.
-    cancelled : float
-        How much larger the terms are of which entries of K are the difference, rad^2/s^2; the most
-        so far.
+    size : int
+        How many roots are left.
+    frequency_scale : float
+        What they are divided by, 1/s; s = -lambda^2 by its square.
     """
 
-    def __init__(self, system: SystemFunction, p: float) -> None:
-        """Divide the eigenvectors of M at p into nearly massless ones and others."""
-        self._system = system
-        self.error_amplification = 1.0
-        self.cancelled = 0.0
-        ((self._M, _, K),) = matrices_of(system, [p])
-        scale = np.sqrt(np.abs(np.diag(self._M)))
-        _require(scale.any())
-        masses, vectors = np.linalg.eigh(unit_diagonal(self._M))  # by rising mass
-        self._vectors = vectors / divisor(scale)[:, None]
-        masses = np.where(masses > 4 * EPS * len(masses) * masses[-1], masses, 0.0)
-        _require(len(masses) > 1)  # else no mass is left
-        # the greatest gap between neighbouring masses divides them
-        gaps = masses[1:] / np.maximum(masses[:-1], EPS * masses[-1])
-        count = int(np.argmax(gaps)) + 1
-        self._light_masses = masses[:count]
-        self._masses = masses[count:]
-        # a gap of four decades divides them clearly; of one light coordinate with a mass at most
-        # the sign of det K22 tells that of its stiffness
-        _require(gaps.max() >= 1e4 and np.count_nonzero(self._light_masses) <= 1)
-        # a light coordinate of negative stiffness would grow
-        self._sign_of_det_K22 = float(np.linalg.slogdet(self._blocks(K).X22)[0])
-        _require(self._sign_of_det_K22 > 0.0 or not self._light_masses.any())
+    def __init__(self, samples: Sequence[Change], undamped: bool) -> None:
+        """samples: M, C and K, arrays (n, n), at some values of the parameter."""
+        masses = np.array([M for M, _, _ in samples])
+        if np.array_equal(masses[1:], masses[:-1]):
+            masses = masses[:1]
+        self._right, self._heavy = separating(np.vstack(list(masses)))
+        left, self._heavy_rows = separating(np.vstack([M.T for M in masses]))
+        self._left = left.T
+        self._undamped = undamped
+        self.frequency_scale = _frequency_scale(samples)
+        self._rows = self._columns = np.ones((1, 1))
+        self._rows, self._columns = _balancing([self._pencil(each) for each in samples])
+        pencils = [self._pencil(each) for each in samples]
+        counts = [_finite_roots(pencil) for pencil in pencils]
+        self._middle = pencils[len(pencils) // 2]
+        self.size, self._powers = counts[len(pencils) // 2]
+        self._fast = 0
+        if any(size != self.size for size, _ in counts):
+            raise MatrixError(THROUGH_INFINITY)
+        self._fix_subspaces()
+        self._leave_fast_roots(pencils)
 
-    def _blocks(self, X: Array) -> _Blocks:
-        """The blocks of M, C or K (n, n)."""
-        transformed = self._vectors.T @ X @ self._vectors
-        k = len(self._light_masses)
-        return _Blocks(
-            X22=transformed[:k, :k],
-            X21=transformed[:k, k:],
-            X12=transformed[k:, :k],
-            X11=transformed[k:, k:],
+    def _fix_subspaces(self) -> None:
+        """Take the subspaces of one pencil for the first approximation at others."""
+        start = np.random.default_rng(self.size).standard_normal((len(self._middle.E), self.size))
+        self._start = Subspaces(start.T, start, sign=0.0)
+        self._reference = start.T
+        self._start = self._subspaces(self._middle)
+        self._reference = self._start.left @ self._middle.E
+
+    def _leave_fast_roots(self, pencils: Sequence[Pencil]) -> None:
+        """Leave out the roots that are far greater than all others, if there are any that decay."""
+        L, R, _ = self._start
+        sizes = np.sort(np.abs(np.linalg.eigvals(L @ self._middle.F @ R)))
+        gaps = sizes[1:] / np.maximum(sizes[:-1], 1.0)  # roots near zero are no others
+        gap = np.max(gaps, initial=1.0)
+        if gap < (GAP**2 if self._undamped else GAP):
+            return
+        followed = self.size, self._powers
+        self.size = int(np.argmax(gaps)) + 1
+        self._fast = followed[0] - self.size
+        self._powers += math.ceil(math.log(EPS) / -math.log(gap))
+        self._fix_subspaces()
+        if not all(self._fast_roots_decay(pencil) for pencil in pencils):
+            self.size, self._powers = followed
+            self._fast = 0
+            self._fix_subspaces()
+
+    def _fast_roots_decay(self, pencil: Pencil) -> bool:
+        """True if roots that were left out decay or, without damping, are real numbers s > 0."""
+        if not self._fast:
+            return True
+        L, R, _ = self._subspaces(pencil)
+        # what L E and E R do not see: fast and infinite roots
+        right = np.linalg.svd(L @ pencil.E)[2][self.size :].T
+        left = np.linalg.svd((pencil.E @ R).T)[2][self.size :]
+        inverses = np.linalg.eigvals(
+            np.linalg.solve(left @ pencil.F @ right, left @ pencil.E @ right)
         )
+        fast = inverses[np.argsort(-np.abs(inverses))][: self._fast]
+        if self._undamped:
+            return bool(np.all((fast.real > 0.0) & (np.abs(fast.imag) < EPS**0.5 * fast.real)))
+        return bool(np.all(fast.real < 0.0))
 
-    def __call__(self, p: float) -> Matrices:
-        """M, C and K of the slow motions at p."""
-        ((M, C, K),) = matrices_of(self._system, [p])
-        damping = self._blocks(C)
-        noise = 4 * EPS * len(M) * np.abs(damping.X11).max()
-        for block in (damping.X22, damping.X21, damping.X12):  # of the nearly massless coordinates
-            _require(np.abs(block).max() <= noise)
-        # M must not vary, and damping is allowed beside coordinates of no mass at all only
-        _require(np.array_equal(M, self._M) and not (C.any() and self._light_masses.any()))
-        unit = np.sqrt(np.outer(self._masses, self._masses))
-        return np.eye(len(unit)), damping.X11 / unit, self._condensed(self._blocks(K)) / unit
+    def _pencil(
+        self, matrices: Change, of_terms: bool = False, is_derivative: bool = False
+    ) -> Pencil:
+        """The balanced pencil of M, C and K, or its derivative, or the sizes of their terms."""
+        transformed = []
+        for X in matrices:
+            product = self._left @ X @ self._right
+            terms = np.abs(self._left) @ np.abs(X) @ np.abs(self._right)
+            product[np.abs(product) <= 4 * EPS * len(X) * terms] = 0.0  # rounding
+            transformed.append(terms if of_terms else product)
+        M, C, K = transformed
+        M[self._heavy_rows :] = 0.0
+        M[:, self._heavy :] = 0.0
+        rate = self.frequency_scale
+        F, E = K, rate**2 * M
+        if not self._undamped:
+            F, E = state_pencil(rate**2 * M, rate * C, K, self._heavy)
+            if is_derivative:  # the rows of velocities are constant
+                F[: self._heavy] = 0.0
+                E[: self._heavy] = 0.0
+        return Pencil(self._rows * F * self._columns, self._rows * E * self._columns)
 
-    def _condensed(self, K: _Blocks) -> Array:
-        """The stiffness D1 L (n1, n1) of the slow motions, by fixed-point iteration for X.
+    def _subspaces(self, pencil: Pencil) -> Subspaces:
+        """The subspaces of the followed roots, by powers of T."""
+        F, E = pencil
+        sigma = _shift(pencil)
+        shifted = F - sigma * E
+        R = self._start.right
+        L = self._start.left.T
+        for _ in range(self._powers):
+            R = np.linalg.qr(np.linalg.solve(shifted, E @ R))[0]
+            L = np.linalg.qr(np.linalg.solve(shifted.T, E.T @ L))[0]
+        R = R @ np.linalg.inv(self._reference @ R)
+        L = np.linalg.solve(L.T @ E @ R, L.T)
+        of_followed = L @ F @ R - sigma * np.eye(self.size)
+        sign = np.linalg.slogdet(shifted)[0] * np.linalg.slogdet(of_followed)[0]
+        return Subspaces(L, R, float(sign))
 
-        K: the blocks of the stiffness matrix. `cancelled` is raised to what cancels in K11 - K12 X.
-        """
-        condition = float(np.linalg.cond(equilibrated(K.X22)))
-        # half of the digits are left; where the sign changes a light coordinate begins to grow
-        _require(condition < 1e8 and np.linalg.slogdet(K.X22)[0] == self._sign_of_det_K22)
-        X = np.linalg.solve(K.X22, K.X21)
-        for _ in range(60):
-            with np.errstate(over="ignore", invalid="ignore"):
-                L = (K.X11 - K.X12 @ X) / self._masses[:, None]
-                inertia = self._light_masses[:, None] * (X @ L)
-            _require(np.isfinite(inertia).all())  # it diverges
-            before = X
-            X = np.linalg.solve(K.X22, K.X21 + inertia)
-            if np.abs(X - before).max() <= 4 * EPS * np.abs(X).max():
-                break
-        else:
-            _require(False)  # it does not converge
-        condensed = K.X11 - K.X12 @ X
-        terms = np.abs(K.X11) + np.abs(K.X12) @ np.abs(X)
-        # not as a share of what is left, which may vanish
-        cancelled = float((terms - np.abs(condensed)).max() / self._masses[-1])
-        self.cancelled = max(self.cancelled, cancelled)
-        amplification = len(self._M) * condition * float(self._masses[-1] / self._masses[0])
-        self.error_amplification = max(self.error_amplification, amplification)
-        return condensed
+    def problem(self, matrices: Change, slopes: Change) -> FiniteProblem:
+        """The eigenproblem of the followed roots for M, C and K with derivatives dM, dC and dK."""
+        pencil = self._pencil(matrices)
+        L, R, sign = self._subspaces(pencil)
+        if sign != self._start.sign or not self._fast_roots_decay(pencil):
+            raise MatrixError(THROUGH_INFINITY)
+        A = L @ pencil.F @ R
+        dF, dE = self._pencil(slopes, is_derivative=True)
+        derivative = L @ (dF @ R - dE @ R @ A)
+        terms = self._pencil(matrices, of_terms=True)
+        sizes = np.abs(L) @ (np.abs(terms.F) @ np.abs(R) + terms.E @ np.abs(R) @ np.abs(A))
+        unit = self.frequency_scale**2 if self._undamped else 1.0
+        return FiniteProblem(unit * A, unit * derivative, unit * sizes)
+
+
+def _frequency_scale(samples: Sequence[Change]) -> float:
+    """A power of two, 1/s, near the frequencies of some systems, or their rates without mass."""
+    mass, damping, stiffness = (max(map(norm_of, parts)) for parts in zip(*samples, strict=True))
+    rate = 1.0
+    if stiffness and mass:
+        rate = math.sqrt(stiffness / mass)
+    elif stiffness and damping:
+        rate = stiffness / damping
+    return 2.0 ** round(math.log2(rate))
+
+
+def _balancing(pencils: Sequence[Pencil]) -> tuple[Array, Array]:
+    """Factors (N, 1) and (1, N), powers of 2, of rows and columns, so that the largest entries of
+    both are about one."""
+    size = np.max([np.abs(F) + np.abs(E) for F, E in pencils], axis=0)
+    factors = [np.ones((len(size), 1)), np.ones((1, len(size)))]
+    for _ in range(3):
+        for k in (0, 1):
+            largest = (factors[0] * size * factors[1]).max(axis=1 - k, keepdims=True)
+            factors[k] = factors[k] * 0.5 ** np.round(np.log2(divisor(largest)))
+    return factors[0], factors[1]
+
+
+def _shift(pencil: Pencil) -> float:
+    """Of `SHIFTS` the one that is farthest from a root."""
+    F, E = pencil
+    sizes = []
+    for sigma in SHIFTS:
+        sizes.append(np.linalg.cond(F - sigma * E))
+    return SHIFTS[int(np.argmin(sizes))]
+
+
+class _Count(NamedTuple):
+    """How many roots are finite, and how many powers of T vanish at infinity."""
+
+    size: int
+    powers: int
+
+
+def _finite_roots(pencil: Pencil) -> _Count:
+    """Count the finite roots by the ranks of powers of T.
+
+    Raises SingularTogetherError where every number is a root.
+    """
+    F, E = pencil
+    shifted = F - _shift(pencil) * E
+    noise = 4 * EPS * len(F) * np.linalg.cond(shifted)
+    if not noise < 1.0:
+        raise SingularTogetherError(
+            "M, C and K: are singular together as far as rounding shows, so that every number is a "
+            "root"
+        )
+    T = np.linalg.solve(shifted, E)
+    noise *= norm_of(T)
+    powers = 1
+    while len(T):
+        left, singular, _ = np.linalg.svd(T)
+        rank = int(np.sum(singular > noise))
+        if rank == len(T):
+            break
+        range_of_T = left[:, :rank]
+        T = range_of_T.T @ T @ range_of_T
+        powers += 1
+    return _Count(len(T), powers)

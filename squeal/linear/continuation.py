@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.errors import InputError, MatrixError
-from squeal.linear.condensation import StaticCondensation
+from squeal.errors import InputError
+from squeal.linear.condensation import Condensation
 from squeal.linear.matrices import (
     EPS,
     ILL,
@@ -329,10 +329,16 @@ class Continuation:
         samples = matrices_of(system, inner_values)
         self._projections = _without_free_motions(samples)
         self.problem = problem_class_of(samples)
-        n = len(samples[0][0])
-        if self._projections is not None:
-            n = self._projections[0].shape[1]
+        projected: list[Matrices] = []
+        for M, C, K in samples:
+            projected.append((self._projected(M), self._projected(C), self._projected(K)))
+        n = len(projected[0][0])
         self.size = n if self.problem is UNDAMPED else 2 * n  # rows N of A
+        self._condensation: Condensation | None = None
+        if not all(can_be_inverted(M) for M, _, _ in projected):
+            self._condensation = Condensation(projected, self.problem is UNDAMPED)
+            self.size = self._condensation.size
+            self.frequency_scale = self._condensation.frequency_scale
         if self.problem is UNDAMPED:
             self.frequency_scale = 1.0
         self._states: dict[float, SpectrumAtParameter] = {}
@@ -344,7 +350,11 @@ class Continuation:
         zero = np.zeros_like(samples[0][0])
         # sets frequency scale and components
         problems = [self._standard_problem(matrices, (zero, zero, zero)) for matrices in samples]
-        if self.problem is not UNDAMPED and len(self._components) > 1:
+        if (
+            self.problem is not UNDAMPED
+            and self._condensation is None
+            and len(self._components) > 1
+        ):
             self._state_scales = _balanced_states(
                 [problem.A for problem in problems], self._components
             )
@@ -366,34 +376,10 @@ class Continuation:
         """
         M, C, K = (self._projected(X) for X in matrices)
         dM, dC, dK = (self._projected(X) for X in slopes)
-        left, right = _normalising(M)
-        A: NDArray = left @ K @ right
-        B = left @ C @ right
-        mass_slope = left @ dM @ right
-        dA: NDArray = left @ dK @ right - mass_slope @ A
-        dB = left @ dC @ right - mass_slope @ B
-        abs_left = np.abs(left)
-        abs_right = np.abs(right)
-        mass_error = abs_left @ np.abs(M) @ abs_right  # what rounding makes of left M right = 1
-        amplification = 1.0
-        terms = np.abs(K)
-        if isinstance(self.system, StaticCondensation):
-            amplification = self.system.error_amplification
-            terms = terms + self.system.cancelled
-        sizes = amplification * (abs_left @ terms @ abs_right + mass_error @ np.abs(A))
-        damping_sizes = amplification * (abs_left @ np.abs(C) @ abs_right + mass_error @ np.abs(B))
-        if self.problem is not UNDAMPED:
-            n = len(A)
-            A, self.frequency_scale = first_order(A, B, self.frequency_scale)
-            dA = first_order(dA, dB, self.frequency_scale)[0]
-            # `first_order` changes the signs of its blocks
-            sizes = first_order(-sizes, -damping_sizes, self.frequency_scale)[0]
-            dA[:n] = 0.0  # the upper rows are exact and constant
-            sizes[:n] = 0.0
-            ratios = self._state_scales / self._state_scales[:, None]
-            A = A * ratios
-            dA = dA * ratios
-            sizes = sizes * ratios
+        if self._condensation is not None:
+            A, dA, sizes = self._condensation.problem((M, C, K), (dM, dC, dK))
+        else:
+            A, dA, sizes = self._regular_problem((M, C, K), (dM, dC, dK))
         if self.problem is GYROSCOPIC:
             A = -1j * A
             dA = -1j * dA
@@ -406,6 +392,35 @@ class Continuation:
             for rows in self._components:
                 within[np.ix_(rows, rows)] = 1.0
             return StandardProblem(A * within, dA * within, sizes * within)
+        return StandardProblem(A, dA, sizes)
+
+    def _regular_problem(self, matrices: Matrices, slopes: Change) -> StandardProblem:
+        """The problem of projected matrices with a regular M, in first-order form if damped."""
+        M, C, K = matrices
+        dM, dC, dK = slopes
+        left, right = _normalising(M)
+        A: NDArray = left @ K @ right
+        B = left @ C @ right
+        mass_slope = left @ dM @ right
+        dA: NDArray = left @ dK @ right - mass_slope @ A
+        dB = left @ dC @ right - mass_slope @ B
+        abs_left = np.abs(left)
+        abs_right = np.abs(right)
+        mass_error = abs_left @ np.abs(M) @ abs_right  # what rounding makes of left M right = 1
+        sizes = abs_left @ np.abs(K) @ abs_right + mass_error @ np.abs(A)
+        damping_sizes = abs_left @ np.abs(C) @ abs_right + mass_error @ np.abs(B)
+        if self.problem is not UNDAMPED:
+            n = len(A)
+            A, self.frequency_scale = first_order(A, B, self.frequency_scale)
+            dA = first_order(dA, dB, self.frequency_scale)[0]
+            # `first_order` changes the signs of its blocks
+            sizes = first_order(-sizes, -damping_sizes, self.frequency_scale)[0]
+            dA[:n] = 0.0  # the upper rows are exact and constant
+            sizes[:n] = 0.0
+            ratios = self._state_scales / self._state_scales[:, None]
+            A = A * ratios
+            dA = dA * ratios
+            sizes = sizes * ratios
         return StandardProblem(A, dA, sizes)
 
     def _projected(self, X: Array) -> Array:
@@ -629,24 +644,26 @@ def _without_free_motions(samples: Sequence[Matrices]) -> tuple[Array, Array] | 
     return P, Q
 
 
+def can_be_inverted(M: Array) -> bool:
+    """True if the inverse of a mass matrix costs other motions no digit."""
+    try:
+        reduce(M, None, np.zeros_like(M))
+    except LightMassError:
+        return False
+    except InputError:  # not symmetric, positive definite
+        return is_regular(M)
+    return True
+
+
 def _normalising(M: Array) -> tuple[Array, Array]:
-    """L, R (n, n) with L M R = 1, which take the units of the unknowns out.
+    """L, R (n, n) with L M R = 1, which take the units of the unknowns out; M is regular.
 
     If M is symmetric, positive definite, L = R'. Else R is diagonal and scales columns to a largest
     entry of 1, that of the rows being 1 too, and L is the inverse of M R.
-
-    Raises LightMassError for a symmetric M that is (nearly) singular, MatrixError for another one.
     """
     try:
         R = reduce(M, None, np.zeros_like(M)).T
-    except LightMassError:  # `thresholds` answers it by static condensation
-        raise
     except InputError:  # not symmetric, positive definite
-        if not is_regular(M):
-            raise MatrixError(
-                "M: a regular matrix is required to search for all thresholds; where rows have no "
-                "mass those of a band can be given"
-            ) from None
         rows_scaled = np.abs(M) / np.abs(M).max(axis=1, keepdims=True)
         R = np.diag(1.0 / rows_scaled.max(axis=0))
         return np.asarray(np.linalg.inv(M @ R)), R

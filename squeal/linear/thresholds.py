@@ -16,8 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.errors import InputError, MatrixError
-from squeal.linear.condensation import StaticCondensation, completed_to_second_order
+from squeal.errors import InputError
 from squeal.linear.continuation import (
     GYROSCOPIC,
     UNDAMPED,
@@ -26,7 +25,6 @@ from squeal.linear.continuation import (
     hermite_cubic,
 )
 from squeal.linear.events import EVENT_TOLERANCE, Crossing, Event, hertz_of, locate_event
-from squeal.linear.matrices import LightMassError
 from squeal.linear.search import SearchResult, fastest_first, hull, required_crossings, search
 from squeal.linear.steps import Guess
 from squeal.linear.system import SystemFunction
@@ -130,22 +128,17 @@ def thresholds(
     points: list[CriticalPoint] = []
     crossings: list[Crossing] = []
     parts: list[SearchResult] = []
-    added = 0  # real roots of the searched system that the given one has not
     for a, b in itertools.pairwise([first, *sorted(jumps), last]):
         low = float(np.nextafter(a, b)) if a in jumps else a
         high = float(np.nextafter(b, a)) if b in jumps else b
-        try:
-            part = search(system, low, high)
-        except MatrixError as singular_mass:
-            system, added = _with_regular_mass(system, first, singular_mass)
-            part = search(system, low, high)
+        part = search(system, low, high)
         if parts:
             before = parts[-1].continuation
             below = before.at(before.high)
             above = part.continuation.at(low)
             points += _points_at_jump(a, below, above)
-            crossings += _crossings_at_jump(a, below, above, added)
-        new_points, new_crossings = points_and_crossings(part, added)
+            crossings += _crossings_at_jump(a, below, above)
+        new_points, new_crossings = points_and_crossings(part)
         points += new_points
         crossings += new_crossings
         parts.append(part)
@@ -155,30 +148,8 @@ def thresholds(
     return Thresholds(points, crossings, certified, tuple(parts))
 
 
-def _with_regular_mass(
-    system: SystemFunction, p: float, refusal: MatrixError
-) -> tuple[SystemFunction, int]:
-    """A system with regular M in place of one whose M, singular at p, a search has refused.
-
-    It has the same thresholds: damped motions without mass are completed to the second order,
-    others condensed statically, see `condensation`. The number is that of the real roots, all of
-    which decay, that it has beside those of the given system. Raises the refusal if neither can be.
-    """
-    completed = completed_to_second_order(system, p)
-    if completed is not None:
-        return completed
-    if isinstance(refusal, LightMassError):
-        return StaticCondensation(system, p), 0
-    raise refusal
-
-
-def points_and_crossings(
-    part: SearchResult, added: int = 0
-) -> tuple[list[CriticalPoint], list[Crossing]]:
+def points_and_crossings(part: SearchResult) -> tuple[list[CriticalPoint], list[Crossing]]:
     """The changes of verdict and the crossings of a range without a jump.
-
-    added: how many real roots the searched system has beside those of the given one (see
-    `condensation.Completed`); they count for no mode.
 
     A crossing changes the verdict if it is the fastest of its cluster to begin or end what names
     the verdict, or if nothing tells which one of the cluster does.
@@ -193,7 +164,7 @@ def points_and_crossings(
             )
             state = part.continuation.at(event.value)
             members = 2 if event.coalesces else 1
-            mode = _mode_number(state, event.omega, members, added)
+            mode = _mode_number(state, event.omega, members)
             crossings.append(event.crossing(mode, changes_verdict))
     points = [_critical_point(part, change, fastest) for change, fastest in changes]
     return points, crossings
@@ -218,32 +189,29 @@ def _points_at_jump(
 
 
 def _crossings_at_jump(
-    mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter, added: int
+    mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
 ) -> list[Crossing]:
     """The crossings of the axis at a breakpoint mu, from the states on both sides."""
     changes_verdict = below.unstable_count.verdict != above.unstable_count.verdict
     crossings = []
     for omega, direction in required_crossings(below, above):
         unstable = above if direction > 0 else below
-        mode = _mode_number(unstable, omega, added=added)
+        mode = _mode_number(unstable, omega)
         event = Event(mu, omega, direction, interval=(mu, mu))
         crossings.append(event.crossing(mode, changes_verdict))
     return crossings
 
 
-def _mode_number(state: SpectrumAtParameter, omega: float, members: int = 1, added: int = 0) -> int:
+def _mode_number(state: SpectrumAtParameter, omega: float, members: int = 1) -> int:
     """Number by rising frequency, from 1, of the mode of angular frequency omega (rad/s).
 
-    Of several `members` that meet there it is that of the first. added: how many real roots count
-    for no mode.
+    Of several `members` that meet there it is that of the first.
     """
     roots_per_mode = 1 if state.problem is UNDAMPED else 2  # undamped, z = -lambda^2 is of a pair
     nearest_first = np.argsort(np.abs(state.omegas - omega))
     others = state.omegas[nearest_first][roots_per_mode * members :]  # without those that meet
     tolerance = 1e-6 if members > 1 else 1e-9  # frequencies that coalesce are known to fewer digits
     slower = int(np.sum(others < omega * (1 - tolerance)))
-    if omega > 0.0:
-        slower -= added
     return 1 + math.ceil(slower / roots_per_mode)  # an odd real root is a mode of its own
 
 

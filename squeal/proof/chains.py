@@ -22,6 +22,8 @@ from squeal.proof.pieces import strong_components
 
 PARALLEL = 0.05
 """1 - cosine of the angle up to which two vectors count as parallel."""
+COINCIDENT = 1e-12
+"""Of the largest eigenvalue: the distance of two that are one, of vectors of a whole subspace."""
 NULL = 1e-2
 """Singular values below this share of the restricted pencil's belong to vectors proper."""
 LARGEST_CHAIN = 40
@@ -86,12 +88,12 @@ def find_chains(A: NDArray, B: NDArray, values: NDArray, X: NDArray) -> list[Cha
 def _groups(values: NDArray, X: NDArray) -> list[NDArray[np.intp]]:
     """Indices of the eigenvalues of each group.
 
-    Eigenvalues with nearly parallel vectors are one group. Groups whose means lie within a few of
-    their spreads scatter around one eigenvalue, and are united. Groups that are too large for a
+    Eigenvalues that coincide or have nearly parallel vectors are one group. Groups whose means lie
+    within a few of their spreads scatter around one eigenvalue, and are united. Groups that are too large for a
     chain are left out.
     """
     united: list[NDArray[np.intp]] = []
-    groups = _parallel_groups(X)
+    groups = _dependent_groups(values, X)
     groups.sort(key=lambda group: float(np.abs(values[group].mean())))
     for group in groups:
         centre, spread = _centre_and_spread(values, group)
@@ -105,11 +107,13 @@ def _groups(values: NDArray, X: NDArray) -> list[NDArray[np.intp]]:
     return [np.sort(group) for group in united if len(group) <= LARGEST_CHAIN]
 
 
-def _parallel_groups(X: NDArray) -> list[NDArray[np.intp]]:
-    """Indices of the columns of X that are nearly parallel, directly or by way of others."""
+def _dependent_groups(values: NDArray, X: NDArray) -> list[NDArray[np.intp]]:
+    """Indices of columns of X that are nearly parallel or whose eigenvalues coincide, directly or
+    by way of others."""
     unit = X / np.linalg.norm(X, axis=0)
-    is_parallel = np.abs(unit.conj().T @ unit) > 1.0 - PARALLEL
-    return [group for group in strong_components(is_parallel) if len(group) > 1]
+    is_dependent = np.abs(unit.conj().T @ unit) > 1.0 - PARALLEL
+    is_dependent |= np.abs(values[:, None] - values) <= COINCIDENT * np.abs(values).max()
+    return [group for group in strong_components(is_dependent) if len(group) > 1]
 
 
 def _centre_and_spread(values: NDArray, group: NDArray[np.intp]) -> tuple[complex, float]:

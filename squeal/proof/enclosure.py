@@ -176,27 +176,38 @@ def _first_order(block: Quadratic, guess: Guess | None) -> Discs | Failure:
 
 
 def companion(
-    M: Balls, C: Balls, K: Balls, rate: float = 1.0, unit: float = 1.0
+    M: Balls,
+    C: Balls,
+    K: Balls,
+    rate: float = 1.0,
+    unit: float = 1.0,
+    massless: NDArray[np.bool_] | None = None,
 ) -> tuple[Balls, Balls]:
     """A and B (2n, 2n) of B z' = A z in the states z = (q, q' / rate), the rate a power of 2.
 
     A = [[0, rate], [-K / rate, -C]] and B = [[1, 0], [0, M]]. `unit` stands for the ones: 0 where
-    A and B are a derivative or a remainder, which have no such entries.
+    A and B are a derivative or a remainder, which have no such entries. The velocities of some
+    coordinates (n,) whose columns of M are zero, `massless`, are no states: C multiplies their q'.
     """
     zero = np.zeros(M.mid.shape)
     identity = unit * np.eye(len(zero))
+    without_velocity = zero[0] != 0.0 if massless is None else massless
+    of_all = np.ones(len(zero), dtype=bool)
+    equations = np.concatenate([~without_velocity, of_all])
+    states = np.concatenate([of_all, ~without_velocity])
+    used = np.ix_(equations, states)
 
     def of_blocks(rows: list[list[NDArray]]) -> NDArray:
         """The matrix of two rows of blocks, as `np.block`, which takes four times as long."""
-        return np.concatenate([np.concatenate(row, axis=1) for row in rows])
+        return np.concatenate([np.concatenate(row, axis=1) for row in rows])[used]
 
     A = Balls(
         of_blocks([[zero, rate * identity], [-K.mid / rate, -C.mid]]),
         of_blocks([[zero, zero], [K.rad / rate, C.rad]]),
     )
     B = Balls(
-        of_blocks([[identity, zero], [zero, M.mid]]),
-        of_blocks([[zero, zero], [zero, M.rad]]),
+        of_blocks([[identity, zero], [C.mid * without_velocity / rate, M.mid]]),
+        of_blocks([[zero, zero], [C.rad * without_velocity / rate, M.rad]]),
     )
     return A, B
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -17,13 +17,14 @@ import numpy as np
 from numpy.linalg import LinAlgError
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.proof import AS_GIVEN
+from squeal.proof import AS_GIVEN, HALF_ULP
 from squeal.proof.balls import (
     Balls,
     between,
     doubles,
     half_widths,
     high_end,
+    in_doubles,
     middle_and_radius,
     taylor_coefficients,
     upper,
@@ -32,10 +33,12 @@ from squeal.proof.enclosure import companion
 from squeal.proof.pieces import Failure, growing_of, strong_components
 from squeal.proof.referee import Proof
 from squeal.proof.segments import (
+    Basis,
     Expansion,
     bases,
     near_diagonal,
     tallies_above,
+    tallies_of_inverses,
     tallies_of_squares,
     tallies_of_values,
 )
@@ -153,6 +156,55 @@ class Terms:
             components.append(replace(self, balls=balls))
         return components
 
+    def separated(self) -> Terms:
+        """The terms in coordinates of which those without mass are separate, in balanced units.
+
+        A constant M that is exactly singular has null vectors of rational numbers, in which
+        entries are computed exactly: the terms are then taken as given. So has the damping of
+        motions without mass, if it is one constant term. The terms as they are where other M lie
+        within the data, or where nothing is without mass.
+        """
+        (mass, *others) = self.M
+        every = list(itertools.chain(*self.balls.values()))
+        is_known = all(np.all(X.rad <= half_widths(X.mid, HALF_ULP)) for X in every)
+        if others or mass.factor is not None or not (self.is_real and is_known):
+            return self
+        M = _rational(self.balls["M"][0].mid)
+        right, rank = _null_vectors_last(M)
+        if rank == self.n:
+            return self
+        left = _null_vectors_last(M.transpose())[0]
+        if len(self.C) == 1 and self.C[0].factor is None:
+            damping = left.transpose() * _rational(self.balls["C"][0].mid) * right
+            of_massless = flint.fmpq_mat([row[rank:] for row in damping.tolist()[rank:]])
+            right = right * _below_ones(rank, _null_vectors_last(of_massless)[0])
+            left = left * _below_ones(rank, _null_vectors_last(of_massless.transpose())[0])
+        separate = self
+        entries = [entry for entry in right.entries() + left.entries() if entry != 0]
+        if len(entries) > 2 * self.n:  # else both only sort coordinates: they are separate already
+            balls = {}
+            for name, matrices in self.balls.items():
+                changed = [left.transpose() * _rational(X.mid) * right for X in matrices]
+                balls[name] = [in_doubles(_as_balls(X)) for X in changed]
+            separate = replace(self, balls=balls, data=AS_GIVEN)
+        return separate._balanced()
+
+    def _balanced(self) -> Terms:
+        """The terms in units of coordinates, powers of 2, in which largest entries are alike."""
+        sizes = np.zeros((self.n, self.n))
+        for X in itertools.chain(*self.balls.values()):
+            bound = X.bound()
+            sizes = np.maximum(sizes, bound / max(bound.max(), 1e-300))
+        units = np.zeros(self.n, dtype=int)
+        for _ in range(4):
+            scaled = np.ldexp(sizes, units[:, None] + units)
+            largest = np.sqrt(scaled.max(axis=0)) * np.sqrt(scaled.max(axis=1))
+            units = units - np.rint(np.log2(np.where(largest > 0.0, largest, 1.0)) / 2).astype(int)
+        balls = {}
+        for name, matrices in self.balls.items():
+            balls[name] = [X.scaled(units[:, None] + units) for X in matrices]
+        return replace(self, balls=balls)
+
     def expanded(self, low: float, high: float) -> tuple[Expansion, Expansion, Expansion]:
         """M, C and K about `middle_and_half` of two values of the parameter.
 
@@ -200,6 +252,46 @@ class Terms:
             slope=sum_of(slopes),
             remainder=np.where(is_used, upper(remainder, 2 * len(matrices)), 0.0),
         )
+
+
+def _rational(X: NDArray) -> Any:
+    """A matrix of doubles as one of rational numbers."""
+    entries = [flint.fmpq(*map(int, value.as_integer_ratio())) for value in X.ravel().tolist()]
+    return flint.fmpq_mat(*X.shape, entries)
+
+
+def _as_balls(X: Any) -> list[list[Any]]:
+    """The entries of a matrix of rational numbers as balls."""
+    return [[flint.arb(value) for value in row] for row in X.tolist()]
+
+
+def _null_vectors_last(X: Any) -> tuple[Any, int]:
+    """A regular Q of rational numbers, and the rank of X (n, n): other columns of X Q are zero."""
+    n = X.ncols()
+    reduced, rank = X.rref()
+    pivots: list[int] = []
+    for row in range(rank):
+        pivots.append(next(column for column in range(n) if reduced[row, column] != 0))
+    free = [column for column in range(n) if column not in pivots]
+    Q = flint.fmpq_mat(n, n)
+    for place, column in enumerate(pivots + free):
+        Q[column, place] = 1
+    for place, column in enumerate(free, rank):
+        for row, pivot in enumerate(pivots):
+            Q[pivot, place] = -reduced[row, column]
+    return Q, rank
+
+
+def _below_ones(count: int, Q: Any) -> Any:
+    """The block diagonal matrix of so many ones and Q."""
+    n = count + Q.ncols()
+    larger = flint.fmpq_mat(n, n)
+    for i in range(n):
+        larger[i, i] = 1
+    for i in range(count, n):
+        for j in range(count, n):
+            larger[i, j] = Q[i - count, j - count]
+    return larger
 
 
 def _real_if_possible(X: NDArray) -> NDArray:
@@ -261,18 +353,26 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
     B = M
     if not terms.is_undamped:
         A, B = _first_order_form(M, C, K)
-    with np.errstate(all="ignore"), suppress(LinAlgError):
-        for basis in bases(A.value.mid, B.value.mid):
-            S = near_diagonal(A, B, half, basis)
+    pencils = [(A, B)]
+    infinite = 0
+    if terms.is_real and not M.pattern.any(axis=0).all():
+        infinite = infinite_roots(A, B)
+        pencils.insert(0, (B, A))  # of inverse roots, among which infinite ones are zero
+    with np.errstate(all="ignore"):
+        for pencil, basis in _pencils_and_bases(pencils):
+            S = near_diagonal(*pencil, half, basis)
             if isinstance(S, Failure):
                 best = best._replace(reason=S.reason)
                 continue
             if not terms.is_real:
                 tallies = tallies_above(S, half, are_squares=terms.is_undamped)
-            elif terms.is_undamped:
-                tallies = tallies_of_squares(S, half)
             else:
-                tallies = tallies_of_values(S, half, is_hamiltonian=terms.is_gyroscopic)
+                by_part = tallies_of_values(S, half, is_hamiltonian=terms.is_gyroscopic)
+                if terms.is_undamped:
+                    by_part = tallies_of_squares(S, half)
+                tallies = list(itertools.chain(*by_part))
+                if pencil[1] is A:
+                    tallies = tallies_of_inverses(S, half, by_part, infinite, terms.is_undamped)
             least, most = growing_of(tallies)
             doubtful = 0
             for tally in tallies:
@@ -288,22 +388,49 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
     return best
 
 
+def _pencils_and_bases(
+    pencils: Sequence[tuple[Expansion, Expansion]],
+) -> Iterator[tuple[tuple[Expansion, Expansion], Basis]]:
+    """Each pencil with each of its bases; without those that cannot be computed."""
+    for A, B in pencils:
+        with suppress(LinAlgError):
+            for basis in bases(A.value.mid, B.value.mid):
+                yield (A, B), basis
+
+
+def infinite_roots(A: Expansion, B: Expansion) -> int:
+    """How many eigenvalues of A - s B (n, n) at least are infinite at all matrices.
+
+    What is not zero in A and B bounds the degree of the determinant: the largest number of entries
+    of B in a product of n entries.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    n = len(A.remainder)
+    degrees = np.where(A.pattern, 0, -2 * n)
+    degrees = np.where(B.pattern, 1, degrees)
+    degree = int(degrees[linear_sum_assignment(degrees, maximize=True)].sum())
+    return n - max(degree, 0)
+
+
 def _first_order_form(M: Expansion, C: Expansion, K: Expansion) -> tuple[Expansion, Expansion]:
-    """A and B (2n, 2n) of B z' = A z in the states z = (q, q' / rate)."""
+    """A and B of B z' = A z in the states z = (q, q' / rate), q' of coordinates with mass alone."""
     rate = 1.0  # a power of 2 near sqrt(|K| / |M|), so that both halves of z are about as large
     mass = float(np.max(M.value.bound()))
     stiffness = float(np.max(K.value.bound()))
     if mass > 0.0 and 0.0 < stiffness / mass < np.inf:  # a mass of zero is bounded by 1e-323
         rate = float(2.0 ** np.round(np.log2(stiffness / mass) / 2.0))
-    A_value, B_value = companion(M.value, C.value, K.value, rate)
-    A_slope, B_slope = companion(M.slope, C.slope, K.slope, rate, unit=0.0)
+    massless = np.asarray(~M.pattern.any(axis=0))
+    A_value, B_value = companion(M.value, C.value, K.value, rate, massless=massless)
+    A_slope, B_slope = companion(M.slope, C.slope, K.slope, rate, 0.0, massless)
     zeros = np.zeros(M.remainder.shape)
     A_remainder, B_remainder = companion(
         Balls(zeros, M.remainder),
         Balls(zeros, C.remainder),
         Balls(zeros, K.remainder),
         rate,
-        unit=0.0,
+        0.0,
+        massless,
     )
     A = Expansion(A_value, A_slope, A_remainder.rad)
     B = Expansion(B_value, B_slope, B_remainder.rad)
@@ -325,9 +452,10 @@ class RangeProof:
     """
 
     def __init__(self, terms: Terms, low: float, high: float, most: int) -> None:
-        self.components = terms.components()
+        separated = terms.separated()
+        self.components = separated.components()
         self.rows = terms.n
-        self.data = terms.data
+        self.data = separated.data
         # of each component: how many roots lie on the axis for each that begins to grow; without
         # damping the mirror image of that root begins to decay
         has_images = [each.is_undamped or each.is_gyroscopic for each in self.components]

@@ -49,6 +49,11 @@ class Expansion:
     slope: Balls
     remainder: Floats
 
+    @property
+    def pattern(self) -> NDArray[np.bool_]:
+        """Which entries (n, n) are not zero for certain at all values."""
+        return self.value.pattern | self.slope.pattern | (self.remainder != 0.0)
+
     @staticmethod
     def constant(X: Balls) -> Expansion:
         """Matrices that do not depend on the parameter."""
@@ -349,8 +354,8 @@ def _are_own_images(
     return np.array([not meets_others[part].any() for part in discs.parts])
 
 
-def tallies_of_values(S: NearDiagonal, half: float, is_hamiltonian: bool) -> list[Tally]:
-    """What all roots lambda, which are the eigenvalues of S, do over the interval.
+def tallies_of_values(S: NearDiagonal, half: float, is_hamiltonian: bool) -> list[list[Tally]]:
+    """What all roots lambda, which are the eigenvalues of S, do over the interval, by parts.
 
     In a Hamiltonian system a root that equals its mirror image lies on the imaginary axis.
     """
@@ -362,9 +367,9 @@ def tallies_of_values(S: NearDiagonal, half: float, is_hamiltonian: bool) -> lis
     tallies = []
     for number, part in enumerate(discs.parts):
         if is_own_image[number] and len(part) == 1:
-            tallies.append(Tally(1, 0.0, 0.0, "axis"))
+            tallies.append([Tally(1, 0.0, 0.0, "axis")])
             continue
-        tallies.append(_tally(len(part), float(lows[part].min()), float(highs[part].max())))
+        tallies.append([_tally(len(part), float(lows[part].min()), float(highs[part].max()))])
     return tallies
 
 
@@ -419,17 +424,42 @@ def _growth_above(low: float, high: float, top: float) -> float:
     return -_growth(low, top) * (1.0 + 8.0 * EPS)
 
 
-def tallies_of_squares(S: NearDiagonal, half: float) -> list[Tally]:
-    """What all roots lambda do over the interval, of eigenvalues s = -lambda^2 of S."""
+def tallies_of_squares(S: NearDiagonal, half: float) -> list[list[Tally]]:
+    """What all roots lambda do over the interval, of eigenvalues s = -lambda^2 of S, by parts."""
     discs = moving_discs(S, half)
     lows, highs = _bounds_of(S.centres.real, S.speeds.real, discs.radii, half)
     imaginary_parts = imaginary_bounds(S, discs, half)
-    tallies: list[Tally] = []
+    tallies = []
     for part, imaginary in zip(discs.parts, imaginary_parts, strict=True):
         low = float(lows[part].min())
         high = float(highs[part].max())
-        tallies += _tallies_of_square(len(part), low, high, imaginary)
+        tallies.append(_tallies_of_square(len(part), low, high, imaginary))
     return tallies
+
+
+def tallies_of_inverses(
+    S: NearDiagonal, half: float, tallies: Sequence[list[Tally]], infinite: int, are_squares: bool
+) -> list[Tally]:
+    """What finite roots lambda do, by what their inverses z, or inverse squares, do in parts.
+
+    Re lambda is Re z / |z|^2, so that both have one sign. At least `infinite` eigenvalues of S
+    are zero at all matrices: as many discs around zero as that stand for no root.
+    """
+    discs = moving_discs(S, half)
+    distances = least_distance(S.centres, S.speeds, half) - discs.radii
+    of_roots: list[Tally] = []
+    around_zero = 0
+    for part, of_part in zip(discs.parts, tallies, strict=True):
+        nearest = float(distances[part].min())
+        if not nearest > 0.0:
+            around_zero += len(part)
+            continue
+        stretch = (1.0 + 8.0 * EPS) / (nearest if are_squares else nearest**2)
+        of_roots += [tally._replace(high=tally.high * stretch) for tally in of_part]
+    unknown = around_zero - infinite
+    if unknown:
+        of_roots.append(Tally(unknown * (1 + are_squares), -np.inf, np.inf, "unknown"))
+    return of_roots
 
 
 class ImaginaryBound(NamedTuple):

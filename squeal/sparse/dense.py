@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
+from squeal.linear.condensation import state_pencil
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import (
     EPS,
@@ -124,7 +125,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     """All finite roots of scaled matrices (n, n), whatever M is.
 
     They are the eigenvalues of a pencil F - s E in singular vectors of M: of s = -lambda^2 with
-    F = K and E = M without damping, of s = lambda in the states of `_state_pencil` with it. A
+    F = K and E = M without damping, of s = lambda in the states of `state_pencil` with it. A
     massless motion has an infinite eigenvalue, unless damping makes it one of the first order.
     """
     C_or_none = _nonzero(C)
@@ -156,7 +157,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     if rank < n:
         massless = np.linalg.svd(damping[rank:, rank:], compute_uv=False)
         infinite -= rank_of(massless, norm_of(damping))  # damped: a finite root of first order
-    values = _finite_values(*_state_pencil(mass, damping, stiffness, rank), infinite)
+    values = _finite_values(*state_pencil(mass, damping, stiffness, rank), infinite)
     zeros = _count_zeros(mass, damping, stiffness, noise)
     values[np.argsort(np.abs(values))[:zeros]] = 0.0
     return values * rate
@@ -180,22 +181,6 @@ def _finite_values(F: Matrix, E: Matrix, infinite: int) -> ComplexArray:
         lower = np.flatnonzero(values.imag < 0)
         values[lower] = values[lower - 1].conj()
     return values
-
-
-def _state_pencil(M: Matrix, C: Matrix, K: Matrix, rank: int) -> tuple[Matrix, Matrix]:
-    """F and E (n + rank, n + rank) of F z = lambda E z, the first-order form.
-
-    M is diagonal, its first `rank` entries alone not zero. The state z is the displacements of
-    coordinates with mass, their velocities, and the displacements of coordinates without mass.
-    """
-    n = len(M)
-    eye = np.eye(rank)
-    zero = np.zeros((rank, rank))
-    of_massless = np.zeros((rank, n - rank))
-    # `rank` rows say that velocities are lambda times displacements, n rows are the equations
-    E = np.block([[eye, zero, of_massless], [np.zeros((n, rank)), M[:, :rank], C[:, rank:]]])
-    F = np.block([[zero, eye, of_massless], [-K[:, :rank], -C[:, :rank], -K[:, rank:]]])
-    return F, E
 
 
 def roots_at(

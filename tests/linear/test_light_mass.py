@@ -78,24 +78,38 @@ def test_thresholds_of_the_heavy_modes_keep_their_digits(m, rate):
     assert 2 * np.pi * crossing.frequency_hz == pytest.approx(rate * np.sqrt(2), rel=1e-10)
 
 
-REFUSED = [
-    system(1e-9, c=1e-3),  # damped
-    system(1e-9, k=-1.0),  # the light motion grows
-    replace(system(1e-9), M=(Term(system(1e-9).M[0].matrix, Formula("1 + mu")),)),
-    # k = 1 - 2 mu passes zero: a root goes through infinity
-    replace(system(0.0), K=(*system(0.0).K, Term(mixed(np.diag([0.0, 0, -2])), MU))),
-    # no mass is light, and the iteration for the stiffness of one leaves the doubles
-    squeal.System(
-        [[3216, -10602], [-10602, 34951]],
-        K={"1": [[17678, -58277], [-58277, 192115]], "mu": [[0, 4], [-4, 0]]},
-    ),
-]
+def test_damping_of_a_light_mass_hides_no_threshold():
+    """Flutter begins where (4 mu / 3 - 1) = 2 c^2."""
+    (point,) = thresholds(system(1e-9, c=1e-3), 1.0).points
+    low, high = point.interval
+    assert low <= 0.75 * (1 + 2e-6) <= high
+    assert high - low < 1e-4
 
 
-@pytest.mark.parametrize("given", REFUSED)
-def test_what_cannot_be_split_off_is_refused_with_what_helps(given):
-    with pytest.raises(InputError, match="`band`"):
+def test_a_light_mass_that_grows_and_one_that_varies_leave_the_threshold_of_others():
+    growing_throughout = thresholds(system(1e-9, k=-1.0), 1.0)
+    assert [c.mu for c in growing_throughout.crossings] == pytest.approx([0.75], abs=1e-3)
+    assert not growing_throughout.points  # flutter beside a faster divergence
+    varying = replace(system(1e-9), M=(Term(system(1e-9).M[0].matrix, Formula("1 + mu")),))
+    assert [p.mu for p in thresholds(varying, 1.0).points] == pytest.approx([0.75], abs=1e-9)
+
+
+def test_rounding_of_an_ill_conditioned_mass_shows_in_the_interval():
+    """det (K - s M) has a double root s at mu = 0.832291..., by its discriminant in integers."""
+    M = [[3216, -10602], [-10602, 34951]]
+    K = {"1": [[17678, -58277], [-58277, 192115]], "mu": [[0, 4], [-4, 0]]}
+    (crossing,) = thresholds(squeal.System(M, K=K), 1.0).crossings
+    low, high = crossing.interval
+    assert low <= 0.8322910148 <= high
+    assert not thresholds(squeal.System(M, K=K), 1.0).certified
+
+
+def test_a_root_that_passes_through_infinity_is_refused_with_what_helps():
+    """The stiffness 1 - 2 mu of a motion without mass passes zero."""
+    given = replace(system(0.0), K=(*system(0.0).K, Term(mixed(np.diag([0.0, 0, -2])), MU)))
+    with pytest.raises(InputError, match=r"infinity.*`band`"):
         thresholds(given, 1.0)
+    assert not thresholds(given, 0.45).points
 
 
 def test_what_is_damped_and_has_no_mass_is_of_the_first_order():

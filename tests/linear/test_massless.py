@@ -1,0 +1,76 @@
+"""Thresholds of systems with a singular mass matrix, by determinants in integers."""
+
+import numpy as np
+import pytest
+
+import squeal
+
+TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
+
+
+def only(M, C, K, friction, high=1.0):
+    """The one crossing, which is proved."""
+    answer = squeal.thresholds(squeal.System(M, C, {"1": K, "mu": friction}), high=high)
+    (crossing,) = answer.crossings
+    assert answer.certified
+    assert crossing.kind == "flutter"
+    return crossing.mu
+
+
+@pytest.mark.parametrize("size", [0, 20])
+def test_coordinates_mixed_by_integers_hide_no_flutter(size):
+    """det P = z^3/2 + 13 z^2 + (7/2 + 6 mu) z + 27 + mu^2, by Hurwitz stable up to
+    mu^2 - 156 mu = 64."""
+    M = np.diag([1.0, 0.0])
+    C = np.array([[0.0, 3.0], [-3.0, 0.5]])
+    K = np.array([[7.0, -1.0], [-1.0, 4.0]])
+    T = np.array([[1.0, size], [size, size**2 + 1.0]])  # of determinant one
+    M, C, K, friction = (T.T @ X @ T for X in (M, C, K, TURN))
+    assert only(M, C, K, friction, high=200.0) == pytest.approx(78.0 + np.sqrt(6148.0), rel=1e-9)
+
+
+def test_weak_damping_hides_no_flutter_beside_a_row_without_mass():
+    """Between decimals at which none and two roots of the determinant in integers grow."""
+    C = 2.0**-20 * np.diag([1.0, 2.0, 1.0])
+    friction = [[0, 5, -5], [-5, 0, -3], [5, 3, 0]]
+    found = only(np.diag([1, 2, 0]), C, np.diag([4, 9, 3]), friction)
+    assert found == pytest.approx(0.066574482916, abs=1e-11)
+
+
+def test_a_motion_without_mass_may_be_coupled_by_gyroscopic_terms_alone():
+    """det P = 7 z^2 + (3/4 - 4 mu) z + 9 + mu^2."""
+    C = np.array([[0.25, -2.0], [2.0, 0.0]])
+    found = only(np.diag([1.0, 0.0]), C, 3.0 * np.eye(2), TURN)
+    assert found == pytest.approx(0.1875, rel=1e-9)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.5])
+def test_a_lagrange_multiplier_ties_two_masses(damping):
+    """With x3 = x1 it is diag(2, 1) beside [[4, mu], [-mu, 3]], and the damping d M: flutter where
+    lambda = i w, w^2 = 5/2, (8 mu^2 - 4) / 16 = (d w)^2."""
+    M = np.diag([1.0, 1.0, 1.0, 0.0])
+    K = np.diag([1.0, 3.0, 3.0, 0.0])
+    K[3, [0, 2]] = K[[0, 2], 3] = [1.0, -1.0]
+    friction = np.zeros((4, 4))
+    friction[:2, :2] = TURN
+    exact = np.sqrt(0.5 + 2.0 * 2.5 * damping**2)
+    assert only(M, damping * M, K, friction, high=4.0) == pytest.approx(exact, rel=1e-9)
+
+
+def test_friction_of_a_constraint_force_diverges_where_stiffness_is_lost():
+    """y = 0 needs the force N = -x, whose friction takes mu off the stiffness 3/2."""
+    K = np.array([[1.5, 0.0, 0.0], [1.0, 2.0, 1.0], [0.0, 1.0, 0.0]])
+    friction = np.zeros((3, 3))
+    friction[0, 2] = 1.0
+    M = np.diag([1.0, 1.0, 0.0])
+    answer = squeal.thresholds(squeal.System(M, 0.1 * M, {"1": K, "mu": friction}))
+    (crossing,) = answer.crossings
+    assert crossing.kind == "divergence"
+    assert crossing.mu == pytest.approx(1.5, rel=1e-9)
+
+
+def test_every_number_is_a_root_of_matrices_that_are_singular_together():
+    M = np.diag([1.0, 0.0])
+    system = squeal.System(M, K={"1": M, "mu": [[0.0, 1.0], [0.0, 0.0]]})
+    with pytest.raises(squeal.InputError, match="singular together"):
+        squeal.thresholds(system)
