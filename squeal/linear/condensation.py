@@ -59,7 +59,7 @@ def separating(X: NDArray) -> tuple[NDArray, int]:
     By elimination, exactly for up to `EXACT_ROWS` columns: coordinates are often mixed by integers.
     """
     n = X.shape[1]
-    scale: Array = 0.5 ** np.round(np.log2(divisor(np.abs(X).max(axis=0))))
+    scale = np.exp2(-np.round(np.log2(divisor(np.abs(X).max(axis=0)))))
     work: NDArray = X * scale
     if n <= EXACT_ROWS:
         work = np.vectorize(Fraction, otypes=[object])(work)
@@ -125,23 +125,24 @@ class Condensation:
 
     def __init__(self, samples: Sequence[Change], undamped: bool) -> None:
         """samples: M, C and K, arrays (n, n), at some values of the parameter."""
-        masses = np.array([M for M, _, _ in samples])
+        masses: Array = np.array(samples)[:, 0]
         if np.array_equal(masses[1:], masses[:-1]):
             masses = masses[:1]
-        self._right, self._heavy = separating(np.vstack(list(masses)))
-        left, self._heavy_rows = separating(np.vstack([M.T for M in masses]))
+        self._right, self._heavy = separating(np.concatenate(list(masses)))
+        left, self._heavy_rows = separating(np.concatenate(list(masses.swapaxes(1, 2))))
         self._left = left.T
         self._undamped = undamped
         self.frequency_scale = _frequency_scale(samples)
-        self._rows = self._columns = np.ones((1, 1))
-        self._rows, self._columns = _balancing([self._pencil(each) for each in samples])
-        pencils = [self._pencil(each) for each in samples]
-        counts = [_finite_roots(pencil) for pencil in pencils]
+        self._rows = np.ones((1, 1))
+        self._columns = np.ones((1, 1))
+        self._rows, self._columns = _balancing(list(map(self._pencil, samples)))
+        pencils = list(map(self._pencil, samples))
         self._middle = pencils[len(pencils) // 2]
-        self.size, self._powers = counts[len(pencils) // 2]
+        self.size, self._powers = _finite_roots(self._middle)
         self._fast = 0
-        if any(size != self.size for size, _ in counts):
-            raise MatrixError(THROUGH_INFINITY)
+        for size, _ in map(_finite_roots, pencils):
+            if size != self.size:
+                raise MatrixError(THROUGH_INFINITY)
         self._fix_subspaces()
         self._leave_fast_roots(pencils)
 
@@ -166,7 +167,7 @@ class Condensation:
         self._fast = followed[0] - self.size
         self._powers += math.ceil(math.log(EPS) / -math.log(gap))
         self._fix_subspaces()
-        if not all(self._fast_roots_decay(pencil) for pencil in pencils):
+        if not all(map(self._fast_roots_decay, pencils)):
             self.size, self._powers = followed
             self._fast = 0
             self._fix_subspaces()
@@ -201,7 +202,8 @@ class Condensation:
         M[self._heavy_rows :] = 0.0
         M[:, self._heavy :] = 0.0
         rate = self.frequency_scale
-        F, E = K, rate**2 * M
+        F = K
+        E = rate**2 * M
         if not self._undamped:
             F, E = state_pencil(rate**2 * M, rate * C, K, self._heavy)
             if is_derivative:  # the rows of velocities are constant
@@ -242,7 +244,10 @@ class Condensation:
 
 def _frequency_scale(samples: Sequence[Change]) -> float:
     """A power of two, 1/s, near the frequencies of some systems, or their rates without mass."""
-    mass, damping, stiffness = (max(map(norm_of, parts)) for parts in zip(*samples, strict=True))
+    masses, dampings, stiffnesses = zip(*samples, strict=True)
+    mass = max(map(norm_of, masses))
+    damping = max(map(norm_of, dampings))
+    stiffness = max(map(norm_of, stiffnesses))
     rate = 1.0
     if stiffness and mass:
         rate = math.sqrt(stiffness / mass)
@@ -266,21 +271,15 @@ def _balancing(pencils: Sequence[Pencil]) -> tuple[Array, Array]:
 def _shift(pencil: Pencil) -> float:
     """Of `SHIFTS` the one that is farthest from a root."""
     F, E = pencil
-    sizes = []
-    for sigma in SHIFTS:
-        sizes.append(np.linalg.cond(F - sigma * E))
-    return SHIFTS[int(np.argmin(sizes))]
+
+    def condition(sigma: float) -> float:
+        return float(np.linalg.cond(F - sigma * E))
+
+    return min(SHIFTS, key=condition)
 
 
-class _Count(NamedTuple):
-    """How many roots are finite, and how many powers of T vanish at infinity."""
-
-    size: int
-    powers: int
-
-
-def _finite_roots(pencil: Pencil) -> _Count:
-    """Count the finite roots by the ranks of powers of T.
+def _finite_roots(pencil: Pencil) -> tuple[int, int]:
+    """How many roots are finite, by ranks of powers of T, and which power vanishes at infinity.
 
     Raises SingularTogetherError where every number is a root.
     """
@@ -303,4 +302,4 @@ def _finite_roots(pencil: Pencil) -> _Count:
         range_of_T = left[:, :rank]
         T = range_of_T.T @ T @ range_of_T
         powers += 1
-    return _Count(len(T), powers)
+    return len(T), powers

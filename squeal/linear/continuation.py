@@ -28,7 +28,6 @@ from squeal.linear.matrices import (
     ILL,
     Array,
     Change,
-    LightMassError,
     components,
     divisor,
     first_order,
@@ -330,12 +329,14 @@ class Continuation:
         self._projections = _without_free_motions(samples)
         self.problem = problem_class_of(samples)
         projected: list[Matrices] = []
+        masses = []
         for M, C, K in samples:
             projected.append((self._projected(M), self._projected(C), self._projected(K)))
-        n = len(projected[0][0])
+            masses.append(projected[-1][0])
+        n = len(masses[0])
         self.size = n if self.problem is UNDAMPED else 2 * n  # rows N of A
         self._condensation: Condensation | None = None
-        if not all(can_be_inverted(M) for M, _, _ in projected):
+        if not all(map(is_regular, masses)):
             self._condensation = Condensation(projected, self.problem is UNDAMPED)
             self.size = self._condensation.size
             self.frequency_scale = self._condensation.frequency_scale
@@ -642,17 +643,6 @@ def _without_free_motions(samples: Sequence[Matrices]) -> tuple[Array, Array] | 
     P = scale * np.linalg.qr(scale * (M @ motions), "complete")[0][:, k:]
     Q = scale * np.linalg.qr(scale * (M.T @ combinations), "complete")[0][:, k:]
     return P, Q
-
-
-def can_be_inverted(M: Array) -> bool:
-    """True if the inverse of a mass matrix costs other motions no digit."""
-    try:
-        reduce(M, None, np.zeros_like(M))
-    except LightMassError:
-        return False
-    except InputError:  # not symmetric, positive definite
-        return is_regular(M)
-    return True
 
 
 def _normalising(M: Array) -> tuple[Array, Array]:

@@ -35,10 +35,6 @@ class SingularTogetherError(MatrixError):
     """Rounding does not tell M, C and K from matrices for which every number is a root."""
 
 
-class LightMassError(MatrixError):
-    """M is singular, or so nearly that its inverse would cost the digits of other modes."""
-
-
 @dataclass(frozen=True)
 class Reduced:
     """A system in mass-normalised coordinates z: z'' + B z' + A z = 0, q = T z and T' M T = 1.
@@ -220,8 +216,7 @@ def _normalising_factor(mass: bytes, n: int) -> tuple[Array, float]:
     """T with T' M T = 1, and the relative size of the errors that it brings.
 
     It is made of the Cholesky factor of M, scaled to a unit diagonal. mass: the doubles of
-    M (n, n), as the cache takes no arrays. Raises MatrixError, of a (nearly) singular M
-    LightMassError.
+    M (n, n), as the cache takes no arrays. Raises MatrixError.
     """
     M = np.frombuffer(mass).reshape(n, n)
     unit = unit_diagonal(M)
@@ -235,7 +230,7 @@ def _normalising_factor(mass: bytes, n: int) -> tuple[Array, float]:
         raise MatrixError("M: a positive definite matrix is required")
     if smallest <= ILL * largest:
         least = max(smallest / (largest or 1.0), 0.0)
-        raise LightMassError(
+        raise MatrixError(
             f"M: some motion has {least:.1g} of the others' mass; a well-conditioned matrix is "
             "required"
         )

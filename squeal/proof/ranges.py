@@ -51,6 +51,8 @@ except ImportError:  # an extra
 Factor = Callable[[Any], Any]
 """A function of the parameter by + - * / and **; it is given a ball of numbers (`flint.arb`), or a
 Taylor series of balls (`flint.arb_series`)."""
+Rational = Any
+"""A rational number or a matrix of such, `flint.fmpq` or `flint.fmpq_mat`."""
 NARROWEST = 1e-14  # of the range: a step that is not shortened
 SPENT = "the range takes more steps than are made"
 AT_END = "a threshold lies at an end of the range, beyond which nothing is counted"
@@ -164,11 +166,13 @@ class Terms:
         motions without mass, if it is one constant term. The terms as they are where other M lie
         within the data, or where nothing is without mass.
         """
-        (mass, *others) = self.M
+        mass, *others = self.M
         every = list(itertools.chain(*self.balls.values()))
-        is_known = all(np.all(X.rad <= half_widths(X.mid, HALF_ULP)) for X in every)
-        if others or mass.factor is not None or not (self.is_real and is_known):
+        if others or mass.factor is not None or not self.is_real:
             return self
+        for X in every:
+            if np.any(X.rad > half_widths(X.mid, HALF_ULP)):
+                return self
         M = _rational(self.balls["M"][0].mid)
         right, rank = _null_vectors_last(M)
         if rank == self.n:
@@ -176,16 +180,18 @@ class Terms:
         left = _null_vectors_last(M.transpose())[0]
         if len(self.C) == 1 and self.C[0].factor is None:
             damping = left.transpose() * _rational(self.balls["C"][0].mid) * right
-            of_massless = flint.fmpq_mat([row[rank:] for row in damping.tolist()[rank:]])
+            of_massless = flint.fmpq_mat(np.array(damping.tolist())[rank:, rank:].tolist())
             right = right * _below_ones(rank, _null_vectors_last(of_massless)[0])
             left = left * _below_ones(rank, _null_vectors_last(of_massless.transpose())[0])
         separate = self
-        entries = [entry for entry in right.entries() + left.entries() if entry != 0]
-        if len(entries) > 2 * self.n:  # else both only sort coordinates: they are separate already
-            balls = {}
+        used = np.count_nonzero(right.entries() + left.entries())
+        if used > 2 * self.n:  # else both only sort coordinates: they are separate already
+            balls: dict[str, list[Balls]] = {}
             for name, matrices in self.balls.items():
-                changed = [left.transpose() * _rational(X.mid) * right for X in matrices]
-                balls[name] = [in_doubles(_as_balls(X)) for X in changed]
+                balls[name] = []
+                for X in matrices:
+                    product = left.transpose() * _rational(X.mid) * right
+                    balls[name].append(in_doubles(np.vectorize(flint.arb)(product.tolist())))
             separate = replace(self, balls=balls, data=AS_GIVEN)
         return separate._balanced()
 
@@ -200,9 +206,10 @@ class Terms:
             scaled = np.ldexp(sizes, units[:, None] + units)
             largest = np.sqrt(scaled.max(axis=0)) * np.sqrt(scaled.max(axis=1))
             units = units - np.rint(np.log2(np.where(largest > 0.0, largest, 1.0)) / 2).astype(int)
-        balls = {}
+        balls: dict[str, list[Balls]] = {"M": [], "C": [], "K": []}
         for name, matrices in self.balls.items():
-            balls[name] = [X.scaled(units[:, None] + units) for X in matrices]
+            for X in matrices:
+                balls[name].append(X.scaled(units[:, None] + units))
         return replace(self, balls=balls)
 
     def expanded(self, low: float, high: float) -> tuple[Expansion, Expansion, Expansion]:
@@ -254,25 +261,22 @@ class Terms:
         )
 
 
-def _rational(X: NDArray) -> Any:
+def _rational(X: NDArray) -> Rational:
     """A matrix of doubles as one of rational numbers."""
-    entries = [flint.fmpq(*map(int, value.as_integer_ratio())) for value in X.ravel().tolist()]
-    return flint.fmpq_mat(*X.shape, entries)
+
+    def exact(value: float) -> Rational:
+        return flint.fmpq(*value.as_integer_ratio())
+
+    return flint.fmpq_mat(*X.shape, list(map(exact, X.ravel().tolist())))
 
 
-def _as_balls(X: Any) -> list[list[Any]]:
-    """The entries of a matrix of rational numbers as balls."""
-    return [[flint.arb(value) for value in row] for row in X.tolist()]
-
-
-def _null_vectors_last(X: Any) -> tuple[Any, int]:
+def _null_vectors_last(X: Rational) -> tuple[Rational, int]:
     """A regular Q of rational numbers, and the rank of X (n, n): other columns of X Q are zero."""
     n = X.ncols()
     reduced, rank = X.rref()
-    pivots: list[int] = []
-    for row in range(rank):
-        pivots.append(next(column for column in range(n) if reduced[row, column] != 0))
-    free = [column for column in range(n) if column not in pivots]
+    is_used = np.array(reduced.tolist()) != 0
+    pivots = is_used[:rank].argmax(axis=1).tolist()
+    free = np.setdiff1d(np.arange(n), pivots).tolist()
     Q = flint.fmpq_mat(n, n)
     for place, column in enumerate(pivots + free):
         Q[column, place] = 1
@@ -282,7 +286,7 @@ def _null_vectors_last(X: Any) -> tuple[Any, int]:
     return Q, rank
 
 
-def _below_ones(count: int, Q: Any) -> Any:
+def _below_ones(count: int, Q: Rational) -> Rational:
     """The block diagonal matrix of so many ones and Q."""
     n = count + Q.ncols()
     larger = flint.fmpq_mat(n, n)
