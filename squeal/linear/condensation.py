@@ -113,7 +113,8 @@ class Subspaces(NamedTuple):
 class Condensation:
     """What takes the finite roots out of the pencils of systems, at any value of a parameter.
 
-    Raises MatrixError where all numbers are roots, and where a root passes through infinity.
+    Raises MatrixError where all numbers are roots or none is one, and where one passes through
+    infinity.
 
     Attributes
     ----------
@@ -140,6 +141,8 @@ class Condensation:
         self._middle = pencils[len(pencils) // 2]
         self.size, self._powers = _finite_roots(self._middle)
         self._fast = 0
+        if not self.size:
+            raise MatrixError("M, C and K: no motion satisfies them, so that none begins to grow")
         for size, _ in map(_finite_roots, pencils):
             if size != self.size:
                 raise MatrixError(THROUGH_INFINITY)
@@ -214,7 +217,7 @@ class Condensation:
     def _subspaces(self, pencil: Pencil) -> Subspaces:
         """The subspaces of the followed roots, by powers of T."""
         F, E = pencil
-        sigma = _shift(pencil)
+        sigma, _ = _shift(pencil)
         shifted = F - sigma * E
         R = self._start.right
         L = self._start.left.T
@@ -268,31 +271,30 @@ def _balancing(pencils: Sequence[Pencil]) -> tuple[Array, Array]:
     return factors[0], factors[1]
 
 
-def _shift(pencil: Pencil) -> float:
-    """Of `SHIFTS` the one that is farthest from a root."""
-    F, E = pencil
-
-    def condition(sigma: float) -> float:
-        return float(np.linalg.cond(F - sigma * E))
-
-    return min(SHIFTS, key=condition)
-
-
-def _finite_roots(pencil: Pencil) -> tuple[int, int]:
-    """How many roots are finite, by ranks of powers of T, and which power vanishes at infinity.
+def _shift(pencil: Pencil) -> tuple[float, float]:
+    """Of `SHIFTS` the one that is farthest from a root, and the condition of the shifted pencil.
 
     Raises SingularTogetherError where every number is a root.
     """
     F, E = pencil
-    shifted = F - _shift(pencil) * E
-    noise = 4 * EPS * len(F) * np.linalg.cond(shifted)
-    if not noise < 1.0:
+    conditions = []
+    for sigma in SHIFTS:
+        conditions.append(float(np.linalg.cond(F - sigma * E)))
+    least = float(np.min(np.nan_to_num(conditions, nan=np.inf)))
+    if not 4 * EPS * len(F) * least < 1.0:
         raise SingularTogetherError(
-            "M, C and K: are singular together as far as rounding shows, so that every number is a "
-            "root"
+            "M, C and K: are singular together at a value of the parameter, as far as rounding "
+            "shows, so that every number is a root there; a range without it is required"
         )
-    T = np.linalg.solve(shifted, E)
-    noise *= norm_of(T)
+    return SHIFTS[conditions.index(least)], least
+
+
+def _finite_roots(pencil: Pencil) -> tuple[int, int]:
+    """How many roots are finite, by ranks of powers of T, and which power vanishes at infinity."""
+    F, E = pencil
+    sigma, condition = _shift(pencil)
+    T = np.linalg.solve(F - sigma * E, E)
+    noise = 4 * EPS * len(F) * condition * norm_of(T)
     powers = 1
     while len(T):
         left, singular, _ = np.linalg.svd(T)

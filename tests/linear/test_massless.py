@@ -75,3 +75,22 @@ def test_every_number_is_a_root_of_matrices_that_are_singular_together():
     system = squeal.System(M, K={"1": M, "mu": [[0.0, 1.0], [0.0, 0.0]]})
     with pytest.raises(squeal.InputError, match="singular together"):
         squeal.thresholds(system)
+
+
+def test_a_value_at_which_every_number_is_a_root_is_refused():
+    """At mu = 1, the end of the range, the column of the constraint force vanishes."""
+    M = np.diag([1.0, 1.0, 0.0])
+    K = np.array([[2.0, 0.0, 1.0], [0.0, 3.0, 0.0], [1.0, 0.0, 0.0]])
+    friction = np.zeros((3, 3))
+    friction[0, 2] = -1.0
+    system = squeal.System(M, K={"1": K, "mu": friction})
+    with pytest.raises(squeal.InputError, match="singular together at a value"):
+        squeal.thresholds(system, high=1.0)
+    assert not squeal.thresholds(system, high=0.9).crossings
+
+
+def test_a_system_without_any_motion_has_no_threshold():
+    K = {"1": [[2.0, 1.0], [1.0, 0.0]], "mu": np.diag([1.0, 0.0])}
+    system = squeal.System(np.diag([1.0, 0.0]), K=K)
+    with pytest.raises(squeal.InputError, match="no motion"):
+        squeal.thresholds(system)
