@@ -89,8 +89,8 @@ def _groups(values: NDArray, X: NDArray) -> list[NDArray[np.intp]]:
     """Indices of the eigenvalues of each group.
 
     Eigenvalues that coincide or have nearly parallel vectors are one group. Groups whose means lie
-    within a few of their spreads scatter around one eigenvalue, and are united. Groups that are too large for a
-    chain are left out.
+    within a few of their spreads scatter around one eigenvalue, and are united. Groups that are too
+    large for a chain are left out.
     """
     united: list[NDArray[np.intp]] = []
     groups = _dependent_groups(values, X)
