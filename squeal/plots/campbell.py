@@ -12,7 +12,15 @@ from squeal.linear.shaft import RPM, speed_words
 from squeal.plots.damping import colours_of, draw_mode
 from squeal.plots.maps import symbol_of
 from squeal.plots.modes import RED, RING
-from squeal.plots.style import DOUBLE, SINGLE, Drawing, origin, style, write_beside, write_upright
+from squeal.plots.style import (
+    DOUBLE,
+    SINGLE,
+    Drawing,
+    move_apart,
+    origin,
+    style,
+    write_beside,
+)
 from squeal.queries.critical_speeds import CriticalSpeeds
 from squeal.queries.mode_paths import Paths, is_growing
 from squeal.results.sweep import Sweep
@@ -89,16 +97,17 @@ def campbell_drawing(
         axes.set(xlim=(answer.low, answer.high), ylim=(0.0, top))
         axes.set(xlabel=f"{symbol_of(answer.parameter)} [rad/s]", ylabel="frequency [Hz]")
         _name_onset(axes, answer, top)
+        entries = _entries(answer, _mark_directions(axes, answer, top))
         if paths is not None:
             _draw_named_modes(axes, paths, top)
             own_value = Paths(paths).own_value
             if own_value is not None:
                 axes.axvline(own_value, color="0.4", lw=0.6, ls="-.", zorder=0, gid="own value")
-                write_upright(axes, own_value, f"present {own_value:.4g} rad/s", 0.4)
-        directions = _mark_directions(axes, answer, top)
-        entries = _entries(answer, directions)
+                present = f"present {own_value:.4g} rad/s"
+                entries.append(Line2D([], [], color="0.4", lw=0.6, ls="-.", label=present))
         if entries:
             figure.legend(handles=entries, loc="outside lower center", ncols=len(entries))
+        move_apart(figure)
     speeds = []
     for critical in answer.critical:
         direction = critical.direction or "no direction"
@@ -179,7 +188,8 @@ def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
         speed = below  # rounded down, as a limit is
     text = f"unstable from {speed:.4g}{speed_words(speed, 'rad/s')} on, {hertz:.4g} Hz"
     up = 8 if hertz < 0.8 * top else -8
-    write_beside(axes, text, (speed, hertz), (4, up), fontsize=7, color=RED)
+    right = 4 if speed < 0.5 * answer.high else -4
+    write_beside(axes, text, (speed, hertz), (right, up), fontsize=7, color=RED)
 
 
 def _entries(answer: CriticalSpeeds, ends: set[str | None]) -> list[Line2D]:

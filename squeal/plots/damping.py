@@ -18,6 +18,7 @@ from squeal.plots.style import (
     SINGLE,
     Drawing,
     frequency_limits,
+    move_apart,
     origin,
     style,
     write_beside,
@@ -99,6 +100,7 @@ def damping_drawing(
         if entries:
             columns = 2 if width == "column" else len(entries)
             figure.legend(handles=entries, loc="outside lower center", ncols=columns)
+        move_apart(figure)
     title = f"Damping ratios of {name}"
     return Drawing(figure, f"{'; '.join(texts)}.", title, origin(__name__))
 
@@ -127,7 +129,8 @@ def _mark_own_value(
     for axes in panels:
         axes.axvline(own_value, color="0.4", lw=0.6, ls="-.", zorder=0)
     name = f"present {symbol_of(sweep.parameter)} = {own_value:.4g}"
-    return [Line2D([], [], label=f"{name} {unit_of(sweep.source)}".rstrip(), **ring)]
+    look = ring | {"color": "0.4", "lw": 0.6, "ls": "-."}  # the line and the ring
+    return [Line2D([], [], label=f"{name} {unit_of(sweep.source)}".rstrip(), **look)]
 
 
 def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
@@ -163,7 +166,7 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
             named = int(np.argmax(np.where(ratio < depth, ratio, -np.inf)))
             name = f"mode {mode}"
         if ratio[named] < depth:  # higher ones lie near the upper edge, or beyond it
-            right = 2 if hertz[named] < np.mean(limits) else -2
+            right = 5 if hertz[named] < np.mean(limits) else -5  # beside a ring
             look: Any = {"fontsize": 7, "color": colour}
             write_beside(axes, name, (hertz[named], ratio[named]), (right, -7), **look)
     axes.axhspan(-BELOW * depth, 0.0, color=RED, alpha=0.06, lw=0, zorder=0)

@@ -12,6 +12,8 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
+from matplotlib.transforms import Bbox
 
 from squeal.io.provenance import Provenance, digest
 from squeal.io.writing import write_text, write_whole
@@ -174,6 +176,25 @@ def write_beside(
         va=vertical,
         **look,
     )
+
+
+def move_apart(figure: Figure) -> None:
+    """Move each label of a figure that covers an earlier one up or down, away from that one."""
+    figure.draw_without_rendering()  # which decides the sizes of the axes
+    for axes in figure.axes:
+        placed: list[Bbox] = []
+        for label in axes.texts:
+            if not isinstance(label, Annotation):
+                continue
+            box = label.get_window_extent()
+            for other in placed:
+                if box.overlaps(other):
+                    is_above = box.y0 + box.y1 > other.y0 + other.y1
+                    pixels = other.y1 - box.y0 if is_above else other.y0 - box.y1
+                    right, up = label.xyann
+                    label.xyann = (right, up + 72.0 * pixels / figure.dpi)
+                    box = box.translated(0.0, pixels)
+            placed.append(box)
 
 
 def write_upright(axes: Axes, value: float, text: str, height: float = 0.08) -> None:

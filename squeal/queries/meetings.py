@@ -11,33 +11,45 @@ value is taken along.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import one_thread
-from squeal.linear import GROWING, CriticalPoint, UnstableMode
+from squeal.linear import UnstableMode
 from squeal.linear import thresholds as located_thresholds
 from squeal.linear.damping import bordered, structure_stiffness
 from squeal.linear.matrices import Array, Matrix, checked, dense, divisor, is_sparse
 from squeal.linear.real_modes import real_modes
 from squeal.linear.roots import ComplexArray
-from squeal.linear.system import SystemMatrices, Term, TermSystem
-from squeal.linear.verdicts import assumed_rounding
+from squeal.linear.system import System, SystemMatrices, Term, TermSystem
+from squeal.linear.verdicts import assumed_rounding, is_undamped
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import pad_terms
+from squeal.queries.mode_paths import Paths
 from squeal.queries.options import Band
 from squeal.queries.pads.equilibrium import analyse, branch_system
-from squeal.queries.remedies import rounded, upper_growing
+from squeal.queries.remedies import (
+    IN_HAND,
+    Effect,
+    Loss,
+    growing_within,
+    loss_of,
+    rounded,
+    upper_growing,
+)
 from squeal.queries.systems.all_roots import in_band, is_small
 from squeal.queries.thresholds import thresholds
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import PadSource, SystemSource
+from squeal.results.thresholds import Thresholds
 from squeal.sparse.dense import dense_values
 from squeal.sparse.factor import factorise
 
@@ -46,6 +58,7 @@ NEAR = 12  # real modes around a growing one
 ROOTS = 16  # whose vectors make a basis
 PARTNER = 0.02  # of the participation of the leading real mode: what a second one has at least
 SAME = 1e-4  # of the frequency: real modes that a page does not tell apart
+SAME_START = 1e-3  # of the frequency: so near is a mode of the chart to its real mode
 NOTHING = 1e-7  # of a cosine, and of singular values: rounding
 LEAST = 2.0**-17  # of the frequency, or of critical damping: the first change that is tried
 MOST = 0.25  # and the last one
@@ -86,8 +99,8 @@ class Meeting:
         confirmed up to `MOST` is missing.
     at_value_alone : frozenset of Cure
         Those with which something grows at a value of the parameter below the present one.
-    needs_both : bool
-        Whether something grows if one of the two modes alone is damped as both should be.
+    is_of_chart : bool
+        Whether the modes of the chart that meet begin at these frequencies.
     """
 
     omega: Array
@@ -95,7 +108,7 @@ class Meeting:
     indices: tuple[int, ...]
     cures: Mapping[Cure, float]
     at_value_alone: frozenset[Cure] = frozenset()
-    needs_both: bool = False
+    is_of_chart: bool = False
 
     @property
     def hertz(self) -> tuple[float, ...]:
@@ -110,14 +123,10 @@ class Meeting:
         """Whether two real modes feed the growing one."""
         return bool(self.is_upper.any())
 
-    def needs(self, cure: Cure) -> float:
-        """How much of a cure is needed, infinite where none is known."""
-        return self.cures.get(cure, math.inf)
-
     @property
-    def alone(self) -> Cure:
-        """Which of the two modes needs less damping alone."""
-        return min(SIDES, key=self.needs)
+    def alone(self) -> float:
+        """How much damping one of the two modes needs alone, infinite where none is known."""
+        return min(self.cures.get(side, math.inf) for side in SIDES)
 
     def unit(self, cure: Cure) -> float:
         """What a share of a cure is a share of: the upper frequency in Hz, or critical damping."""
@@ -131,15 +140,37 @@ class Meeting:
         return 2.0 * amount * self.omega * np.array(DAMPED[cure])[self.is_upper.astype(int)]
 
 
-def find_meetings(
-    spectrum: Eigenvalues, options: Mapping[str, object], low: float = 0.0
-) -> dict[int, Meeting]:
-    """The real modes behind each growing mode, keyed by its number, with what stops all growing
-    modes.
+@dataclass(frozen=True, eq=False)
+class Treatment(Effect):
+    """What one kind of cure of all growing modes does, `IN_HAND` times as much as is just enough.
 
-    Empty where matrices follow the frequency, or the mass is complex. One of which no real mode is
-    known, such as one that does not oscillate, is left out, and the others have no cures then; nor
-    have they where a computation fails.
+    amounts: so much, by the numbers of these modes, in the units of
+    `Meeting.cures`.
+    """
+
+    amounts: Mapping[int, float]
+
+
+class MeetingSearch(NamedTuple):
+    """The real modes behind growing modes, by the numbers of these, and what each kind of cure does
+    that is known to stop all."""
+
+    meetings: Mapping[int, Meeting]
+    treatments: Mapping[Cure, Treatment]
+
+
+def find_meetings(
+    spectrum: Eigenvalues,
+    options: Mapping[str, object],
+    low: float = 0.0,
+    high: float = 0.0,
+    paths: Paths | None = None,
+) -> MeetingSearch:
+    """The real modes behind each growing mode, with what stops all growing modes.
+
+    Empty where matrices follow the frequency, or the mass is complex. A growing mode of which no
+    real mode is known, such as one that does not oscillate, is left out, and the others have no
+    cures then; nor have they where a computation fails.
 
     Parameters
     ----------
@@ -147,20 +178,32 @@ def find_meetings(
         Roots with vectors.
     options : mapping
         Of `eigenvalues` and `thresholds`: band, memory, progress.
-    low : float
-        The lower end of the range of the parameter in which nothing may grow.
+    low, high : float
+        The range of the parameter: nothing may grow from its lower end to the present value, and
+        beyond that the next loss of stability is searched up to its upper end.
+    paths : Paths, optional
+        The modes of a chart, with the numbers of those of `spectrum`: which of them meet.
     """
     meetings: dict[int, Meeting] = {}
+    treatments: dict[Cure, Treatment] = {}
     with suppress(InputError, ComputationError), one_thread():
         problem = _Problem(spectrum, options, low)
+        candidates: dict[int, list[Meeting]] = {}
         for mode in spectrum.unstable:
-            meeting = problem.meeting_of(mode)
             number_of_mode = spectrum.mode_of(mode)
-            if meeting is not None and number_of_mode is not None:
-                meetings[number_of_mode] = meeting
-        if meetings and len(meetings) == len(spectrum.unstable):
-            return problem.cured(meetings)
-    return meetings
+            starts: list[float] = []
+            if paths is not None:
+                starts = paths.starts(paths.group_of(number_of_mode))
+            of_mode = problem.candidates(mode, starts)
+            if of_mode and number_of_mode is not None:
+                candidates[number_of_mode] = of_mode
+                meetings[number_of_mode] = of_mode[0]
+        if candidates and len(candidates) == len(spectrum.unstable):
+            meetings = problem.cured(candidates)
+            for cure in (Cure.APART, Cure.BOTH):
+                if problem.knows(cure):
+                    treatments[cure] = problem.treatment(cure, max(high, spectrum.value))
+    return MeetingSearch(meetings, treatments)
 
 
 Cures = Mapping[int, Cure]
@@ -196,32 +239,55 @@ class _Problem:
         self.meetings: dict[int, Meeting] = {}
         self.forces: list[Array] = []  # of each real mode behind a growing one
         self.basis: Array | None = None
+        self.shapes: list[Array] = []  # columns (n, k) of real modes around growing ones
         self.projected: dict[float, SystemMatrices] = {}
-        self.is_undamped: dict[float, bool] = {}  # gyroscopic forces do not damp
+        self.is_undamped: dict[float, bool] = {}  # by the value of the parameter
         self.outside: dict[float, int] = {}  # how many modes grow outside of the band
 
-    def meeting_of(self, mode: UnstableMode) -> Meeting | None:
-        """The real modes with the largest shares of a growing one, None if it does not vibrate."""
+    def candidates(self, mode: UnstableMode, starts: Sequence[float]) -> list[Meeting]:
+        """The real modes that may be behind a growing one, the likeliest first; empty if it does
+        not vibrate.
+
+        First come those at which the chart's modes that meet begin (`starts`, rad/s), then the two
+        with the largest shares, then either of these and the third.
+        """
         M = self.matrices[0]
         if not mode.frequency_hz:
-            return None
+            return []
         omega, shapes = _modes_near(self.structure, M, mode.root.imag)
+        self.shapes.append(shapes[:, np.argsort(abs(omega - mode.root.imag))[:NEAR]])
         forces = M @ shapes
         nearest = int(abs(self.spectrum.values - mode.root).argmin())
         root = self.spectrum.eigenvalues[nearest]
         # participation factors: of a real mode in the right vector times in the left one
         left = root.left if len(root.left) else root.right
         shares = abs(forces.T @ root.right) * abs(forces.T @ left)
-        leading = np.sort(np.argsort(-shares)[:2])  # by rising frequency
-        leading = leading[shares[leading] >= PARTNER * shares.max()]
-        lower, upper = omega[leading[[0, -1]]]
+        largest = np.argsort(-shares)[:3]
+        largest = largest[shares[largest] >= PARTNER * shares[largest[0]]]
+        choices = list(itertools.combinations(largest.tolist(), min(2, len(largest))))
+        chart = tuple(int(abs(omega - start).argmin()) for start in starts)
+        if not np.allclose(omega[list(chart)], starts, SAME_START):
+            chart = ()
+        # first of all growing modes alike: a choice is one for all of them
+        choices.insert(0, chart if len(chart) == 2 else choices[0])
+        meetings = []
+        for choice in choices:
+            meeting = self._meeting(omega, forces, sorted(choice))
+            if meeting.omega.all():  # a free motion has no frequency to separate or damp
+                is_of_chart = set(choice) == set(chart)
+                meetings.append(replace(meeting, is_of_chart=is_of_chart))
+        return meetings
+
+    def _meeting(self, omega: Array, forces: Array, leading: Sequence[int]) -> Meeting:
+        """The meeting of one or two real modes, by their indices in rising order, and of all others
+        of the same frequencies."""
+        lower = omega[leading[0]]
+        upper = omega[leading[-1]]
         is_upper = abs(omega - upper) <= SAME * upper
         is_lower = abs(omega - lower) <= SAME * lower
         behind = np.flatnonzero(is_lower | is_upper)
         if is_upper[leading[0]]:  # of one frequency, where no direction of motion is one mode's own
             is_upper = np.zeros(len(omega), dtype=bool)
-        if not omega[behind].all():  # a free motion has no frequency to separate or damp
-            return None
         indices = tuple(self._index(forces[:, k]) for k in behind.tolist())
         return Meeting(omega[behind], is_upper[behind], indices, {})
 
@@ -234,27 +300,61 @@ class _Problem:
         self.forces.append(force)
         return len(self.forces) - 1
 
-    def cured(self, meetings: Mapping[int, Meeting]) -> dict[int, Meeting]:
-        """Growing modes with the confirmed cures: one kind for all of them; of damping one of two
-        modes alone, where several grow, that which needs less."""
-        self.meetings = dict(meetings)
-        self.basis = self._basis()
-        self._take(dict.fromkeys(meetings, Cure.BOTH))
-        if all(meeting.is_pair for meeting in meetings.values()):
-            self._take(dict.fromkeys(meetings, Cure.APART))
-            if len(meetings) == 1:
+    def cured(self, candidates: Mapping[int, Sequence[Meeting]]) -> dict[int, Meeting]:
+        """Growing modes with the confirmed cures, one kind for all of them; of damping one of two
+        modes alone, where several grow, that which needs less.
+
+        Of the candidates the first are taken with which most cures are known: one up to the present
+        value counts twice as much as one at that value alone.
+        """
+        best: dict[int, Meeting] = {}
+        most = -1
+        for choice in range(max(map(len, candidates.values()))):
+            for mode, meetings in candidates.items():
+                self.meetings[mode] = meetings[min(choice, len(meetings) - 1)]
+            self.basis = self._basis()
+            self.projected = {}
+            are_pairs = all(meeting.is_pair for meeting in self.meetings.values())
+            self._take(dict.fromkeys(candidates, Cure.BOTH))
+            if are_pairs:
+                self._take(dict.fromkeys(candidates, Cure.APART))
+            meeting = next(iter(self.meetings.values()))  # all have the same kinds
+            known = 2 * len(meeting.cures) - len(meeting.at_value_alone)
+            if known > most:
+                most = known
+                best = dict(self.meetings)
+            if known == 4:
+                break
+        self.meetings = best
+        if all(meeting.is_pair for meeting in best.values()):
+            if len(best) == 1:
                 for side in SIDES:
-                    self._take(dict.fromkeys(meetings, side))
-            elif self._knows_both:
+                    self._take(dict.fromkeys(best, side))
+            elif self.knows(Cure.BOTH):
                 self._take(self._sides())
-        if self._knows_both:
-            self._look_at_one_of_both()
         return self.meetings
 
-    @property
-    def _knows_both(self) -> bool:
-        """Whether damping of all modes behind growing ones is known to be enough."""
-        return all(Cure.BOTH in meeting.cures for meeting in self.meetings.values())
+    def knows(self, cure: Cure) -> bool:
+        """Whether a cure of all growing modes is known."""
+        return all(cure in meeting.cures for meeting in self.meetings.values())
+
+    def treatment(self, cure: Cure, high: float) -> Treatment:
+        """What `IN_HAND` times as much of a cure does as is just enough.
+
+        high: up to where of the parameter the next loss of stability is searched.
+        """
+        amounts = {}
+        for mode, meeting in self.meetings.items():
+            amounts[mode] = float(rounded(IN_HAND * meeting.cures[cure], 2, math.ceil))
+        of_stiffness = cure is Cure.APART
+        readings = [self._columns(a) for a in self._added(dict.fromkeys(amounts, cure), amounts)]
+        losses = []
+        if self.spectrum.depends:
+            for columns in readings:
+                losses.append(loss_of(self._thresholds(columns, of_stiffness, high), high))
+        changed = self._changed(readings[0], of_stiffness)
+        computed = eigenvalues(changed, prove=False, **self.options)  # type: ignore[arg-type]
+        return Treatment(computed, min(losses, key=Loss.limit, default=None), amounts)
 
     def _take(self, cures: Cures) -> None:
         """Take cures into the meetings, where they are confirmed."""
@@ -282,17 +382,6 @@ class _Problem:
             if shares[mode] == math.inf:
                 return {}
         return chosen
-
-    def _look_at_one_of_both(self) -> None:
-        """Find out of which pairs one mode alone, damped as both should be, leaves growth."""
-        both = dict.fromkeys(self.meetings, Cure.BOTH)
-        shares = {mode: meeting.cures[Cure.BOTH] for mode, meeting in self.meetings.items()}
-        for mode, meeting in self.meetings.items():
-            needs_both = meeting.is_pair
-            for side in SIDES:
-                stops = self._stops({**both, mode: side}, shares, [self.spectrum.value])
-                needs_both = needs_both and not stops
-            self.meetings[mode] = replace(meeting, needs_both=needs_both)
 
     def _confirmed(self, cures: Cures) -> tuple[dict[int, float], bool]:
         """How much of cures stops all, rounded up, and whether it does so at all values up to the
@@ -393,15 +482,15 @@ class _Problem:
             K = K + change
         elif added.any():
             C = _sum(C, change)
-        is_undamped = self.is_undamped[value] and (of_stiffness or not added.any())
+        nothing_damps = self.is_undamped[value] and (of_stiffness or not added.any())
         roots = dense_values(M, C, K)
-        return upper_growing(roots, assumed_rounding(roots, is_undamped))
+        return upper_growing(roots, assumed_rounding(roots, nothing_damps))
 
     def _matrices_on_basis(self, value: float) -> SystemMatrices:
         """The matrices at a value of the parameter, of many rows projected onto the basis."""
         if value not in self.projected:
             M, C, K = self._matrices_at(value)
-            self.is_undamped[value] = C is None or not abs(C + C.T).max()
+            self.is_undamped[value] = is_undamped(C, K)
             if C is not None:
                 C = self._on_basis(C)
             self.projected[value] = (self._on_basis(M), C, self._on_basis(K))
@@ -427,51 +516,35 @@ class _Problem:
     def _growing_at(self, cures: Cures, amounts: Amounts) -> float | None:
         """A value at which something grows with cures, with the full matrices: the present one, or
         one below; None if nothing does."""
-        for added in self._added(cures, amounts):
-            value = self._growing_with(added, Cure.APART in cures.values())
-            if value is not None:
-                return value
-        return None
-
-    def _growing_with(self, added: Array, of_stiffness: bool) -> float | None:
-        """The same of one change of K or C, with the factors (k,) of M x x' M of all real modes.
-
-        Below the present value stability is lost at thresholds. What grows is named by the middle
-        of the interval behind the first of these, up to the next one.
-        """
         present = self.spectrum.value
-        columns = np.array(self.forces).T * np.sqrt(added)  # U (n, k): the change is U U'
-        if self._grows(present, of_stiffness, added):
-            return present
-        if self.is_reduced:
-            changed = self._changed(columns, of_stiffness)
-            if eigenvalues(changed, **self.options).unstable:  # type: ignore[arg-type]
+        of_stiffness = Cure.APART in cures.values()
+        for added in self._added(cures, amounts):
+            if self._grows(present, of_stiffness, added):
                 return present
-        if self.low >= present or not self.spectrum.depends:
-            return None
-        starts = []
-        if isinstance(self.spectrum.source, PadSource):
-            points = self._points_of_pad(columns, of_stiffness)
-        else:
-            changed = self._changed(columns, of_stiffness)
-            answer = thresholds(changed, present, self.low, prove=False, **self.options)  # type: ignore[arg-type]
-            points = answer.points
-            if answer.verdict in GROWING:
-                starts.append(self.low)
-        starts += [point.mu for point in points if point.kind in GROWING]
-        for start in starts:
-            end = min((point.mu for point in points if point.mu > start), default=present)
-            middle = (start + end) / 2.0
-            # so little growth as rounding could make of undamped modes is none
-            if self.is_reduced or self._grows(middle, of_stiffness, added):
-                return middle
+            columns = self._columns(added)
+            if self.is_reduced:
+                changed = self._changed(columns, of_stiffness)
+                if eigenvalues(changed, **self.options).unstable:  # type: ignore[arg-type]
+                    return present
+            if self.low >= present or not self.spectrum.depends:
+                continue
+            answer = self._thresholds(columns, of_stiffness, present)
+            for middle in growing_within(answer, present):
+                # so little growth as rounding could make of undamped modes is none
+                if self.is_reduced or self._grows(middle, of_stiffness, added):
+                    return middle
         return None
+
+    def _columns(self, added: Array) -> Array:
+        """U (n, k) of the change U U' with the factors (k,) of M x x' M of all real modes."""
+        return np.array(self.forces).T * np.sqrt(added)
 
     def _changed(self, columns: Array, of_stiffness: bool) -> TermSystem:
-        """The system with U U' added to C, or to K."""
-        source = self.spectrum.source
-        assert isinstance(source, SystemSource)
-        system = source.file.system
+        """The system with U U' added to C, or to K; a pad at the present value."""
+        if isinstance(self.spectrum.source, SystemSource):
+            system: System = self.spectrum.source.file.system
+        else:
+            system = System(*self.matrices)
         if not is_small(system):
             return bordered(system, columns[:, columns.any(axis=0)], of_stiffness)
         term = Term(columns @ columns.T)
@@ -479,13 +552,14 @@ class _Problem:
             return replace(system, K=(*system.K, term))
         return replace(system, C=(*system.C, term))
 
-    def _points_of_pad(self, columns: Array, of_stiffness: bool) -> Sequence[CriticalPoint]:
-        """The changes of verdict up to the present friction, of a pad with U U' added."""
+    def _thresholds(self, columns: Array, of_stiffness: bool, high: float) -> Thresholds:
+        """The changes of verdict up to a value, of the system or pad with U U' added."""
         source = self.spectrum.source
-        assert isinstance(source, PadSource)
-        present = self.spectrum.value
+        if not isinstance(source, PadSource):
+            changed = self._changed(columns, of_stiffness)
+            return thresholds(changed, high, self.low, prove=False, **self.options)  # type: ignore[arg-type]
         change = columns @ columns.T
-        matrices_at, path = branch_system(source.scene, present)
+        matrices_at, path = branch_system(source.scene, high)
 
         def changed_at(mu: float) -> SystemMatrices:
             M, C, K = checked(*matrices_at(mu))
@@ -493,27 +567,34 @@ class _Problem:
                 return M, C, K + change
             return M, _sum(C, change), K
 
-        end = present
+        end = high
         jumps: Sequence[float] = ()
         if path is not None:
-            end = min(path.mu_end, present)
+            end = min(path.mu_end, high)
             jumps = path.breakpoints
-        return located_thresholds(changed_at, end, jumps).points
+        points = located_thresholds(changed_at, end, jumps).points
+        return Thresholds(
+            name="",
+            parameter=self.spectrum.parameter,
+            low=0.0,
+            high=end,
+            verdict=None,
+            points=tuple(points),
+            crossings=(),
+            end="",
+            certified=None,
+        )
 
     def _basis(self) -> Array | None:
         """Orthonormal columns (n, k) that hold the real modes and those around; none of few
         rows."""
         if not self.is_reduced:
             return None
-        M = self.matrices[0]
-        columns = []
+        columns = list(self.shapes)
         chosen = set()
         for meeting in self.meetings.values():
             omega = float(meeting.omega.mean())
             chosen.update(np.argsort(abs(self.spectrum.values - 1j * omega))[:ROOTS].tolist())
-            frequencies, shapes = _modes_near(self.structure, M, omega)
-            nearest = np.argsort(abs(frequencies - omega))[:NEAR]
-            columns.append(shapes[:, nearest])
         for k in sorted(chosen):
             root = self.spectrum.eigenvalues[k]
             for vector in (root.right, root.left):

@@ -81,12 +81,25 @@ class Paths:
         """The frequency at the first value that has the mode."""
         return float(self.roots[mode][0].imag / math.tau)
 
+    def starts(self, group: tuple[int, ...]) -> list[float]:
+        """|lambda|, rad/s, at the first values of the modes of a group, rising."""
+        return sorted(abs(self.roots[mode][0]) for mode in group)
+
     def root_at(self, mode: int, value: float) -> complex | None:
         """The root of a mode at a value, interpolated; None where its path does not reach."""
         at = self.at[mode]
         if not at[0] <= value <= at[-1]:
             return None
         return complex(np.interp(value, at, self.roots[mode]))
+
+    def mode_at(self, value: float, root: complex) -> int | None:
+        """The mode whose root at a value is nearest to one, rad/s."""
+
+        def distance(mode: int) -> float:
+            of_mode = self.root_at(mode, value)
+            return math.inf if of_mode is None else abs(of_mode - root)
+
+        return min(self.whole, key=distance, default=None)
 
     def meeting(self, group: tuple[int, ...]) -> float | None:
         """The value at which two modes meet; None if they never do, and of one mode.

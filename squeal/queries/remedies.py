@@ -22,6 +22,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
+from squeal.linear import GROWING
 from squeal.linear.eigen import values_of
 from squeal.linear.shaft import name_of_kind
 from squeal.queries.eigenvalues import eigenvalues
@@ -34,6 +35,7 @@ from squeal.queries.thresholds import thresholds
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import DEGREE, Sensitivity
 from squeal.results.sources import EigenvalueSelection, PadSource, SystemSource, unit_of
+from squeal.results.thresholds import Thresholds
 
 MOST_STEPS = 25  # of 1 % or a degree: the largest change that is looked at first
 STEPS = (1, 2, 3, 4, 6, 8, 10, 13, 16, 20, MOST_STEPS)
@@ -43,7 +45,6 @@ WIDE_STEPS = (35, 50, 75, 150, 200, 300)  # where none of these stops all
 TO_A_QUARTER = 75  # percent: less is left of a part that might as well be taken out
 QUARTER_TURN = 90  # degrees: no angle is turned by more
 IN_HAND = 1.1  # times the free parameter's value: up to there nothing is to grow
-LOWER = (0.15, 0.3, 0.45, 0.6, 0.75, 0.9)  # times it: nor at these
 DENSE_ROWS = 100  # up to which many steps are looked at
 BISECTIONS = 10  # to a thousandth of what lies between two steps
 RETRIES = 4  # of a change that the full system does not confirm, each time a larger one
@@ -62,6 +63,10 @@ class Loss(NamedTuple):
     kind: str
     frequency_hz: float | None
     high: float
+
+    def limit(self) -> float:
+        """The value up to which nothing grows, infinite where stability is not lost."""
+        return math.inf if self.value is None else self.value
 
     def words(self, parameter: str, unit: str) -> str:
         """Up to where nothing grows, and what follows; unit: of the parameter."""
@@ -129,42 +134,17 @@ class Change:
 
 
 @dataclass(frozen=True, eq=False)
-class Remedy:
-    """The least change of one parameter to one side with which nothing grows, or least grows.
+class Effect:
+    """What a change does: the eigenvalues with it at the present value of the free parameter, and
+    where stability is lost first with it, None where modes grow."""
 
-    change: rounded up to two digits; take: the change after which nothing grows up to `IN_HAND`
-    times the free parameter, None where none leaves so much; computed: the eigenvalues with `take`,
-    else with `change`; loss: where stability is lost first with it, None where modes grow; rise:
-    the fastest growth rate with a smaller change, 1/s, 0 where growth does not first rise.
-    """
-
-    change: Change
     computed: Eigenvalues
-    take: Change | None = None
-    loss: Loss | None = None
-    rise: float = 0.0
+    loss: Loss | None
 
     @property
     def limit(self) -> float:
-        """The value of the free parameter up to which nothing grows, infinite where none is."""
-        if self.loss is None:
-            return 0.0
-        return math.inf if self.loss.value is None else self.loss.value
-
-    @property
-    def leaves_window(self) -> bool:
-        """Whether something grows at a smaller value of the free parameter than the present one."""
-        return self.limit <= self.computed.value
-
-    @property
-    def is_small(self) -> bool:
-        """Whether the change is one that is looked at first."""
-        return abs(self.change.count) <= MOST_STEPS
-
-    @property
-    def advised(self) -> Change:
-        """The change with a margin, else the least one."""
-        return self.take or self.change
+        """The value of the free parameter up to which nothing grows; 0 where modes grow."""
+        return self.loss.limit() if self.loss else 0.0
 
     @property
     def damping_left(self) -> float:
@@ -183,6 +163,39 @@ class Remedy:
             return math.nan
         # of all ways to pair them this has the least largest distance
         return float(np.max(np.abs(frequencies[1] - frequencies[0]), initial=0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Remedy(Effect):
+    """The least change of one parameter to one side with which nothing grows, or least grows.
+
+    Its effect is that of `take`, else of `change`.
+
+    change: rounded up to two digits; take: the change after which nothing grows up to `IN_HAND`
+    times the free parameter, None where none leaves so much; is_at_value_alone: whether something
+    grows with `change` at a smaller value of the free parameter than the present one; rise: the
+    fastest growth rate with a smaller change, 1/s, 0 where growth does not first rise.
+    """
+
+    change: Change
+    take: Change | None = None
+    is_at_value_alone: bool = False
+    rise: float = 0.0
+
+    @property
+    def leaves_window(self) -> bool:
+        """Whether something grows at a smaller value of the free parameter than the present one."""
+        return self.limit <= self.computed.value
+
+    @property
+    def is_small(self) -> bool:
+        """Whether the change is one that is looked at first."""
+        return abs(self.change.count) <= MOST_STEPS
+
+    @property
+    def advised(self) -> Change:
+        """The change with a margin, else the least one."""
+        return self.take or self.change
 
     def sentence(self, meaning: str, before: Eigenvalues) -> str:
         """What to change, by how much, what that does and what it costs, of a remedy that stops all
@@ -278,7 +291,7 @@ def find_remedies(
     remedies: list[Remedy] = []
     for change, take in search.located():
         if len(remedies) < search.most_remedies:
-            for remedy in _computed(spectrum, change, take, high, options):
+            for remedy in _computed(search, change, take, high, options):
                 remedies.append(replace(remedy, rise=search.rise(change)))
     if remedies:
         remedies.sort(key=lambda remedy: remedy.leaves_window)
@@ -291,7 +304,7 @@ def find_remedies(
         elif len(partial) < search.most_remedies:
             changed = replaced(spectrum.source, change)
             computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
-            partial.append(Remedy(change, computed))
+            partial.append(Remedy(computed, None, change))
     return RemedySearch((), tuple(partial), tuple(sorted(without_effect)))
 
 
@@ -310,6 +323,7 @@ class _Search:
             if source.file.system.n > DENSE_ROWS:
                 self.steps = FEW_STEPS
                 self.most_remedies = FEW_REMEDIES
+        self.lower: list[float] = []  # times the free parameter: where else nothing is to grow
         self.known: dict[tuple[str, float, float], NDArray[np.complex128] | None] = {}
         self._prepare(MOST_STEPS)
 
@@ -346,16 +360,9 @@ class _Search:
         return not len(in_band(roots, self.band)) and len(roots) <= self.others
 
     def leaves_margin(self, change: Change) -> bool:
-        """Whether nothing grows, and neither with more of the free parameter."""
-        return self.stops_all(change) and self.stops_all(change, IN_HAND)
-
-    def leaves_none(self, change: Change) -> bool:
         """Whether nothing grows, and neither with more or less of the free parameter."""
-        return self.leaves_margin(change) and self.leaves_none_below(change)
-
-    def leaves_none_below(self, change: Change) -> bool:
-        """Whether nothing grows with less of the free parameter."""
-        return all(self.stops_all(change, factor) for factor in LOWER)
+        factors = (1.0, IN_HAND, *self.lower)
+        return all(self.stops_all(change, factor) for factor in factors)
 
     def growth(self, change: Change) -> float:
         """The rate of the mode that grows fastest with a change, 1/s; 0 where there is none."""
@@ -373,9 +380,8 @@ class _Search:
         """The least change of each parameter, lowered or raised, that stops all that grows, and a
         larger one that leaves a margin, or None.
 
-        The smallest with a margin first. Those that leave none follow, and last the ones of these
-        with which something grows lower down. Large changes are looked at if no small one stops
-        all, unless the matrices cannot be computed at them.
+        The smallest with a margin first, those that leave none last. Large changes are looked at if
+        no small one stops all, unless the matrices cannot be computed at them.
         """
         found = self._located(self.steps)
         if not found:
@@ -384,11 +390,9 @@ class _Search:
                 self.steps = (*self.steps, *WIDE_STEPS)
                 found = self._located(self.steps)
 
-        def rank(pair: tuple[Change, Change | None]) -> tuple[float, bool, float]:
+        def rank(pair: tuple[Change, Change | None]) -> tuple[float, float]:
             change, take = pair
-            if take is not None:
-                return abs(take.count), False, abs(change.count)
-            return math.inf, not self.leaves_none_below(change), abs(change.count)
+            return abs(take.count) if take else math.inf, abs(change.count)
 
         return sorted(found, key=rank)
 
@@ -399,14 +403,32 @@ class _Search:
             least = self._least(side, steps, self.stops_all)
             if least is None:
                 continue
-            # at least a tenth more: else a little less of the change would not be enough
-            more = IN_HAND * abs(least.count)
-            larger = [more * MORE**k for k in range(16)]
-            take = self._least(side, larger, self.leaves_margin, more)
-            if take is not None and not self.leaves_none_below(take):  # each costs much
-                take = self._least(side, larger, self.leaves_none, more)
-            found.append((least, take))
+            found.append((least, self.with_margin(least)))
         return found
+
+    def with_margin(self, least: Change) -> Change | None:
+        """The least change with which nothing grows with more or less of the free parameter, None
+        if none is seen; `least`: the one with which nothing grows at its present value."""
+        # at least a tenth more: else a little less of the change would not be enough
+        more = IN_HAND * abs(least.count)
+        larger = [more * MORE**k for k in range(16)]
+        return self._least(least, larger, self.leaves_margin, more)
+
+    def takes(self, least: Change, with_margin: Change | None) -> Iterator[Change]:
+        """The change that shall leave a margin, and larger ones for as long as they are asked for.
+
+        Where something grows with one at values of the free parameter that have joined `lower`, the
+        change is searched anew; else it is rounded up further.
+        """
+        for _ in range(RETRIES):
+            known = len(self.lower)
+            for take in _rounded_up(with_margin):
+                yield take
+                if len(self.lower) > known:
+                    break
+            else:
+                return
+            with_margin = self.with_margin(least)
 
     def _least(
         self,
@@ -512,7 +534,7 @@ def upper_growing(
 
 
 def _computed(
-    spectrum: Eigenvalues,
+    search: _Search,
     least: Change,
     with_margin: Change | None,
     high: float,
@@ -522,22 +544,28 @@ def _computed(
     modes go on growing with it.
 
     with_margin: the change that shall leave a margin, which is taken if the full system confirms
-    that stability is lost no earlier than at `IN_HAND` times the free parameter.
+    that stability is lost no earlier than at `IN_HAND` times the free parameter. Where it is lost
+    at a value that the search did not look at, that value joins those of the search.
     """
-    source = spectrum.source
+    source = search.spectrum.source
+    present = search.spectrum.value
     for change in _rounded_up(least):
         with suppress(InputError, ComputationError):  # there may be no such brake
             computed = eigenvalues(replaced(source, change), **options)  # type: ignore[arg-type]
             if computed.unstable:
                 continue
-            for take in _rounded_up(with_margin):
-                changed = replaced(source, take)
-                loss = _loss_of(changed, high, options)
-                if loss.value is None or loss.value >= IN_HAND * spectrum.value:
-                    computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
-                    yield Remedy(change, computed, take, loss)
+            answer = _thresholds(source, change, high, options)
+            loss = loss_of(answer, high)
+            is_alone = bool(growing_within(answer, present))
+            for take in search.takes(least, with_margin):
+                answer = _thresholds(source, take, high, options)
+                loss_of_take = loss_of(answer, high)
+                if loss_of_take.limit() >= IN_HAND * present:
+                    computed = eigenvalues(replaced(source, take), **options)  # type: ignore[arg-type]
+                    yield Remedy(computed, loss_of_take, change, take, is_alone)
                     return
-            yield Remedy(change, computed, None, _loss_of(replaced(source, change), high, options))
+                search.lower += [value / present for value in growing_within(answer, present)]
+            yield Remedy(computed, loss, change, None, is_alone)
             return
 
 
@@ -558,11 +586,33 @@ def _rounded_up(change: Change | None) -> Iterator[Change]:
             yield change.of(math.copysign(rounded_count, change.count))
 
 
-def _loss_of(changed: Scene | SystemFile, high: float, options: Mapping[str, object]) -> Loss:
-    """Where a changed brake loses stability first."""
-    answer = thresholds(changed, high, prove=False, **options)  # type: ignore[arg-type]
+def _thresholds(
+    source: PadSource | SystemSource | None,
+    change: Change,
+    high: float,
+    options: Mapping[str, object],
+) -> Thresholds:
+    """The thresholds of a changed brake."""
+    return thresholds(replaced(source, change), high, prove=False, **options)  # type: ignore[arg-type]
+
+
+def loss_of(answer: Thresholds, high: float) -> Loss:
+    """Where stability is lost first by thresholds up to `high`."""
     outcome = first_loss(answer, high)
     return Loss(outcome.critical, outcome.kind or "", outcome.frequency_hz, high)
+
+
+def growing_within(answer: Thresholds, end: float) -> list[float]:
+    """A value of each interval of the parameter below `end` in which something grows: the middle
+    between a loss of stability and the next threshold."""
+    starts = [point.mu for point in answer.points if point.kind in GROWING and point.mu < end]
+    if answer.verdict in GROWING:
+        starts.insert(0, answer.low)
+    middles = []
+    for start in starts:
+        following = min((point.mu for point in answer.points if point.mu > start), default=end)
+        middles.append((start + min(following, end)) / 2.0)
+    return middles
 
 
 def replaced(source: PadSource | SystemSource | None, change: Change) -> Scene | SystemFile:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from operator import itemgetter
-from typing import Any
-
-import numpy as np
+from typing import Any, NamedTuple
 
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked
@@ -20,9 +17,9 @@ from squeal.model.pad import PARAMETERS
 from squeal.queries.check import Check
 from squeal.queries.critical_speeds import CriticalSpeeds
 from squeal.queries.energy import Energy
-from squeal.queries.meetings import MOST, Cure, Meeting
+from squeal.queries.meetings import MOST, Cure, Meeting, MeetingSearch
 from squeal.queries.mode_paths import Paths
-from squeal.queries.remedies import BETTER, Remedy, RemedySearch, rounded
+from squeal.queries.remedies import BETTER, Effect, Remedy, RemedySearch, rounded
 from squeal.queries.systems.all_roots import is_small
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
@@ -31,10 +28,10 @@ from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 
 ROUNDED = {"frequency_hz", "growth_rate", "damping_ratio"}  # columns of the page in four digits
+GROWS = 1e-3  # of its frequency: growth of a mode that is looked for at a crossing
 NAMED = 3  # modes or parameters in a sentence
 WORTH = 0.9  # of the fastest growth: a change that leaves more is no choice
 NO_WAY = 90.0  # %: nobody takes the parameter back by more
-SAME_START = 1e-3  # of the frequency: so near is a mode of the chart to its real mode
 TIMES = 3.0  # from which on a value is so many times another one, not so many % above it
 STATIONARY = (
     " This damping must be stationary, as that of bearings: of the turning shaft it feeds forward "
@@ -47,6 +44,27 @@ HINT = (
 )
 
 
+class _Way(NamedTuple):
+    """A way to stop all that grows.
+
+    grows_below: whether something grows with it at lower values of the parameter, which ranks it
+    last; size: by which the others are ranked, as a share of a frequency or of critical damping.
+    """
+
+    sentence: str
+    grows_below: bool
+    size: float
+
+
+class _Row(NamedTuple):
+    """A change and its effect: how much is advised, and how much is just enough, in words."""
+
+    name: str
+    advised: str
+    least: str
+    effect: Effect
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Findings(Answer):
     """The answers that one page is made of, and its sentences.
@@ -54,10 +72,11 @@ class Findings(Answer):
     eigenvalues: at the brake's own parameter; thresholds: up to `thresholds.high`; sensitivity: of
     the eigenvalues; onset: sensitivity of the first loss of stability, None where several modes are
     lost at once; check: what the matrices are, None of a scene; energy: what feeds each mode;
-    search: the changes that stop all modes that grow; meetings: the two real modes behind each of
-    these, by its number; outside: thresholds of what grows outside of a band, where that is known;
-    chart: the eigenvalue paths, by whose start modes are numbered in all of these; subject: the
-    scene or system; critical: critical speeds where the parameter is that of a shaft.
+    search: the changes of a parameter that stop all modes that grow; cures: the real modes behind
+    these, and what separation and damping do; outside: thresholds of what grows outside of a band,
+    where that is known; chart: the eigenvalue paths, by whose start modes are numbered in all of
+    these; subject: the scene or system; critical: critical speeds where the parameter is that of a
+    shaft.
     """
 
     panel = Panel("frequency_hz", "growth_rate")
@@ -70,11 +89,16 @@ class Findings(Answer):
     check: Check | None
     energy: Energy
     search: RemedySearch
-    meetings: Mapping[int, Meeting]
+    cures: MeetingSearch
     outside: Thresholds | None
     chart: Sweep
     subject: Any = field(repr=False)
     critical: CriticalSpeeds | None = None
+
+    @property
+    def meetings(self) -> Mapping[int, Meeting]:
+        """The real modes behind each mode that grows, by its number."""
+        return self.cures.meetings
 
     @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -87,7 +111,7 @@ class Findings(Answer):
         return Paths(self.chart)
 
     @property
-    def _growth_outside(self) -> str:
+    def growth_outside(self) -> str:
         """What grows outside of the band, in words; empty if nothing is known to."""
         fastest = self.eigenvalues.details.get("fastest_outside")
         if not fastest:
@@ -112,8 +136,10 @@ class Findings(Answer):
         if not self.eigenvalues.unstable:
             return {"Verdict": self._without_growth()}
         lines = {"Fault": self.fault}
-        for cause in self.causes[:1]:
-            lines["Cause"] = cause
+        lead = self.eigenvalues.unstable[0]
+        number_of_mode = self.eigenvalues.mode_of(lead)
+        if number_of_mode in self.energy.modes:
+            lines["Cause"] = _capitalised(self._cause(lead, number_of_mode))
         return lines | {"Remedy": self.ways[0]}
 
     @property
@@ -125,9 +151,9 @@ class Findings(Answer):
         if lead.frequency_hz:
             text += f", damping {number(100.0 * lead.damping_ratio, 3)} %"
         if spectrum.depends:
-            text += f", at {self._at(spectrum.value)}"
+            text += f", at {self.at(spectrum.value)}"
         if lead.onset is not None:
-            text += f"; it grows from {self._at(lead.onset)} on"
+            text += f"; it grows from {self.at(lead.onset)} on"
         sentences = [text]
         if others:
             names = []
@@ -137,24 +163,11 @@ class Findings(Answer):
             more = f", {_others(unnamed)}" * bool(unnamed)
             grows = "mode grows" if len(others) == 1 else "modes grow"
             sentences.append(f"{len(others)} more {grows}: {', '.join(names)}{more}")
-        outside = self._growth_outside
+        sentences.append(self.growth_outside)
         fastest = spectrum.details.get("fastest_outside") or {}
         if fastest.get("growth_rate", 0.0) > lead.growth_rate:
-            sentences.insert(0, f"{outside}, faster than all inside")
-        else:
-            sentences.append(outside)
+            sentences[-1] += ", faster than all inside"
         return f"{'. '.join(map(_capitalised, filter(None, sentences)))}."
-
-    @property
-    def causes(self) -> list[str]:
-        """Why the fastest `NAMED` modes grow, a line each: which modes meet, what feeds them."""
-        lines: list[str] = []
-        for mode in self.eigenvalues.unstable[:NAMED]:
-            number_of_mode = self.eigenvalues.mode_of(mode)
-            if number_of_mode in self.energy.modes:
-                head = f"{self._name(mode)}: " * bool(lines)
-                lines.append(_capitalised(head + self._cause(mode, number_of_mode)))
-        return lines
 
     def _cause(self, mode: UnstableMode, number_of_mode: int) -> str:
         """Which modes meet and where, or that none does, and which terms feed a mode."""
@@ -162,24 +175,24 @@ class Findings(Answer):
         balance = balance.partition("; in all")[0]
         balance = balance.replace("circulatory", "cross-coupled (skew-symmetric) stiffness")
         group = self.paths.group_of(number_of_mode)
-        real = self._real_modes(mode)
         words = ""
-        if len(group) == 2 and real:
-            words = f"it is made of {real} without friction and damping: "
-        elif len(group) == 2:
+        if len(group) == 2:
             start = max(self.paths.at[one][0] for one in group)
             hertz = []
             for one in group:
                 root = self.paths.root_at(one, start) or 0j
                 hertz.append(number(root.imag / math.tau, 4))
-            words = f"{_numbers(group)} ({' and '.join(hertz)} Hz at {self._at(start)}) "
+            words = f"{_numbers(group)} ({' and '.join(hertz)} Hz at {self.at(start)}) "
             meeting = self.paths.meeting(group)
-            words += "come together" if meeting is None else f"meet near {self._at(meeting)}"
+            words += "come together" if meeting is None else f"meet near {self.at(meeting)}"
             words += " and feed each other: "
         elif group:
-            whirl = self._whirl(self.eigenvalues.value, mode.root)
+            whirl = self.whirl(self.eigenvalues.value, mode.root)
             words = f"{whirl} whirl, " * bool(whirl) + "no other mode meets it: "
         text = f"{words}{balance}."
+        real = self._real_modes(mode)
+        if len(group) == 2 and real and self.cures.treatments:
+            text += f" Separation and damping are told of {real}, without friction and damping."
         place = self.energy.place(number_of_mode)
         if place:
             text += f" Where its energy is: {place}."
@@ -192,45 +205,48 @@ class Findings(Answer):
 
     @property
     def ways(self) -> list[str]:
-        """The sentences of `advice`, one for each way to stop all that grows."""
-        spectrum = self.eigenvalues
-        count = len(spectrum.unstable)
-        if not count:
+        """The sentences of `advice`, one for each way to stop all that grows, the best first."""
+        if not self.eigenvalues.unstable:
             return [self._without_growth()]
-        # what leaves growth at lower values comes last, then what changes most
-        ranked: list[tuple[bool, float, str]] = []
-        for cure in (Cure.APART, Cure.BOTH):
-            words = self._measure(cure)
-            if words:
-                ranked.append((self._is_at_value_alone(cure), self._share(cure), words))
-        if self.remedy is not None:
-            latest = max(self.search.remedies, key=lambda remedy: remedy.limit)
-            changes = [self.remedy]
-            if latest.limit > BETTER * self.remedy.limit:
-                changes.append(latest)
-            # a small change stands before separation and damping, a large one behind them
-            place = -1.0 if self.remedy.is_small else MOST
-            for remedy in changes:
-                sentence = remedy.sentence(self._meaning(remedy.change.parameter), spectrum)
-                ranked.append((remedy.leaves_window, place, sentence))
-        bound = self._bound()
-        if bound:
-            ranked.append((False, math.inf, bound))
-        ranked.sort(key=itemgetter(0, 1))
-        measures = list(map(itemgetter(2), ranked))
-        if not measures:
+        ways = [*self._changes_in_words(), *self._bound()]
+        for cure in self.cures.treatments:
+            ways.append(_Way(self._measure(cure), self._is_at_value_alone(cure), self._share(cure)))
+        if not ways:
             return ["No way out is known to this page."]
-        aim = ""
+        ways.sort(key=lambda way: (way.grows_below, way.size))
+        best, *others = (way.sentence for way in ways)
+        return [self._with_aim(best), *(f"Or {way[0].lower()}{way[1:]}" for way in others)]
+
+    def _changes_in_words(self) -> Iterator[_Way]:
+        """The best change of one parameter, and the one after which stability is lost last if that
+        is much later."""
+        best = self.remedy
+        if best is None:
+            return
+        latest = max(self.search.remedies, key=lambda remedy: remedy.limit)
+        changes = [best]
+        if latest.limit > BETTER * best.limit:
+            changes.append(latest)
+        # a small change stands before separation and damping, a large one behind them
+        size = -1.0 if best.is_small else MOST
+        for remedy in changes:
+            sentence = remedy.sentence(self._meaning(remedy.change.parameter), self.eigenvalues)
+            yield _Way(sentence, remedy.leaves_window, size)
+
+    def _with_aim(self, sentence: str) -> str:
+        """The sentence of the best way with what it is for: how many modes, and of which band."""
+        count = len(self.eigenvalues.unstable)
+        aims = []
+        if self.growth_outside or self._is_of_band_alone():
+            aims.append(f"for {self.eigenvalues.extent} alone")
         if count > 1:
-            aim = "to stop both" if count == 2 else f"to stop all {count}"
-        if self._growth_outside or self._is_of_band_alone():
-            aim = f"for {spectrum.extent} alone, {aim}".rstrip(", ")
-        if self._growth_outside:
-            hertz = number(spectrum.details["fastest_outside"]["frequency_hz"], 4)
-            measures[0] += f" It is not meant for {hertz} Hz outside, and may not reach it."
-        if aim:
-            measures[0] = _capitalised(f"{aim}: {measures[0][0].lower()}{measures[0][1:]}")
-        return [measures[0], *(f"Or {way[0].lower()}{way[1:]}" for way in measures[1:])]
+            aims.append("to stop both" if count == 2 else f"to stop all {count}")
+        if self.growth_outside:
+            hertz = number(self.eigenvalues.details["fastest_outside"]["frequency_hz"], 4)
+            sentence += f" It is not meant for {hertz} Hz outside, and may not reach it."
+        if not aims:
+            return sentence
+        return _capitalised(f"{', '.join(aims)}: {sentence[0].lower()}{sentence[1:]}")
 
     def _meaning(self, parameter: str) -> str:
         """What a parameter is, in brackets; empty where that is not known."""
@@ -254,10 +270,15 @@ class Findings(Answer):
         if spectrum.extent:
             words += f" from {spectrum.extent}"
         if spectrum.depends:
-            words += f" at {self._at(spectrum.value)}"
+            words += f" at {self.at(spectrum.value)}"
         words = f"{words}. {self.loss}"
-        if self._growth_outside:
-            words += f" But {self._growth_outside}."
+        vibrating = [pair for pair in spectrum.of_modes if pair[1].value.imag > 0.0]
+        if vibrating and spectrum.verdict != "marginal":
+            mode, root = min(vibrating, key=lambda pair: pair[1].damping_ratio)
+            ratio = number(100.0 * root.damping_ratio, 3)
+            words += f" Damped least is {_name(mode, root.frequency_hz)}: {ratio} %."
+        if self.growth_outside:
+            words += f" But {self.growth_outside}."
         elif self._is_of_band_alone():
             words += " Nothing outside of the band was looked at."
         return words
@@ -277,24 +298,21 @@ class Findings(Answer):
         return max(meeting.cures[cure] / meeting.unit(cure) for meeting in self.meetings.values())
 
     def _measure(self, cure: Cure) -> str:
-        """How much further apart, or more damped, the real modes behind each growing one must be;
-        empty where that is not known to stop all."""
+        """How much further apart, or more damped, the real modes behind each growing one must be
+        just enough."""
         words: list[str] = []
         for mode in self.eigenvalues.unstable:
-            meeting = self._meeting(mode)
-            if meeting is None or cure not in meeting.cures:
-                return ""
+            meeting = self.meeting_of(mode)
+            if meeting is None or not meeting.cures[cure]:
+                continue  # the cures of other modes stop this one too
             amount = meeting.cures[cure]
-            if not amount:  # the cures of other modes stop this one too
-                continue
-            pair = self._pair(mode)
             percent = 100.0 * amount / meeting.unit(cure)
             if cure is Cure.APART:
-                text = f"{pair} by raising the upper one by {number(amount, 3)} Hz, "
+                text = f"{self._pair(mode)} by raising the upper one by {number(amount, 3)} Hz, "
                 words.append(f"{text}{number(percent, 2)} % of its frequency")
             else:
                 both = "both " * (len(meeting.omega) == 2)
-                words.append(f"of {both}{pair} by at least {number(percent, 3)} %")
+                words.append(f"of {both}{self._pair(mode)} by at least {number(percent, 3)} %")
         more = len(words) - NAMED
         if more > 0:  # the others are summed up
             largest = number(100.0 * self._share(cure), 3)
@@ -303,30 +321,18 @@ class Findings(Answer):
             return f"Move further apart {'; '.join(words)}, {self._reach(cure)}."
         words[0] += " of critical damping"
         text = f"Raise the damping {', '.join(words)}, {self._reach(cure)}"
-        whirl = self._whirl(self.eigenvalues.value, self.eigenvalues.unstable[0].root)
-        text += self._one_is_not_enough(whirl)
-        return f"{text}.{STATIONARY * bool(whirl)}"
+        whirl = self.whirl(self.eigenvalues.value, self.eigenvalues.unstable[0].root)
+        return f"{text}{self._of_one_alone()}.{STATIONARY * bool(whirl)}"
 
-    def _one_is_not_enough(self, whirl: str) -> str:
-        """That as much damping on one mode of each pair is not enough, and how much on one of a
-        single pair would be; empty where it may be. whirl: of the fastest mode, or empty."""
-        if not all(meeting.needs_both for meeting in self.meetings.values()):
+    def _of_one_alone(self) -> str:
+        """How much damping one mode of each pair needs alone; empty of modes that grow alone."""
+        meetings = self.meetings.values()
+        if not all(meeting.is_pair for meeting in meetings):
             return ""
-        # which modes of the chart meet
-        are_pairs = [len(self.paths.group_of(mode)) == 2 for mode in self.meetings]
-        one = "one of both"
-        if all(are_pairs):
-            one = "one mode of a pair"
-        elif whirl and not any(are_pairs):
-            one = "one plane"
-        text = f"; as much on {one} alone is not enough"
-        if len(self.meetings) == 1:
-            (meeting,) = self.meetings.values()
-            side = meeting.alone
-            reaches_as_far = self._is_at_value_alone(side) == self._is_at_value_alone(Cure.BOTH)
-            if side in meeting.cures and reaches_as_far:
-                text += f", which takes {number(100.0 * meeting.cures[side], 3)} %"
-        return text
+        needed = max(meeting.alone for meeting in meetings)
+        if needed > MOST:
+            return "; of one of both alone no amount is known to be enough"
+        return f"; of one of both alone it takes up to {number(100.0 * needed, 3)} %"
 
     def _reach(self, cure: Cure) -> str:
         """At which values of the parameter a cure is enough."""
@@ -338,58 +344,63 @@ class Findings(Answer):
             return f"just enough at {value} alone"
         return f"just enough up to {value}"
 
-    def _bound(self) -> str:
-        """Which values of the parameter nothing grows at, of all that was looked at; empty if
-        stability is lost later."""
-        spectrum = self.eigenvalues
+    def _bound(self) -> Iterator[_Way]:
+        """Below which value of the parameter nothing grows of all that was looked at; none if
+        stability is lost later, or far below the present value."""
+        value = self.eigenvalues.value
         first = self.thresholds.first
-        if self.thresholds.verdict in GROWING or first is None:
-            return ""
-        if not 0.0 < first.mu < spectrum.value:
-            return ""
+        if self.thresholds.verdict in GROWING or first is None or not 0.0 < first.mu < value:
+            return
+        limit, reservations = self._limit(first)
+        below = rounded(limit, 4, math.floor)
+        less = 100.0 * (1.0 - float(below) / value)
+        if less > NO_WAY:
+            return
+        speed = speed_words(float(below), unit_of(self.thresholds.source))
+        text = f"Keep {self.eigenvalues.parameter} below {below}{speed}"
+        if reservations:
+            text += f" ({', '.join(reservations)})"
+        text += f", {number(less, 3)} % less than {number(value, 4)}"
+        if self.eigenvalues.parameter == "mu":
+            more = number(100.0 * (value / float(below) - 1.0), 3)
+            text += f": as much less friction force, or {more} % more normal force for the same"
+        yield _Way(f"{text}.", False, math.inf)
+
+    def _limit(self, first: CriticalPoint) -> tuple[float, list[str]]:
+        """The value below which nothing grows, and what that value does not hold for, in words.
+
+        first: the first loss of stability in the band. What grows outside may be lost earlier.
+        """
+        extent = self.eigenvalues.extent
+        reservations = []
         limit = first.mu
-        scope = []
         if self.outside is not None:
             other = self.outside.first
-            of_band = f"{number(first.mu, 4)} for {spectrum.extent}"
+            of_band = f"{number(first.mu, 4)} for {extent}"
             if self.outside.verdict in GROWING:
-                scope.append(f"for {spectrum.extent} alone: something outside grows at any")
+                reservations.append(f"for {extent} alone: something outside grows at any")
             elif other is not None and self._is_of_band_alone():
                 limit = min(limit, other.mu)
                 hertz = number(other.frequency_hz or 0.0, 4)
-                scope.append(f"{of_band}, {number(other.mu, 4)} for {hertz} Hz, seen outside")
+                reservations.append(
+                    f"{of_band}, {number(other.mu, 4)} for {hertz} Hz, seen outside"
+                )
             elif other is not None and other.mu < first.mu:
                 limit = other.mu
-                scope.append(f"{of_band} alone")
+                reservations.append(f"{of_band} alone")
         if self._is_of_band_alone():
-            scope.append(f"nothing else than {spectrum.extent} was searched")
-        below = rounded(limit, 4, math.floor)
-        words = speed_words(float(below), unit_of(spectrum.source))
-        bound = f"{spectrum.parameter} below {below}{words}"
-        less = 100.0 * (1.0 - float(below) / spectrum.value)
-        if less > NO_WAY:
-            return ""
-        cost = f"{number(less, 3)} % less than {number(spectrum.value, 4)}"
-        if spectrum.parameter == "mu":
-            more = 100.0 * (spectrum.value / float(below) - 1.0)
-            cost += ": as much less friction force, or "
-            cost += f"{number(more, 3)} % more normal force for the same"
-        reservation = f" ({', '.join(scope)})" if scope else ""
-        return f"Keep {bound}{reservation}, {cost}."
+            reservations.append(f"nothing else than {extent} was searched")
+        return limit, reservations
 
-    def _meeting(self, mode: UnstableMode) -> Meeting | None:
+    def meeting_of(self, mode: UnstableMode) -> Meeting | None:
         """The two real modes behind a growing one."""
         return self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
 
     def _real_modes(self, mode: UnstableMode) -> str:
-        """The real modes behind a growing one by their frequencies; empty where the chart's modes
-        that it meets are these, or where none is known."""
-        meeting = self._meeting(mode)
-        group = self.paths.group_of(self.eigenvalues.mode_of(mode))
-        if meeting is None:
-            return ""
-        starts = sorted(abs(self.paths.roots[one][0]) for one in group)
-        if len(starts) == len(meeting.omega) and np.allclose(starts, meeting.omega, SAME_START):
+        """The real modes behind a growing one by their frequencies; empty where these are the modes
+        of the chart that meet, or where none is known."""
+        meeting = self.meeting_of(mode)
+        if meeting is None or meeting.is_of_chart:
             return ""
         hertz = dict.fromkeys(number(frequency, 4) for frequency in meeting.hertz)
         modes = "the real mode" if len(meeting.omega) == 1 else "real modes"
@@ -407,12 +418,8 @@ class Findings(Answer):
         return self._name(mode)
 
     def _name(self, mode: UnstableMode) -> str:
-        """A mode by its number and frequency."""
-        hertz = f"{number(mode.frequency_hz, 4)} Hz"
-        number_of_mode = self.eigenvalues.mode_of(mode)
-        if number_of_mode is None:
-            return f"the mode at {hertz}"
-        return f"mode {number_of_mode} ({hertz})"
+        """A mode that grows by its number and frequency."""
+        return _name(self.eigenvalues.mode_of(mode), mode.frequency_hz)
 
     @property
     def hints(self) -> list[str]:
@@ -423,7 +430,7 @@ class Findings(Answer):
         tried = {Cure.APART: "moving their real modes further apart", Cure.BOTH: "damping them"}
         failed = []
         for cure, words in tried.items():
-            if self.meetings and not self._measure(cure):
+            if self.meetings and cure not in self.cures.treatments:
                 failed.append(words)
         if failed:
             lines.append(
@@ -452,72 +459,95 @@ class Findings(Answer):
 
     @property
     def remedies(self) -> Table:
-        """Changes of one parameter, the best first: what they cost, what they leave and where
-        stability is lost."""
-        parameter = self.eigenvalues.parameter
+        """What to change: how much, what it costs, what it leaves and where stability is lost."""
+        spectrum = self.eigenvalues
+        unit = unit_of(self.thresholds.source)
 
-        def growth_left(remedy: Remedy) -> str:
-            modes = remedy.computed.unstable
-            return f"{number(modes[0].growth_rate, 3)} 1/s at {number(modes[0].frequency_hz, 4)} Hz"
+        def growth_left(row: _Row) -> str:
+            for mode in row.effect.computed.unstable[:1]:
+                nearest = abs(spectrum.values - mode.root).argmin()
+                name = _name(int(spectrum.modes[nearest]), mode.frequency_hz)
+                return f"{number(mode.growth_rate, 3)} 1/s of {name}"
+            return "none"
 
-        def next_loss(remedy: Remedy) -> str:
-            if remedy.loss is None or remedy.loss.value is None:
-                return f"none up to {number(self.thresholds.high, 4)}"
-            words = remedy.loss.words(parameter, unit_of(self.thresholds.source))
+        def next_loss(row: _Row) -> str:
+            loss = row.effect.loss
+            if loss is None:
+                return "-"
+            if loss.value is None:
+                return f"none up to {number(loss.high, 4)}"
+            words = loss.words(spectrum.parameter, unit)
             return words.removeprefix("up to ").replace(", then", ":")
 
-        def shift(remedy: Remedy) -> str:
-            return _cell(remedy.shift_hz(self.eigenvalues))
-
-        def name(remedy: Remedy) -> str:
-            return f"{remedy.change.parameter}{self._meaning(remedy.change.parameter)}"
-
-        table = [
-            Column("parameter", shown=name),
-            Column("change", shown=lambda row: f"{row.advised.verb} by {row.advised.size}"),
-            Column("value", shown=lambda row: row.advised.values),
+        rows = self._rows()
+        at_value = f"at {spectrum.parameter} = {number(spectrum.value, 4)}"
+        columns = [
+            Column("change", shown=lambda row: row.name),
+            Column("amount", shown=lambda row: row.advised),
+            Column("least", shown=lambda row: row.least, words=f"just stops {at_value}"),
+            Column("growth_left", shown=growth_left, words="growth left"),
+            Column(
+                "damping_left",
+                shown=lambda row: _cell(100.0 * row.effect.damping_left),
+                words="least damping, %",
+            ),
+            Column(
+                "shift",
+                shown=lambda row: _cell(row.effect.shift_hz(spectrum)),
+                words="frequencies move by, Hz",
+            ),
+            Column("next_loss", shown=next_loss, words="next loss"),
         ]
-        damping = Column("damping_left", shown=lambda row: _cell(100.0 * row.damping_left))
-        costs = [replace(damping, words="least damping, %")]
-        costs.append(Column("shift", shown=shift, words="frequencies move by, Hz"))
-        if self.search.remedies:
-            just = f"just stops at {parameter} = {number(self.eigenvalues.value, 4)}"
-            table.append(Column("least", shown=lambda row: row.change.size, words=just))
-            table += [*costs, Column("next_loss", shown=next_loss, words="next loss")]
-        else:
-            table += [Column("growth_left", shown=growth_left, words="growth left"), *costs]
-        title = "changes of one parameter, the best first; degrees count as %"
-        return Table(table, self.search.remedies or self._partial, title)
+        if not self._partial:
+            del columns[3]  # nothing that grows is left
+        title = "what to change, of parameters the best first; degrees count as %"
+        if self.cures.treatments:
+            title += "; of separation and damping a tenth more than just stops"
+        if any(row.least.startswith("(") for row in rows):
+            title += f"; in brackets: {at_value} alone"
+        return Table(columns, rows, title)
+
+    def _rows(self) -> list[_Row]:
+        """The changes of one parameter, then separation and damping."""
+        rows = []
+        for remedy in self.search.remedies or self._partial:
+            change = remedy.advised
+            is_alone = remedy.is_at_value_alone
+            least = f"({remedy.change.size})" if is_alone else remedy.change.size
+            if remedy.loss is None:  # growth is left
+                least = "-"
+            name = f"{change.parameter}{self._meaning(change.parameter)}"
+            advised = f"{change.verb} by {change.size}, {change.values}"
+            rows.append(_Row(name, advised, least, remedy))
+        pairs = "; ".join(map(self._pair, self.eigenvalues.unstable[:NAMED]))
+        for cure, treatment in self.cures.treatments.items():
+            least = self._cells(cure, (known.cures[cure] for known in self.meetings.values()))
+            if self._is_at_value_alone(cure):
+                least = f"({least})"
+            name = "separation" if cure is Cure.APART else "damping"
+            advised = self._cells(cure, treatment.amounts.values())
+            rows.append(_Row(f"{name} of {pairs}", advised, least, treatment))
+        return rows
+
+    def _cells(self, cure: Cure, amounts: Iterable[float]) -> str:
+        """Amounts of a cure in a cell, in Hz or %."""
+        cells = []
+        for amount in list(amounts)[:NAMED]:
+            cell = f"{number(100.0 * amount, 3)} %"
+            if cure is Cure.APART:
+                cell = f"{number(amount, 3)} Hz"
+            cells.append(cell)
+        return "; ".join(cells)
 
     @property
     def growing(self) -> Table:
-        """The modes that grow, with the least separation or damping that stops all."""
+        """The modes that grow, with the mode of the chart that each of them meets."""
         table = self.eigenvalues.growing
-        if not self.meetings:
-            return table
-
-        def amount(mode: UnstableMode, cure: Cure) -> str:
-            meeting = self._meeting(mode)
-            if meeting is None or cure not in meeting.cures:
-                return "-"
-            unit = 1.0 if cure is Cure.APART else 100.0
-            text = number(unit * meeting.cures[cure], 3)
-            if cure in meeting.at_value_alone:
-                return f"({text})"
-            return text
-
-        def alone(mode: UnstableMode) -> str:
-            meeting = self._meeting(mode)
-            if meeting is None or meeting.alone not in meeting.cures:
-                return "-"
-            hertz = meeting.hertz[meeting.alone is Cure.UPPER]
-            return f"{amount(mode, meeting.alone)} at {number(hertz, 4)}"
 
         def partner(mode: UnstableMode) -> str:
-            group = self.paths.group_of(self.eigenvalues.mode_of(mode))
-            if len(group) == 2 and self._real_modes(mode):
-                return self._real_modes(mode)
-            others = [str(one) for one in group if one != self.eigenvalues.mode_of(mode)]
+            number_of_mode = self.eigenvalues.mode_of(mode)
+            group = self.paths.group_of(number_of_mode)
+            others = [str(one) for one in group if one != number_of_mode]
             meeting = self.paths.meeting(group)
             return " near ".join([*others, number(meeting, 3)] if meeting else others) or "-"
 
@@ -529,24 +559,14 @@ class Findings(Answer):
                 columns.append(replace(column, shown=partial(_in_four, column)))
             elif column.name != "kind":
                 columns.append(column)
-        columns += [
-            Column("apart", shown=lambda mode: amount(mode, Cure.APART), words="apart, Hz"),
-            Column("both", shown=lambda mode: amount(mode, Cure.BOTH), words="both, %"),
-            Column("alone", shown=alone, words="one, %"),
-        ]
-        title = "unstable modes, and what stops all: Hz further apart, or % of critical damping "
-        title += f"more on both modes or on one; - where up to {100 * MOST:g} % are not known to"
-        if any(meeting.at_value_alone for meeting in self.meetings.values()):
-            value = f"{self.eigenvalues.parameter} = {number(self.eigenvalues.value, 4)}"
-            title += f"; in brackets: at {value} alone"
-        return replace(table, columns=columns, title=title)
+        return replace(table, columns=columns)
 
-    def _at(self, value: float) -> str:
+    def at(self, value: float) -> str:
         """A value of the parameter, with the unit where it is a speed."""
         end = speed_words(value, unit_of(self.thresholds.source))
         return f"{self.thresholds.parameter} = {number(value, 4)}{end}"
 
-    def _whirl(self, speed: float, root: complex) -> str:
+    def whirl(self, speed: float, root: complex) -> str:
         """The direction of a mode of a rotor at a speed, such as forward; empty where unknown."""
         if self.critical is None:
             return ""
@@ -554,7 +574,7 @@ class Findings(Answer):
 
     def _lost(self, first: CriticalPoint) -> str:
         """What happens at the first loss: of a rotor the whirl that begins to grow."""
-        whirl = self._whirl(first.mu, complex(0.0, math.tau * (first.frequency_hz or 0.0)))
+        whirl = self.whirl(first.mu, complex(0.0, math.tau * (first.frequency_hz or 0.0)))
         return f"{whirl} whirl begins to grow" if whirl else first.kind
 
     @property
@@ -564,10 +584,10 @@ class Findings(Answer):
         value = self.eigenvalues.value
         where = " within the band" if self.eigenvalues.extent else ""
         if self.thresholds.verdict in GROWING:  # at the lower end
-            return f"Unstable from {self._at(self.thresholds.low)} on."
+            return f"Unstable from {self.at(self.thresholds.low)} on."
         if first is None:
-            return f"No loss of stability{where} up to {self._at(self.thresholds.high)}."
-        line = f"Stability is first lost{where} at {self._at(first.mu)}: {self._lost(first)}"
+            return f"No loss of stability{where} up to {self.at(self.thresholds.high)}."
+        line = f"Stability is first lost{where} at {self.at(first.mu)}: {self._lost(first)}"
         if first.frequency_hz:
             line += f" at {number(first.frequency_hz, 4)} Hz"
         if first.mu <= 0.0 or value <= 0.0:  # shares of these say nothing
@@ -575,10 +595,10 @@ class Findings(Answer):
         if math.isclose(value, first.mu, rel_tol=1e-9):
             return f"{line}, which is the present value."
         if value >= TIMES * first.mu:
-            return f"{line}; {self._at(value)} is {number(value / first.mu, 2)} times that."
+            return f"{line}; {self.at(value)} is {number(value / first.mu, 2)} times that."
         percent = 100.0 * (value / first.mu - 1.0)
         above_or_below = "above" if percent > 0.0 else "below"
-        return f"{line}; {self._at(value)} lies {number(abs(percent), 3)} % {above_or_below} that."
+        return f"{line}; {self.at(value)} lies {number(abs(percent), 3)} % {above_or_below} that."
 
     def table(self) -> Table:
         """The modes that grow.
@@ -615,6 +635,16 @@ class Findings(Answer):
                 if cure in meeting.at_value_alone:
                     entry["at_value_alone"].append(cure.name.lower())
             meetings.append(entry)
+        of_thresholds = self.thresholds.to_dict()
+        critical = self.critical and self.critical.table().records()
+        # the own `mode` of each counts at its value
+        for row in of_thresholds["crossings"]:
+            # of two modes that have just met the one that grows is nearer
+            root = complex(GROWS, 1.0) * math.tau * (row["frequency_hz"] or 0.0)
+            row["number_in_chart"] = self.paths.mode_at(row["mu"], root)
+        for row in critical or []:
+            root = complex(row["growth_rate"], math.tau * row["frequency_hz"])
+            row["number_in_chart"] = self.paths.mode_at(row["speed"], root)
         return {
             "name": self.name,
             "verdict_line": self.eigenvalues.conclusion,
@@ -625,12 +655,20 @@ class Findings(Answer):
             "meetings": meetings,
             **self.energy.to_dict(),
             "eigenvalues": self.eigenvalues.to_dict(),
-            "thresholds": self.thresholds.to_dict(),
+            "thresholds": of_thresholds,
             **self.sensitivity.to_dict(),
             "onset_sensitivity": self.onset and self.onset.to_dict()["sensitivity"],
             "check": self.check and self.check.to_dict(),
-            "critical_speeds": self.critical and self.critical.table().records(),
+            "critical_speeds": critical,
         }
+
+
+def _name(number_of_mode: int | None, frequency_hz: float) -> str:
+    """A mode by its number, None where it has none, and its frequency."""
+    hertz = f"{number(frequency_hz, 4)} Hz"
+    if number_of_mode is None:
+        return f"the mode at {hertz}"
+    return f"mode {number_of_mode} ({hertz})"
 
 
 def _in_four(column: Column, row: object) -> str:
@@ -664,6 +702,7 @@ def _remedy_entry(remedy: Remedy) -> dict[str, Any]:
     """A remedy as JSON holds it."""
     entry: dict[str, Any] = picked(remedy.change, "parameter before after")
     entry["with_margin"] = remedy.take and remedy.take.after
+    entry["at_value_alone"] = remedy.is_at_value_alone
     entry["verdict_line"] = remedy.computed.conclusion
     entry["first_loss"] = remedy.loss and remedy.loss._asdict()
     return entry

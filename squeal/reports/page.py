@@ -84,7 +84,7 @@ def _numbering(report: Findings) -> str:
     """What the number of a mode counts."""
     text = "Modes are numbered by rising frequency"
     if report.chart.reference is not None:
-        text += f" at {report._at(report.chart.reference.value)}"
+        text += f" at {report.at(report.chart.reference.value)}"
     extent = report.eigenvalues.extent
     return f"{text} within {extent}." if extent else f"{text}."
 
@@ -124,7 +124,7 @@ def _chart(report: Findings) -> Sweep:
         number_of_mode = spectrum.mode_of(mode)
         if number_of_mode is not None:
             hertz = number(mode.frequency_hz, 4)
-            whirl = report._whirl(spectrum.value, mode.root)
+            whirl = report.whirl(spectrum.value, mode.root)
             parts = [f"mode {number_of_mode}", f"{hertz} Hz", whirl]
             names[number_of_mode] = ", ".join(filter(None, parts))
     return report.chart.named(names)
@@ -152,9 +152,10 @@ def _feeds(report: Findings) -> Table:
         hertz[mode] = contribution.frequency_hz
         rounding = VISIBLE * math.tau * contribution.frequency_hz
         if contribution.growth is not None and abs(contribution.growth) > rounding:
-            term = contribution.term
+            role = f" ({contribution.role})"
+            term = contribution.term.removesuffix(role)  # some terms are named by their role too
             if term != contribution.role:
-                term = f"{term} ({contribution.role})"
+                term += role
             # terms of one name are added, as those of two contacts
             works[mode][term] = works[mode].get(term, 0.0) + contribution.growth
     columns = [Column("term", value=str)]
@@ -242,7 +243,7 @@ def _confidence(report: Findings) -> Iterator[str]:
         yield "Another onset than the listed ones may exist."
     if report.remedy is not None:
         yield "The changes above were computed anew, not extrapolated."
-    if report.meetings and all(map(report._meeting, spectrum.unstable)):
+    if report.meetings and all(map(report.meeting_of, spectrum.unstable)):
         yield "Separation and damping were tried on the full model, for all growing modes at once."
     if spectrum.open:
         yield f"The {spectrum.open}."
@@ -272,7 +273,7 @@ def _not_answered(report: Findings) -> Iterator[str]:
     """Sentences on what the answers do not speak of."""
     spectrum = report.eigenvalues
     if spectrum.extent:
-        exception = ", but for the growth that was seen there" if report._growth_outside else ""
+        exception = ", but for the growth that was seen there" if report.growth_outside else ""
         yield f"Roots outside of {spectrum.extent}{exception}."
     limit = spectrum.details.get("growth_limit")
     if limit is not None:

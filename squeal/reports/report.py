@@ -136,7 +136,7 @@ def report(
         check=None if isinstance(subject, Scene) else check(subject),
         energy=energy(spectrum, parts),
         search=find_remedies(spectrum, of_modes, end, options),
-        meetings=find_meetings(spectrum, options, losses.low),
+        cures=find_meetings(spectrum, options, losses.low, end, paths),
         outside=_thresholds_outside(subject, spectrum, end, options),
         chart=chart,
         subject=subject,

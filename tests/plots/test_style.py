@@ -1,11 +1,13 @@
 """Figures in files, and what is said where the disc is full."""
 
 import errno
+import itertools
 
 import pytest
 from matplotlib.figure import Figure
 
 from squeal.plots import style
+from squeal.plots.style import move_apart, write_beside
 
 
 @pytest.mark.parametrize("kind", ["pdf", "svg", "png"])
@@ -27,3 +29,15 @@ def test_a_full_disc_is_told_as_such(monkeypatch, tmp_path, kind, room):
     figure.add_subplot().plot([1, 2])
     with pytest.raises(OSError, match="full"):
         style.save(style.Drawing(figure, "", "", ""), tmp_path / f"x.{kind}")
+
+
+def test_labels_at_one_point_are_moved_apart():
+    figure = Figure(figsize=(3.0, 2.0))
+    axes = figure.add_subplot()
+    for text in ("mode 1", "mode 2", "mode 3"):
+        write_beside(axes, text, (0.5, 0.5), (4, 4))
+    move_apart(figure)
+    boxes = [label.get_window_extent() for label in axes.texts]
+    for one, other in itertools.combinations(boxes, 2):
+        height = min(one.y1, other.y1) - max(one.y0, other.y0)
+        assert height < 1e-6

@@ -134,22 +134,28 @@ def test_real_modes_are_those_that_take_part_from_both_sides():
 
 
 def test_cause_and_remedy_name_the_real_modes_that_the_amounts_are_of():
-    """The chart's modes that meet begin at sqrt(102) and 12, the amounts are of 10 and 12."""
+    """The chart's modes that meet begin at sqrt(102) and 12: with these no damping is known, so
+    that the amounts are of 10 and 12, and the cause names both pairs."""
     report = reported(0.08 * np.eye(3), (100.0, 102.0, 144.0), COUPLED)
     (meeting,) = report.to_dict()["meetings"]
     assert meeting["frequencies_hz"] == pytest.approx([10.0 / math.tau, 12.0 / math.tau])
     named = "eal modes at 1.592 and 1.91 Hz"
+    assert report.opening["Cause"].startswith("Modes 2 and 3 (1.607 and 1.91 Hz at mu = 0) meet")
     assert named in report.opening["Cause"]
     assert named in report.opening["Remedy"]
-    assert named in report.growing.text()
+    assert named in report.remedies.text()
+    assert "3 near 0.474" in report.growing.text()
 
 
 def test_a_cure_that_leaves_a_window_is_told_of_the_present_value_and_not_first():
     report = reported(0.12 * np.eye(3), (100.0, 102.0, 174.0), WINDOW)
     assert report.opening["Remedy"].startswith("Keep mu below 0.2541, ")
-    assert "Or move further apart real modes at 1.607 and 2.099 Hz" in report.advice
+    # cause, cure and chart name one pair, though others have larger shares
+    assert "Modes 1 and 3 (1.592 and 2.099 Hz at mu = 0) meet" in report.opening["Cause"]
+    assert report.paths.groups[0] == (1, 3)
+    assert "Or move further apart modes 1 and 3 (1.868 Hz)" in report.advice
     assert "just enough at mu = 1 alone" in report.advice
-    assert "(0.089)" in report.growing.text()
+    assert "(0.089 Hz)" in report.remedies.text()
     assert report.hints[0].endswith("up to 25 %: damping them.")
 
 

@@ -21,7 +21,7 @@ def pair(*damping):
 
 
 def cures_of(system):
-    (meeting,) = find_meetings(squeal.eigenvalues(system), {}).values()
+    (meeting,) = find_meetings(squeal.eigenvalues(system), {}).meetings.values()
     assert meeting.hertz == pytest.approx((LOWER / math.tau, UPPER / math.tau))
     return meeting.cures
 
@@ -95,7 +95,7 @@ def test_modes_of_unlike_damping_meet_where_undamped_ones_coalesce(ratios):
 def test_a_mode_without_a_partner_is_damped_alone():
     """x'' - 0.02 x' + x = 0 beside a damped mode: 1 % of critical damping are missing."""
     lonely = squeal.System(np.eye(2), np.diag([-0.02, 0.02]), np.diag([1.0, 1.44]))
-    (meeting,) = find_meetings(squeal.eigenvalues(lonely), {}).values()
+    (meeting,) = find_meetings(squeal.eigenvalues(lonely), {}).meetings.values()
     assert meeting.hertz == pytest.approx([1.0 / math.tau])
     assert set(meeting.cures) == {Cure.BOTH}
     assert 0.01 <= meeting.cures[Cure.BOTH] <= 0.0111
