@@ -2,11 +2,14 @@
 
 Separation adds (w^2 - w_2^2) M x x' M to K, which raises the upper mode of two alone to w; damping
 adds 2 zeta w M x x' M to C. Both leave all other real modes y of the structure as they are, since
-y' M x = 0 and x' M x = 1. A real mode behind several growing ones gets the largest of what these
-need. Amounts are the least at some values of the parameter, of more than `DENSE_ROWS` rows on a
-basis of modes. Then they are rounded up and confirmed as they are told: for all modes at once, with
-the full matrices, at the present value and at all lower ones. Where something grows lower down that
-value is taken along.
+y' M x = 0 and x' M x = 1. Real modes at which the modes of a chart that meet begin are tried first,
+then pairs of the three that take part most in the growing mode: the first with which most is known
+to stop all. A real mode behind several growing ones gets the largest of what these need.
+
+Amounts are the least at some values of the parameter, of more than `DENSE_ROWS` rows on a basis of
+modes. Then they are rounded up and confirmed as they are told: for all modes at once, with the full
+matrices, at the present value and at all lower ones. Where something grows lower down that value is
+taken along.
 """
 
 from __future__ import annotations
