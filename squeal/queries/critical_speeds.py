@@ -89,6 +89,8 @@ class CampbellDiagram:
         They are the upper root of each conjugate pair, and half of the real roots.
         """
         roots = dense_values(*self.system.arrays({self.system.parameter: speed}))
+        # real roots stand between the upper and the lower roots of pairs: the first half has the
+        # upper ones and half of the real ones
         falling = np.argsort(-roots.imag, kind="stable")
         return roots[falling[: len(roots) // 2]][::-1]
 
@@ -113,10 +115,10 @@ class CampbellDiagram:
         return float(self.ranked_roots(speed)[rank].imag - order * speed)
 
     def crossings(self, speeds: Array, order: float) -> list[tuple[float, int]]:
-        """Locate where frequencies are `order` times the speed, as pairs of speed and rank.
+        """The pairs of speed and rank at which a frequency is `order` times the speed.
 
-        speeds (m,): rising, between which changes of sign are searched. Raises InputError where
-        the number of roots changes.
+        speeds (m,): rising; between neighbours a change of sign of `gap` is searched. Raises
+        InputError where the number of roots changes.
         """
         roots = [self.ranked_roots(speed) for speed in speeds.tolist()]
         if len(set(map(len, roots))) > 1:
@@ -373,10 +375,10 @@ def critical_speeds(
 
 
 def _at_one_speed(crossings: Sequence[tuple[float, int]], near: float) -> list[tuple[float, int]]:
-    """Crossings as pairs of speed and rank, those that are no farther apart than `near` (rad/s) at
-    the first speed of these.
+    """Crossings as pairs of speed and rank: one that follows another no farther away than `near`
+    (rad/s) gets the speed of the other.
 
-    They are of modes of one frequency, of which rounding of the speed decides which has which rank.
+    Crossings so near are of modes of one frequency, to which rounding gives different speeds.
     """
     joined: list[tuple[float, int]] = []
     for speed, rank in sorted(crossings):

@@ -43,7 +43,7 @@ class Paths:
     growing : list of int
         Modes that grow somewhere, the fastest at the own value first.
     groups : list of tuple of int
-        Each of these once: alone, or with the other mode that it meets, by rising first frequency.
+        Each growing mode once: alone, or with the mode that it meets, by rising first frequency.
     """
 
     def __init__(self, sweep: Sweep) -> None:
@@ -114,8 +114,8 @@ class Paths:
         met = np.flatnonzero((squares[:-1] < 0.0) & (squares[1:] >= 0.0))
         if not met.size:
             return None
-        either = slice(met[0], met[0] + 2)
-        return float(np.interp(0.0, squares[either], self.values[either]))
+        neighbours = slice(met[0], met[0] + 2)  # the values before and behind the meeting
+        return float(np.interp(0.0, squares[neighbours], self.values[neighbours]))
 
     def growth(self, mode: int) -> float:
         """The fastest growth rate of a mode, 1/s."""
@@ -165,7 +165,7 @@ class Paths:
         return int(np.nanargmax(path.real))
 
     def _partners(self, mode: int, is_speed: bool) -> list[int]:
-        """The modes with which `mode` has met at the value `_where_growing`, the nearest first.
+        """The modes that `mode` has met up to the value of `_where_growing`, the nearest first.
 
         Two modes that meet feed each other: from the first value that has both on, their
         frequencies come together, and the growth rate of the partner falls as that of `mode` rises.

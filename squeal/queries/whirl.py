@@ -29,12 +29,10 @@ FORWARD = "forward"
 BACKWARD = "backward"
 MIXED = "mixed"
 STRAIGHT = "straight"
-UNSEEN = 1e-9  # of the energy of a shape: what takes part by less tells nothing of it
-ROUND = (
-    0.1  # of the circle of an orbit: one that encloses less, 20 times as long as wide, is straight
-)
+UNSEEN = 1e-9  # of the energy of a shape: rows or terms with less tell nothing of its direction
+ROUND = 0.1  # of the area of a circle: an orbit of less, 20 times as long as wide, is straight
 STILL = 1e-6  # of the largest squared motion: a node that moves less has no say
-OPPOSED = 0.5  # of the sizes for each disc: what they leave of each other is mixed below it
+OPPOSED = 0.5  # of the sum of the |net| of all discs: where |net| of all is less, some whirl apart
 LINE = 3.0  # extents of nodes, the largest over the second: so long they lie along a shaft
 TRANSVERSE = ((1, 2), (2, 0), (0, 1))
 """The directions across a shaft along x, y and z, which turns from the first to the second."""
@@ -74,6 +72,7 @@ def whirl_direction(
     if coordinates is not None:
         rows = shape if basis is None else basis @ shape
         orbits = _by_orbits(coordinates, file.system, speed, rows)
+        # mixed and straight orbits are that whichever way the shaft turns
         if orbits.direction in (MIXED, STRAIGHT) or (orbits.direction and orbits.sense):
             return orbits.direction
         # the term tells better than a convention which way the shaft turns
@@ -92,21 +91,21 @@ def _by_term(
     for turning in turning_parts(system, speed):
         matrix = dense(turning.matrix)
         net = 0.0  # forward parts of the shape less backward ones
-        net_sizes = 0.0  # the sizes of this for each disc, which the term couples to no other
-        both = 0.0  # forward and backward parts together
+        net_sizes = 0.0  # the sum of |net| of each disc alone, which the term couples to no other
+        total = 0.0  # forward and backward parts together
         for rows in _coupled(matrix):
             # eigenvalues of i S, see the module: above 0 of forward parts, below 0 of backward ones
             values, vectors = np.linalg.eigh(1j * matrix[np.ix_(rows, rows)])
             parts = values * np.abs(vectors.conj().T @ shape[rows]) ** 2
             net += parts.sum()
             net_sizes += abs(parts.sum())
-            both += np.abs(parts).sum()
+            total += np.abs(parts).sum()
         # an energy as well, where a term of C is multiplied by |lambda|
-        if abs(root) ** turning.power * both <= UNSEEN * energy:
+        if abs(root) ** turning.power * total <= UNSEEN * energy:
             continue
         if abs(net) < OPPOSED * net_sizes:
             return of_orbits or MIXED
-        if abs(net) < ROUND * both:
+        if abs(net) < ROUND * total:
             return of_orbits or STRAIGHT
         return FORWARD if net > 0.0 else BACKWARD
     return of_orbits
@@ -123,7 +122,8 @@ def _coupled(matrix: NDArray) -> list[NDArray[np.intp]]:
 
 
 class _Orbits(NamedTuple):
-    """The direction of orbits, and the sense of the shaft that it was told from, see `_sense`."""
+    """The direction of orbits, None where it is not known, and the sense in which the shaft turns
+    by which forward was told from backward: 1, -1, or 0 where it was assumed, see `_sense`."""
 
     direction: str | None
     sense: float = 0.0
