@@ -140,6 +140,8 @@ def test_blows_that_neither_begin_nor_pass_the_level_have_no_ratio():
     for other in (blows((0.0,) * 4, (0.0,) * 4), blows((0.1,) * 4, (1.0,) * 4)):
         assert grazing.ratio_of_grazing(other) is None
         assert grazing.ratio_of_hammering(other) is None
+        record = grazing.Grazing(blows=tuple(other), grazes=None, crosses=None)
+        assert set(grazing.sentences(record).values()) == {False}
 
 
 def test_studies_that_need_heyoka_say_so_without_it(monkeypatch, tmp_path):

@@ -230,8 +230,8 @@ def _extrapolated(
         new = [change]
         for i in range(j):
             ratio = 1.0 / ((n / SUBSTEPS[j - 1 - i]) ** 2 - 1.0)
-            p = new[i]
-            q = row[i]
+            p = new[i]  # T(j, i)
+            q = row[i]  # T(j-1, i)
             new.append(
                 (
                     p[0] + (p[0] - q[0]) * ratio,

@@ -339,7 +339,6 @@ def study(files: Sequence[Path]) -> Ensemble:
     searches = {kind: _search([one for one in stored if one.kind == kind]) for kind in KINDS}
     printed = searches["printed"]
     shuffled = searches["shuffled"]
-    able = has_heyoka()
     return Ensemble(
         drawn=len(rows),
         seed=population.SEED,
@@ -357,7 +356,7 @@ def study(files: Sequence[Path]) -> Ensemble:
         searches=searches,
         reaching=sum(count >= printed.median for count in shuffled.satisfied),
         chance=float(mannwhitneyu(printed.satisfied, shuffled.satisfied).pvalue),
-        sample=sampled(rows) if able else None,
+        sample=sampled(rows) if has_heyoka() else None,
         damped=len(damped),
     )
 

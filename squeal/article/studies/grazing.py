@@ -131,17 +131,16 @@ def study(files: Sequence[Path]) -> Grazing:
 
 def sentences(record: Grazing) -> Mapping[str, bool]:
     """What the paper says of these blows."""
-    if record.grazes is None or record.crosses is None:
+    if record.left_out:
         return {}
-    weak = [blow for blow in record.blows if blow.ratio < record.grazes]
-    strong = [blow for blow in record.blows if blow.ratio > record.grazes]
+    grazes = record.grazes or np.nan  # a ratio that was not found fails all comparisons
+    crosses = record.crosses or np.nan
+    weak = [blow for blow in record.blows if blow.ratio < grazes]
+    strong = [blow.trailing for blow in record.blows if blow.ratio > grazes]
+    grows = all(a < b for a, b in pairwise(strong))
     return {
-        "trailing-edge-grazes-between-half-and-six-tenths-per-cent": 0.005 < record.grazes < 0.006
+        "trailing-edge-grazes-between-half-and-six-tenths-per-cent": 0.005 < grazes < 0.006
         and all(blow.alone == 0.0 and blow.trailing == 0.0 for blow in weak),
-        "trailing-blow-grows-with-damping": all(
-            a.trailing < b.trailing for a, b in pairwise(strong)
-        ),
-        "trailing-blow-passes-the-threshold-near-seven-tenths-per-cent": 0.0065
-        < record.crosses
-        < 0.0072,
+        "trailing-blow-grows-with-damping": bool(strong) and grows,
+        "trailing-blow-passes-the-threshold-near-seven-tenths-per-cent": 0.0065 < crosses < 0.0072,
     }

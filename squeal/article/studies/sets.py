@@ -161,13 +161,12 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     motions = {name: motion(case, contact_states[name]) for name, case in cases.items()}
     verdicts: dict[str, str | None] = {}  # None without a sliding equilibrium
     late: dict[str, list[After]] = {}  # with damping, a row a repeat
-    able = has_heyoka()
     for name, state in contact_states.items():
         verdicts[name] = None
         if state is None:
             continue
         verdicts[name] = analyse(scenes[name]).judgement.verdict
-        if able:
+        if has_heyoka():
             late[name] = repeats(scenes[name], RATIO, after(scenes[name], RATIO).row)
     lasting = {name: [row.lasting / row.starts for row in rows] for name, rows in late.items()}
     thresholds = critical_friction(b2["c"], b2["c"].pad.mu).points
