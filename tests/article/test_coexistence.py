@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from squeal.article.figures import coexistence as figure
 from squeal.article.records import read_json
 from squeal.article.studies import coexistence
 from squeal.article.studies._coexistence import (
@@ -194,3 +195,16 @@ def test_multipliers_of_a_fold_are_those_by_hand():
     assert near_one.sum() == pytest.approx(2.0, abs=1e-3)
     found = coexistence.cycle_of(scene("b1-d"), point).multipliers[1]
     assert np.abs(values - found).min() < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("closes", "words"),
+    [(None, "at every contact damping shown"), (0.14, "up to a contact damping of 0.14 s/m")],
+)
+def test_the_figure_says_up_to_which_contact_damping_both_are_stable(closes, words):
+    points = tuple(coexistence.Point(a, 0.4, 0.001) for a in (1e-3, 0.3))
+    quoted = coexistence.Margin(0.01, 0.005, 1.0, 0.0, 5.0, 0.9)
+    one = coexistence.Motion(2.0, points, points, (), closes, 0.01, quoted, 1.0, 2.0, (quoted,), ())
+    motions = dict.fromkeys(("b1-d", "b2-d-integral", "b2-d-mean"), one)
+    record = coexistence.Coexistence(motions=motions, checked=None, searches_differ=0.0)
+    assert figure.draw(record).alternative.count(words) == 3

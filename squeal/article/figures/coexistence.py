@@ -147,9 +147,9 @@ def draw(record: Coexistence) -> Drawing:
         figure.legend(handles=handles, loc="outside upper center", ncols=4)
     parts = []
     for name, one in record.motions.items():
-        reach = f"up to a contact damping of {one.closes:.2g} s/m"
-        if one.closes is None:
-            reach = "at every contact damping shown"
+        reach = "at every contact damping shown"
+        if one.closes is not None:
+            reach = f"up to a contact damping of {one.closes:.2g} s/m"
         parts.append(
             f"{TITLES[name]}: up to a modal damping of {100 * one.highest:.2g} % at "
             f"{record.a_range[0]:g} s/m, {reach}"
