@@ -518,20 +518,20 @@ def _joint_coordinates(
     cells: list[tuple[str, Corners]] = []
     elements: list[str] = []
     for body, coordinates in components:
-        before = len(names)  # nodes of the components so far
-        nodes.append(coordinates.nodes + before)
+        nodes_before = len(names)  # nodes of the components so far
+        nodes.append(coordinates.nodes + nodes_before)
         names += [f"{body.name} {node}" for node in coordinates.names]
         elements += [f"{body.name} {element}" for element in coordinates.elements]
         for kind, corners in coordinates.cells:
-            cells.append((kind, tuple(corner + before for corner in corners)))
+            cells.append((kind, tuple(corner + nodes_before for corner in corners)))
     bases: list[NDArray[np.float64]] = []
     if any(body.basis is not None for body in reduced):
         for body in reduced:  # of a component that its file holds reduced the rows stay
             bases.append(np.eye(body.system.n) if body.basis is None else body.basis)
     return Coordinates(
         nodes=np.concatenate(nodes),
-        directions=np.concatenate([one.coordinates.directions for one in components]),
-        places=np.concatenate([one.coordinates.places for one in components]),
+        directions=np.concatenate([component.coordinates.directions for component in components]),
+        places=np.concatenate([component.coordinates.places for component in components]),
         names=tuple(names),
         cells=tuple(cells),
         elements=tuple(elements),

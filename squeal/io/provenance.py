@@ -124,9 +124,9 @@ def _files_of_imports(*modules: str) -> frozenset[Path]:
         unread |= _module_files(name)
     files = set(unread)
     while unread:
-        found = _files_imported_by(unread.pop()) - files
-        unread |= found
-        files |= found
+        new_files = _files_imported_by(unread.pop()) - files
+        unread |= new_files
+        files |= new_files
     return frozenset(files)
 
 

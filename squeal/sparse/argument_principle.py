@@ -88,12 +88,12 @@ class Rectangle:
 
     def widened(self, share: float) -> Rectangle:
         """The region with a share of its size more on each side."""
-        more = share * self.size
+        margin = share * self.size
         return Rectangle(
-            low_real=self.low_real - more.real,
-            high_real=self.high_real + more.real,
-            low_imag=self.low_imag - more.imag,
-            high_imag=self.high_imag + more.imag,
+            low_real=self.low_real - margin.real,
+            high_real=self.high_real + margin.real,
+            low_imag=self.low_imag - margin.imag,
+            high_imag=self.high_imag + margin.imag,
         )
 
 

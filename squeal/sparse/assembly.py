@@ -162,7 +162,7 @@ class Assembly:
         return errors
 
     def truncation_term(
-        self, roots: ArrayLike, right: ComplexArray, left: ComplexArray, at: Changes
+        self, roots: ArrayLike, right: ComplexArray, left: ComplexArray, parameters: Changes
     ) -> TruncationTerm:
         """What the truncated motions of the reduced components take from y_i^H P x_j.
 
@@ -179,8 +179,8 @@ class Assembly:
             z in rad/s, below the cutoff; the uncertainty is NaN above it.
         right, left : ndarray (n, m)
             Their modes x and y, on the rows of the assembly.
-        at : mapping of str to float
-            The parameters.
+        parameters : mapping of str to float
+            All of them.
 
         Examples
         --------
@@ -205,7 +205,7 @@ class Assembly:
             rows = slice(start, start + body.system.n)  # of the assembly, component by component
             start = rows.stop
             if body.residual_flexibility is not None:
-                inside = body.interior_truncation(z, right[rows], left[rows], at)
+                inside = body.interior_truncation(z, right[rows], left[rows], parameters)
                 value = value + inside.value
                 right_energies = right_energies + inside.right_energies
                 left_energies = left_energies + inside.left_energies
@@ -390,14 +390,14 @@ def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
             placed.setdefault(term.factor.text, []).append(on_all_rows)
         start += body.system.n
     terms = []
-    for same in placed.values():
+    for terms_of_formula in placed.values():
         matrix = csc_array((rows, rows))
-        for term in same:
+        for term in terms_of_formula:
             matrix = matrix + term.matrix
         if not is_large:
             matrix = matrix.toarray()
-        weighted = [(1.0, term) for term in same]
-        terms.append(sum_of_terms(matrix, same[0].factor, weighted))
+        weighted = [(1.0, term) for term in terms_of_formula]
+        terms.append(sum_of_terms(matrix, terms_of_formula[0].factor, weighted))
     return tuple(terms)
 
 

@@ -393,7 +393,7 @@ class Component:
         return factor, np.hstack([constraint, inside])
 
     def interior_truncation(
-        self, z: ComplexArray, right: ComplexArray, left: ComplexArray, at: Changes
+        self, z: ComplexArray, right: ComplexArray, left: ComplexArray, parameters: Changes
     ) -> InteriorTruncation:
         """The static answer of the truncated motions to the residuals of modes inside.
 
@@ -408,8 +408,8 @@ class Component:
         right, left : ndarray (n, m)
             Their modes x and y on the rows of the reduced component. They leave the residuals
             R = P x and S = P^H y on the interior rows.
-        at : mapping of str to float
-            The parameters.
+        parameters : mapping of str to float
+            All of them.
 
         Examples
         --------
@@ -424,7 +424,7 @@ class Component:
         >>> truncation.value.real.round(9).tolist()
         [[0.0]]
         """
-        weights = term_weights(self.system, at, z)[:, None]  # (terms, 1, m)
+        weights = term_weights(self.system, parameters, z)[:, None]  # (terms, 1, m)
         r = (weights * right).reshape(-1, len(z))  # (terms n, m)
         s = (weights.conj() * left).reshape(-1, len(z))
         if len(self.residual_flexibility) > len(r):

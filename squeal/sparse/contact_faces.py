@@ -90,18 +90,18 @@ class _Shape(NamedTuple):
     slopes: Array  # (k, nodes, 2), derivatives by the reference coordinates
 
 
-def _triangle(at: Array) -> _Shape:
+def _triangle(coordinates: Array) -> _Shape:
     """Three corners: area coordinates 1 - r - s, r, s."""
-    r, s = at.T
+    r, s = coordinates.T
     values = np.stack([1.0 - r - s, r, s], axis=1)
     slopes = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
-    return _Shape(values, np.broadcast_to(slopes, (len(at), 3, 2)))
+    return _Shape(values, np.broadcast_to(slopes, (len(coordinates), 3, 2)))
 
 
-def _triangle_with_middles(at: Array) -> _Shape:
+def _triangle_with_middles(coordinates: Array) -> _Shape:
     """Six nodes: L (2 L - 1) at the corners and 4 L_i L_j in the middles of the edges, of the area
     coordinates L."""
-    corners = _triangle(at)
+    corners = _triangle(coordinates)
     values = []
     slopes = []
     for i in range(3):
@@ -122,19 +122,19 @@ _MIDDLES = ((0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0))
 """Reference coordinates (r_i, s_i) of the nodes of a quadrilateral."""
 
 
-def _quad(at: Array) -> _Shape:
+def _quad(coordinates: Array) -> _Shape:
     """Four corners: (1 + r_i r) (1 + s_i s) / 4."""
     r_i, s_i = np.array(_CORNERS).T
-    along_r = 1.0 + r_i * at[:, :1]  # (k, 4)
-    along_s = 1.0 + s_i * at[:, 1:]
+    along_r = 1.0 + r_i * coordinates[:, :1]  # (k, 4)
+    along_s = 1.0 + s_i * coordinates[:, 1:]
     slopes = np.stack([r_i * along_s, s_i * along_r], axis=2)
     return _Shape(along_r * along_s / 4.0, slopes / 4.0)
 
 
-def _quad_with_middles(at: Array) -> _Shape:
+def _quad_with_middles(coordinates: Array) -> _Shape:
     """Eight nodes (serendipity): (1 + r_i r) (1 + s_i s) (r_i r + s_i s - 1) / 4 at the corners,
     (1 - r^2) (1 + s_i s) / 2 or (1 + r_i r) (1 - s^2) / 2 in the middles of the edges."""
-    r, s = at.T
+    r, s = coordinates.T
     values = []
     slopes = []
     for r_i, s_i in _CORNERS:
@@ -198,13 +198,13 @@ class _Faces(NamedTuple):
     def is_triangle(self) -> bool:
         return self.places.shape[1] in (3, 6)
 
-    def shape(self, at: Array) -> _Shape:
+    def shape(self, coordinates: Array) -> _Shape:
         """The shape functions of the k nodes at reference coordinates (m, 2)."""
-        return SHAPES[self.places.shape[1]](at)
+        return SHAPES[self.places.shape[1]](coordinates)
 
-    def weights(self, at: Array) -> Array:
+    def weights(self, coordinates: Array) -> Array:
         """The weights (m, w) of the labels at reference coordinates (m, 2), 0 of repeated ones."""
-        values = self.shape(at).values
+        values = self.shape(coordinates).values
         missing = self.labels.shape[1] - values.shape[1]
         return np.pad(values, ((0, 0), (0, missing)))
 
@@ -344,13 +344,13 @@ def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -
     face_of_point = np.zeros(len(distances), dtype=int)  # 0 also where none is met
     weights = np.zeros((len(distances), labels_of_faces.shape[1]))
     tree = KDTree(points.places)
-    before = 0  # faces of the kinds so far
+    faces_before = 0  # faces of the kinds so far
     for faces in kinds:
         centres = faces.places.mean(axis=1)
         # of balls that hold the nodes of each face and what lies within `farthest` of them
         radii = np.linalg.norm(faces.places - centres[:, None], axis=2).max(axis=1) + farthest
-        for face, near in enumerate(tree.query_ball_point(centres, radii)):
-            candidates = np.array(near, dtype=int)
+        for face, close_points in enumerate(tree.query_ball_point(centres, radii)):
+            candidates = np.array(close_points, dtype=int)
             if not len(candidates):
                 continue
             feet, heights = _feet_on_face(
@@ -362,8 +362,8 @@ def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -
             nearer = candidates[is_nearer]
             distances[nearer] = away[is_nearer]
             weights[nearer] = faces.weights(feet[is_nearer])
-            face_of_point[nearer] = before + face
-        before += len(centres)
+            face_of_point[nearer] = faces_before + face
+        faces_before += len(centres)
     return _Feet(distances, labels_of_faces[face_of_point], weights)
 
 
@@ -398,11 +398,11 @@ def _feet_on_face(nodes: Array, places: Array, normals: Array) -> tuple[Array, A
     return unknowns[:, :2], unknowns[:, 2]
 
 
-def _is_inside(at: Array, is_triangle: bool) -> NDArray[np.bool_]:
+def _is_inside(coordinates: Array, is_triangle: bool) -> NDArray[np.bool_]:
     """Whether reference coordinates (m, 2) lie on the face; False for NaN."""
     if is_triangle:
-        return np.all(at >= -INSIDE, axis=1) & (at.sum(axis=1) <= 1.0 + INSIDE)
-    return np.all(np.abs(at) <= 1.0 + INSIDE, axis=1)
+        return np.all(coordinates >= -INSIDE, axis=1) & (coordinates.sum(axis=1) <= 1.0 + INSIDE)
+    return np.all(np.abs(coordinates) <= 1.0 + INSIDE, axis=1)
 
 
 def contact_between_faces(

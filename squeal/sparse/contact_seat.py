@@ -195,10 +195,10 @@ class Contact:
         numbers: dict[str, Kind] = dict.fromkeys(("stiffness", "tangential", "gap"), ANY)
         numbers["area"] = POSITIVE
         for name in (*numbers, "normal", "sliding", "axis", "through"):
-            given = getattr(self, name)
-            if given is None:
+            entries = getattr(self, name)
+            if entries is None:
                 continue
-            values = np.asarray(given, dtype=float)
+            values = np.asarray(entries, dtype=float)
             shape = () if name in numbers else (3,)
             if values.shape not in (shape, (count, *shape)):
                 needed = "a number" if name in numbers else "a vector (3,)"
@@ -340,9 +340,9 @@ class _Side:
         return np.einsum("mk,mkx->mx", self.weights, places)
 
 
-def _unit_vectors(name: str, given: ArrayLike, points: ContactPoints) -> Array:
+def _unit_vectors(name: str, directions: ArrayLike, points: ContactPoints) -> Array:
     """Unit vectors (m, 3) of all pairs. Raises InputError where one has no length."""
-    vectors = np.broadcast_to(np.asarray(given, dtype=float), (len(points), 3))
+    vectors = np.broadcast_to(np.asarray(directions, dtype=float), (len(points), 3))
     lengths = np.linalg.norm(vectors, axis=1)
     _require_at_pairs(lengths > 0.0, f"{name}: has no length", points)
     return vectors / lengths[:, None]
@@ -550,21 +550,21 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
         # no displacement, where the approach is -gap
         preload = closed * laws.factor * (forces - slopes * (approach + laws.gap))
         displacements = _solve(A, load + pairs.push @ preload)
-        before = approach
+        previous = approach
         approach = -laws.gap - pairs.normal @ displacements
         forces, slopes = laws.forces(approach)
         now_closed = (approach > 0.0) | laws.bonded
         if not now_closed.any():
             raise InputError("all pairs open under the load; it must press the components together")
         changed = np.flatnonzero(now_closed != closed)
-        is_settled = not is_nonlinear or np.allclose(approach, before, rtol=1e-11, atol=0.0)
+        is_settled = not is_nonlinear or np.allclose(approach, previous, rtol=1e-11, atol=0.0)
         if not len(changed) and is_settled:
             return _Seat(closed, forces, slopes, displacements)
         if len(changed) and now_closed.tobytes() in visited:
             one_at_a_time = True
         if one_at_a_time and not is_nonlinear:
-            others = changed[1:]  # all but the first stay as they were
-            now_closed[others] = closed[others]
+            later_pairs = changed[1:]  # all but the first stay as they were
+            now_closed[later_pairs] = closed[later_pairs]
         visited.add(closed.tobytes())
         closed = now_closed
     raise ComputationError("the contact is not settled: its set of closed pairs keeps changing")

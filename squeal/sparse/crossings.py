@@ -555,17 +555,18 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     x = guess.right
     y = guess.left.conj()
     root = complex(0.0, omega)
-    at = {name: p, **system.frequency(omega)}
-    problem = scaled.at(at)
+    parameters = {name: p, **system.frequency(omega)}
+    problem = scaled.at(parameters)
     image = problem.apply(np.array([root]), x[:, None])[:, 0]
     product = complex(y @ image)
     by_root = y @ (problem.slope(root) @ x)
-    by_parameter = y @ (scaled.slope(name, at, root) @ x)
+    by_parameter = y @ (scaled.slope(name, parameters, root) @ x)
     # y^H dP/domega x of matrices that depend on the frequency of the root: the parameters that hold
     # the frequency are proportional to omega, so that their values at 1 rad/s are their derivatives
     by_frequency = 0j
     for frequency, d_by_omega in system.frequency(1.0).items():
-        by_frequency = by_frequency + d_by_omega * (y @ (scaled.slope(frequency, at, root) @ x))
+        derivative = scaled.slope(frequency, parameters, root)
+        by_frequency = by_frequency + d_by_omega * (y @ (derivative @ x))
     columns = [1j * by_root + by_frequency, by_parameter]
     if omega == 0.0:
         # a real root stays real, and y^H P x is real. The first row becomes domega = 0, the second

@@ -127,8 +127,8 @@ class DispersiveReduction(Reduction):
             return super().residuals(roots, changes)
         residuals = np.zeros(len(roots.values))
         for k, value in enumerate(roots.values):
-            at = {**changes, **self.system.frequency(abs(value.imag))}
-            residuals[k] = super().residuals(roots.select(np.array([k])), at).item()
+            at_frequency = {**changes, **self.system.frequency(abs(value.imag))}
+            residuals[k] = super().residuals(roots.select(np.array([k])), at_frequency).item()
         return residuals
 
 
@@ -182,9 +182,9 @@ def vectors_of(
     repeated root stands as often as its multiplicity."""
     roots = Roots.none(reduction.size)
     for root in repeated:
-        at = {**changes, **reduction.system.frequency(abs(root.value.imag))}
+        at_frequency = {**changes, **reduction.system.frequency(abs(root.value.imag))}
         values = np.full(root.multiplicity, root.value)
-        roots = roots.joined(reduction.roots(at, values))
+        roots = roots.joined(reduction.roots(at_frequency, values))
     return roots
 
 
@@ -205,11 +205,11 @@ def _newton(
     z = start
     omega = frozen
     for _ in range(STEPS):
-        at = {**changes, **system.frequency(omega)}
-        root = reduction.roots(at, np.array([z]))  # vectors of P(z), no new root
+        at_omega = {**changes, **system.frequency(omega)}
+        root = reduction.roots(at_omega, np.array([z]))  # vectors of P(z), no new root
         x = root.right[:, 0]
         y = root.left[:, 0].conj()
-        M, C, K = system.at(at)
+        M, C, K = system.at(at_omega)
         mass = y @ (M @ x)
         damping = 0.0 if C is None else y @ (C @ x)
         residual = z * z * mass + y @ (K @ x) + z * damping
@@ -218,7 +218,7 @@ def _newton(
         # parameters that hold the frequency are proportional to omega, so that their values at
         # 1 rad/s are their derivatives by omega
         for name, d_by_omega in system.frequency(1.0).items():
-            by_omega += d_by_omega * (y @ applied(system.derivative(name, at), z, x))
+            by_omega += d_by_omega * (y @ applied(system.derivative(name, at_omega), z, x))
         if by_root == 0:
             return None
         step = -residual / by_root
@@ -253,7 +253,7 @@ def modes_at_own_frequencies(
     report("solving for the roots at their own frequencies")
     repeated = roots_at_own_frequencies(reduction, changes)
     grid = frequencies(system, region)
-    before = np.inf
+    worst_before = np.inf
     for _ in range(CORRECTIONS):
         reduced_roots = vectors_of(reduction, changes, repeated)
         full = Roots(
@@ -271,10 +271,10 @@ def modes_at_own_frequencies(
         errors = np.linalg.norm(residuals.right, axis=0)
         errors = np.maximum(errors, np.linalg.norm(residuals.left, axis=0))
         worst = float(np.max(errors, initial=0.0))
-        no_longer_improves = worst > before / 2
+        no_longer_improves = worst > worst_before / 2
         if worst <= EXACT or (no_longer_improves and worst <= GOOD_ENOUGH):
             break
-        before = worst
+        worst_before = worst
         is_unsolved = errors > EXACT
         reduction.extend(residuals.corrections(factor, is_unsolved, is_unsolved))
         for root in repeated:

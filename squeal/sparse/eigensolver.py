@@ -291,7 +291,7 @@ def corrected_roots(
     C = V.T @ (problem.C @ V)
     K = V.T @ (problem.K @ V)
     _, _, stiffness = problem.norms  # |K|, whose rounding the projected K carries
-    before = np.inf
+    worst_before = np.inf
     for _ in range(CORRECTIONS):
         values = dense_values(M, C, K, stiffness=stiffness)
         values = values[region.contains(values)]
@@ -305,10 +305,10 @@ def corrected_roots(
         # as one of `exact` in right vectors
         weighted_left_errors = np.linalg.norm(residuals.left, axis=0) * (exact / accepted)
         worst = max(np.max(errors, initial=0.0), np.max(weighted_left_errors, initial=0.0))
-        no_longer_improves = worst > before / 2
+        no_longer_improves = worst > worst_before / 2
         if worst <= exact or (no_longer_improves and worst <= accepted):
             return roots
-        before = worst
+        worst_before = worst
         old = V
         corrections = residuals.corrections(factor, errors > exact, weighted_left_errors > exact)
         # a share of 1e-4 of a correction is left to the next one
@@ -482,7 +482,7 @@ def _roots_around(
     offset = abs(shift - region.centre)
     needed_reach = offset + REACH * region.radius
     basis = start
-    found: _PartRoots | None = None
+    latest: _PartRoots | None = None
     for attempt in range(ATTEMPTS):
         near = roots_near_shift(
             problem,
@@ -506,12 +506,12 @@ def _roots_around(
             continue
         count = _count_in_disc(problem, disc, roots, near) if certify else None
         missing = None if count is None else count - len(roots.values)
-        found = _PartRoots(roots, missing, near)
+        latest = _PartRoots(roots, missing, near)
         # one per cent inside: rough roots close to the border may lie on its other side
         expected = np.sum(region.widened(-0.01).contains(near.values))
         if missing == 0 or (not certify and expected <= len(roots.values)):
             break
-    return found  # of the last attempt, if each one misses roots
+    return latest  # of the last attempt, if each one misses roots
 
 
 def _count_in_disc(

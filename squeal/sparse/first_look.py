@@ -95,9 +95,9 @@ class Structure:
         try:
             return factorise(self.F)
         except ZeroDivisionError:  # the shift is the square of a frequency
-            more = max(1e-6 * self.shift, 1e-12 * abs(self.F).max() / abs(self.M).max())
-            self.shift += more
-            self.F = (self.F - more * self.M).tocsc()
+            shift_change = max(1e-6 * self.shift, 1e-12 * abs(self.F).max() / abs(self.M).max())
+            self.shift += shift_change
+            self.F = (self.F - shift_change * self.M).tocsc()
             return factorise(self.F)
 
     def probes(self, V: Array, projected: Array) -> Probes:
@@ -239,9 +239,9 @@ class FirstLook(Reduction):
             corrections = []
             for changes in self.samples:
                 values = self._projected_values(changes)
-                near = values[self.wide.contains(values)]
+                near_values = values[self.wide.contains(values)]
                 # the root 0 of a rigid body is exact
-                estimated = self._roots_with_errors(changes, near[near != 0.0])
+                estimated = self._roots_with_errors(changes, near_values[near_values != 0.0])
                 sizes = np.abs(estimated.roots.values)
                 is_off = estimated.errors > GOOD * sizes
                 # corrections of right vectors, then of left ones
@@ -450,16 +450,16 @@ class FirstLook(Reduction):
         problem = self.scaled.at(changes)
         all_values = self._projected_values(changes)
         rough_values = all_values[np.abs(all_values) <= self.reach]
-        near = all_values[self.wide.contains(all_values)]
-        is_estimated = near != 0.0  # the root 0 of a rigid body is exact
-        if deciding and len(near):
-            is_estimated &= near_axis(near, decay=self.error, gap=MARGIN)
-        projected = self._roots_with_errors(changes, near[is_estimated])
+        near_values = all_values[self.wide.contains(all_values)]
+        is_estimated = near_values != 0.0  # the root 0 of a rigid body is exact
+        if deciding and len(near_values):
+            is_estimated &= near_axis(near_values, decay=self.error, gap=MARGIN)
+        projected = self._roots_with_errors(changes, near_values[is_estimated])
         z = projected.roots.values
         errors = projected.errors
         distances = self.region.distance(z)
         is_inside = self.region.contains(z)
-        not_estimated = near[~is_estimated & self.region.contains(near)]
+        not_estimated = near_values[~is_estimated & self.region.contains(near_values)]
         # errors and residuals of roots that are not estimated; the zeros of rigid bodies are exact
         zero_or_nan = np.where(not_estimated == 0.0, 0.0, np.nan)
         values = np.concatenate([z[is_inside], not_estimated])

@@ -62,12 +62,12 @@ def singular_stiffness(
     unclear: list[str] = []
     parts = [(values[0], values[-1])]
     for a, b in parts:  # the list grows in the loop
-        close = []  # crossings next to an end of the part, where K is nearly singular
+        close_crossings = []  # crossings next to an end of the part, where K is nearly singular
         for known in crossings:
             if min(abs(known.value - a), abs(known.value - b)) <= 2 * edge:
-                close.append(known)
-        contracts = stiffness.contracts(a, b, close)
-        if contracts and not close:  # K is regular: no sign can have changed
+                close_crossings.append(known)
+        contracts = stiffness.contracts(a, b, close_crossings)
+        if contracts and not close_crossings:  # K is regular: no sign can have changed
             continue
         sign_changes = stiffness.sign(a) * stiffness.sign(b) < 0.0
         if contracts and not sign_changes:  # regular, but for the crossings cut out already
@@ -131,13 +131,13 @@ class _SweptStiffness:
             return 0.0
         return math.copysign(1.0, math.cos(factor.logarithm().imag))
 
-    def contracts(self, a: float, b: float, close: Sequence[CrossingGuess]) -> bool:
+    def contracts(self, a: float, b: float, close_crossings: Sequence[CrossingGuess]) -> bool:
         """True if K is regular from a to b: 1 - K(middle)^-1 K contracts at all values that were
         tried, apart from the null vectors of singular K close to the ends."""
         basis = np.zeros((self.scaled.n, 0))
-        if close:
+        if close_crossings:
             columns: list[NDArray] = []
-            for crossing in close:
+            for crossing in close_crossings:
                 columns += [crossing.right, crossing.left]
             basis = enlarged(basis, np.column_stack(columns), EXACT)
         K = self.at(self.middle(a, b))
@@ -151,7 +151,7 @@ class _SweptStiffness:
 
 
 def singular_between(
-    scaled: ScaledSystem, low: float, high: float, near: float
+    scaled: ScaledSystem, low: float, high: float, edge: float
 ) -> CrossingGuess | None:
     """Where K of real matrices is singular between two values of the free parameter, with its unit
     null vectors x, y.
@@ -179,6 +179,6 @@ def singular_between(
         value += step
         if not low < value < high:  # NaN too
             return None
-        if abs(step) <= 1e-3 * near:
+        if abs(step) <= 1e-3 * edge:
             return CrossingGuess(value, 0.0, x, y)
     return None
