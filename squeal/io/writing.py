@@ -59,18 +59,22 @@ def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> None:
     target = Path(os.path.realpath(path))  # behind a link, also one to no file
     unfinished = target.with_name(f".{token_hex(8)}")  # not longer than any name may be
     with _refused_by_system(path):
-        replaces = target.exists()
-        if replaces and not target.is_file():
+        if target.exists() and not target.is_file():
             raise OSError("is no plain file")
         try:
             with open(unfinished, "xb") as stream:
                 write(stream)
-            if replaces:
-                shutil.copymode(target, unfinished)
-            os.replace(unfinished, target)
+            _replace(target, unfinished)
         except BaseException:
             unfinished.unlink(missing_ok=True)
             raise
+
+
+def _replace(target: Path, complete: Path) -> None:
+    """Rename a complete file to `target`, with the permissions of a file that stands there."""
+    if target.exists():
+        shutil.copymode(target, complete)
+    os.replace(complete, target)
 
 
 @contextmanager
@@ -90,7 +94,7 @@ def whole_folder(folder: Path) -> Iterator[Path]:
             raise InputError(str(error).replace(temporary, str(folder))) from None
         folder.mkdir(parents=True, exist_ok=True)
         for path in sorted(Path(temporary).iterdir()):
-            os.replace(path, folder / path.name)
+            _replace(folder / path.name, path)
 
 
 def write_text(path: Path, text: str) -> None:

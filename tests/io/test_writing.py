@@ -16,7 +16,7 @@ import pytest
 import squeal
 from squeal.cli.options import check_outputs
 from squeal.errors import ComputationError, InputError
-from squeal.io.writing import Column, Table, remaining, to_json
+from squeal.io.writing import Column, Table, remaining, to_json, whole_folder
 
 TABLE = Table([Column("n", value=int)], [1])
 
@@ -52,10 +52,15 @@ def test_a_written_file_keeps_the_permissions_of_the_one_before(tmp_path):
         TABLE.save(tmp_path / name)
         assert (path.read_text(), path.stat().st_mode & 0o777) == ("n\n1\n", 0o600)
     assert (tmp_path / "link.csv").is_symlink()
+    with whole_folder(tmp_path) as folder:
+        TABLE.save(folder / "private.csv")
+        TABLE.save(folder / "other.csv")
+    assert path.stat().st_mode & 0o777 == 0o600
     TABLE.save(tmp_path / "new.csv")
     mask = os.umask(0)
     os.umask(mask)
-    assert (tmp_path / "new.csv").stat().st_mode & 0o777 == 0o666 & ~mask
+    for name in ("new.csv", "other.csv"):
+        assert (tmp_path / name).stat().st_mode & 0o777 == 0o666 & ~mask
 
 
 def test_no_pipe_and_no_folder_is_replaced_by_a_file(tmp_path):
