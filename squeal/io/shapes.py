@@ -52,7 +52,7 @@ def write_shapes(path: Path, coordinates: Coordinates, shapes: Shapes) -> None:
 def _vtk_lines(coordinates: Coordinates, shapes: Shapes) -> Iterator[str]:
     """The lines of a legacy VTK file: nodes, elements, and the displacements of each mode.
 
-    These are three fields: real parts, imaginary parts and phases in degrees.
+    Displacements are three fields: real parts, imaginary parts and phases in degrees.
     """
     count = len(coordinates.places)
     cells = []  # number of the kind, and corners

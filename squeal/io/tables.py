@@ -56,7 +56,7 @@ def read_table(path: Path, names: Sequence[str], optional: str = "") -> tuple[Pl
     names : sequence of str
         Columns that the table must have.
     optional : str
-        One that it may have besides, which the refusal of a missing column names.
+        A column that it may have besides, which the refusal of a missing column names.
 
     Raises
     ------
@@ -99,6 +99,7 @@ def read_table(path: Path, names: Sequence[str], optional: str = "") -> tuple[Pl
             raise row.at.refuse(
                 f"{len(row.cells)} cells; the first line names {len(heads)} columns"
             )
+        # cells that the line lacks at its end are empty
         pairs = zip_longest(heads, row.cells[: len(heads)], fillvalue="")
         lines.append(Line(row.at, dict(pairs)))
     return at, lines

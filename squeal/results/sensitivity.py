@@ -162,7 +162,7 @@ class Sensitivity(Answer):
                 value_change, frequency_change = (step * slopes).tolist()
                 rows.append((name, words, value_change, frequency_change))
         rows.sort(key=lambda row: _strength(row[2]))
-        if self.at is None:
+        if self.at is None:  # no row: the heads are those of eigenvalues
             head_of_change = ("dRe", "1/s")
             title = "stability is not lost: nothing moves its loss"
             if_empty = title

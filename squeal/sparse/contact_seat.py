@@ -421,7 +421,7 @@ def _pair_laws(directions: PairDirections, parameters: Changes) -> _PairLaws:
     """The laws of the pairs of one contact at some parameters."""
     contact = directions.contact
     area = directions.area
-    # where it slides friction is all that acts across the normal
+    # where the contact slides friction is all that acts across the normal
     tangential: ArrayLike = 0.0
     if not directions.sliding.nnz:  # without an entry: the contact does not slide
         tangential = parameters["tangential"] * area * contact.tangential

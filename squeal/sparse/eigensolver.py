@@ -509,7 +509,8 @@ def _roots_around(
         latest = _PartRoots(roots, missing, near)
         # one per cent inside: rough roots close to the border may lie on its other side
         expected = np.sum(region.widened(-0.01).contains(near.values))
-        if missing == 0 or (not certify and expected <= len(roots.values)):
+        is_complete = missing == 0 if certify else expected <= len(roots.values)
+        if is_complete:
             break
     return latest  # of the last attempt, if each one misses roots
 

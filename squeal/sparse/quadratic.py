@@ -176,14 +176,14 @@ def _diagonal_scale(system: TermSystem, matrices: list[list[csc_array]]) -> Arra
 
     `matrices` are those of the terms of M, of C and of K. Raises InputError for an empty row.
     """
-    diagonals = np.zeros((3, system.n))
-    for of_part, terms, matrices_of_part in zip(diagonals, system.parts, matrices, strict=True):
+    diagonals = np.zeros((3, system.n))  # their sizes in M, C and K
+    for part, (terms, matrices_of_part) in enumerate(zip(system.parts, matrices, strict=True)):
         for term, A in zip(terms, matrices_of_part, strict=True):
             entries = np.abs(A.diagonal())
             if A.nnz and not entries.all():  # where it is zero the column's largest entry serves
                 largest = abs(A).max(axis=0).toarray().ravel()
                 entries = np.where(entries > 0, entries, largest)
-            of_part += abs(term.factor.value(system.parameters)) * entries  # a row of `diagonals`
+            diagonals[part] += abs(term.factor.value(system.parameters)) * entries
     mass, damping, stiffness = diagonals
     squares = stiffness / np.where(mass > 0, mass, np.inf)  # of the frequency of each row alone
     # the median, since a mass that is rounding makes some of them huge
