@@ -180,7 +180,7 @@ def _keys_of(document: dict[str, Any]) -> Group:
     group = SYSTEM
     parameters = document.get("parameters")
     names = list(parameters) if isinstance(parameters, dict) else []
-    # the free parameter, and the frequency, which every system has though its file names neither
+    # the free parameter and the frequency may be set though no file has to name them
     names += [document.get("parameter", "mu"), *FREQUENCY]
     if "components" in document:
         from squeal.io.components import ASSEMBLY  # which no other system needs

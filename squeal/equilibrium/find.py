@@ -134,7 +134,7 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Search:
     states = np.array([state for state in statics.model.states if any(state)], dtype=float).T
     per_state, n = seeds.shape[1:]
     tries = states.shape[1] * per_state
-    # in one row: the seeds of the first state, each of all pads, then those of the next state
+    # in one row: all seeds in the first state, each seed of all pads, then those in the next state
     touching = np.repeat(states, per_state * n, axis=1)
     starts = np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1)
     of_each_try = statics.pick(np.tile(np.arange(n), tries))

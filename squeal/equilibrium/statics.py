@@ -116,34 +116,34 @@ def newton(
     x = np.empty_like(start)
     derivatives = np.empty(0)
     converged = np.zeros(k, dtype=bool)
-    going = np.arange(k)
-    at = start
+    going = np.arange(k)  # numbers of the pads that have not ended
+    place = start  # of the pads that go on
     last_change = np.full(k, np.inf)
     for passed in range(1, passes + 1):
         with np.errstate(all="ignore"):
-            step, regular, J = step_from(at, going)
+            step, regular, J = step_from(place, going)
             if longest is not None:
                 excess = (np.abs(step) / of_some(longest, going)).max(axis=0)
                 step = step / np.fmax(1.0, excess)
-            at = at - step
-            size = unit[going] + np.abs(at[:3]).max(axis=0)
+            place = place - step
+            size = unit[going] + np.abs(place[:3]).max(axis=0)
             change = np.where(regular, np.abs(step).max(axis=0) / size, np.inf)
         # next to a fold rounding keeps steps from shrinking further
         stalled = (change <= STALLED) & (change >= last_change)
         done = (change <= CONVERGED) | stalled
-        ends = done | ~np.isfinite(at).all(axis=0) | (passed == passes)
+        ends = done | ~np.isfinite(place).all(axis=0) | (passed == passes)
         if ends.all() and going.size == k:  # mostly all pads take as many steps
-            return NewtonResult(at, J, done)
+            return NewtonResult(place, J, done)
         if derivatives.size == 0:
             derivatives = np.empty((*J.shape[:-1], k))
         ended = going[ends]
-        x[:, ended] = of_some(at, ends)
+        x[:, ended] = of_some(place, ends)
         derivatives[..., ended] = of_some(J, ends)
         converged[ended] = done[ends]
         going = going[~ends]
         if not going.size:
             break
-        at = of_some(at, ~ends)
+        place = of_some(place, ~ends)
         last_change = change[~ends]
     return NewtonResult(x, derivatives, converged)
 
@@ -385,7 +385,7 @@ class Statics:
             of_springs = of_springs + stiffness * (along + sizes.rise(np.abs(rx), np.abs(ry)))
         # upper corners have arms of up to w + h, and the third load is the moment over w
         load_rounding = np.ones(z.shape[1]) * (ROUNDING * (of_springs + c.F_n) * (1.0 + c.h / c.w))
-        # changes (3, k) of all loads: three by the rounding of one load, then two by that of a gap
+        # changes (3, k) of all loads by rounding, of each of three loads, then of each of two gaps
         load_changes = [*np.eye(3)[:, :, None] * load_rounding]
         largest_gap_rounding = np.max(self.rounding(z), axis=0)
         for name in ("gap_l", "gap_t"):

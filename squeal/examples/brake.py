@@ -197,7 +197,8 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
         raise InputError(f"{rows} rows are not allowed; it must be {ROWS[0]} to {ROWS[1]}")
     sizes = Geometry()
     level = 1
-    # nodes of the disc that move: 2 level along r, around * level along phi, level + 1 along z
+    # nodes of the disc that move: 2 level along r (2 level + 1 but for the clamped ones), around *
+    # level along phi, level + 1 along z
     while 3 * (2 * level * around * level * (level + 1)) < rows:
         level += 1
     along_pad = around * PAD // ROUND * level
@@ -421,14 +422,13 @@ def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]
     matrices = [term.matrix for term in system.terms]
     for part, name, key, term in zip(MATRIX_PARTS, FILES[form], KEYS, system.terms, strict=True):
         entry: dict[str, Any] = {"file": name, "factor": term.factor.text}
-        if form not in WRITERS:
+        if form not in WRITERS:  # all matrices are in one file, which is written below
             entry["key"] = key
         else:
             WRITERS[form](folder / name, term.matrix, labels)
-            if form != "ansys":
+            if form != "ansys":  # whose files say themselves whether they are symmetric
                 entry["symmetric"], _ = _entries(term.matrix)
         document.setdefault(part, []).append(entry)
-    # MATLAB and Nastran have all matrices in one file
     named = dict(zip(KEYS, matrices, strict=True))
     path = folder / FILES[form][0]
     if form == "matlab":

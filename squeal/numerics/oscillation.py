@@ -46,7 +46,7 @@ def _fitted_exponent(samples: np.ndarray, step: float) -> complex | None:
     if not is_strong.any():
         return None
     fastest = exponents.real[is_strong].max()
-    # up to rounding: of several that grow alike the strongest is taken
+    # within a millionth: of several that grow alike the strongest is taken
     grows_fastest = is_strong & (exponents.real >= fastest - 1e-6 * np.abs(exponents))
     value = complex(exponents[np.argmax(np.where(grows_fastest, strengths, 0.0))])
     duration = step * (len(samples) - 1)

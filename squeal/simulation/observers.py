@@ -148,8 +148,7 @@ class Grid:
             begin = since[self.steps.motion]
             counts = self.t >= begin - 1e-12 * np.abs(begin)
             counted_samples = np.where(counts, read, np.nan)
-            # whole steps: a peak beside a sample that counts lies between samples of which one may
-            # not
+            # whole steps: the sample on the other side of a peak may lie before `since`
             counted_steps = np.where(counts.any(axis=0), read, np.nan)
 
         def negative(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
@@ -413,8 +412,8 @@ class ResponseObserver:
         self._units = units
         # weights of the squared rates of (x, y, w theta) in the kinetic energy
         self._mass = np.array([pad.m, pad.m, pad.I / pad.w**2])
-        # in a time step translation, of the angular frequency 1 in natural units, or rotation, if
-        # that is faster by a small moment of inertia, turns by a quarter of a radian
+        # a time step is a quarter of a radian of the fastest motion: translation has the angular
+        # frequency 1 in natural units, and a small moment of inertia makes rotation faster
         fastest = max(1.0, math.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I))
         self._step = 0.25 / fastest
         # of a long run no more samples than tell its frequency well
