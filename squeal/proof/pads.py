@@ -256,14 +256,12 @@ class _BranchComparison:
         """What happens between two parts in which the growing roots are counted.
 
         count: that of the first of these parts; next_part: the second of them; open_parts: the
-        parts between, and seam: the friction at which a cell began between them. Without either
-        the two parts meet where a sign changes at a zero that is known exactly.
+        parts between, and seam: the friction at which a cell began between them. There is one of
+        these, since between two signs of a function lies a part where neither is known.
         """
         frictions = [part.friction for part in open_parts]
         if seam is not None:
             frictions.append(seam)
-        if not frictions:
-            frictions.append(next_part.cell.at(flint.arb(next_part.low))[FRICTION])
         low = min(map(low_end, frictions))
         high = max(map(high_end, frictions))
         event = Event(low, high, count, next_part.growing or 0, open_parts)
@@ -456,9 +454,8 @@ class _BranchComparison:
 
 def _sign_within(pieces: Sequence[Sign], low: float, high: float) -> int:
     """The sign over an interval of t, of whose inside no piece ends; 0 if it is not known."""
-    middle = (low + high) / 2.0
     for piece in pieces:
-        if piece.low <= middle <= piece.high:
+        if piece.low <= low and high <= piece.high:
             return piece.sign
     return 0
 

@@ -351,7 +351,12 @@ def _proof_of_system(
     rates: MotionRates,
     at_any_cost: bool,
 ) -> tuple[Proof, list[Interval]]:
-    """The last proof that was tried for `system_statement`, and the intervals of thresholds."""
+    """Try proofs for `system_statement`; arguments as there.
+
+    While a proof stays open beside a crossing, the next one is tried with wider intervals around
+    all crossings. Returns the first proof that is not open, else the last one, and the intervals
+    that it was tried with (none if none was tried).
+    """
     from squeal.proof.ranges import SPENT, RangeProof
     from squeal.proof.referee import Proof
 

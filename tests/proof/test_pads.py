@@ -21,9 +21,10 @@ from squeal.proof.pads import (
     _count_in_right_half_plane,
     _determinant,
     _growing_count,
+    _sign_within,
     prove_pad,
 )
-from squeal.proof.signs import signs
+from squeal.proof.signs import Sign, signs
 from squeal.queries.thresholds import critical_friction
 from squeal.results.sources import PadSource
 from tests.conftest import scene_of
@@ -80,6 +81,14 @@ def test_signs_of_polynomials_are_those_at_50_digits(digits):
                     value *= mp.mpf(t) - mp.mpf(zero)
                 if piece.sign:
                     assert value * piece.sign > wide / 2
+
+
+def test_between_two_signs_an_interval_of_one_ulp_has_none():
+    """Its middle is one of its ends, at which a neighbour has a sign."""
+    zero = 0.3
+    beyond = float(np.nextafter(zero, 1.0))
+    pieces = [Sign(0.0, zero, 1), Sign(zero, beyond, 0), Sign(beyond, 1.0, -1)]
+    assert [_sign_within(pieces, piece.low, piece.high) for piece in pieces] == [1, 0, -1]
 
 
 def test_wide_balls_have_the_count_of_each_polynomial_in_them():
