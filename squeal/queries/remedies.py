@@ -604,15 +604,16 @@ def loss_of(answer: Thresholds, high: float) -> Loss:
 
 def growing_within(answer: Thresholds, end: float) -> list[float]:
     """A value of each interval of the parameter below `end` in which something grows: the middle
-    between a loss of stability and the next threshold."""
-    starts = [point.mu for point in answer.points if point.kind in GROWING and point.mu < end]
+    between a loss of stability and the next threshold, the lower end of the range if something
+    grows there."""
+    values = []
     if answer.verdict in GROWING:
-        starts.insert(0, answer.low)
-    middles = []
-    for start in starts:
-        following = min((point.mu for point in answer.points if point.mu > start), default=end)
-        middles.append((start + min(following, end)) / 2.0)
-    return middles
+        values.append(answer.low)
+    for point in answer.points:
+        if point.kind in GROWING and point.mu < end:
+            above = [other.mu for other in answer.points if other.mu > point.mu]
+            values.append((point.mu + min([*above, end])) / 2.0)
+    return values
 
 
 def replaced(source: PadSource | SystemSource | None, change: Change) -> Scene | SystemFile:
