@@ -125,11 +125,9 @@ def arrays_of(
 
 
 def of_unit_mass(vector: ComplexArray, M: Array) -> ComplexArray:
-    """A vector (n,) with x^H M x = 1, of unit length without mass, its largest entry positive."""
+    """A vector (n,) with x^H M x = 1, as it is without mass; its phase stays."""
     mass = abs(np.vdot(vector, M @ vector))
-    length = math.sqrt(mass) if mass else np.linalg.norm(vector)
-    largest = vector[np.argmax(np.abs(vector))]
-    return np.asarray(vector * (np.abs(largest) / largest / length), dtype=complex)
+    return vector / (math.sqrt(mass) or 1.0)
 
 
 @dataclass(frozen=True)
@@ -317,8 +315,12 @@ def _physical(T: Array, z: ComplexArray) -> ComplexArray:
 
     They have x^H M x = 1, and a largest entry that is real and positive.
     """
-    vectors = T @ (z / np.linalg.norm(z, axis=0))
-    largest = vectors[np.argmax(np.abs(vectors), axis=0), np.arange(z.shape[1])]
-    vectors = vectors * (np.abs(largest) / largest)
+    return normalised(T @ (z / np.linalg.norm(z, axis=0)), np.ones(z.shape[1]))
+
+
+def normalised(vectors: ComplexArray, lengths: Array) -> ComplexArray:
+    """Vectors (n, m) divided by lengths (m,), read-only, their largest entries real, positive."""
+    largest = vectors[np.argmax(np.abs(vectors), axis=0), np.arange(vectors.shape[1])]
+    vectors = vectors * (np.abs(largest) / largest / lengths)
     vectors.setflags(write=False)
     return np.asarray(vectors, dtype=complex)

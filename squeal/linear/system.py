@@ -15,7 +15,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +26,7 @@ from squeal.linear.matrices import Matrix as Matrix
 from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
 from squeal.linear.precision import half_units, precision_of_floats, short_floats
 from squeal.linear.supports import support_rows
-from squeal.linear.units import units_of
+from squeal.linear.units import row_units
 from squeal.numerics.differentiation import ONE, Formula
 from squeal.schema import ANY, TEXT, Place, instance, kind_of
 
@@ -420,25 +420,31 @@ class System:
         return dataclasses.replace(self, M=M, C=C, K=K, labels=tuple(labels))
 
     @cached_property
-    def balanced(self) -> Balanced:
-        """The system of few rows with rows and columns in units of their own, see `units`.
+    def row_units(self) -> Array:
+        """Powers of two (n,) for rows of a small system whose units fit those of its columns."""
+        sizes = np.zeros((3, self.n, self.n))
+        for size, terms in zip(sizes, self.parts, strict=True):
+            for term in terms:
+                size += np.abs(dense(term.matrix))
+        return row_units(*sizes)
 
-        It has the same roots, and its entries are known as those of this one are.
+    @cached_property
+    def balanced(self) -> System:
+        """The system with rows multiplied by `row_units`, for few rows.
+
+        It has the same roots and right vectors, and its entries are known as those of this one.
         """
-        M, C, K = ([dense(term.matrix) for term in terms] for terms in self.parts)
-        rows, columns = np.ldexp(1.0, units_of(M, C + K))
-        scale = np.outer(rows, columns)
-        if np.all(scale == 1.0):
-            return Balanced(self, rows, columns)
+        factors = self.row_units[:, None]
+        if np.all(factors == 1.0):
+            return self
 
         def scaled(X: Matrix) -> Array:
-            return scale * dense(X)
+            return factors * dense(X)
 
         def in_units(term: Term) -> Term:
-            rounding = term.rounding * scale.max()
-            return dataclasses.replace(term.mapped(scaled, scaled), rounding=rounding)
+            return term.mapped(scaled, scaled)
 
-        return Balanced(self.mapped(in_units, self.labels), rows, columns)
+        return self.mapped(in_units, self.labels)
 
     def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
         """The parameters with some of them changed.
@@ -612,17 +618,6 @@ class System:
                 if factor:
                     total = total + factor * as_matrix(term.matrix)
         return total
-
-
-class Balanced(NamedTuple):
-    """A system D1 P D2 with the roots of P, and D1 (n,) of the rows and D2 (n,) of the columns.
-
-    With a left vector y and a right vector x of it those of P are D1 y and D2 x.
-    """
-
-    system: System
-    rows: Array
-    columns: Array
 
 
 def row_name(label: Label) -> str:

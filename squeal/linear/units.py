@@ -1,73 +1,52 @@
-"""Units of rows and columns: P and D1 P D2 have the same roots, D1 and D2 diagonal.
+"""Units of equations: rows of P that are multiplied by numbers leave its roots as they are.
 
 Equations may stand in other units than those that the unknowns ask for, such as balances of flow
-beside balances of force. Coordinates that normalise a symmetric M have no units. Where rows and
-columns differ by decades M is not symmetric, or diagonal, and rounding of large entries would hide
-what small ones do.
+beside balances of force. M is then not symmetric, or it is diagonal, and rounding of large entries
+hides what small ones do. Where rows and columns are alike, coordinates that normalise M have no
+units any more.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.linear.matrices import Array, components, reaches
 
+LEAST = -1e6
+"""A power of two, of entries that count for nothing."""
 MOST_PASSES = 64
-CLOSE = 0.5
-"""A power of two: by how much the last pass changes units."""
+CLOSE = 0.25
+"""A power of two: a smaller change of units ends the passes."""
 ALIKE = 10
-"""A power of two: units of rows and columns that differ by less are left as they are."""
+"""A power of two: rows are left as they are where all of them differ by less from columns."""
 
 
-def units_of(masses: Sequence[Array], others: Sequence[Array]) -> NDArray[np.intp]:
-    """Powers of two (2, n) for rows and columns that make their largest entries about as large.
+def row_units(M: Array, C: Array, K: Array) -> Array:
+    """Powers of two (n,): factors of rows that make entries as large as those in the mirror.
 
-    Zeros where rows and columns have the same units already. Where M is symmetric it remains so:
-    rows that it couples have the same factor between row and column.
+    The largest entry of each row and that of each column become about equal, among entries whose
+    mirror image is not zero (Osborne's balancing). A symmetric M remains so: rows that it couples
+    have one unit. All are one where units are alike.
 
     Parameters
     ----------
-    masses : sequence of array (n, n)
-        The terms of M.
-    others : sequence of array (n, n)
-        Those of C and K.
+    M, C, K : array (n, n)
+        The sizes of entries.
     """
-    alike = np.zeros((2, len(masses[0])), dtype=int)
-    sizes = np.array([np.abs(X) for X in (*masses, *others) if X.any()])
-    is_entry = sizes > 0.0
-    in_any_term = np.any(is_entry, axis=0)
-    is_complete = np.all(in_any_term.any(axis=0) & in_any_term.any(axis=1))
-    if not is_complete or _are_symmetric(sizes):
-        return alike
-    with np.errstate(divide="ignore"):
-        logarithms = np.log2(sizes)
-    # terms are compared by their means: the largest entry may stand out by its units alone
-    counts = is_entry.sum(axis=(1, 2), keepdims=True)
-    rows, columns = 0.0 * alike
+    n = len(M)
+    mirrored = sum(np.where(X.T > 0.0, X, 0.0) for X in (M, C, K))
+    counts = (mirrored > 0.0) & ~np.eye(n, dtype=bool)
+    powers = np.log2(mirrored, out=np.full((n, n), LEAST), where=counts)
+    units = np.zeros(n)
     for _ in range(MOST_PASSES):
-        scaled = logarithms + rows[:, None] + columns
-        means = scaled.sum(axis=(1, 2), where=is_entry, keepdims=True) / counts
-        entries = (scaled - means).max(axis=0)
-        excess = entries - entries.max(axis=1).mean()
-        row_change = excess.max(axis=1) / 2
-        column_change = excess.max(axis=0) / 2
-        rows -= row_change
-        columns -= column_change
-        if max(np.ptp(row_change), np.ptp(column_change)) < CLOSE:
+        balanced = powers + (units[:, None] - units) / 2
+        change = (balanced.max(axis=1) - balanced.max(axis=0)) / 2
+        units -= change
+        if np.abs(change).max() < CLOSE:
             break
-    ratios = np.rint(rows - columns)
-    if _are_symmetric(masses):
-        for coupled in components(reaches(np.any(masses, axis=0))):
-            ratios[coupled] = np.rint(ratios[coupled].mean())
-    if np.ptp(ratios) < ALIKE:
-        return alike
-    whole = np.rint(columns)
-    return np.array([whole + ratios, whole], dtype=int)
-
-
-def _are_symmetric(matrices: Iterable[Array]) -> bool:
-    """True if all matrices (n, n) are symmetric."""
-    return all(np.array_equal(X, X.T) for X in matrices)
+    if np.array_equal(M, M.T):
+        for coupled in components(reaches(M > 0.0)):
+            units[coupled] = units[coupled].mean()
+    if np.ptp(units) < ALIKE:
+        units[:] = 0.0
+    return np.exp2(np.rint(units))

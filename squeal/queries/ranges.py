@@ -423,7 +423,7 @@ def _terms_in_balls(system: TermSystem) -> Terms:
     from squeal.proof.ranges import Terms
 
     parts = []
-    for terms in system.balanced.system.parts:
+    for terms in system.balanced.parts:
         part: list[Term] = []
         for term in terms:
             part += _terms(term, system)
@@ -506,5 +506,5 @@ def _count(system: TermSystem, value: float) -> Count:
     from squeal.proof.balls import Quadratic
     from squeal.proof.referee import unstable_count
 
-    arrays = system.balanced.system.arrays({system.parameter: value})
+    arrays = system.balanced.arrays({system.parameter: value})
     return unstable_count(Quadratic.of(*arrays, HALF_ULP))

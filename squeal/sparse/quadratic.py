@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import MatrixError
-from squeal.linear.eigen import Eigenvalue
+from squeal.linear.eigen import Eigenvalue, normalised
 from squeal.linear.matrices import EPS, divisor, norm_of
 from squeal.linear.roots import ordered, root_rounding
 from squeal.linear.system import Matrix, Term, TermSystem
@@ -185,6 +185,9 @@ def _diagonal_scale(system: TermSystem, matrices: list[list[csc_array]]) -> Arra
                 entries = np.where(entries > 0, entries, largest)
             diagonals[part] += abs(term.factor.value(system.parameters)) * entries
     mass, damping, stiffness = diagonals
+    # couplings of rows in other units, as gyroscopic ones, serve where a row has nothing else
+    own_damping = sum(abs(A.diagonal()) for A in matrices[1])
+    damping = np.where((mass + stiffness > 0) & (own_damping == 0), 0.0, damping)
     squares = stiffness / np.where(mass > 0, mass, np.inf)  # of the frequency of each row alone
     # the median, since a mass that is rounding makes some of them huge
     squares = np.sort(squares[squares > 0])
@@ -339,8 +342,4 @@ def _in_unscaled_coordinates(problem: Quadratic, scaled: ComplexArray) -> Comple
     vectors without mass have unit length in the scaled coordinates."""
     mass = np.abs(np.sum(scaled.conj() * (problem.M @ scaled), axis=0))
     length = np.where(mass == 0, np.linalg.norm(scaled, axis=0), np.sqrt(mass))
-    vectors = problem.scale[:, None] * scaled
-    largest = vectors[np.argmax(np.abs(vectors), axis=0), np.arange(scaled.shape[1])]
-    vectors = vectors * (np.abs(largest) / largest / length)
-    vectors.setflags(write=False)
-    return vectors
+    return normalised(problem.scale[:, None] * scaled, length)

@@ -57,8 +57,8 @@ def roots_of_all(
         Roots in rad/s by rising frequency. Of real matrices without a band also the conjugates; of
         complex ones only those with Im >= 0, as others describe no motion.
     """
-    # `balanced`: the roots are the same, in units of rows and columns in which rounding hides less
-    roots = dense_values(*system.balanced.system.arrays(changes))
+    # `balanced`: the roots are the same, in units of rows in which rounding hides less
+    roots = dense_values(*system.balanced.arrays(changes))
     if not system.real:
         # else a real root that rounding puts below the real axis would be left out
         is_real = np.abs(roots.imag) <= assumed_rounding(roots, undamped=True)
@@ -93,7 +93,7 @@ def motion_rates(system: TermSystem, changes: Changes) -> MotionRates:
     changes : mapping
         Parameters that do not have the system's own values.
     """
-    M, C, K = system.balanced.system.arrays(changes)
+    M, C, K = system.balanced.arrays(changes)
     pattern = (M != 0.0) | (K != 0.0)
     if C is not None:
         pattern |= C != 0.0

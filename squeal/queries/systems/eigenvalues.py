@@ -272,7 +272,7 @@ def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, .
     if not (unstable and system.real and value > 0.0 and system.n <= ONSET_ROWS):
         return unstable
     try:
-        balanced = system.balanced.system
+        balanced = system.balanced
         on_paths = unstable_modes(balanced, value, linear_thresholds(balanced, value))
     except InputError:  # no paths: a factor divides by the parameter, or M is not positive definite
         return unstable

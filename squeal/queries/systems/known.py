@@ -12,7 +12,7 @@ import numpy as np
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
 from squeal.linear.digits import data_errors, known_to_digits, rounding_of_sums
-from squeal.linear.eigen import of_unit_mass
+from squeal.linear.eigen import Eigenvalue, of_unit_mass
 from squeal.linear.matrices import Array, dense
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
@@ -124,9 +124,7 @@ def known_roots(
         Whether the referee judges the roots of a small system.
     """
     given = system or file.system
-    solved = given
-    if is_small(given) and file.assembly is None:
-        solved, rows, columns = given.balanced
+    solved = given.balanced if is_small(given) else given
     roots = system_roots(
         solved,
         selection,
@@ -137,19 +135,16 @@ def known_roots(
         return roots
     M, _, _ = given.arrays()
 
-    def in_given_units(computed: EigenvalueTuple) -> EigenvalueTuple:
-        """The roots with their vectors in the units of P."""
-        changed = []
-        for root in computed:
-            right = of_unit_mass(columns * root.right, M)
-            left = of_unit_mass(rows * root.left, M)
-            changed.append(replace(root, right=right, left=left))
-        return tuple(changed)
+    def of_given_rows(root: Eigenvalue) -> Eigenvalue:
+        """The root with the vectors of the given system."""
+        right = of_unit_mass(root.right, M)
+        left = of_unit_mass(given.row_units * root.left, M)
+        return replace(root, right=right, left=left)
 
     return replace(
         roots,
-        eigenvalues=in_given_units(roots.eigenvalues),
-        others=in_given_units(roots.others),
+        eigenvalues=tuple(map(of_given_rows, roots.eigenvalues)),
+        others=tuple(map(of_given_rows, roots.others)),
     )
 
 

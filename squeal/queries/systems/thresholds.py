@@ -243,7 +243,7 @@ def _located_among_all(
     Of a band or region only crossings whose frequency lies inside are thresholds. step_ends: values
     of the parameter at which steps of the search end; roots: the selected roots at a value.
     """
-    of_all_roots = thresholds(system.balanced.system, high, step_ends, low)
+    of_all_roots = thresholds(system.balanced, high, step_ends, low)
     doubts: list[str] = []
     for part in of_all_roots.searched:
         doubts += part.doubts or ()  # None of plain functions, which no system of terms is
