@@ -109,6 +109,10 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     notes = notes_of_seat(analysis.file)
     if basis:
         notes.insert(0, basis_text(basis))
+    extent = None
+    if selection.band is not None:
+        extent = selection.words()
+        notes.insert(0, f"Verdicts are of {extent}; what grows outside is left out")
     return Map(
         name=system.name,
         axes=axes,
@@ -116,7 +120,11 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
         verdicts=names,
         codes=codes,
         quantity=("largest_real", "1/s", growth),
-        details={"verdicts": np.reshape(verdicts, shape).tolist(), "basis": basis},
+        details={
+            "verdicts": np.reshape(verdicts, shape).tolist(),
+            "basis": basis,
+            "extent": extent,
+        },
         notes=tuple(notes),
         source=SystemSource(analysis.file, selection, reduction),
     )

@@ -169,3 +169,24 @@ def test_an_undamped_mode_elsewhere_makes_no_band_marginal(damping, stiffness, p
     assert squeal.eigenvalues(system, **part).verdict == verdict
     assert squeal.eigenvalues(system, prove=False, **part).verdict == verdict
     assert squeal.sweep(system, [0.0, 1.0], **part).steps[0].verdict == verdict
+
+
+@pytest.mark.parametrize("n", [100, 420])
+def test_a_map_of_a_band_says_that_its_verdicts_are_of_the_band(n):
+    """The pair that grows lies above the band, at HIGH."""
+    omega = 2 * np.pi * np.concatenate([10.0 * np.arange(1, n), [HIGH]])
+    damping = np.full(n, 0.5)
+    damping[-1] = -40.0
+    terms = [sparse.diags_array(x, format="csc") for x in (np.ones(n), damping, omega**2)]
+    M, C, K = terms
+    system = squeal.System(M, C, {"1": K, "a": K, "b": K}, {"a": 0.0, "b": 0.0})
+    axes = squeal.Axis("a", 0.0, 1e-3, 2), squeal.Axis("b", 0.0, 1e-3, 2)
+    found = squeal.map(system, axes, band=(5.0, 55.0))
+    assert found.share["stable"] == 1.0
+    assert found.to_dict()["extent"] == "5 to 55 Hz"
+    assert "Verdicts are of 5 to 55 Hz; what grows outside is left out" in str(found)
+    if n == 100:
+        whole = squeal.map(system, axes)
+        assert whole.share["flutter"] == 1.0
+        assert whole.to_dict()["extent"] is None
+        assert "outside" not in str(whole)
