@@ -35,7 +35,8 @@ class Eigenvalue:
     rounding : float
         How far rounding may move it, rad/s.
     error : float, optional
-        How far a reduction, or what digits of data leave open, may move it, rad/s.
+        How far a reduction, or what digits of data leave open, may move it, rad/s; by a proof only
+        if that shows in the digits of a table, a millionth of its size. `rounding` holds less.
     open : bool
         True if this error leaves open whether it grows.
     grows : bool
