@@ -140,3 +140,14 @@ def test_a_friction_beyond_every_range_is_named_as_it_was_given():
 def test_a_vertical_face_is_refused_with_what_is_allowed():
     with pytest.raises(InputError, match=r"theta0: .* below 1\.5708"):
         scene_of("b1-a", theta0=np.pi / 2.0)
+
+
+def test_a_look_at_another_small_system_is_refused():
+    """Above 400 rows the look answers; of fewer rows it decides nothing, and was not read."""
+    friction = [[0.0, 1.0], [-1.0, 0.0]]
+    first = squeal.System(np.eye(2), K={"1": np.diag([1.0, 4.0]), "mu": friction})
+    second = squeal.System(np.eye(2), K={"1": np.diag([1.0, 5.0]), "mu": friction})
+    look = squeal.sweep(first, [0.0, 1.0])
+    assert squeal.eigenvalues(first, at=0.5, look=look).verdict == "marginal"
+    with pytest.raises(InputError, match="another subject"):
+        squeal.eigenvalues(second, at=0.5, look=look)

@@ -138,15 +138,16 @@ def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> 
 
     Of a large system whose earlier sweep `look` was a first look the roots are estimates on its
     basis, unless a proof is requested. Other systems are solved. The referee judges small systems
-    unless `prove` is False, and bands of larger ones if it is True. Raises InputError for a first
-    look at other roots.
+    unless `prove` is False, and bands of larger ones if it is True. Raises InputError for a look at
+    another system, and for a first look at other roots.
     """
     file = analysis.file
     system = analysis.system
+    if look is not None:
+        refuse_other_subject("look", look.source, system)
     if look is not None and not prove and not is_small(system):
         source = look.source
         if isinstance(source, SystemSource) and isinstance(source.reduction, FirstLook):
-            refuse_other_subject("look", source, system)
             if source.selection != analysis.selection:
                 raise InputError("look: must be a sweep of the same band, region or modes")
             changes = {system.parameter: system.parameters[system.parameter]}
