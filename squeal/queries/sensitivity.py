@@ -14,7 +14,12 @@ from squeal.queries.pads.sensitivity import loss_sensitivity, pad_root_sensitivi
 from squeal.queries.thresholds import critical_friction, system_thresholds_with_proof
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
-from squeal.results.sources import PadSource, refuse_other_subject
+from squeal.results.sources import (
+    EigenvalueSelection,
+    PadSource,
+    SystemSource,
+    refuse_other_subject,
+)
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Place, Positive, kind_of, public
 
@@ -119,6 +124,13 @@ def sensitivity(
     analysis = SystemAnalysis.of(subject, band, region, modes, memory, progress)
     if known is not None:
         refuse_other_subject("known", known.source, analysis.system)
+        source = known.source
+        is_given = analysis.selection != EigenvalueSelection()
+        if is_given and isinstance(source, SystemSource) and source.selection != analysis.selection:
+            raise InputError(
+                "known: is the answer for another band, region or number of modes; that for the "
+                "same ones is allowed, or leave them out"
+            )
     system = with_matrices(analysis.file, matrices or {})
     if of_threshold:
         if known_thresholds is None:

@@ -149,3 +149,15 @@ def test_a_change_whose_file_names_fewer_rows_stands_where_the_system_has_them(t
     assert one.slopes["q"].tolist() == other.slopes["q"].tolist()
     with pytest.raises(InputError, match="node 8"):
         squeal.sensitivity(system, matrices={"q": {"K": str(tmp_path / "far.mtx")}})
+
+
+def test_a_known_answer_for_another_band_is_refused():
+    """Its roots are those that are differentiated, so that a band beside it would mean nothing."""
+    system = squeal.System(np.eye(2), K={"k": np.diag([1.0, 100.0])}, parameters={"k": 4.0})
+    whole = squeal.eigenvalues(system)
+    upper = squeal.eigenvalues(system, band=(1.0, 5.0))
+    assert len(squeal.sensitivity(system, known=whole).slopes["k"]) == 4
+    selected = squeal.sensitivity(system, known=upper, band=(1.0, 5.0)).slopes["k"]
+    assert selected.imag == pytest.approx([10.0 / 4.0])
+    with pytest.raises(InputError, match="another band"):
+        squeal.sensitivity(system, known=whole, band=(1.0, 5.0))
