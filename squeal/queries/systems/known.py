@@ -108,9 +108,9 @@ def known_roots(
 ) -> SystemRoots:
     """The selected roots of a system with the errors of its data; the referee judges a small one.
 
-    A small system is solved as D1 P D2 (`TermSystem.balanced`), whose rows and columns have units
-    that make them about as large. D1 P D2 has the roots of P; its right and left vectors x', y'
-    give those of P, x = D2 x' and y = D1 y'.
+    A small system P is solved as D P (`TermSystem.balanced`), D diagonal, whose rows have units
+    that fit those of its columns. It has the roots and right vectors of P; a left vector y' gives
+    that of P, y = D y'.
 
     Parameters
     ----------
