@@ -253,8 +253,9 @@ class _RootAtEvent(NamedTuple):
 class _Extrapolated(NamedTuple):
     """A root z at an event, extrapolated by the last step of Newton's method.
 
-    root: z at the event; computed: z, or its mean with the other one, before that step; slope: of
-    its real part, or of d where two meet; is_real: whether lambda is known to be real.
+    root: z at the event; computed: z before that step, or of two roots their mean before it plus
+    the half difference at the event; slope: of the real part of z, or of d where two meet; is_real:
+    whether lambda is known to be real.
     """
 
     root: complex

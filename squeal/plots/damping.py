@@ -145,7 +145,8 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
         depth = 2.0 * float(np.median(_ratio(all_roots)))
     if depth < NOISE:
         depth = 1.0
-    fastest = float(all_roots.real.max(initial=0.0)) or 1.0  # 1/s, a divisor
+    growth_rates = [float(paths.roots[mode].real.max()) for mode in paths.growing]
+    fastest = max(growth_rates, default=1.0)  # 1/s, a divisor
     limits = frequency_limits(all_roots)
     axes.set(xlim=limits, ylim=(-BELOW * depth, ABOVE * depth))
     # coloured modes are drawn over grey ones
@@ -180,7 +181,7 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
         title += f"\nat the right the first {PANELS} of {len(paths.groups)}"
     axes.set_title(title, loc="left", fontsize=7)
     entries: list[Artist] = []
-    if all_roots.real.max(initial=0.0) > 0.0:
+    if growth_rates:
         large = _round_down(fastest)
         for growth in (0.25 * large, large):
             diameter = math.sqrt(LARGEST * growth / fastest)

@@ -422,7 +422,7 @@ def _first_order_form(M: Expansion, C: Expansion, K: Expansion) -> tuple[Expansi
     rate = 1.0  # a power of 2 near sqrt(|K| / |M|), so that both halves of z are about as large
     mass = float(np.max(M.value.bound()))
     stiffness = float(np.max(K.value.bound()))
-    if mass > 0.0 and 0.0 < stiffness / mass < np.inf:  # a mass of zero is bounded by 1e-323
+    if mass > 0.0 and 0.0 < stiffness / mass < np.inf:  # the bound of M = 0 is not quite 0
         rate = float(2.0 ** np.round(np.log2(stiffness / mass) / 2.0))
     massless = np.asarray(~M.pattern.any(axis=0))
     A_value, B_value = companion(M.value, C.value, K.value, rate, massless=massless)
@@ -493,6 +493,8 @@ class RangeProof:
         self, component: Terms, start: float, end: float, unstable: int
     ) -> Proof | float | None:
         """Prove one component from `start` to `end`, which lies above or below `start`.
+
+        unstable: how many of its roots have to grow all along, conjugates counted.
 
         A step is lengthened after one that is proved and shortened after one that is not. The next
         steps after a shortened one grow little at first, since the longest possible step changes

@@ -382,8 +382,8 @@ def system_thresholds_with_proof(
         raise InputError(f"prove: nothing is proved of what was assumed: {'; '.join(assumptions)}")
     if prove and not (can_be_proved and lists_all):
         raise InputError(
-            f"prove: all thresholds of real systems of up to {ALL_ROWS} rows can be proved, "
-            "without a band or a region"
+            f"prove: all thresholds of real systems of up to {ALL_ROWS} rows whose matrices do not "
+            "follow the frequency can be proved, without a band or a region"
         )
     proof_is_requested = prove is True or (prove is None and system.n <= PROVED_ROWS)
     analysis.warn_of_unused_parameter()

@@ -301,12 +301,14 @@ class Findings(Answer):
         """How much further apart, or more damped, the real modes behind each growing one must be
         just enough."""
         words: list[str] = []
+        percents: list[float] = []
         for mode in self.eigenvalues.unstable:
             meeting = self.meeting_of(mode)
             if meeting is None or not meeting.cures[cure]:
                 continue  # the cures of other modes stop this one too
             amount = meeting.cures[cure]
             percent = 100.0 * amount / meeting.unit(cure)
+            percents.append(percent)
             if cure is Cure.APART:
                 text = f"{self._pair(mode)} by raising the upper one by {number(amount, 3)} Hz, "
                 words.append(f"{text}{number(percent, 2)} % of its frequency")
@@ -315,7 +317,7 @@ class Findings(Answer):
                 words.append(f"of {both}{self._pair(mode)} by at least {number(percent, 3)} %")
         more = len(words) - NAMED
         if more > 0:  # the others are summed up
-            largest = number(100.0 * self._share(cure), 3)
+            largest = number(max(percents[NAMED:]), 3)
             words[NAMED:] = [f"those of {_others(more)} by up to {largest} %"]
         if cure is Cure.APART:
             return f"Move further apart {'; '.join(words)}, {self._reach(cure)}."

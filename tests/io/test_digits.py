@@ -339,3 +339,21 @@ def test_a_scale_factor_widens_the_decimals_of_a_matrix(tmp_path):
     (tmp_path / "K.mtx").write_text(f"{keywords}\n1,1,1,1,12345.678901\n2,1,2,1,23456.000012\n")
     half_unit = 0.5 * 10.0 ** -read_matrix(tmp_path / "K.mtx").decimals
     assert 2000.0 * 5e-7 <= half_unit <= 10 * 2000.0 * 5e-7
+
+
+def test_mirrored_roots_of_complex_matrices_are_no_motions_within_digits(tmp_path):
+    """(1 + 0.1 i) K of a positive definite K damps all motions."""
+    (tmp_path / "M.mtx").write_text(
+        "%%MatrixMarket matrix array real general\n2 2\n1.000\n0.000\n0.000\n1.000\n"
+    )
+    (tmp_path / "K.mtx").write_text(
+        "%%MatrixMarket matrix array real general\n2 2\n4.000\n1.000\n1.000\n9.000\n"
+    )
+    (tmp_path / "s.yaml").write_text(
+        "M: {file: M.mtx, digits: 4}\nK: {file: K.mtx, digits: 4}\n"
+        "damping:\n  K4:\n    - {file: K.mtx, factor: '0.1', digits: 4}\n"
+    )
+    system = squeal.read_system(tmp_path / "s.yaml")
+    for prove in (True, False):
+        found = squeal.eigenvalues(system, prove=prove)
+        assert (found.verdict, found.unstable) == ("stable", ())

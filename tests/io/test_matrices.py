@@ -240,6 +240,10 @@ def test_one_triangle_of_harwell_boeing_stands_for_both_with_or_without_right_si
     assert read("K.rsa", text) == [[4.0, -1.5], [-1.5, 2.0]]
 
 
+def test_harwell_boeing_may_hold_no_entry(read):
+    assert read("K.hb", harwell_boeing("RUA", [1, 1, 1], [], [])) == [[0.0, 0.0], [0.0, 0.0]]
+
+
 @pytest.mark.parametrize("kind", ["RSA", "RZA"])
 def test_harwell_boeing_may_hold_both_triangles_that_agree(read, kind):
     sign = 1.0 if kind == "RSA" else -1.0
@@ -645,6 +649,11 @@ REFUSED = [
     ("K.hb", harwell_boeing("RUA", [1, 2, 3], [1, 7], [2, 3]), "ind"),
     ("K.hb", "t\n1 1 1 1 0\nRUA 9 9 999999999 0\n(8I9)\n1\n1\n", "fewer numbers"),
     ("K.hb", harwell_boeing("RUA", [1, 2, 3], [1, 2], [2, 3]).replace("RUA", "RHA"), "RHA"),
+    (
+        "K.hb",
+        harwell_boeing("RUA", [1, 2, 3], [1, 2], [2, 3]).replace("(8E10.1)  ", "(4(2E9.1))"),
+        "(4(2E9.1)) is not read",
+    ),
     ("K.pch", "DMIG,K,0,1,1\nDMIG,K,1,1,,1,1.5,2.\n", "whole numbers"),
     ("K.pch", "DMIG,K,0,9,1\nDMIG,K,1,1,,1,1,2.\n", "form 9"),
     ("K.pch", "DMIG,K,1,1,,1,1,2.\n", "missing"),

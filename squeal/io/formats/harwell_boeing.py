@@ -67,8 +67,11 @@ def _read_fields(lines: list[str], fortran_format: str, count: int) -> tuple[lis
 
     fortran_format: how they were written, such as (1P,3D24.16). Raises ValueError.
     """
+    if not count:
+        return [], lines
     edit = re.search(r"(\d*)[IEDFG](\d{1,2})", fortran_format.upper())
-    if not edit:
+    has_repeated_group = re.search(r"\d *\(", fortran_format)
+    if not edit or has_repeated_group:
         raise ValueError(
             f"the format {fortran_format.strip()} is not read; (8I10) and (3D24.16) are"
         )
@@ -78,7 +81,7 @@ def _read_fields(lines: list[str], fortran_format: str, count: int) -> tuple[lis
     used = [line.upper().replace("D", "E") for line in lines[:line_count]]
     too_few = f"fewer numbers than the {count} of the header"
     letters = sum(map(len, used))  # a field has at least one
-    if not 0 < line_count <= len(lines) or count > letters:
+    if line_count > len(lines) or count > letters:
         raise ValueError(too_few)
     fields = " ".join(used).split()
     if len(fields) != count:  # fields touch each other, and are told apart by their width

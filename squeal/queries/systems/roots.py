@@ -333,12 +333,14 @@ def _roots_of_matrices(
         roots = _dense_roots(matrices)
     if add_errors is not None:
         roots = add_errors(roots)
+    of_motions = roots if real else _upper_half(roots, real)
+    if add_errors is not None:
         # the verdict is decided anew with the errors; a root without a bound decides nothing
-        finite = tuple(root for root in roots if root.rounding < math.inf)
+        finite = tuple(root for root in of_motions if root.rounding < math.inf)
         # where the errors leave the sign of a root open only growth of another root is a verdict
         judged = judge_roots(finite, complete=not any(root.open for root in finite))
-    if judged is None:  # neither the first solver nor the errors decided
-        judged = judge_roots(roots if real else _upper_half(roots, real))
+    elif judged is None:
+        judged = judge_roots(of_motions)
     statement: Statement | None = None
     if data is not None:
         roots, judged, statement = refereed(matrices, roots, judged, data)

@@ -41,7 +41,8 @@ def judge_roots(
     Parameters
     ----------
     roots : sequence of Eigenvalue
-        The roots with their rounding. A root with a backward error above 1e-6 decides nothing.
+        The roots with their rounding. One with a backward error above 1e-6 decides nothing unless a
+        proof says that it grows.
     complete : bool
         Whether these are all roots. Of some roots only growth is a verdict.
     conservative : bool
