@@ -185,7 +185,8 @@ def _locate_event(continuation: Continuation, guess: Guess, crosses: bool) -> Ev
     half_width = 2 * function.noise / slope + abs(zero.move) + 2 * EPS * abs(p)
     if half_width > guess.width:
         return None
-    # rounding hides whether d, nearly a parabola here, vanishes twice or not at all
+    # rounding hides whether d, nearly a parabola here, vanishes twice or not at all: its
+    # discriminant is slope^2 - 4 bend d with bend = d''/2, and noise counts four times
     if coalesces and slope**2 <= 16 * abs(function.bend) * function.noise:
         return None
     root = _root_at_event(continuation, guess, zero, crosses)

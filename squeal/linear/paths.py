@@ -324,8 +324,8 @@ def mode_numbers(values: ComplexArray) -> Indices:
     """The number of the mode of each eigenvalue lambda (m,), from 1 by rising frequency.
 
     Conjugates are one mode. Real eigenvalues come first; they are paired from the outside inwards,
-    the largest with the smallest, and so on. Roots below the real axis have the number 0 if there
-    is none above it.
+    the largest with the smallest, and so on. A root below the real axis has the number of the root
+    above the axis that is nearest to its conjugate, and 0 where no root lies above the axis.
     """
     order = ordered(values)  # by rising |Im|, the real ones by falling real part
     imag = values[order].imag

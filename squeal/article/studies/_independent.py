@@ -16,7 +16,7 @@ import numpy as np
 from squeal.errors import ComputationError
 from squeal.model.pad import Pad
 
-SUBSTEPS = (2, 4, 6, 8, 10, 12, 14)  # of the midpoint rule, one column of the extrapolation each
+SUBSTEPS = (2, 4, 6, 8, 10, 12, 14)  # of the midpoint rule, one row of the extrapolation each
 CONVERGED = 2e-16  # of the size of the state: two extrapolated values this near are one
 ACCEPTED = 1e-14  # of the size of the state: worse than this after the last column halves the step
 ROUNDED = 1e-15  # of the place, times the stiffness: what rounding leaves of a force
@@ -217,7 +217,7 @@ def _extrapolated(
     """A step of length h by Bulirsch and Stoer's extrapolation in the square of the substep.
 
     T(j, i+1) = T(j, i) + (T(j, i) - T(j-1, i)) / ((n_j / n_(j-1-i))^2 - 1), of the change of the
-    state; it ends with the column that changes no more.
+    state; it ends with the row that changes no more.
 
     lever : length that makes an angle comparable with a displacement
     sizes : of place and of velocity

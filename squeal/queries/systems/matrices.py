@@ -152,8 +152,8 @@ def _keys_beside_matrices(system: TermSystem) -> dict[str, Any]:
         document["assumptions"] = list(system.assumptions)
     parameters = {}
     for name, value in system.parameters.items():
-        # a file that names no parameter gets a free one of value 0, which no matrix depends on:
-        # that one is left out
+        # a file without the key `parameter` is read with a free parameter of value 0 that no matrix
+        # depends on; such a parameter is not written
         is_default = name == system.parameter and name not in system.names and value == 0.0
         if name not in system.follows and not is_default:
             parameters[name] = value
