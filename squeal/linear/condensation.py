@@ -28,7 +28,7 @@ EXACT_ROWS = 40
 """Rows up to which motions without mass are found in exact arithmetic."""
 SHIFTS = (0.83, -1.37, 2.9, -0.21)
 """Values of sigma, over the frequency scale or its square; the one farthest from a root serves."""
-GAP = 1e2
+GAP = 1e4
 """How many times greater roots are that are left out, if they decay; its square of s."""
 THROUGH_INFINITY = (
     "M, C and K: a root passes through infinity within the range, as where what holds or damps a "
@@ -246,11 +246,15 @@ class Condensation:
 
 
 def _frequency_scale(samples: Sequence[Change]) -> float:
-    """A power of two, 1/s, near the frequencies of some systems, or their rates without mass."""
+    """A power of two, 1/s, near the frequencies of some systems, or their rates without mass.
+
+    In units of rows and columns in which entries of K are about one.
+    """
     masses, dampings, stiffnesses = zip(*samples, strict=True)
-    mass = max(map(norm_of, masses))
-    damping = max(map(norm_of, dampings))
-    stiffness = max(map(norm_of, stiffnesses))
+    rows, columns = _balancing([Pencil(K, np.zeros_like(K)) for K in stiffnesses])
+    mass = max(norm_of(rows * M * columns) for M in masses)
+    damping = max(norm_of(rows * C * columns) for C in dampings)
+    stiffness = max(norm_of(rows * K * columns) for K in stiffnesses)
     rate = 1.0
     if stiffness and mass:
         rate = math.sqrt(stiffness / mass)

@@ -422,10 +422,11 @@ class System:
     @cached_property
     def row_units(self) -> Array:
         """Powers of two (n,) for rows of a small system whose units fit those of its columns."""
+        values = self.values()
         sizes = np.zeros((3, self.n, self.n))
         for size, terms in zip(sizes, self.parts, strict=True):
             for term in terms:
-                size += np.abs(dense(term.matrix))
+                size += np.abs(term.factor.value(values) * dense(term.matrix))
         return row_units(*sizes)
 
     @cached_property

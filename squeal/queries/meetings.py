@@ -127,9 +127,15 @@ class Meeting:
         return bool(self.is_upper.any())
 
     @property
-    def alone(self) -> float:
-        """How much damping one of the two modes needs alone, infinite where none is known."""
-        return min(self.cures.get(side, math.inf) for side in SIDES)
+    def alone(self) -> Cure | None:
+        """Which mode, damped alone, stops growth at as many values as both do; None if neither is
+        known to. Of two that do it is the one that needs less."""
+        sides = {}
+        for side in SIDES:
+            reaches_as_far = side not in self.at_value_alone or Cure.BOTH in self.at_value_alone
+            if side in self.cures and reaches_as_far:
+                sides[side] = self.cures[side]
+        return min(sides, key=sides.__getitem__, default=None)
 
     def unit(self, cure: Cure) -> float:
         """What a share of a cure is a share of: the upper frequency in Hz, or critical damping."""

@@ -93,13 +93,13 @@ class Paths:
         return complex(np.interp(value, at, self.roots[mode]))
 
     def mode_at(self, value: float, root: complex) -> int | None:
-        """The mode whose root at a value is nearest to one, rad/s."""
-
-        def distance(mode: int) -> float:
+        """The mode whose root at a value is nearest to one, rad/s; None where no path reaches."""
+        distances = {}
+        for mode in self.whole:
             of_mode = self.root_at(mode, value)
-            return math.inf if of_mode is None else abs(of_mode - root)
-
-        return min(self.whole, key=distance, default=None)
+            if of_mode is not None:
+                distances[mode] = abs(of_mode - root)
+        return min(distances, key=distances.__getitem__, default=None)
 
     def meeting(self, group: tuple[int, ...]) -> float | None:
         """The value at which two modes meet; None if they never do, and of one mode.

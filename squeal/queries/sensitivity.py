@@ -15,7 +15,6 @@ from squeal.queries.thresholds import critical_friction, system_thresholds_with_
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
 from squeal.results.sources import (
-    EigenvalueSelection,
     PadSource,
     SystemSource,
     refuse_other_subject,
@@ -125,7 +124,7 @@ def sensitivity(
     if known is not None:
         refuse_other_subject("known", known.source, analysis.system)
         source = known.source
-        is_given = analysis.selection != EigenvalueSelection()
+        is_given = not (band is None and region is None and modes is None)
         if is_given and isinstance(source, SystemSource) and source.selection != analysis.selection:
             raise InputError(
                 "known: is the answer for another band, region or number of modes; that for the "

@@ -331,10 +331,18 @@ class Findings(Answer):
         meetings = self.meetings.values()
         if not all(meeting.is_pair for meeting in meetings):
             return ""
-        needed = max(meeting.alone for meeting in meetings)
-        if needed > MOST:
-            return "; of one of both alone no amount is known to be enough"
-        return f"; of one of both alone it takes up to {number(100.0 * needed, 3)} %"
+        sides = set()
+        needed = 0.0
+        for meeting in meetings:
+            side = meeting.alone
+            if side is None:
+                return "; of one of both alone no amount is known to be enough"
+            sides.add(side)
+            needed = max(needed, meeting.cures[side])
+        which = "one of both"
+        if len(sides) == 1:
+            which = "the upper one" if Cure.UPPER in sides else "the lower one"
+        return f"; of {which} alone it takes up to {number(100.0 * needed, 3)} %"
 
     def _reach(self, cure: Cure) -> str:
         """At which values of the parameter a cure is enough."""

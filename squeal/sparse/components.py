@@ -105,8 +105,7 @@ class Component:
                 f"{self.name}: directions: {unknown[0]:g} is not allowed; it must be 0, 1, 2 or -1"
             )
         object.__setattr__(self, "directions", self.directions.astype(int))
-        flexibility = self.residual_flexibility
-        if self.cutoff < np.inf and (flexibility is None or np.any(flexibility)):
+        if self.cutoff < np.inf:
             assumption = f"reduced to its modes up to {self.cutoff:g} Hz, which moves roots"
             object.__setattr__(self, "system", self.system.assuming(assumption))
 
