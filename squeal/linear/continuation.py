@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.errors import InputError
-from squeal.linear.condensation import Condensation
+from squeal.errors import InputError, MatrixError
+from squeal.linear.condensation import THROUGH_INFINITY, Condensation
 from squeal.linear.matrices import (
     EPS,
     ILL,
@@ -654,6 +654,8 @@ def _normalising(M: Array) -> tuple[Array, Array]:
     try:
         R = reduce(M, None, np.zeros_like(M)).T
     except InputError:  # not symmetric, positive definite
+        if not is_regular(M):
+            raise MatrixError(THROUGH_INFINITY) from None
         rows_scaled = np.abs(M) / np.abs(M).max(axis=1, keepdims=True)
         R = np.diag(1.0 / rows_scaled.max(axis=0))
         return np.asarray(np.linalg.inv(M @ R)), R

@@ -415,7 +415,15 @@ class System:
         return not self.C and self._real_terms
 
     def mapped(self, change: Callable[[Term], Term], labels: Iterable[Label]) -> System:
-        """The system with a change of each term, on rows of these labels."""
+        """The system with a change of each term, on rows of these labels.
+
+        Examples
+        --------
+        >>> system = System([[1.0]], K=[[2.0]])
+        >>> twice = system.mapped(lambda term: Term(2.0 * term.matrix, term.factor), system.labels)
+        >>> twice.K[0].matrix.tolist()
+        [[4.0]]
+        """
         M, C, K = (tuple(map(change, terms)) for terms in self.parts)
         return dataclasses.replace(self, M=M, C=C, K=K, labels=tuple(labels))
 

@@ -19,6 +19,7 @@ from squeal.queries.critical_speeds import CriticalSpeeds
 from squeal.queries.energy import Energy
 from squeal.queries.meetings import MOST, Cure, Meeting, MeetingSearch
 from squeal.queries.mode_paths import Paths
+from squeal.queries.ranges import DISAGREES
 from squeal.queries.remedies import BETTER, Effect, Remedy, RemedySearch, rounded
 from squeal.queries.systems.all_roots import is_small
 from squeal.results.eigenvalues import Eigenvalues
@@ -403,7 +404,16 @@ class Findings(Answer):
         return limit, reservations
 
     def meeting_of(self, mode: UnstableMode) -> Meeting | None:
-        """The two real modes behind a growing one."""
+        """The two real modes behind a growing one, None where they are not known.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> report = squeal.report(squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}))
+        >>> [round(hertz, 3) for hertz in report.meeting_of(report.eigenvalues.unstable[0]).hertz]
+        [0.159, 0.276]
+        """
         return self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
 
     def _real_modes(self, mode: UnstableMode) -> str:
@@ -572,12 +582,28 @@ class Findings(Answer):
         return replace(table, columns=columns)
 
     def at(self, value: float) -> str:
-        """A value of the parameter, with the unit where it is a speed."""
+        """A value of the parameter, with the unit where it is a speed.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+        >>> squeal.report(squeal.System([[1, 0], [0, 1]], K=K)).at(0.5)
+        'mu = 0.5'
+        """
         end = speed_words(value, unit_of(self.thresholds.source))
         return f"{self.thresholds.parameter} = {number(value, 4)}{end}"
 
     def whirl(self, speed: float, root: complex) -> str:
-        """The direction of a mode of a rotor at a speed, such as forward; empty where unknown."""
+        """The direction of a mode of a rotor at a speed, such as forward; empty where unknown.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+        >>> squeal.report(squeal.System([[1, 0], [0, 1]], K=K)).whirl(0.5, 1j)  # of no rotor
+        ''
+        """
         if self.critical is None:
             return ""
         return self.critical.diagram.direction(speed, root) or ""
@@ -595,6 +621,9 @@ class Findings(Answer):
         where = " within the band" if self.eigenvalues.extent else ""
         if self.thresholds.verdict in GROWING:  # at the lower end
             return f"Unstable from {self.at(self.thresholds.low)} on."
+        proof = self.thresholds.proof
+        if proof is not None and (proof["reason"] or "").startswith(DISAGREES):
+            return "Where stability is first lost is not known: a count found other growing modes."
         if first is None:
             return f"No loss of stability{where} up to {self.at(self.thresholds.high)}."
         line = f"Stability is first lost{where} at {self.at(first.mu)}: {self._lost(first)}"
