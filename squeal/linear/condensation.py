@@ -122,6 +122,8 @@ class Condensation:
         How many roots are left.
     frequency_scale : float
         What they are divided by, 1/s; s = -lambda^2 by its square.
+    left_out : int
+        How many finite roots are left out, as far greater than all others.
     """
 
     def __init__(self, samples: Sequence[Change], undamped: bool) -> None:
@@ -140,7 +142,7 @@ class Condensation:
         pencils = list(map(self._pencil, samples))
         self._middle = pencils[len(pencils) // 2]
         self.size, self._powers = _finite_roots(self._middle)
-        self._fast = 0
+        self.left_out = 0
         if not self.size:
             raise MatrixError("M, C and K: no motion satisfies them, so that none begins to grow")
         for size, _ in map(_finite_roots, pencils):
@@ -167,17 +169,17 @@ class Condensation:
             return
         followed = self.size, self._powers
         self.size = int(np.argmax(gaps)) + 1
-        self._fast = followed[0] - self.size
+        self.left_out = followed[0] - self.size
         self._powers += math.ceil(math.log(EPS) / -math.log(gap))
         self._fix_subspaces()
         if not all(map(self._fast_roots_decay, pencils)):
             self.size, self._powers = followed
-            self._fast = 0
+            self.left_out = 0
             self._fix_subspaces()
 
     def _fast_roots_decay(self, pencil: Pencil) -> bool:
         """True if roots that were left out decay or, without damping, are real numbers s > 0."""
-        if not self._fast:
+        if not self.left_out:
             return True
         L, R, _ = self._subspaces(pencil)
         # what L E and E R do not see: fast and infinite roots
@@ -186,7 +188,7 @@ class Condensation:
         inverses = np.linalg.eigvals(
             np.linalg.solve(left @ pencil.F @ right, left @ pencil.E @ right)
         )
-        fast = inverses[np.argsort(-np.abs(inverses))][: self._fast]
+        fast = inverses[np.argsort(-np.abs(inverses))][: self.left_out]
         if self._undamped:
             return bool(np.all((fast.real > 0.0) & (np.abs(fast.imag) < EPS**0.5 * fast.real)))
         return bool(np.all(fast.real < 0.0))

@@ -361,6 +361,11 @@ class Continuation:
             )
 
     @property
+    def has_all_roots(self) -> bool:
+        """Whether no finite root is left out, as very fast ones of light motions are."""
+        return self._condensation is None or not self._condensation.left_out
+
+    @property
     def states(self) -> list[SpectrumAtParameter]:
         """All states so far, by rising value."""
         return [self._states[p] for p in sorted(self._states)]

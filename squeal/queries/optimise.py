@@ -140,7 +140,7 @@ class Optimum(Answer):
     def parts(self) -> Sequence[str | Table]:
         lines = [f"{self.name}: largest growth rate{self.extent}"]
         for words, roots in (("before", self.before), ("after", self.after)):
-            proof = "certified by a count" if roots.certified else UNSURE
+            proof = "certified" if roots.certified else UNSURE
             lines.append(f"  {words}: {number(_largest_growth(roots))} 1/s ({proof})")
         ends = ", ".join(number(growth, 4) for growth in self.starts)
         lines.append(f"searches ended at {ends} 1/s (seed {self.seed})")

@@ -94,3 +94,34 @@ def test_a_system_without_any_motion_has_no_threshold():
     system = squeal.System(np.diag([1.0, 0.0]), K=K)
     with pytest.raises(squeal.InputError, match="no motion"):
         squeal.thresholds(system)
+
+
+@pytest.mark.parametrize("drives", [0.0, -1.0])
+def test_a_spring_alone_beside_a_system_hides_no_threshold(drives):
+    """A motion without mass or damping that no other one moves; s = 2 +- sqrt(1 - 4 mu / 3)."""
+    K = {
+        "1": [[2, -1, drives], [-1, 2, 0], [0, 0, 1]],
+        "mu": [[0, 4 / 3, 0], [0, 0, 0], [0, 0, 0]],
+    }
+    found = squeal.thresholds(squeal.System(np.diag([1.0, 1.0, 0.0]), K=K))
+    assert found.first.mu == pytest.approx(0.75)
+    assert found.certified
+
+
+@pytest.mark.parametrize("power", [0, 12, 20])
+def test_units_of_a_massless_coordinate_hide_no_threshold(power):
+    """Columns times powers of two change no root; Routh's criterion tells where flutter begins."""
+    units = np.diag([2.0**power, 1.0])
+    M = np.diag([0.0, 1.0])
+    C = np.array([[0.25, -0.0625], [-0.0625, 0.5625]])
+    K = np.array([[4.0, -1.0], [-1.0, 9.0]])
+    F = np.array([[0.0, 5.0], [-2.0, 0.0]])
+    found = squeal.thresholds(squeal.System(M, C @ units, {"1": K @ units, "mu": F @ units}), 3.0)
+    mu = found.first.mu
+    # det (s^2 M + s C + K + mu F) = a s^3 + b s^2 + c s + d: flutter where b c = a d
+    a = 0.25
+    b = 4.0 + 0.25 * 0.5625 - 0.0625**2
+    c = 0.25 * 9.0 + 4.0 * 0.5625 + 0.0625 * ((-1.0 + 5.0 * mu) + (-1.0 - 2.0 * mu))
+    d = 36.0 - (-1.0 + 5.0 * mu) * (-1.0 - 2.0 * mu)
+    assert b * c == pytest.approx(a * d, rel=1e-6)
+    assert found.certified

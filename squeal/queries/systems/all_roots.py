@@ -102,6 +102,8 @@ def motion_rates(system: TermSystem, changes: Changes) -> MotionRates:
     for rows in components(reaches(pattern)):
         block = np.ix_(rows, rows)
         damping = None if C is None else C[block]
+        if not M[block].any() and (damping is None or not damping.any()):
+            continue  # springs alone have no roots
         roots = dense_values(M[block], damping, K[block])
         sizes = np.abs(roots)
         rounding = assumed_rounding(roots, is_undamped(damping, K[block]))

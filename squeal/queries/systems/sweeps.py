@@ -125,9 +125,11 @@ def track_modes(
     all_roots = reduction is None and selection.rectangle is None
     if all_roots and small and system.real and system.n <= SMALL_ROWS:
         # few rows: the continuation of all roots, which knows where they cross and coalesce, serves
-        # to track modes; it refuses a singular M
+        # to track modes; it refuses matrices that are singular together
         with suppress(InputError):
-            tracked_at = continued(system, rising).at
+            continuation = continued(system, rising)
+            if continuation.has_all_roots:
+                tracked_at = continuation.at
     steps = [step for step, _ in computed_roots.values()]  # by rising value
     # so many values between the steps may be computed to tell modes apart
     values_between = 0 if expensive else len(rising)
