@@ -332,12 +332,13 @@ class Eigenvalues(Answer):
             Column("growth_rate", "1/s"),
         ]
         if ERROR in self.columns:  # the eigenvalue of a mode knows its error, the mode does not
-            errors: dict[int | None, str] = {}
-            for number_of_mode, root in self.of_modes:
-                errors[number_of_mode] = ERROR.cell(root)
 
             def error_of(mode: UnstableMode) -> str:
-                return errors.get(self.mode_of(mode), "-")
+                if self.mode_of(mode) is None:
+                    return "-"
+                # by its value, since two real roots may share a number
+                nearest = min(self.eigenvalues, key=lambda root: abs(root.value - mode.root))
+                return ERROR.cell(nearest)
 
             heads.append(replace(ERROR, shown=error_of))
         heads += columns("damping_ratio%")

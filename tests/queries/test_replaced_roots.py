@@ -82,3 +82,12 @@ def test_growth_of_other_roots_is_not_taken_for_that_of_listed_ones():
     values = [root.value for root in found.eigenvalues]
     assert values == pytest.approx([np.sqrt(0.75), -np.sqrt(0.75)], rel=1e-9)
     assert not found.certified
+
+
+def test_a_mode_that_grows_has_the_error_of_its_root():
+    """Two real roots share a number: one is 1e14 with a large error, one is small."""
+    M = [[1.0 + 1e-14, 1.0], [1.0, 1.0]]
+    system = squeal.System(M, [[-1.0, -1.0], [-1.0, -3.0]], [[1.0, 1.0], [1.0, 2.0]])
+    found = squeal.eigenvalues(system)
+    table = str(found).split("unstable modes\n")[1].splitlines()[1:4]
+    assert [row.split()[4] for row in table] == ["3.5e+12", "-", "-"]
