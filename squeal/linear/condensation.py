@@ -235,7 +235,10 @@ class Condensation:
     def problem(self, matrices: Change, slopes: Change) -> FiniteProblem:
         """The eigenproblem of the followed roots for M, C and K with derivatives dM, dC and dK."""
         pencil = self._pencil(matrices)
-        L, R, sign = self._subspaces(pencil)
+        try:
+            L, R, sign = self._subspaces(pencil)
+        except np.linalg.LinAlgError:  # a followed root is infinite here
+            raise MatrixError(THROUGH_INFINITY) from None
         if sign != self._start.sign or not self._fast_roots_decay(pencil):
             raise MatrixError(THROUGH_INFINITY)
         A = L @ pencil.F @ R

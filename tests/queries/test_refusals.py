@@ -35,6 +35,10 @@ def moved(**given: Any) -> Any:
 REFUSED: list[tuple[Any, str]] = [
     # a mass that vanishes within the range, a direction that there is not
     (lambda: api.thresholds(api.System({"(mu - 1)**2": [[1.0]]}, K=[[1.0]])), "through infinity"),
+    (
+        lambda: api.thresholds(api.System([[0.0]], {"(mu - 1)**2": [[1.0]]}, [[1.0]])),
+        "through infinity",
+    ),
     (lambda: api.Component(S, [1, 2], [0, 3]), "directions: 3 is not allowed"),
     # numbers that are none
     (lambda: moved(matrices={"a": {"K": [[NAN, 0], [0, 0]]}}), "a.K: must be a matrix of finite"),
