@@ -125,3 +125,11 @@ def test_units_of_a_massless_coordinate_hide_no_threshold(power):
     d = 36.0 - (-1.0 + 5.0 * mu) * (-1.0 - 2.0 * mu)
     assert b * c == pytest.approx(a * d, rel=1e-6)
     assert found.certified
+
+
+def test_growth_has_no_start_where_no_mass_is_left():
+    """m s^2 - s / 10 + 1 of m = 2 grows; at m = 0 there is no oscillation to start from."""
+    system = squeal.System({"m": [[1.0]]}, [[-0.1]], [[1.0]], parameters={"m": 2.0}, parameter="m")
+    (mode,) = squeal.eigenvalues(system).unstable
+    assert mode.growth_rate == pytest.approx(0.025)
+    assert mode.onset is None
