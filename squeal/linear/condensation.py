@@ -28,8 +28,10 @@ EXACT_ROWS = 40
 """Rows up to which motions without mass are found in exact arithmetic."""
 SHIFTS = (0.83, -1.37, 2.9, -0.21)
 """Values of sigma, over the frequency scale or its square; the one farthest from a root serves."""
-GAP = 1e4
-"""How many times greater roots are that are left out, if they decay; its square of s."""
+GAP = 3e2
+"""How many times greater roots are that are left out, if they decay."""
+GAP_OF_SQUARES = 1e6
+"""... and of s = -lambda^2."""
 THROUGH_INFINITY = (
     "M, C and K: a root passes through infinity within the range, as where what holds or damps a "
     "motion without mass vanishes, or grows far faster than others; thresholds can be given of a "
@@ -110,6 +112,10 @@ class Subspaces(NamedTuple):
     sign: float
 
 
+class FastRootGrowsError(MatrixError):
+    """A root that was left out grows at some value: all roots have to be followed."""
+
+
 class Condensation:
     """What takes the finite roots out of the pencils of systems, at any value of a parameter.
 
@@ -126,7 +132,7 @@ class Condensation:
         How many finite roots are left out, as far greater than all others.
     """
 
-    def __init__(self, samples: Sequence[Change], undamped: bool) -> None:
+    def __init__(self, samples: Sequence[Change], undamped: bool, all_roots: bool) -> None:
         """samples: M, C and K, arrays (n, n), at some values of the parameter."""
         masses: Array = np.array(samples)[:, 0]
         if np.array_equal(masses[1:], masses[:-1]):
@@ -149,7 +155,8 @@ class Condensation:
             if size != self.size:
                 raise MatrixError(THROUGH_INFINITY)
         self._fix_subspaces()
-        self._leave_fast_roots(pencils)
+        if not all_roots:
+            self._leave_fast_roots(pencils)
 
     def _fix_subspaces(self) -> None:
         """Take the subspaces of one pencil for the first approximation at others."""
@@ -165,7 +172,7 @@ class Condensation:
         sizes = np.sort(np.abs(np.linalg.eigvals(L @ self._middle.F @ R)))
         gaps = sizes[1:] / np.maximum(sizes[:-1], 1.0)  # roots near zero are no others
         gap = np.max(gaps, initial=1.0)
-        if gap < (GAP**2 if self._undamped else GAP):
+        if gap < (GAP_OF_SQUARES if self._undamped else GAP):
             return
         followed = self.size, self._powers
         self.size = int(np.argmax(gaps)) + 1
@@ -239,8 +246,10 @@ class Condensation:
             L, R, sign = self._subspaces(pencil)
         except np.linalg.LinAlgError:  # a followed root is infinite here
             raise MatrixError(THROUGH_INFINITY) from None
-        if sign != self._start.sign or not self._fast_roots_decay(pencil):
+        if sign != self._start.sign:
             raise MatrixError(THROUGH_INFINITY)
+        if not self._fast_roots_decay(pencil):
+            raise FastRootGrowsError(THROUGH_INFINITY)
         A = L @ pencil.F @ R
         dF, dE = self._pencil(slopes, is_derivative=True)
         derivative = L @ (dF @ R - dE @ R @ A)

@@ -319,7 +319,9 @@ class Continuation:
         system: SystemFunction,
         low: float,
         high: float,
+        all_roots: bool = False,
     ) -> None:
+        """all_roots: also those that are far faster than others, which cost these digits."""
         self.system = system
         self.low = low
         self.high = high
@@ -337,7 +339,7 @@ class Continuation:
         self.size = n if self.problem is UNDAMPED else 2 * n  # rows N of A
         self._condensation: Condensation | None = None
         if not all(map(is_regular, masses)):
-            self._condensation = Condensation(projected, self.problem is UNDAMPED)
+            self._condensation = Condensation(projected, self.problem is UNDAMPED, all_roots)
             self.size = self._condensation.size
             self.frequency_scale = self._condensation.frequency_scale
         if self.problem is UNDAMPED:

@@ -21,6 +21,7 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.bends import bends_within, factors_of
+from squeal.linear.condensation import FastRootGrowsError
 from squeal.linear.continuation import DAMPED, UNDAMPED, Continuation, SpectrumAtParameter
 from squeal.linear.event_guesses import DIVISION_SHARE, guesses_of, window_guesses
 from squeal.linear.events import EVENT_TOLERANCE, Event, beyond_ends, bracket_by_sign, locate_event
@@ -102,14 +103,25 @@ class SearchResult:
         return [self.continuation.low, *values, self.continuation.high]
 
 
-def search(system: SystemFunction, low: float, high: float) -> SearchResult:
+def search(
+    system: SystemFunction, low: float, high: float, all_roots: bool = False
+) -> SearchResult:
     """All events for low <= p <= high, in clusters of coincident ones.
 
     The range is divided into steps, and these again, until the roots at both ends of each are
     matched. What may cross is located, and the counts of growing roots between the events decide
-    where the search has to look again.
+    where the search has to look again. all_roots: see `Continuation`.
     """
-    continuation = Continuation(system, low, high)
+    try:
+        return _search(Continuation(system, low, high, all_roots))
+    except FastRootGrowsError:
+        return _search(Continuation(system, low, high, all_roots=True))
+
+
+def _search(continuation: Continuation) -> SearchResult:
+    """As `search`, along a continuation."""
+    low = continuation.low
+    high = continuation.high
     count, budget = _affordable(continuation.size)
     values = [low]
     for k in range(1, count):  # uneven, as thresholds often lie at round numbers
@@ -125,7 +137,7 @@ def search(system: SystemFunction, low: float, high: float) -> SearchResult:
     midpoints = _midpoints(continuation, clusters)
     counts = tuple(continuation.at(p).unstable_count for p in midpoints)
     result = SearchResult(tuple(clusters), counts, continuation)
-    if not isinstance(system, TermSystem):
+    if not isinstance(continuation.system, TermSystem):
         return result
     return replace(result, doubts=tuple(_doubts(result, refinement.unresolved)))
 

@@ -131,7 +131,8 @@ def thresholds(
     for a, b in itertools.pairwise([first, *sorted(jumps), last]):
         low = float(np.nextafter(a, b)) if a in jumps else a
         high = float(np.nextafter(b, a)) if b in jumps else b
-        part = search(system, low, high)
+        # after a list was refuted, where the range is divided, fast roots may have been missed
+        part = search(system, low, high, all_roots=bool(jumps))
         if parts:
             before = parts[-1].continuation
             below = before.at(before.high)

@@ -133,3 +133,21 @@ def test_growth_has_no_start_where_no_mass_is_left():
     (mode,) = squeal.eigenvalues(system).unstable
     assert mode.growth_rate == pytest.approx(0.025)
     assert mode.onset is None
+
+
+def test_a_window_of_very_fast_motions_is_found_where_it_is_proved_to_be():
+    """Two masses of 1e-6 of the others' flutter where |k1 - k2| < 2 c, k1 - k2 = (mu - p) / 5."""
+    middle = 0.3717
+    width = 1e-3
+    coupling = 0.2 * width / 4.0
+    K = np.diag([1.0, 1.0, 1.0 + 0.2 * middle, 2.0])
+    K[0, 3] = K[3, 0] = -0.5
+    K[1, 2] = coupling
+    K[2, 1] = -coupling
+    system = squeal.System(
+        np.diag([1.0, 1e-6, 1e-6, 0.0]), K={"1": K, "mu": np.diag([0.0, 0.2, 0.0, 0.0])}
+    )
+    found = squeal.thresholds(system, high=1.0)
+    assert found.certified
+    values = [crossing.mu for crossing in found.crossings]
+    assert values == pytest.approx([middle - width / 2, middle + width / 2])
