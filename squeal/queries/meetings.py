@@ -210,7 +210,9 @@ def find_meetings(
         if candidates and len(candidates) == len(spectrum.unstable):
             meetings = problem.cured(candidates)
             for cure in (Cure.APART, Cure.BOTH):
-                if problem.knows(cure):
+                if not problem.knows(cure):
+                    continue
+                with suppress(InputError, ComputationError):  # the other kind may be known
                     treatments[cure] = problem.treatment(cure, max(high, spectrum.value))
     return MeetingSearch(meetings, treatments)
 
@@ -318,9 +320,14 @@ class _Problem:
         """
         best: dict[int, Meeting] = {}
         most = -1
+        tried: set[tuple[tuple[int, ...], ...]] = set()
         for choice in range(max(map(len, candidates.values()))):
             for mode, meetings in candidates.items():
                 self.meetings[mode] = meetings[min(choice, len(meetings) - 1)]
+            indices = tuple(meeting.indices for meeting in self.meetings.values())
+            if indices in tried:
+                continue
+            tried.add(indices)
             self.basis = self._basis()
             self.projected = {}
             are_pairs = all(meeting.is_pair for meeting in self.meetings.values())
@@ -335,6 +342,8 @@ class _Problem:
             if known == 4:
                 break
         self.meetings = best
+        self.basis = self._basis()
+        self.projected = {}
         if all(meeting.is_pair for meeting in best.values()):
             if len(best) == 1:
                 for side in SIDES:
