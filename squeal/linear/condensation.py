@@ -141,10 +141,15 @@ class Condensation:
         left, self._heavy_rows = separating(np.concatenate(list(masses.swapaxes(1, 2))))
         self._left = left.T
         self._undamped = undamped
-        self.frequency_scale = _frequency_scale(samples)
-        self._rows = np.ones((1, 1))
-        self._columns = np.ones((1, 1))
-        self._rows, self._columns = _balancing(list(map(self._pencil, samples)))
+        self.frequency_scale = rate = _frequency_scale(samples)
+        sums = []  # of sizes of entries
+        for matrices in samples:
+            M, C, K = map(np.abs, self._transformed(matrices))
+            sums.append(rate**2 * M + rate * C + K)
+        # before the state space is formed, whose rows of ones would set units of their own
+        rows, columns = _balancing(sums)
+        self._left = rows * self._left
+        self._right = self._right * columns
         pencils = list(map(self._pencil, samples))
         self._middle = pencils[len(pencils) // 2]
         self.size, self._powers = _finite_roots(self._middle)
@@ -200,19 +205,23 @@ class Condensation:
             return bool(np.all((fast.real > 0.0) & (np.abs(fast.imag) < EPS**0.5 * fast.real)))
         return bool(np.all(fast.real < 0.0))
 
-    def _pencil(
-        self, matrices: Change, of_terms: bool = False, is_derivative: bool = False
-    ) -> Pencil:
-        """The balanced pencil of M, C and K, or its derivative, or the sizes of their terms."""
+    def _transformed(self, matrices: Change, of_terms: bool = False) -> list[NDArray]:
+        """L X R of M, C and K, whose massless rows and columns come last, or sizes of its terms."""
         transformed = []
         for X in matrices:
             product = self._left @ X @ self._right
             terms = np.abs(self._left) @ np.abs(X) @ np.abs(self._right)
             product[np.abs(product) <= 4 * EPS * len(X) * terms] = 0.0  # rounding
             transformed.append(terms if of_terms else product)
-        M, C, K = transformed
-        M[self._heavy_rows :] = 0.0
-        M[:, self._heavy :] = 0.0
+        transformed[0][self._heavy_rows :] = 0.0
+        transformed[0][:, self._heavy :] = 0.0
+        return transformed
+
+    def _pencil(
+        self, matrices: Change, of_terms: bool = False, is_derivative: bool = False
+    ) -> Pencil:
+        """The balanced pencil of M, C and K, or its derivative, or the sizes of their terms."""
+        M, C, K = self._transformed(matrices, of_terms)
         rate = self.frequency_scale
         F = K
         E = rate**2 * M
@@ -221,7 +230,7 @@ class Condensation:
             if is_derivative:  # the rows of velocities are constant
                 F[: self._heavy] = 0.0
                 E[: self._heavy] = 0.0
-        return Pencil(self._rows * F * self._columns, self._rows * E * self._columns)
+        return Pencil(F, E)
 
     def _subspaces(self, pencil: Pencil) -> Subspaces:
         """The subspaces of the followed roots, by powers of T."""
@@ -265,7 +274,7 @@ def _frequency_scale(samples: Sequence[Change]) -> float:
     In units of rows and columns in which entries of K are about one.
     """
     masses, dampings, stiffnesses = zip(*samples, strict=True)
-    rows, columns = _balancing([Pencil(K, np.zeros_like(K)) for K in stiffnesses])
+    rows, columns = _balancing(stiffnesses)
     mass = max(norm_of(rows * M * columns) for M in masses)
     damping = max(norm_of(rows * C * columns) for C in dampings)
     stiffness = max(norm_of(rows * K * columns) for K in stiffnesses)
@@ -277,10 +286,10 @@ def _frequency_scale(samples: Sequence[Change]) -> float:
     return 2.0 ** round(math.log2(rate))
 
 
-def _balancing(pencils: Sequence[Pencil]) -> tuple[Array, Array]:
-    """Factors (N, 1) and (1, N), powers of 2, of rows and columns, so that the largest entries of
+def _balancing(matrices: Sequence[NDArray]) -> tuple[Array, Array]:
+    """Factors (n, 1) and (1, n), powers of 2, of rows and columns, so that the largest entries of
     both are about one."""
-    size = np.max([np.abs(F) + np.abs(E) for F, E in pencils], axis=0)
+    size = np.max(np.abs(matrices), axis=0)
     factors = [np.ones((len(size), 1)), np.ones((1, len(size)))]
     for _ in range(3):
         for k in (0, 1):

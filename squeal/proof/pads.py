@@ -216,11 +216,13 @@ class _BranchComparison:
         printed thresholds.
 
         Returns what is open or refuted first, None if all is proved. `places`, `until` and
-        `roots_met` say how far that came.
+        `roots_met` say how far that came. Claims at a fold or beyond it are not judged.
         """
         count: int | None = None  # of growing roots in the last part in which it is known
         open_parts: list[Part] = []  # since the part of `count`
-        seam: Ball | None = None  # the friction at which a new cell began since the part of `count`
+        # the friction at which the last new cell began since the part of `count`, earlier ones
+        # lying inside of `open_parts`
+        seam: Ball | None = None
         for cell in self.branch.cells():
             for part in self._parts_between(cell, cell.start, cell.end, NARROWINGS):
                 if part.growing is None:
@@ -256,8 +258,8 @@ class _BranchComparison:
         """What happens between two parts in which the growing roots are counted.
 
         count: that of the first of these parts; next_part: the second of them; open_parts: the
-        parts between, and seam: the friction at which a cell began between them. There is one of
-        these, since between two signs of a function lies a part where neither is known.
+        parts between, and seam: the friction at which a cell began between them. At least one open
+        part or a seam lies there, since between two signs of a function neither is known.
         """
         frictions = [part.friction for part in open_parts]
         if seam is not None:

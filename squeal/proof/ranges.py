@@ -418,23 +418,26 @@ def infinite_roots(A: Expansion, B: Expansion) -> int:
 
 
 def _first_order_form(M: Expansion, C: Expansion, K: Expansion) -> tuple[Expansion, Expansion]:
-    """A and B of B z' = A z in the states z = (q, q' / rate), q' of coordinates with mass alone."""
+    """A and B (2n - m, 2n - m) of B z' = A z for M, C and K (n, n), m columns of M being zero.
+
+    The states z are the displacements q, and q' / rate of those coordinates that have mass.
+    """
+    massless = np.asarray(~M.pattern.any(axis=0))
     rate = 1.0  # a power of 2 near sqrt(|K| / |M|), so that both halves of z are about as large
     mass = float(np.max(M.value.bound()))
     stiffness = float(np.max(K.value.bound()))
-    if mass > 0.0 and 0.0 < stiffness / mass < np.inf:  # the bound of M = 0 is not quite 0
+    if not massless.all() and 0.0 < stiffness / mass < np.inf:
         rate = float(2.0 ** np.round(np.log2(stiffness / mass) / 2.0))
-    massless = np.asarray(~M.pattern.any(axis=0))
     A_value, B_value = companion(M.value, C.value, K.value, rate, massless=massless)
-    A_slope, B_slope = companion(M.slope, C.slope, K.slope, rate, 0.0, massless)
+    A_slope, B_slope = companion(M.slope, C.slope, K.slope, rate, unit=0.0, massless=massless)
     zeros = np.zeros(M.remainder.shape)
     A_remainder, B_remainder = companion(
         Balls(zeros, M.remainder),
         Balls(zeros, C.remainder),
         Balls(zeros, K.remainder),
         rate,
-        0.0,
-        massless,
+        unit=0.0,
+        massless=massless,
     )
     A = Expansion(A_value, A_slope, A_remainder.rad)
     B = Expansion(B_value, B_slope, B_remainder.rad)

@@ -561,15 +561,19 @@ class Findings(Answer):
 
     @property
     def growing(self) -> Table:
-        """The modes that grow, with the mode of the chart that each of them meets."""
+        """The modes that grow, with the mode of the chart that each of them meets, and at which
+        value of the parameter; their kinds stand in the text."""
         table = self.eigenvalues.growing
 
         def partner(mode: UnstableMode) -> str:
             number_of_mode = self.eigenvalues.mode_of(mode)
             group = self.paths.group_of(number_of_mode)
-            others = [str(one) for one in group if one != number_of_mode]
-            meeting = self.paths.meeting(group)
-            return " near ".join([*others, number(meeting, 3)] if meeting else others) or "-"
+            # a group has one or two modes
+            partners = [str(member) for member in group if member != number_of_mode]
+            if not partners:
+                return "-"
+            value = self.paths.meeting(group)
+            return partners[0] if value is None else f"{partners[0]} near {number(value, 3)}"
 
         columns = []
         for column in table.columns:

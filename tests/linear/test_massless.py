@@ -151,3 +151,18 @@ def test_a_window_of_very_fast_motions_is_found_where_it_is_proved_to_be():
     assert found.certified
     values = [crossing.mu for crossing in found.crossings]
     assert values == pytest.approx([middle - width / 2, middle + width / 2])
+
+
+@pytest.mark.parametrize("power", [0, 10, 23])
+def test_units_of_columns_beside_a_massless_one_hide_no_threshold(power):
+    """The first coordinate without mass, and columns up to 2^46 apart: flutter at 1.0623125."""
+    units = np.diag([1.0, 2.0**power, 2.0**-power])
+    K = np.array([[2.0, -1.0, -0.5], [-1.0, 2.0, -1.0], [-0.5, -1.0, 4.0]])
+    friction = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])
+    M = np.diag([0.0, 1.0, 1.0])
+    system = squeal.System(
+        M @ units, np.eye(3) / 16 @ units, {"1": K @ units, "mu": friction @ units}
+    )
+    found = squeal.thresholds(system)
+    assert found.first.mu == pytest.approx(1.06231247725, rel=1e-9)
+    assert found.certified

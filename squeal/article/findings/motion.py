@@ -258,7 +258,7 @@ def sliding(study: Study) -> Measured:
     """E16: the greatest velocities of the pad and of its lower face along the surface over V.
 
     Friction acts at the face, whose velocity counts while the face touches: x_dot + a theta_dot
-    with the arm a = h cos(theta0 + theta).
+    with the arm a = h cos(theta0 + theta). But `sliding_holds` judges the pad: x_dot below V.
     """
     pad_over_V = 0.0
     face_over_V = 0.0
@@ -275,9 +275,9 @@ def sliding(study: Study) -> Measured:
             face_over_V = max(face_over_V, float(speed.max(initial=0.0) / model.pad.V))
         if run.sliding_holds is False:
             lost.append(title(key))
-    text = "With the assumed V sliding holds in all eight runs"
+    text = "With the assumed V the pad stays slower than the surface in all eight runs"
     if lost:
-        text = f"Sliding stops in {', '.join(lost)}"
+        text = f"The pad comes to the velocity of the surface in {', '.join(lost)}"
     return Measured(
         {"greatest": pad_over_V, "face": face_over_V, "lost": float(len(lost))},
         f"{text}; the pad's greatest velocity along the surface is {100 * pad_over_V:.3g} % of V, "

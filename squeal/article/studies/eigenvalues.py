@@ -433,7 +433,10 @@ def study(files: Sequence[Path]) -> Eigenvalues:
 
 
 def sentences(record: Eigenvalues) -> Mapping[str, bool]:
-    """What the paper says of poles and loops; of a case without a loop nothing holds."""
+    """What the paper says of poles and loops, and whether it holds.
+
+    Of cases without a loop the first sentence is False; the others speak of those that have one.
+    """
     loops = {name: one for name, one in record.loops.items() if isinstance(one, Loop)}
     points = [one for name, one in loops.items() if name.startswith("b1")]
     line = {name[-1]: one for name, one in loops.items() if name.startswith("b2")}
@@ -453,7 +456,8 @@ def sentences(record: Eigenvalues) -> Mapping[str, bool]:
         return abs(one.frozen - one.followed) < 1e-3 * one.followed
 
     def stays_stable(case: str) -> bool:
-        """Whether the equilibrium that follows friction does, where the frozen one does not."""
+        """Whether the equilibrium that follows friction stays stable up to the greatest friction,
+        or to where its branch ends, while the frozen one loses stability."""
         one = line.get(case)
         return one is not None and one.frozen is not None and one.followed is None
 
