@@ -152,13 +152,14 @@ class Condensation:
         self._right = self._right * columns
         pencils = list(map(self._pencil, samples))
         self._middle = pencils[len(pencils) // 2]
-        self.size, self._powers = _finite_roots(self._middle)
+        sizes, powers = zip(*map(_finite_roots, pencils), strict=True)
+        self.size: int = sizes[0]
+        self._powers: int = max(powers)
         self.left_out = 0
-        if not self.size:
+        if not any(sizes):
             raise MatrixError("M, C and K: no motion satisfies them, so that none begins to grow")
-        for size, _ in map(_finite_roots, pencils):
-            if size != self.size:
-                raise MatrixError(THROUGH_INFINITY)
+        if len(set(sizes)) > 1:
+            raise MatrixError(THROUGH_INFINITY)
         self._fix_subspaces()
         if not all_roots:
             self._leave_fast_roots(pencils)
@@ -184,16 +185,16 @@ class Condensation:
         self.left_out = followed[0] - self.size
         self._powers += math.ceil(math.log(EPS) / -math.log(gap))
         self._fix_subspaces()
-        if not all(map(self._fast_roots_decay, pencils)):
+        if not all(self._fast_roots_decay(p, self._subspaces(p)) for p in pencils):
             self.size, self._powers = followed
             self.left_out = 0
             self._fix_subspaces()
 
-    def _fast_roots_decay(self, pencil: Pencil) -> bool:
+    def _fast_roots_decay(self, pencil: Pencil, subspaces: Subspaces) -> bool:
         """True if roots that were left out decay or, without damping, are real numbers s > 0."""
         if not self.left_out:
             return True
-        L, R, _ = self._subspaces(pencil)
+        L, R, _ = subspaces
         # what L E and E R do not see: fast and infinite roots
         right = np.linalg.svd(L @ pencil.E)[2][self.size :].T
         left = np.linalg.svd((pencil.E @ R).T)[2][self.size :]
@@ -252,13 +253,14 @@ class Condensation:
         """The eigenproblem of the followed roots for M, C and K with derivatives dM, dC and dK."""
         pencil = self._pencil(matrices)
         try:
-            L, R, sign = self._subspaces(pencil)
+            subspaces = self._subspaces(pencil)
         except np.linalg.LinAlgError:  # a followed root is infinite here
             raise MatrixError(THROUGH_INFINITY) from None
-        if sign != self._start.sign:
+        if subspaces.sign != self._start.sign:
             raise MatrixError(THROUGH_INFINITY)
-        if not self._fast_roots_decay(pencil):
+        if not self._fast_roots_decay(pencil, subspaces):
             raise FastRootGrowsError(THROUGH_INFINITY)
+        L, R, _ = subspaces
         A = L @ pencil.F @ R
         dF, dE = self._pencil(slopes, is_derivative=True)
         derivative = L @ (dF @ R - dE @ R @ A)

@@ -298,7 +298,7 @@ class StandardProblem(NamedTuple):
 
 
 class Continuation:
-    """The spectrum of system(p) -> (M, C, K), M regular, for low <= p <= high.
+    """The spectrum of system(p) -> (M, C, K) for low <= p <= high.
 
     Of complex matrices only roots above the real axis mean something; each stands for a pair.
 

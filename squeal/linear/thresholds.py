@@ -79,6 +79,7 @@ def thresholds(
     mu_max: float,
     breakpoints: Iterable[float] = (),
     mu_min: float = 0.0,
+    all_roots: bool = False,
 ) -> Thresholds:
     """All thresholds of system(mu) -> (M, C, K) for mu_min <= mu <= mu_max, sorted.
 
@@ -97,6 +98,8 @@ def thresholds(
     breakpoints : iterable of float
         Values of mu where the system may jump, at a change of contact for instance; it is asked
         for values next to them, never at them.
+    all_roots : bool
+        Whether roots are followed that are far faster than others, see `Continuation`.
 
     Returns
     -------
@@ -106,7 +109,7 @@ def thresholds(
     Raises
     ------
     InputError
-        For an empty range, a singular M whose massless motions cannot be eliminated, and whatever
+        For an empty range, a root that passes through infinity, and whatever
         `system` raises.
 
     Examples
@@ -131,8 +134,7 @@ def thresholds(
     for a, b in itertools.pairwise([first, *sorted(jumps), last]):
         low = float(np.nextafter(a, b)) if a in jumps else a
         high = float(np.nextafter(b, a)) if b in jumps else b
-        # after a list was refuted, where the range is divided, fast roots may have been missed
-        part = search(system, low, high, all_roots=bool(jumps))
+        part = search(system, low, high, all_roots)
         if parts:
             before = parts[-1].continuation
             below = before.at(before.high)

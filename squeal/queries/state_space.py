@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
+from squeal.linear.condensation import state_pencil
 from squeal.linear.matrices import EPS, Array, dense, rank_of, state_matrices
 from squeal.linear.moduli import Tabulated
 from squeal.linear.system import System
@@ -201,11 +202,10 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
     if rank_of(np.linalg.svd(rows, compute_uv=False)) > m:
         raise InputError(f"{system.name}: the loop damps motions without mass, which has no gain")
     C_b = damping[:, m:]
+    A, E = state_pencil(mass, damping, stiffness, m)
     descriptor = _Descriptor(
-        E=np.block([[np.eye(m, n + m)], [np.zeros((n, m)), mass[:, :m], C_b]]),
-        A=np.block(
-            [[np.eye(m, n + m, k=m)], [-stiffness[:, :m], -damping[:, :m], -stiffness[:, m:]]]
-        ),
+        E=E,
+        A=A,
         B=np.vstack([np.zeros((m, forces.shape[1])), forces]),
         outputs=np.hstack([displacements[:, :m], velocities[:, :m], displacements[:, m:]]),
     )

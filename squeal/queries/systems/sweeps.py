@@ -127,7 +127,7 @@ def track_modes(
         # few rows: the continuation of all roots, which knows where they cross and coalesce, serves
         # to track modes; it refuses matrices that are singular together
         with suppress(InputError):
-            continuation = continued(system, rising)
+            continuation = continued(system.balanced, rising)
             if continuation.has_all_roots:
                 tracked_at = continuation.at
     steps = [step for step, _ in computed_roots.values()]  # by rising value

@@ -214,7 +214,7 @@ def _all_roots_are_followed(system: TermSystem, selection: EigenvalueSelection, 
     if system.n > SMALL_ROWS:
         return False  # to follow all roots would cost more than to follow those of the band
     M, _, _ = system(low)
-    return is_regular(dense(M))  # the continuation inverts M
+    return is_regular(dense(M))  # else a root may pass through infinity, which is refused
 
 
 def _values_of_reduction(low: float, high: float, step_ends: Sequence[float]) -> list[float]:
@@ -243,7 +243,8 @@ def _located_among_all(
     Of a band or region only crossings whose frequency lies inside are thresholds. step_ends: values
     of the parameter at which steps of the search end; roots: the selected roots at a value.
     """
-    of_all_roots = thresholds(system.balanced, high, step_ends, low)
+    # after a list was refuted, where steps end, fast roots may have been missed
+    of_all_roots = thresholds(system.balanced, high, step_ends, low, all_roots=bool(step_ends))
     doubts: list[str] = []
     for part in of_all_roots.searched:
         doubts += part.doubts or ()  # None of plain functions, which no system of terms is
