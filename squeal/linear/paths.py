@@ -364,17 +364,17 @@ def unstable_modes(
     modes = growing(complex_eigenvalues(*matrices_at(system, mu)).eigenvalues)
     if result is None or not modes:
         return modes
-    onsets = list(_onsets(result, mu))
-    if not onsets:
+    on_paths = list(onsets(result, mu))
+    if not on_paths:
         return modes
     with_onsets = []
     for mode in modes:
-        nearest = min(onsets, key=lambda onset: abs(onset.root - mode.root))
+        nearest = min(on_paths, key=lambda onset: abs(onset.root - mode.root))
         with_onsets.append(replace(mode, onset=nearest.mu))
     return tuple(with_onsets)
 
 
-class _Onset(NamedTuple):
+class Onset(NamedTuple):
     """An eigenvalue (rad/s) with Im >= 0 that grows, and where it began to.
 
     mu: None if it grows from the start of the range on, or that is not known.
@@ -384,7 +384,7 @@ class _Onset(NamedTuple):
     mu: float | None
 
 
-def _onsets(result: Thresholds, mu: float) -> Iterator[_Onset]:
+def onsets(result: Thresholds, mu: float) -> Iterator[Onset]:
     """The onset of each eigenvalue that grows at mu."""
     path = _states_away_from_crossings(result, mu)
     low = result.searched[0].continuation.low
@@ -394,7 +394,7 @@ def _onsets(result: Thresholds, mu: float) -> Iterator[_Onset]:
         onset = _onset_before(path, k, result)
         if onset is not None and not onset - low > 1e-9 * (mu - low):
             onset = None  # at the start of the range itself
-        yield _Onset(complex(exponent.real, abs(exponent.imag)), onset)
+        yield Onset(complex(exponent.real, abs(exponent.imag)), onset)
 
 
 _PathState = tuple[Continuation, SpectrumAtParameter]

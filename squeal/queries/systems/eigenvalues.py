@@ -10,10 +10,11 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.io.writing import number
-from squeal.linear import Spectrum, UnstableMode, unstable_modes
+from squeal.linear import Spectrum, UnstableMode
 from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.eigen import growing
 from squeal.linear.matrices import dense
+from squeal.linear.paths import onsets
 from squeal.linear.system import System
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.band_proof import with_band_proof
@@ -273,15 +274,14 @@ def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, .
     if not (unstable and system.real and value > 0.0 and system.n <= ONSET_ROWS):
         return unstable
     try:
-        balanced = system.balanced
-        on_paths = unstable_modes(balanced, value, linear_thresholds(balanced, value))
-    except InputError:  # no paths: a factor divides by the parameter, or M is not positive definite
+        on_paths = list(onsets(linear_thresholds(system.balanced, value), value))
+    except InputError:  # no paths, as where a factor divides by the parameter
         return unstable
     with_onsets = []
     for mode in unstable:
         onset = None
         nearest = min(on_paths, key=lambda other: abs(other.root - mode.root), default=None)
         if nearest is not None and abs(nearest.root - mode.root) <= SAME * abs(mode.root):
-            onset = nearest.onset
+            onset = nearest.mu
         with_onsets.append(replace(mode, onset=onset))
     return tuple(with_onsets)
