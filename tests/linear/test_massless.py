@@ -166,3 +166,15 @@ def test_units_of_columns_beside_a_massless_one_hide_no_threshold(power):
     found = squeal.thresholds(system)
     assert found.first.mu == pytest.approx(1.06231247725, rel=1e-9)
     assert found.certified
+
+
+@pytest.mark.parametrize("light", [1e-9, 1e-12])
+def test_no_proof_ends_above_the_growth_of_slow_motions(light):
+    """Two slow motions flutter by 0.0035 1/s beside one 10^7 times faster or more."""
+    K = [[1.4, 0.01, -0.1], [-0.01, 2.0, 0.0], [-0.1, 0.0, 1e6]]
+    friction = np.diag([1.0, 0.0, 0.0])
+    found = squeal.thresholds(
+        squeal.System(np.diag([1.0, 1.0, light]), K={"1": K, "mu": friction}), high=1.0
+    )
+    values = [crossing.mu for crossing in found.crossings]
+    assert not found.certified or values == pytest.approx([0.58, 0.62], abs=1e-3)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.linear.matrices import components, reaches
+from squeal.linear.matrices import components, is_regular, reaches
 from squeal.linear.roots import ComplexArray, ordered
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import assumed_rounding, is_undamped
@@ -105,6 +105,10 @@ def motion_rates(system: TermSystem, changes: Changes) -> MotionRates:
         if not M[block].any() and (damping is None or not damping.any()):
             continue  # springs alone have no roots
         roots = dense_values(M[block], damping, K[block])
+        if not roots.all() and is_regular(K[block]):
+            # rounding of fast motions hides slow ones; the reversed problem has roots 1 / lambda
+            inverses = dense_values(K[block], damping, M[block])
+            roots = 1.0 / inverses[inverses != 0.0]
         sizes = np.abs(roots)
         rounding = assumed_rounding(roots, is_undamped(damping, K[block]))
         oscillates = np.abs(roots.imag) > rounding
