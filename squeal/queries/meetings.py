@@ -27,7 +27,6 @@ import numpy as np
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import one_thread
 from squeal.linear import UnstableMode
-from squeal.linear import thresholds as located_thresholds
 from squeal.linear.damping import bordered, structure_stiffness
 from squeal.linear.matrices import Array, Matrix, checked, dense, divisor, is_sparse
 from squeal.linear.real_modes import real_modes
@@ -42,14 +41,13 @@ from squeal.queries.pads.equilibrium import analyse, branch_system
 from squeal.queries.remedies import (
     IN_HAND,
     Effect,
-    Loss,
     growing_within,
     loss_of,
     rounded,
     upper_growing,
 )
 from squeal.queries.systems.all_roots import in_band, is_small
-from squeal.queries.thresholds import thresholds
+from squeal.queries.thresholds import pad_thresholds, thresholds
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import PadSource, SystemSource
 from squeal.results.thresholds import Thresholds
@@ -131,7 +129,10 @@ class Meeting:
         """Which mode, damped alone, stops growth at as many values as both do; None if neither is
         known to. Of two that do it is the one that needs less."""
         sides = {}
-        for side in SIDES:
+        upper = int(np.sum(self.is_upper))
+        for side, count in ((Cure.LOWER, len(self.omega) - upper), (Cure.UPPER, upper)):
+            if count > 1:  # of one frequency, where any direction in their plane is a mode
+                continue
             reaches_as_far = side not in self.at_value_alone or Cure.BOTH in self.at_value_alone
             if side in self.cures and reaches_as_far:
                 sides[side] = self.cures[side]
@@ -330,6 +331,7 @@ class _Problem:
             tried.add(indices)
             self.basis = self._basis()
             self.projected = {}
+            self.outside = {}
             are_pairs = all(meeting.is_pair for meeting in self.meetings.values())
             self._take(dict.fromkeys(candidates, Cure.BOTH))
             if are_pairs:
@@ -344,6 +346,7 @@ class _Problem:
         self.meetings = best
         self.basis = self._basis()
         self.projected = {}
+        self.outside = {}
         if all(meeting.is_pair for meeting in best.values()):
             if len(best) == 1:
                 for side in SIDES:
@@ -365,14 +368,14 @@ class _Problem:
         for mode, meeting in self.meetings.items():
             amounts[mode] = float(rounded(IN_HAND * meeting.cures[cure], 2, math.ceil))
         of_stiffness = cure is Cure.APART
-        readings = [self._columns(a) for a in self._added(dict.fromkeys(amounts, cure), amounts)]
-        losses = []
+        largest = self._added(dict.fromkeys(amounts, cure), amounts)[0]
+        columns = self._columns(largest)
+        loss = None
         if self.spectrum.depends:
-            for columns in readings:
-                losses.append(loss_of(self._thresholds(columns, of_stiffness, high), high))
-        changed = self._changed(readings[0], of_stiffness)
+            loss = loss_of(self._thresholds(columns, of_stiffness, high), high)
+        changed = self._changed(columns, of_stiffness)
         computed = eigenvalues(changed, prove=False, **self.options)  # type: ignore[arg-type]
-        return Treatment(computed, min(losses, key=Loss.limit, default=None), amounts)
+        return Treatment(computed, loss, amounts)
 
     def _take(self, cures: Cures) -> None:
         """Take cures into the meetings, where they are confirmed."""
@@ -585,23 +588,7 @@ class _Problem:
                 return M, C, K + change
             return M, _sum(C, change), K
 
-        end = high
-        jumps: Sequence[float] = ()
-        if path is not None:
-            end = min(path.mu_end, high)
-            jumps = path.breakpoints
-        points = located_thresholds(changed_at, end, jumps).points
-        return Thresholds(
-            name="",
-            parameter=self.spectrum.parameter,
-            low=0.0,
-            high=end,
-            verdict=None,
-            points=tuple(points),
-            crossings=(),
-            end="",
-            certified=None,
-        )
+        return pad_thresholds(source.scene, high, changed_at, path, step_ends=())
 
     def _basis(self) -> Array | None:
         """Orthonormal columns (n, k) that hold the real modes and those around; none of few

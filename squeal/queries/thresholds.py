@@ -140,7 +140,7 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     fastest = math.sqrt(float(np.linalg.norm(np.linalg.solve(M, K), 2)))
     step_ends: list[float] = []  # the friction at which the referee refuted an earlier list
     for _ in range(2):  # the last answer stands, also if it is refuted
-        answer = _without_proof(scene, high, system, path, step_ends)
+        answer = pad_thresholds(scene, high, system, path, step_ends)
         if prove is False:
             break
         answer, refuted_at = _judged(scene, path, answer, fastest)
@@ -150,7 +150,7 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     return answer
 
 
-def _without_proof(
+def pad_thresholds(
     scene: Scene,
     high: float,
     system: SystemFunction,

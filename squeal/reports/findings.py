@@ -420,10 +420,13 @@ class Findings(Answer):
         """The real modes behind a growing one by their frequencies; empty where these are the modes
         of the chart that meet, or where none is known."""
         meeting = self.meeting_of(mode)
-        if meeting is None or meeting.is_of_chart:
+        are_several_of_one_frequency = meeting is not None and len(meeting.omega) > 2
+        if meeting is None or (meeting.is_of_chart and not are_several_of_one_frequency):
             return ""
         hertz = dict.fromkeys(number(frequency, 4) for frequency in meeting.hertz)
         modes = "the real mode" if len(meeting.omega) == 1 else "real modes"
+        if are_several_of_one_frequency:
+            modes = "all real modes"
         return f"{modes} at {' and '.join(hertz)} Hz"
 
     def _pair(self, mode: UnstableMode) -> str:
@@ -450,7 +453,7 @@ class Findings(Answer):
         tried = {Cure.APART: "moving their real modes further apart", Cure.BOTH: "damping them"}
         failed = []
         for cure, words in tried.items():
-            if self.meetings and cure not in self.cures.treatments:
+            if not all(cure in meeting.cures for meeting in self.meetings.values()):
                 failed.append(words)
         if failed:
             lines.append(
@@ -539,20 +542,29 @@ class Findings(Answer):
             name = f"{change.parameter}{self._meaning(change.parameter)}"
             advised = f"{change.verb} by {change.size}, {change.values}"
             rows.append(_Row(name, advised, least, remedy))
-        pairs = "; ".join(map(self._pair, self.eigenvalues.unstable[:NAMED]))
         for cure, treatment in self.cures.treatments.items():
-            least = self._cells(cure, (known.cures[cure] for known in self.meetings.values()))
+            pairs = []
+            enough = []
+            amounts = []
+            for mode in self.eigenvalues.unstable:
+                meeting = self.meeting_of(mode)
+                if meeting is None or not meeting.cures[cure]:
+                    continue  # the cures of other modes stop this one too
+                pairs.append(self._pair(mode))
+                enough.append(meeting.cures[cure])
+                amounts.append(treatment.amounts[self.eigenvalues.mode_of(mode) or 0])
+            least = self._cells(cure, enough)
             if self._is_at_value_alone(cure):
                 least = f"({least})"
             name = "separation" if cure is Cure.APART else "damping"
-            advised = self._cells(cure, treatment.amounts.values())
-            rows.append(_Row(f"{name} of {pairs}", advised, least, treatment))
+            advised = self._cells(cure, amounts)
+            rows.append(_Row(f"{name} of {'; '.join(pairs)}", advised, least, treatment))
         return rows
 
     def _cells(self, cure: Cure, amounts: Iterable[float]) -> str:
         """Amounts of a cure in a cell, in Hz or %."""
         cells = []
-        for amount in list(amounts)[:NAMED]:
+        for amount in amounts:
             cell = f"{number(100.0 * amount, 3)} %"
             if cure is Cure.APART:
                 cell = f"{number(amount, 3)} Hz"
