@@ -195,7 +195,7 @@ def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> 
     system = file.system.replace({file.system.parameter: value})
     if not system.digits or not is_small(system):
         return ""
-    roots = known_roots(file, selection, system)
+    roots = known_roots(file, selection, system, is_judged=False)
     if roots.verdict is not None:
         return ""
     return open_by_digits(file, roots.computed).removeprefix(OPEN)
