@@ -114,8 +114,8 @@ def test_what_the_referee_refutes_does_not_reach_the_user(damped, monkeypatch):
         system, expected = known_system(rows, np.random.default_rng(3), damped)
         asked: list[tuple[float, ...]] = []
 
-        def partial(*given, asked=asked):
-            found = whole(*given)
+        def partial(*given, asked=asked, **options):
+            found = whole(*given, **options)
             asked.append(given[2])
             if len(asked) > 1:
                 return found
