@@ -36,7 +36,8 @@ class Eigenvalue:
         How far rounding may move it, rad/s.
     error : float, optional
         How far a reduction, or what digits of data leave open, may move it, rad/s; by a proof only
-        if that shows in the digits of a table, a millionth of its size. `rounding` holds less.
+        if that shows in the digits of a table, a millionth of its size or of its real part.
+        `rounding` holds less.
     open : bool
         True if this error leaves open whether it grows.
     grows : bool

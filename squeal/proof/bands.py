@@ -113,9 +113,10 @@ def judge_modes(
         where = complex(roots[0])
         return Proof("refuted", by="enclosure", reason="no root is there", where=where)
     piece_numbers = _nearest_pieces(roots, pieces)
+    matches = [(pieces[number],) for number in piece_numbers.tolist()]
     errors = np.zeros(len(roots))
-    for i, number in enumerate(piece_numbers.tolist()):
-        errors[i] = _distance_bound(roots[i], pieces[number])
+    for i, (piece,) in enumerate(matches):
+        errors[i] = piece.distance_bound(roots[i])
     open_reason = ""
     open_at: complex | None = None  # the centre of a disc of the last piece that leaves it open
     for number, piece in enumerate(pieces):
@@ -144,6 +145,7 @@ def judge_modes(
         where=open_at,
         errors=errors,
         pieces=tuple(pieces),
+        matches=tuple(matches),
     )
 
 
@@ -179,9 +181,3 @@ def _nearest_pieces(roots: NDArray[np.complex128], pieces: Sequence[Piece]) -> N
         gaps_of_discs = np.abs(roots[:, None] - piece.centres) - piece.radii
         gaps.append(np.min(gaps_of_discs, axis=1))
     return np.argmin(gaps, axis=0)
-
-
-def _distance_bound(root: complex, piece: Piece) -> float:
-    """A bound of the distance of a printed root from each root of a piece, rad/s."""
-    farthest = np.max(np.abs(root - piece.centres) + piece.radii)
-    return float(np.nextafter(farthest * (1.0 + 8.0 * EPS), math.inf))

@@ -54,6 +54,11 @@ class Piece:
         """True if nothing is left to say but where in its disc the root lies."""
         return self.count == 1 and self.side != "unknown"
 
+    def distance_bound(self, value: complex) -> float:
+        """A bound of the distance of a value from each root of the piece, rad/s."""
+        farthest = np.max(np.abs(value - self.centres) + self.radii)
+        return float(np.nextafter(farthest * (1.0 + 8.0 * EPS), np.inf))
+
 
 class Tally(NamedTuple):
     """So many roots whose real parts lie between two bounds (1/s), and what they do."""

@@ -98,6 +98,8 @@ class Proof:
         The verdicts that are possible.
     pieces : tuple of Piece
         What is known of the roots, without those of components that have no enclosure.
+    matches : tuple of m tuple of Piece
+        The pieces among which the root of each listed value lies; empty if none is proved.
     """
 
     status: Status
@@ -109,6 +111,7 @@ class Proof:
     errors: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
     verdicts: frozenset[str] = frozenset()
     pieces: tuple[Piece, ...] = field(default=(), repr=False)
+    matches: tuple[tuple[Piece, ...], ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True)
@@ -274,6 +277,7 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
             reason=FREE,
             where=exact_proof.where,
             errors=exact_proof.errors,
+            matches=exact_proof.matches,
         )
     return replace(exact_proof, status="open", reason=f"{LAST_DIGITS}: {exact_proof.reason}")
 
@@ -449,10 +453,15 @@ def _compare(pieces: Sequence[Piece], answer: RootList) -> Proof:
     in_nearest = nearest[:, None] == group_of  # values by discs of the group nearest to each
     # from the farthest point of these discs
     errors = upper(np.where(in_nearest, distances + radii, 0.0).max(axis=1, initial=0.0), 8)
+    pieces_of_group: list[list[Piece]] = [[] for _ in sizes]
+    first_discs = np.cumsum([0] + [piece.count for piece in pieces[:-1]])
+    for piece, group in zip(pieces, group_of[first_discs].tolist(), strict=True):
+        pieces_of_group[group].append(piece)
+    matches = tuple(tuple(pieces_of_group[group]) for group in nearest.tolist())
     too_large = np.flatnonzero(errors > answer.errors)
     if too_large.size:
         excess = errors[too_large] - answer.errors[too_large]
         worst = complex(values[too_large[np.argmax(excess)]])
         reason = "a root is not known to the error of its listed value"
-        return Proof("open", reason=reason, where=worst, errors=errors)
-    return Proof("proved", errors=errors)
+        return Proof("open", reason=reason, where=worst, errors=errors, matches=matches)
+    return Proof("proved", errors=errors, matches=matches)

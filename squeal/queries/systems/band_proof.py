@@ -9,7 +9,7 @@ from squeal.errors import InputError
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING
 from squeal.linear.eigen import values_of
-from squeal.queries.systems.proofs import Statement, as_complex, with_proved_errors
+from squeal.queries.systems.proofs import Statement, as_complex, with_matches
 from squeal.queries.systems.roots import SystemRoots
 from squeal.results.columns import OPEN
 from squeal.results.sources import EigenvalueSelection
@@ -50,6 +50,6 @@ def with_band_proof(
         where = as_complex(proof.where)
         statement = Statement("open", proof.by, data=proof.data, reason=reason, where=where)
         return replace(roots, judged_by=statement)
-    eigenvalues = with_proved_errors(roots.eigenvalues, proof.errors)
+    eigenvalues = with_matches(roots.eigenvalues, proof.matches)
     statement = Statement("proved", proof.by, growth_below=proof.growth_below, data=proof.data)
     return replace(roots, eigenvalues=eigenvalues, judged_by=statement)

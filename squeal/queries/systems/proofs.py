@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputWarning, MatrixError
-from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue, values_of
 from squeal.linear.matrices import Array, SingularTogetherError, dense_matrices
 from squeal.linear.roots import ComplexArray
@@ -32,10 +31,8 @@ if TYPE_CHECKING:
 
 NO_MOTION = "no motion satisfies the equations, so that none grows"
 PRINTED = 1e-6
-"""An error beyond this share of |lambda| shows in the digits of a table."""
+"""An error beyond this share of a real part, or of |lambda|, shows in the digits of a table."""
 EigenvalueTuple = tuple[Eigenvalue, ...]
-FORBIDDEN = 1e300
-"""The cost of matching two roots that must not be matched."""
 BY_REFEREE = "roots of the referee"  # the criterion of a verdict on roots that it encloses
 Arrays = tuple[NDArray, NDArray | None, NDArray]
 """M, C and K (n, n)."""
@@ -174,7 +171,8 @@ def refereed(
 
     The list is replaced by the roots that the referee encloses itself, if it can prove them, in
     three cases: the list is refuted; it is proved, but holds a root that the solver failed to
-    solve; it is open only because its roots cannot be assigned to enclosures, one to one.
+    solve, or missed by more than printed digits; it is open only because its roots cannot be
+    assigned to enclosures, one to one.
 
     Parameters
     ----------
@@ -219,8 +217,12 @@ def refereed(
             stacklevel=2,
         )
         return _with_roots_of_referee(arrays, system, roots, sharpest_proof, data)
-    # the solver failed where the list is proved, but holds a root with a large backward error
-    solver_failed = proof.status == "proved" and not all(root.decides for root in roots)
+    # the solver failed where the list is proved, but holds a root with a large backward error, or
+    # one that is not the exact root in the digits of a table
+    has_failed = not all(root.decides for root in roots)
+    if proof.by == "exact":
+        has_failed |= bool(np.any(proof.errors > PRINTED * np.abs(values_of(roots))))
+    solver_failed = proof.status == "proved" and has_failed
     if solver_failed or sharpest_proof.reason == NOT_TOLD_APART:
         enclosed = _roots_of_pieces(arrays, sharpest_proof.pieces)
         proved = _if_proved(system, enclosed, sharpest_proof, data)
@@ -334,9 +336,7 @@ def _as_proved(
         else:
             status = "open"
             reason = criterion.removeprefix(OPEN)
-    known = with_proved_errors(roots, proof.errors)
-    if verdict in GROWING:
-        known = with_proved_growth(known, proof.pieces)
+    known = with_matches(roots, proof.matches)
     growth = proof.growth_below if proof.growth_below < math.inf else None
     statement = Statement(status, proof.by, growth, proof.data, reason, as_complex(proof.where))
     return RefereedRoots(known, (verdict, criterion), statement)
@@ -392,69 +392,44 @@ def exact_spectrum(
     return _roots_of_pieces(arrays, pieces)
 
 
-def with_proved_errors(roots: EigenvalueTuple, errors: Array) -> EigenvalueTuple:
-    """Take the proved distances of roots from the exact roots into their errors.
+def with_matches(roots: EigenvalueTuple, matches: Sequence[tuple[Piece, ...]]) -> EigenvalueTuple:
+    """Take what is proved of each root into it.
 
     Parameters
     ----------
     roots : tuple of m Eigenvalue
         The roots.
-    errors : array (m,)
-        How far each may lie from the exact root in the complex plane, rad/s, so that its growth
-        rate is off by no more, 1/s. Infinite or NaN where that is not known, which leaves the root
-        as it is.
-
-    Returns
-    -------
-    tuple of m Eigenvalue
-        The roots. Their `rounding` is raised to that distance, or set to it where it was infinite
-        (not known). A distance that shows in printed digits raises their `error` too.
+    matches : sequence of m tuple of Piece
+        The pieces among which each lies; an empty sequence leaves the roots as they are.
     """
-    changed = []
-    for root, distance in zip(roots, errors.tolist(), strict=True):
-        if not distance < math.inf:  # also of NaN
-            changed.append(root)
-            continue
-        error = root.error
-        if distance > PRINTED * abs(root.value):
-            error = max(root.error or 0.0, distance)
-        rounding = distance
-        if root.rounding < math.inf:
-            rounding = max(root.rounding, distance)
-        changed.append(replace(root, rounding=rounding, error=error))
-    return tuple(changed)
+    if not matches:
+        return roots
+    return tuple(map(_with_match, roots, matches))
 
 
-def with_proved_growth(roots: EigenvalueTuple, pieces: Sequence[Piece]) -> EigenvalueTuple:
-    """Mark the roots that are proved to grow although their errors hide it.
+def _with_match(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
+    """Take the pieces among which a root lies into it.
 
-    Each piece whose roots grow is matched with as many listed roots, the nearest to its centres.
-    The real parts of these roots are clipped to the proved bounds of the piece. Once fewer roots of
-    the list are unmatched than a piece has, this piece and all further pieces are left out.
+    - Its real part is clipped to their bounds.
+    - Its `rounding` is raised to the distance to which it is known, or set to it where it was
+      infinite (not known). A distance that shows in printed digits raises its `error` too.
+    - It `grows` if that is proved, although its rounding hides it.
     """
-    if sum(piece.count for piece in pieces) != len(roots):
-        return roots  # the pieces stand for other roots
-    growing_pieces = [piece for piece in pieces if piece.side == "grows"]
-    proved_to_grow = sum(piece.count for piece in growing_pieces)
-    known_to_grow = sum(root.decides and root.value.real > root.rounding for root in roots)
-    if proved_to_grow <= known_to_grow:
-        return roots  # their errors hide nothing
-    from scipy.optimize import linear_sum_assignment  # which pads start without
-
-    changed = list(roots)
-    values = values_of(roots)
-    is_unmatched = np.ones(len(roots), dtype=bool)
-    for piece in growing_pieces:
-        if np.count_nonzero(is_unmatched) < piece.count:
-            break
-        distances = np.abs(piece.centres[:, None] - values)
-        _, nearest = linear_sum_assignment(np.where(is_unmatched, distances, FORBIDDEN))
-        is_unmatched[nearest] = False
-        for i in nearest.tolist():
-            growth = min(max(changed[i].value.real, piece.low), piece.high)
-            value = complex(growth, changed[i].value.imag)
-            changed[i] = replace(changed[i], value=value, grows=True)
-    return tuple(changed)
+    low = min(piece.low for piece in match)
+    high = max(piece.high for piece in match)
+    growth = min(max(root.value.real, low), high)
+    value = complex(growth, root.value.imag)
+    distance = max(piece.distance_bound(value) for piece in match)
+    growth_error = max(high - growth, growth - low)
+    error = root.error
+    if growth_error > PRINTED * abs(growth) or distance > PRINTED * abs(value):
+        error = max(root.error or 0.0, distance)
+    rounding = distance
+    if root.rounding < math.inf:
+        rounding = max(root.rounding, distance)
+    is_hidden = not (root.decides and growth > rounding)
+    grows = is_hidden and all(piece.side == "grows" for piece in match)
+    return replace(root, value=value, rounding=rounding, error=error, grows=grows)
 
 
 def _roots_of_pieces(matrices: Arrays, pieces: Sequence[Piece]) -> EigenvalueTuple:

@@ -1,0 +1,81 @@
+"""What is printed of a root, its real part too, holds to the last printed digit or to the error."""
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+import squeal
+
+pytest.importorskip("flint")
+
+PRINTED = 2e-6
+"""Six digits are printed."""
+
+
+def digits_hold(found, exact):
+    """Whether each root, of known list `exact`, is what is printed of it."""
+    for root, known in zip(found.eigenvalues, exact, strict=True):
+        allowed = max(PRINTED * abs(root.value.real), root.error or 0.0)
+        if abs(root.value.real - known.real) > allowed:
+            return False
+    return True
+
+
+def roots_in_digits(M, C, K):
+    """The roots at 60 digits, of three rows whose determinant has the degree 4."""
+    with mp.workdps(60):
+        M, C, K = (mp.matrix(np.asarray(X, dtype=float).tolist()) for X in (M, C, K))
+        nodes = range(-2, 3)
+        values = mp.matrix([mp.det(s * s * M + s * C + K) for s in nodes])
+        powers = mp.matrix([[mp.mpf(s) ** k for k in range(5)] for s in nodes])
+        coefficients = mp.lu_solve(powers, values)
+        companion = mp.zeros(4)
+        for k in range(4):
+            companion[k, 3] = -coefficients[k] / coefficients[4]
+        for k in range(3):
+            companion[k + 1, k] = 1
+        return mp.eig(companion, left=False, right=False)
+
+
+def test_each_root_has_the_real_part_and_the_imaginary_part_of_one_exact_root():
+    """A mass matrix that is singular to rounding: a root of 2.6e13 1/s beside slow ones."""
+    M = [[4, -2, 4], [-2, 2, 0], [4, 0, 8]]
+    C = [[0, 0, 0], [0, 0, 0], [1 / 6, 1 / 6, 2 / 3]]
+    K = [[13, -5, 95 / 6], [-5, 4, -13 / 6], [16, -2, 82 / 3]]
+    found = squeal.eigenvalues(squeal.System(M, C, K))
+    assert (found.verdict, found.certified) == ("divergence", True)
+    exact = roots_in_digits(M, C, K)
+    for root in found.values:
+        nearest = min(exact, key=lambda known, root=root: abs(known - root))
+        assert abs(nearest - root) <= PRINTED * abs(root)
+        assert root.real == pytest.approx(float(nearest.real), rel=PRINTED)
+
+
+@pytest.mark.parametrize("decay", [2.0**-30, -(2.0**-34), 2.0**-44, -(2.0**-47)])
+@pytest.mark.parametrize("n", [2, 5, 20])
+def test_tiny_growth_and_decay_are_those_of_the_oscillators(n, decay):
+    """Oscillators q'' + 2 d q' + k q = 0 hidden by a congruence of integers: Re lambda = -d."""
+    rng = np.random.default_rng(n)
+    T = np.eye(n) + np.tril(rng.integers(-1, 2, (n, n)), -1) * (np.arange(n) % 3 == 1)
+    k = np.arange(1.0, n + 1.0)
+    decays = decay * np.where(np.arange(n) % 2, 1.0, 2.0)
+    system = squeal.System(T.T @ T, T.T @ np.diag(2.0 * decays) @ T, T.T @ np.diag(k) @ T)
+    found = squeal.eigenvalues(system)
+    exact = []
+    for stiffness, d in zip(k, decays, strict=True):
+        frequency = math.sqrt(stiffness - d * d)
+        exact += [complex(-d, frequency), complex(-d, -frequency)]
+    assert digits_hold(found, exact)
+    assert found.certified
+
+
+def test_a_mode_that_no_damper_reaches_has_no_growth_rate():
+    """Of three equal rows in a chain the middle one rests in the second mode."""
+    C = np.diag([0.0, 0.25, 0.0])
+    K = [[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]]
+    found = squeal.eigenvalues(squeal.System(np.eye(3), C, K))
+    assert (found.verdict, found.certified) == ("marginal", True)
+    undamped = [z for z in found.values if abs(abs(z) - math.sqrt(2.0)) < 1e-9]
+    assert [z.real for z in undamped] == [0.0, 0.0]
