@@ -33,12 +33,12 @@ class NodeKind(IntEnum):
 
 
 class BranchEnd(IntEnum):
-    """How a branch ends, in words in `squeal.equilibrium.path.Path.end`."""
+    """How a branch ends, in words in `squeal.equilibrium.path.Path.why_it_ends`."""
 
     GOING = 0
     REACHED = 1
     FOLD = 2
-    LOST = 3
+    INTERRUPTED = 3  # numerically: no step ahead may be taken, or rounding hides the contact
     UNBOUNDED = 4
     SEPARATED = 5
     TILTED = 6
@@ -157,11 +157,10 @@ class Branches:
         guess = polyval(share, curve, tensor=False)
         guess[3] = mu
         statics = self.statics.pick(pad)
-        root, determinant_sign = statics.settle(guess, 1.0 * touching, MOST_NEWTON_STEPS)
-        # the sign is 0 where Newton's method did not converge, and another one beyond a fold; other
-        # branches lie farther off
+        root, determinant_sign, balanced = statics.settle(guess, 1.0 * touching, MOST_NEWTON_STEPS)
+        # beyond a fold the sign is another one; other branches lie farther off
         near = np.abs(root - guess).max(axis=0) <= np.abs(end - start).max(axis=0)
-        good = (determinant_sign == self.determinant_sign[pad]) & near
+        good = balanced & (determinant_sign == self.determinant_sign[pad]) & near
         # within rounding of a fold the balance is singular, and the cubic as good as it gets
         at_fold = (self.end[pad] == BranchEnd.FOLD) & (end[3] - mu <= 1e-8 * end[3])
         return np.where(good, root, guess), good | at_fold
@@ -196,7 +195,7 @@ def follow(
     first = _first_front(statics, start, mu_max, options)
     end = np.where(mu_max > start.z[3], BranchEnd.GOING, BranchEnd.REACHED)
     end = np.where(start.exists, end, BranchEnd.NO_EQUILIBRIUM)
-    end[(end == BranchEnd.GOING) & statics.unresolved(start.z)] = BranchEnd.LOST
+    end[(end == BranchEnd.GOING) & statics.unresolved(start.z)] = BranchEnd.INTERRUPTED
     existing = first.pick(start.exists)
     first_nodes = _Nodes(
         owner=existing.owner,
@@ -217,7 +216,7 @@ def follow(
         going = step_end == BranchEnd.GOING
         if not going.all():
             front = front.pick(going)
-    end[front.owner] = BranchEnd.LOST  # after the most steps
+    end[front.owner] = BranchEnd.INTERRUPTED  # after the most steps
     arrays = [np.concatenate(parts, axis=-1) for parts in zip(*nodes_by_step, strict=True)]
     nodes = _Nodes(*arrays)
     by_pad = np.argsort(nodes.owner, kind="stable")
@@ -620,7 +619,8 @@ class _Front(NamedTuple):
         longer = np.minimum(2.0 * self.step, options.longest_step * (1.0 + 0.1 * farthest))
         next_step = np.where(good, longer, self.step / 2)
         # a step that was taken may be that short: the end of the range has cut it off
-        end_refused = np.where(next_step < options.shortest_step, BranchEnd.LOST, BranchEnd.GOING)
+        too_short = next_step < options.shortest_step
+        end_refused = np.where(too_short, BranchEnd.INTERRUPTED, BranchEnd.GOING)
         end = np.where(good, self._ends(z, ahead, event, separated, options), end_refused)
         nodes = _Nodes(
             owner=self.owner,
@@ -689,6 +689,6 @@ class _Front(NamedTuple):
             BranchEnd.FOLD: (event == self.fold) | (ahead[3] < 0.0),
             BranchEnd.TILTED: event == self.tilted,
             BranchEnd.UNBOUNDED: far,
-            BranchEnd.LOST: self.statics.unresolved(z),
+            BranchEnd.INTERRUPTED: self.statics.unresolved(z),
         }
         return np.select(list(reasons.values()), list(reasons), BranchEnd.GOING)

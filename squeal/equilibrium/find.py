@@ -138,9 +138,9 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Search:
     touching = np.repeat(states, per_state * n, axis=1)
     starts = np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1)
     of_each_try = statics.pick(np.tile(np.arange(n), tries))
-    z, determinant_signs = of_each_try.settle(starts, touching, 60)
+    z, _, balanced = of_each_try.settle(starts, touching, 60)
     with np.errstate(all="ignore"):  # where there is none
-        is_equilibrium = (determinant_signs != 0.0) & of_each_try.is_consistent(z, touching)
+        is_equilibrium = balanced & of_each_try.is_consistent(z, touching)
         presses = is_equilibrium & of_each_try.presses(z)
         energy = of_each_try.model.energy(of_each_try.place(z), np.zeros(3), touching)
         energy = np.where(is_equilibrium, energy, np.inf)
@@ -189,11 +189,11 @@ def rests(statics: Statics, n: int) -> Equilibria:
     the equilibrium of least potential energy counts.
     """
     without_friction = dataclasses.replace(statics, model=statics.model.replace(mu=0.0))
-    z, determinant_signs = without_friction.settle(np.zeros((4, n)), None, 40)
+    z, determinant_sign, balanced = without_friction.settle(np.zeros((4, n)), None, 40)
     touching = without_friction.gaps(z) < 0.0
     turns_back = statics.model.law.sign > 0.0
-    is_stiff = determinant_signs == -1.0  # the static stiffness has a positive determinant
-    exists = is_stiff & without_friction.presses(z) & turns_back
+    is_stiff = determinant_sign == -1.0  # the static stiffness has a positive determinant
+    exists = balanced & is_stiff & without_friction.presses(z) & turns_back
     missing = np.flatnonzero(~exists)
     for start in range(0, missing.size, MOST):
         i = missing[start : start + MOST]

@@ -11,7 +11,7 @@ import numpy as np
 
 from squeal.equilibrium.branch import BranchEnd, Branches, BranchOptions, NodeKind, follow
 from squeal.equilibrium.find import Equilibrium, find_all, record, rests
-from squeal.equilibrium.statics import WHY_UNRESOLVED, Statics
+from squeal.equilibrium.statics import WHY_UNRESOLVED, Equilibria, Statics
 from squeal.errors import ComputationError
 from squeal.model.contact import State
 from squeal.model.equations import Linearisation, PadModel, linearise, net_loads
@@ -32,15 +32,17 @@ def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
     one of least potential energy there, with a warning.
     """
     path = Path(model, branch_of(model, model.pad.mu))
-    if path.branch.end[0] == BranchEnd.REACHED:
+    if path.end == BranchEnd.REACHED:
         on_branch = path.equilibrium(model.pad.mu)
         if on_branch is not None:
             return on_branch, "on the branch continued from mu = 0"
-    others = find_all(dataclasses.replace(model, damping=None))
+    why = path.why_it_ends
+    others = find_all(dataclasses.replace(model, damping=None))  # damping moves no equilibrium
     if others:
-        beyond = f"the equilibrium is not on the branch from mu = 0: {path.end}"
-        return dataclasses.replace(others[0], beyond=beyond), f"least potential energy; {path.end}"
-    return None, f"no steady sliding exists: {path.end}, and no other equilibrium was found"
+        beyond = f"the equilibrium is not on the branch from mu = 0: {why}"
+        least = dataclasses.replace(others[0], beyond=beyond)
+        return least, f"least potential energy; {why}"
+    return None, f"no steady sliding exists: {why}, and no other equilibrium was found"
 
 
 def branch_of(model: PadModel, mu_max: float, options: BranchOptions | None = None) -> Branches:
@@ -76,10 +78,14 @@ class Path:
         return self.branch.statics
 
     @property
-    def end(self) -> str:
-        """Why the path stops, in words."""
-        end = self.branch.end[0]
-        if end == BranchEnd.NO_EQUILIBRIUM:
+    def end(self) -> BranchEnd:
+        """How the path ends at `mu_end`."""
+        return BranchEnd(self.branch.end[0])
+
+    @property
+    def why_it_ends(self) -> str:
+        """The same in words."""
+        if self.end == BranchEnd.NO_EQUILIBRIUM:
             return NO_START
         mu = self.mu_end
         why = ""
@@ -88,11 +94,11 @@ class Path:
         return {
             BranchEnd.REACHED: f"mu = {mu:.9g} is reached" if mu else "mu = 0",
             BranchEnd.FOLD: f"the branch from mu = 0 turns back in a fold at mu = {mu:.9g}",
-            BranchEnd.LOST: f"the branch from mu = 0 is lost at mu = {mu:.9g}{why}",
+            BranchEnd.INTERRUPTED: f"the branch from mu = 0 is lost at mu = {mu:.9g}{why}",
             BranchEnd.UNBOUNDED: f"the equilibrium runs away to infinity near mu = {mu:.9g}",
             BranchEnd.SEPARATED: f"contact is lost at mu = {mu:.9g}",
             BranchEnd.TILTED: f"the pad turns past 90 degrees on the branch at mu = {mu:.9g}",
-        }[BranchEnd(end)]
+        }[self.end]
 
     @cached_property
     def mu_end(self) -> float:
@@ -102,7 +108,7 @@ class Path:
     @cached_property
     def fold(self) -> float | None:
         """The mu at which the branch turns back, None if it does not."""
-        return self.mu_end if self.branch.end[0] == BranchEnd.FOLD else None
+        return self.mu_end if self.end == BranchEnd.FOLD else None
 
     @cached_property
     def breakpoints(self) -> list[float]:
@@ -110,9 +116,8 @@ class Path:
         is_change = self.branch.kind == NodeKind.CONTACT_CHANGE
         return self.branch.z[3, is_change].tolist()
 
-    def places(self, mus: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
-        """Equilibria (4, k) in natural units at mus and contact states (points, k), at a change
-        the new one.
+    def equilibria(self, mus: Sequence[float]) -> Equilibria:
+        """The equilibria at k values of mu, at a change of contact in the new state.
 
         Raises ComputationError beyond the path.
         """
@@ -120,13 +125,13 @@ class Path:
         equilibria = self.branch.at(np.zeros(mu.size, dtype=int), mu)
         if not equilibria.exists.all():
             missing = mu[np.argmin(equilibria.exists)]
-            why = "it is lost" if 0.0 <= missing <= self.mu_end else self.end
+            why = "it is lost" if 0.0 <= missing <= self.mu_end else self.why_it_ends
             raise ComputationError(f"no equilibrium at mu = {missing:.9g}: {why}")
-        return equilibria.z, equilibria.touching
+        return equilibria
 
     def at(self, mu: float) -> tuple[np.ndarray, State]:
-        """The equilibrium z (4,) at mu and its contact state. Raises as `places` does."""
-        z, touching = self.places([mu])
+        """The equilibrium z (4,) at mu and its contact state. Raises as `equilibria` does."""
+        z, touching, _ = self.equilibria([mu])
         return z[:, 0], State(*touching[:, 0].tolist())
 
     def error(self, mu: float) -> float:
@@ -223,7 +228,7 @@ class Path:
 
     def many(self, mus: Sequence[float]) -> list[Linearisation]:
         """M, C, K at each mu, which together take hardly longer than one."""
-        z, touching = self.places(mus)
+        z, touching, _ = self.equilibria(mus)
         model = self.model.replace(mu=np.array(mus, dtype=float))
         M, C, K = linearise(model, self.statics.to_si(z), 1.0 * touching)
         return [Linearisation(M, C[:, :, i], K[:, :, i]) for i in range(len(mus))]
@@ -233,7 +238,7 @@ class Path:
 
         For each of the three coordinates a pair: the matrices, and their derivatives.
         """
-        z, touching = self.places([mu])
+        z, touching, _ = self.equilibria([mu])
         h = 1e-12
         moved = z * (1.0 + h * np.eye(4, 4, 1))  # not at all, then each of three coordinates
         at = self.statics.to_si(moved)

@@ -84,6 +84,14 @@ class NewtonResult(NamedTuple):
     converged: np.ndarray  # (k,), bools: to rounding
 
 
+class Settled(NamedTuple):
+    """Where Newton's method at fixed mu ended for k pads."""
+
+    z: np.ndarray  # (4, k), places (x, y, w theta, mu) in natural units
+    determinant_sign: np.ndarray  # (k,), see `Statics.determinant_sign`
+    balanced: np.ndarray  # (k,), bools: converged, and the pad has not turned past 90 degrees
+
+
 def linear_step(values: np.ndarray, J: np.ndarray) -> Step:
     """The step J^-1 values to where values (m, j) with derivatives J (m, m, j) vanish."""
     step, regular = solve_stack(np.moveaxis(J, -1, 0), values.T[:, :, None])
@@ -422,10 +430,8 @@ class Statics:
         """
         return np.sign(np.linalg.det(np.moveaxis(derivatives, -1, 0)))
 
-    def settle(
-        self, z: np.ndarray, touching: np.ndarray | None, passes: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Equilibria to which Newton's method at fixed mu leads.
+    def settle(self, z: np.ndarray, touching: np.ndarray | None, passes: int) -> Settled:
+        """Newton's method at fixed mu, to places where the loads balance.
 
         Parameters
         ----------
@@ -436,14 +442,6 @@ class Statics:
             nowhere is then taken as in full contact, which pulls it back to the surface.
         passes : int
             Steps of Newton's method at most.
-
-        Returns
-        -------
-        places : array (4, k)
-            Where it ended.
-        determinant_signs : array (k,)
-            `determinant_sign` there, -1 where the static stiffness has a positive determinant; 0
-            where the method did not converge or the pad has turned past 90 degrees.
         """
         n = z.shape[1]
         pad = self.model.pad
@@ -470,7 +468,7 @@ class Statics:
         with np.errstate(all="ignore"):
             signs = self.determinant_sign(derivatives)
         upright = np.abs(self.tilt(places)) < np.pi / 2
-        return places, np.where(converged & upright, signs, 0.0)
+        return Settled(places, signs, converged & upright)
 
 
 def gap_rounding(

@@ -174,11 +174,11 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     squares, errors = _real_modes(system, modes)
     vibrating = squares[squares > errors]
     hertz = (np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist()
-    if analysis.joined is not None:  # components were reduced: modes above the cutoff are none
+    if analysis.component_reduction is not None:  # components were reduced: modes above the cutoff are none
         hertz = [frequency for frequency in hertz if frequency <= file.assembly.cutoff]
     mass = centre = size = None
     elements = len(file.coordinates.cells) if file.coordinates else 0
-    if file.coordinates is not None and analysis.joined is None:
+    if file.coordinates is not None and analysis.component_reduction is None:
         M, _, _ = system.at()
         mass, centre = file.coordinates.mass_and_centre(M)
         size = tuple(np.ptp(file.coordinates.places, axis=0).tolist())
@@ -202,7 +202,7 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         free=int(np.sum(np.abs(squares) <= errors)),
         negative=int(np.sum(squares < -errors)),
         hints=tuple(hints),
-        reduction=analysis.joined,
+        reduction=analysis.component_reduction,
     )
 
 

@@ -118,7 +118,7 @@ def conditions(
         counted_conditions,
         extent=extent,
         seated=seated,
-        basis=basis_of(reduction, analysis.selection) or analysis.joined,
+        basis=basis_of(reduction, analysis.selection) or analysis.component_reduction,
     )
 
 

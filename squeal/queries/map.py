@@ -105,7 +105,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     shape = (axes[0].n, axes[1].n)
     codes = np.reshape([names.index(verdict) for verdict in verdicts], shape).astype(np.int8)
     growth = np.reshape([rate for _, rate in cells], shape)
-    basis = basis_of(reduction, selection) or analysis.joined
+    basis = basis_of(reduction, selection) or analysis.component_reduction
     notes = notes_of_seat(analysis.file)
     if basis:
         notes.insert(0, basis_text(basis))

@@ -181,7 +181,7 @@ def _system_sweep(
         steps=steps,
         losses=losses,
         reference=reference,
-        basis=basis_of(reduction, analysis.selection) or analysis.joined,
+        basis=basis_of(reduction, analysis.selection) or analysis.component_reduction,
         source=SystemSource(analysis.file, analysis.selection, reduction),
         note=seat_note(analysis.file),
     )

@@ -130,7 +130,7 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     high = MU_MAX.read(high, Place("thresholds", "high"))
     system, path = branch_system(scene, high)
     if path is not None and path.mu_end <= 0.0:
-        raise ComputationError(f"no threshold can be given: {path.end}")
+        raise ComputationError(f"no threshold can be given: {path.why_it_ends}")
     M, C, K = checked(*system(0.0))
     # `roots_and_verdict` skips this check for a pad with a free coordinate; here it is made for any
     # pad on a branch, that is not for B3
@@ -217,7 +217,7 @@ def _on_branch(answer: Thresholds, scene: Scene, path: Path) -> Thresholds:
         high=path.mu_end,
         points=tuple(_widened_by_rounding(point, path) for point in points),
         crossings=tuple(_widened_by_rounding(crossing, path) for crossing in answer.crossings),
-        end=path.end,
+        end=path.why_it_ends,
         warnings=tuple(warnings),
         details={"admissible_to": min(admissible_to, path.mu_end)},
     )
@@ -319,7 +319,8 @@ def _admissible(path: Path) -> tuple[float, list[str]]:
     # ends at once where the first node, at mu = 0, is beyond a limit: both ends are 0
     while high - low > ADMISSIBLE_TO * high:
         middle = (low + high) / 2
-        if beyond_limit(*path.places([middle])).size:
+        equilibrium = path.equilibria([middle])
+        if beyond_limit(equilibrium.z, equilibrium.touching).size:
             high = middle
         else:
             low = middle
@@ -371,9 +372,9 @@ def system_thresholds_with_proof(
     selection = analysis.selection
     assumptions = analysis.file.assumptions
     small = is_small(system)
-    can_be_proved = small and not analysis.joined and not assumptions
+    can_be_proved = small and not analysis.component_reduction and not assumptions
     lists_all = selection == EigenvalueSelection()
-    if prove and analysis.joined:
+    if prove and analysis.component_reduction:
         raise InputError(
             "prove: nothing is proved of components that were reduced, which moves their roots; "
             "without `cutoff` and a band they are not"

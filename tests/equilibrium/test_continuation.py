@@ -35,7 +35,7 @@ def test_ninety_degrees_are_the_end_for_path_search_and_map(turning, beyond):
     axes = Axis("mu", mu * (1 - 1e-12), mu, 2), Axis("h", 0.01401519, 0.01401521, 2)
     (code,) = np.unique(stability_map(scene, axes).codes)
     exists = beyond < 0
-    assert (path.branch.end[0] == BranchEnd.REACHED) == exists
+    assert (path.end == BranchEnd.REACHED) == exists
     assert (NAMES[code] != "beyond a fold") == exists
     there = [one for one in find_all(scene.pad_model) if abs(one.q[2]) > 1.4]
     assert bool(there) == exists
@@ -43,7 +43,7 @@ def test_ninety_degrees_are_the_end_for_path_search_and_map(turning, beyond):
         assert e.on_branch
         assert abs(scene.pad.theta0 + e.q[2]) < math.pi / 2
     else:
-        assert "turns past 90 degrees" in path.end
+        assert "turns past 90 degrees" in path.why_it_ends
         assert path.mu_end == pytest.approx(TURNS, abs=1e-8)
         assert e is None or not e.on_branch
         z = path.branch.z[:, -1]
@@ -150,14 +150,13 @@ def test_a_branch_tells_that_its_steps_were_spent():
     model = read_scene(SCENES / "b2-a.yaml").pad_model
     path = Path.of(model, 1.0, BranchOptions(most_steps=3))
     assert path.mu_end < 1.0
-    assert "is lost at mu" in path.end
+    assert "is lost at mu" in path.why_it_ends
 
 
 def test_a_friction_below_the_shortest_step_is_reached():
     """The only step is cut off at the end of the range: its branch is not lost."""
     mu = np.array([1e-14, 1e-12, 1e-11, 1e-10])
     stack = PadStack.of(read_scene(SCENES / "b2-d.yaml"), ("mu",), mu[None])
-    branches, lost = stack.branches(mu)
+    branches = stack.branches(mu)
     assert np.all(branches.end == BranchEnd.REACHED)
-    assert not lost.any()
     assert np.array_equal(branches.mu_end, mu)

@@ -62,7 +62,7 @@ def test_many_values_of_mu_together_are_those_of_one_by_one():
     path = Path.of(model, 1.0)
     (change,) = path.breakpoints
     mus = [0.0, 0.1, change * (1 - 1e-9), change, change * (1 + 1e-9), 0.7, 1.0]
-    places, touching = path.places(mus)
+    places, touching, _ = path.equilibria(mus)
     together = zip(mus, places.T, touching.T.tolist(), path.many(mus), strict=True)
     for mu, z, on, many in together:
         place = path.statics.to_si(z)
@@ -75,7 +75,7 @@ def test_many_values_of_mu_together_are_those_of_one_by_one():
             assert ours == pytest.approx(alone, abs=1e-12 * np.abs(alone).max())
     assert len(set(map(tuple, touching.T.tolist()))) == 2
     with pytest.raises(ComputationError, match=r"no equilibrium at mu = 1\.1: mu = 1 is reached"):
-        path.places([0.5, 1.1])
+        path.equilibria([0.5, 1.1])
 
 
 # of 50008 the rotation undoes theta0 but for 5e-6, of 50109 two slow divergent roots join, and the

@@ -128,8 +128,7 @@ def equilibria(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None)
     if start is not None:
         z[:3] = np.nan_to_num([start[0] / length, start[1] / length, start[2] * w])
     z[3] = mu
-    z, determinant_signs = statics.settle(z, touching=None, passes=10)
-    reached = determinant_signs != 0.0  # 0 where Newton's method did not converge
+    z, _, reached = statics.settle(z, touching=None, passes=10)
     q = statics.place(z)
     gaps = np.where(reached, statics.gaps(z), math.nan)
     touching = (gaps < 0.0).astype(float)

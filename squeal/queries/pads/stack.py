@@ -72,7 +72,7 @@ class _Intervals(NamedTuple):
     ends : list of n str
         What happens there: a fold or, for any other end, "end of the branch". That also stands
         where the branch reaches the end of the range; "" of a linear model, which has no branch.
-    lost : array (n,) of bool
+    interrupted : array (n,) of bool
         Whether the branch could not be continued numerically.
     no_start : array (n,) of bool
         Pads without an equilibrium in contact at mu = 0.
@@ -85,7 +85,7 @@ class _Intervals(NamedTuple):
     at: Callable[[np.ndarray, np.ndarray], Equilibria]
     mu_end: np.ndarray
     ends: list[str]
-    lost: np.ndarray
+    interrupted: np.ndarray
     no_start: np.ndarray
 
 
@@ -239,13 +239,9 @@ class PadStack:
         """The equilibria of the n pads without friction."""
         return rests(self.statics, self.n)
 
-    def branches(self, mu_max: np.ndarray) -> tuple[Branches, np.ndarray]:
-        """Follow the branches of equilibria from mu = 0 to mu_max (n,).
-
-        The second array (n,) of bool says which of them could not be continued numerically.
-        """
-        branches = follow(self.statics, self.without_friction, mu_max)
-        return branches, branches.end == BranchEnd.LOST
+    def branches(self, mu_max: np.ndarray) -> Branches:
+        """Follow the branches of equilibria from mu = 0 to mu_max (n,)."""
+        return follow(self.statics, self.without_friction, mu_max)
 
     def origin(self, mu: np.ndarray) -> Equilibria:
         """Full contact about the origin at frictions mu (k,), as if an equilibrium."""
@@ -265,13 +261,14 @@ class PadStack:
         origin = self.origin(self.mu)
         if self.linear:
             return origin, np.zeros(self.n, dtype=bool)
-        branches, lost = self.branches(self.mu)
+        branches = self.branches(self.mu)
+        interrupted = branches.end == BranchEnd.INTERRUPTED
         if not branches.owner.size:  # no pad has an equilibrium without friction
-            return origin._replace(exists=self.without_friction.exists), lost
+            return origin._replace(exists=self.without_friction.exists), interrupted
         at_mu = branches.at(np.arange(self.n), self.mu)
         hidden = at_mu.exists & self.statics.unresolved(at_mu.z)  # by rounding
         touches = at_mu.touching.any(axis=0)
-        return at_mu._replace(exists=at_mu.exists & touches & ~hidden), lost | hidden
+        return at_mu._replace(exists=at_mu.exists & touches & ~hidden), interrupted | hidden
 
     @cached_property
     def damping(self) -> np.ndarray | None:
@@ -408,10 +405,10 @@ class PadStack:
                 at=lambda _pad, mu: self.origin(mu),
                 mu_end=np.full(self.n, np.nan),
                 ends=[""] * self.n,
-                lost=no_pad,
+                interrupted=no_pad,
                 no_start=no_pad,
             )
-        branches, lost = self.branches(np.full(self.n, mu_max))
+        branches = self.branches(np.full(self.n, mu_max))
         no_start = branches.end == BranchEnd.NO_EQUILIBRIUM
         mu_end = np.where(no_start, 0.0, branches.mu_end)
         mu_end[branches.end == BranchEnd.REACHED] = np.nan
@@ -426,7 +423,7 @@ class PadStack:
             at=branches.at,
             mu_end=mu_end,
             ends=[FOLD if end == BranchEnd.FOLD else BRANCH_END for end in branches.end],
-            lost=lost,
+            interrupted=branches.end == BranchEnd.INTERRUPTED,
             no_start=no_start,
         )
 
@@ -535,9 +532,9 @@ class PadStack:
                 continue
             kinds[pad] = VERDICTS[codes[i]]
             hertz[pad] = frequencies[i] if kinds[pad] == "flutter" else 0.0
-        lost_while_stable = intervals.lost & ~np.isin(np.arange(self.n), losing)
+        interrupted_while_stable = intervals.interrupted & ~np.isin(np.arange(self.n), losing)
         stiffness = self._stiffness_without_friction
-        unknown = lost_while_stable | hides_slow_modes(stiffness, self.damping)
+        unknown = interrupted_while_stable | hides_slow_modes(stiffness, self.damping)
         return Losses(
             mu=np.where(unknown, np.nan, loss),
             kinds=kinds,

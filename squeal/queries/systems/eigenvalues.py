@@ -93,7 +93,7 @@ def system_eigenvalues(
     if doubts and roots.certified:  # a proof holds for the matrices, of which something was assumed
         statement = Statement("open", statement.by, reason="; ".join(doubts))
     proof_line = statement.words
-    if analysis.joined or doubts:
+    if analysis.component_reduction or doubts:
         # no line for joined components, whose count is that of the reduced system, as the
         # description says; and none for doubts, each of which has a line of its own
         proof_line = ""
@@ -161,7 +161,7 @@ def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> 
 
 def _outside(analysis: SystemAnalysis, roots: SystemRoots) -> tuple[complex, ...] | None:
     """Growing roots outside of the region, the fastest first; None if nothing is known of them."""
-    if not roots.outside or not analysis.joined:
+    if not roots.outside or not analysis.component_reduction:
         return roots.outside
     # components that were reduced are not valid above their cutoff frequency
     cutoff = math.tau * analysis.file.assembly.cutoff
@@ -192,7 +192,7 @@ def _details(
         "matrices": matrix_list(file),
         "checks": system_checks(system),
         "region": region,
-        "basis": analysis.joined,
+        "basis": analysis.component_reduction,
         "damped": [damped._asdict() for damped in file.damped],
         "fastest_outside": None,
         "growing_outside": None if outside is None else len(outside),
@@ -228,9 +228,9 @@ def _description(analysis: SystemAnalysis, roots: SystemRoots, details: dict[str
         values.append(f"{name} = {text}")
     degrees = "degree" if system.n == 1 else "degrees"
     lines = [", ".join([f"{system.n} {degrees} of freedom", *values])]
-    if analysis.joined:
+    if analysis.component_reduction:
         errors_are_known = any(root.error is not None for root in roots.eigenvalues)
-        lines.append(f"  {basis_text(analysis.joined, errors=errors_are_known)}")
+        lines.append(f"  {basis_text(analysis.component_reduction, errors=errors_are_known)}")
     for matrix in details["matrices"]:
         source = matrix["file"] or "rows"  # rows: entries that stand in the system file
         size = f"{matrix['nonzeros']} non-zeros"
@@ -255,7 +255,7 @@ def _growth_outside(analysis: SystemAnalysis, outside: tuple[complex, ...] | Non
     hertz = number(abs(outside[0].imag) / math.tau, 5)
     mode = f"at {hertz} Hz by {number(outside[0].real, 3)} 1/s"
     region = "band" if analysis.selection.band else "region"
-    if analysis.joined or not is_small(analysis.system):
+    if analysis.component_reduction or not is_small(analysis.system):
         # not all roots were computed: `outside` holds those that the search came upon
         return f"Outside of the {region} nothing was searched, but growth was seen, such as {mode}"
     count = "1 mode grows" if len(outside) == 1 else f"{len(outside)} modes grow"

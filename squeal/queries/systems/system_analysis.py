@@ -102,7 +102,7 @@ class SystemAnalysis:
         return SystemAnalysis(file, selection)
 
     @property
-    def joined(self) -> dict[str, Any] | None:
+    def component_reduction(self) -> dict[str, Any] | None:
         """How components were reduced before they were joined, as JSON holds it; None if no
         component was."""
         if self.file.assembly is None:
