@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.article.identify.ensemble import DONE, simulate_many, stack
+from squeal.article.identify.ensemble import simulate_many, stack
 from squeal.article.studies._reference import Reference, error_against, reference
 from squeal.article.studies.accuracy import ours
 from squeal.io.scene import Scene, read_scene
@@ -174,7 +174,7 @@ def spread(scenes: Sequence[Scene], count: int) -> list[Scene]:
         stops = np.array([s.stop for s in some])
         initial = np.array([s.initial for s in some])
         run = simulate_many("B1", stack([s.pad for s in some]), initial, stops, ERROR)
-        found += [s for s, end in zip(some, run["outcome"], strict=True) if end == DONE]
+        found += [s for s, valid in zip(some, run["valid"], strict=True) if valid]
     return found[:count]
 
 

@@ -62,7 +62,7 @@ def tables(scenes: Path) -> dict[str, Any]:
     return {
         "order": order,
         "tape": max(len(step.decomposition) for step in steps) * (order + 1),
-        "limits": LIMITS[:-1],  # all but that of friction which falls with speed
+        "limits": list(LIMITS.values())[:-1],  # all but that of friction which falls with speed
         "laws": {
             key: {
                 "points": law.points,

@@ -174,7 +174,7 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     squares, errors = _real_modes(system, modes)
     vibrating = squares[squares > errors]
     hertz = (np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist()
-    if analysis.component_reduction is not None:  # components were reduced: modes above the cutoff are none
+    if analysis.component_reduction is not None:  # modes above the cutoff are none
         hertz = [frequency for frequency in hertz if frequency <= file.assembly.cutoff]
     mass = centre = size = None
     elements = len(file.coordinates.cells) if file.coordinates else 0

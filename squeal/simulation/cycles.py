@@ -135,7 +135,7 @@ class Cycle:
 
         The greatest of the cyclic orders: cycles compare, wherever they are counted from.
         """
-        states = [state_of(on) for on in self.segment.on.T]
+        states = [state_of(on) for on in self.segment.contact_after_changes.T]
         orders = [(*states[i:], *states[:i]) for i in range(len(states))]
         return max(orders, default=())
 
@@ -294,7 +294,7 @@ class Shooting:
         for passed in range(windows):
             segment = self.motion(start, window, value, since=passed * window)
             start = segment.end[:, 0]
-            changes = len(segment.t)
+            changes = len(segment.changes.t)
             speed = float(np.linalg.norm(self._rates(start, value)))
             if not changes and speed <= resting:
                 break
@@ -314,7 +314,7 @@ class Shooting:
     def _shortest(self, cycle: Cycle) -> Cycle:
         """The cycle over its least period: while a transient decays, a motion may first return to
         itself after several periods."""
-        most_parts = len(cycle.segment.t)  # each period holds a change of contact
+        most_parts = len(cycle.segment.changes.t)  # each period holds a change of contact
         for parts in range(most_parts, 1, -1):
             part = self.over(cycle.state, cycle.period / parts, cycle.value)
             if part.gap < RETURNED:
@@ -527,20 +527,21 @@ def _first_return(segment: Segment) -> tuple[np.ndarray, float] | None:
     Compared are the next `PASSAGES` separations of the same point into the same contact state; None
     where the motion returns in none of them.
     """
-    changes = np.arange(len(segment.t))
-    separations = np.flatnonzero(segment.on[segment.point, changes] == 0)
+    _, point, t, state = segment.changes
+    contact = segment.contact_after_changes
+    separations = np.flatnonzero(contact[point, np.arange(len(t))] == 0)
     if not separations.size:
         return None
     first = separations[0]
-    same_contact = (segment.on == segment.on[:, [first]]).all(axis=0)
-    same_point = segment.point == segment.point[first]
+    same_contact = (contact == contact[:, [first]]).all(axis=0)
+    same_point = point == point[first]
     # with the first separation itself
     passages = separations[(same_contact & same_point)[separations]]
-    start = segment.state[:, first]
+    start = state[:, first]
     later = passages[1 : PASSAGES + 1]
-    size = np.abs(segment.state[:, passages]).max()
-    distances = np.abs(segment.state[:, later] - start[:, None]).max(axis=0)
+    size = np.abs(state[:, passages]).max()
+    distances = np.abs(state[:, later] - start[:, None]).max(axis=0)
     returns = later[distances < RETURNED * size]
     if not returns.size:
         return None
-    return start, float(segment.t[returns[0]] - segment.t[first])
+    return start, float(t[returns[0]] - t[first])

@@ -19,14 +19,6 @@ from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Coefficients, pose
 from squeal.numerics.differentiation import complex_step
 
-# Where the model ends: what has happened when a limit is reached.
-LIMITS = (
-    "the pad has turned past 90 degrees",
-    "spring 1 has collapsed to zero length",
-    "spring 2 has collapsed to zero length",
-    "the pad has reached the speed V of the surface, beyond which friction that falls with speed "
-    "means nothing,",
-)
 # Share of its free length at which a spring counts as collapsed: the direction of its force, and
 # with it the motion, jumps at zero.
 COLLAPSED = 1e-6
@@ -43,14 +35,24 @@ _ROUNDING = 8.0 * float(np.finfo(float).eps)
 
 
 class Limit(IntEnum):
-    """What ended a motion before its time; from 0 on the entry of `LIMITS`."""
+    """What ended a motion before its time, if anything."""
 
-    FAILED = -2  # the integrator could not carry it on
-    NONE = -1
-    TURNED = 0
-    SPRING_1 = 1
-    SPRING_2 = 2
-    SURFACE_SPEED = 3
+    NONE = 0
+    TURNED = 1
+    SPRING_1 = 2
+    SPRING_2 = 3
+    SURFACE_SPEED = 4
+    FAILED = 5  # the integrator could not carry it on
+
+
+LIMITS = {
+    Limit.TURNED: "the pad has turned past 90 degrees",
+    Limit.SPRING_1: "spring 1 has collapsed to zero length",
+    Limit.SPRING_2: "spring 2 has collapsed to zero length",
+    Limit.SURFACE_SPEED: "the pad has reached the speed V of the surface, beyond which friction "
+    "that falls with speed means nothing,",
+}
+"""Where the model ends: what has happened."""
 
 
 class ModelEnd(ComputationError):
@@ -83,6 +85,15 @@ class Steps(NamedTuple):
         return np.asarray(states)
 
 
+class ContactChanges(NamedTuple):
+    """The e contact changes of some motions, sorted by motion, then by time."""
+
+    motion: np.ndarray  # (e,), number of the motion
+    point: np.ndarray  # (e,), the contact point that touches or separates
+    t: np.ndarray  # (e,)
+    state: np.ndarray  # (6, e), of the motion at that time
+
+
 class DenseOutput(NamedTuple):
     """The smooth steps of a segment without their contact; fields as in `Steps`."""
 
@@ -97,67 +108,61 @@ class DenseOutput(NamedTuple):
         dense = [part for part in parts if part is not None]
         if not dense:
             return None
-        columns = zip(*dense, strict=True)
-        return DenseOutput(*(np.concatenate(arrays, axis=-1) for arrays in columns))
+        return DenseOutput(*_concatenated(dense))
+
+
+def _concatenated(parts: Sequence[tuple[np.ndarray, ...]]) -> list[np.ndarray]:
+    """Each array of the first part with those of the others behind, along its last axis."""
+    return [np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)]
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A part of n motions in natural units, one after the other.
-
-    law: the contact law; c: coefficients (n,); t0, t1 (n,): begin and end; first (points, n):
-    contact at the begin, 0 or 1; end (6, n): state at the end; motion, point, t (e,), state (6, e):
-    number of the motion, contact point, time and state of each contact change, sorted by motion,
-    then by time;
-    count (n,): integration steps; limit (n,): what ended it, see `Limit`; smooth: the steps, None
-    without dense output.
-    """
+    """A part of n motions in natural units. Contact is 0 or 1 for each point."""
 
     law: ContactLaw
-    c: Coefficients
-    t0: np.ndarray
-    t1: np.ndarray
-    first: np.ndarray
-    end: np.ndarray
-    motion: np.ndarray
-    point: np.ndarray
-    t: np.ndarray
-    state: np.ndarray
-    count: np.ndarray
-    limit: np.ndarray
-    smooth: DenseOutput | None = None
+    c: Coefficients  # numbers (n,)
+    t0: np.ndarray  # (n,), time at the begin
+    t1: np.ndarray  # (n,), time at the end
+    first_contact: np.ndarray  # (points, n), at the begin
+    end: np.ndarray  # (6, n), state at the end
+    changes: ContactChanges
+    step_count: np.ndarray  # (n,), of the integration
+    limit: np.ndarray  # (n,), `Limit`
+    dense_output: DenseOutput | None = None
 
     def _contact(self, motion: np.ndarray, changes: np.ndarray) -> np.ndarray:
         """Contact (points, k) of motions (k,) once the first `changes` (k,) of the changes of all
         motions have happened."""
         # how often each point has changed, over all motions, after 0, 1, ... changes
-        flips = np.zeros((len(self.first), len(self.motion) + 1), dtype=int)
-        flips[self.point, np.arange(1, flips.shape[1])] = 1
+        flips = np.zeros((len(self.first_contact), len(self.changes.t) + 1), dtype=int)
+        flips[self.changes.point, np.arange(1, flips.shape[1])] = 1
         flips = flips.cumsum(axis=1)
-        changes_of_earlier_motions = np.searchsorted(self.motion, motion)
+        changes_of_earlier_motions = np.searchsorted(self.changes.motion, motion)
         flips_of_the_motion = flips[:, changes] - flips[:, changes_of_earlier_motions]
-        return np.asarray((self.first[:, motion] + flips_of_the_motion) % 2)
+        return np.asarray((self.first_contact[:, motion] + flips_of_the_motion) % 2)
 
     @cached_property
-    def on(self) -> np.ndarray:
-        """Contact (points, e) of 0 or 1 after each change."""
-        return self._contact(self.motion, np.arange(1, len(self.motion) + 1))
+    def contact_after_changes(self) -> np.ndarray:
+        """Contact (points, e) after each change."""
+        return self._contact(self.changes.motion, np.arange(1, len(self.changes.t) + 1))
 
     @cached_property
-    def last(self) -> np.ndarray:
-        """Contact (points, n) of 0 or 1 at the end."""
+    def last_contact(self) -> np.ndarray:
+        """Contact (points, n) at the end."""
         motion = np.arange(len(self.t0))
-        changes = np.searchsorted(self.motion, motion, side="right")
+        changes = np.searchsorted(self.changes.motion, motion, side="right")
         return self._contact(motion, changes)
 
     @cached_property
     def steps(self) -> Steps:
         """Steps of the trajectories, where there is dense output."""
-        assert self.smooth is not None
-        motion, t, h, series = self.smooth
+        assert self.dense_output is not None
+        motion, t, h, series = self.dense_output
         # how many changes precede each step, in the order of motion, then of time: NumPy sorts
         # complex numbers by their real parts, then by their imaginary ones
-        changes = np.searchsorted(self.motion + 1j * self.t, motion + 1j * t, side="right")
+        times_of_changes = self.changes.motion + 1j * self.changes.t
+        changes = np.searchsorted(times_of_changes, motion + 1j * t, side="right")
         return Steps(motion, t, h, series, on=self._contact(motion, changes))
 
     @cached_property
@@ -166,7 +171,7 @@ class Segment:
         the height of a point that touches, the depth of another one."""
         end = np.asarray(self.end, dtype=float)
         heights = np.array(self.law.gaps(self.c, pose(np, self.c.place(end))))
-        return np.where(self.last > 0, heights, -heights)
+        return np.where(self.last_contact > 0, heights, -heights)
 
     def coefficients(self, motion: np.ndarray) -> Coefficients:
         """Coefficients (k,) of motions of these numbers (k,); of a single motion always (1,)."""
@@ -191,13 +196,10 @@ class Segment:
         return dataclasses.replace(
             parts[-1],
             t0=parts[0].t0,
-            first=parts[0].first,
-            motion=np.concatenate([part.motion for part in parts]),
-            point=np.concatenate([part.point for part in parts]),
-            t=np.concatenate([part.t for part in parts]),
-            state=np.concatenate([part.state for part in parts], axis=-1),
-            count=np.sum([part.count for part in parts], axis=0),
-            smooth=DenseOutput.joined([part.smooth for part in parts]),
+            first_contact=parts[0].first_contact,
+            changes=ContactChanges(*_concatenated([part.changes for part in parts])),
+            step_count=np.sum([part.step_count for part in parts], axis=0),
+            dense_output=DenseOutput.joined([part.dense_output for part in parts]),
         )
 
 
@@ -299,24 +301,21 @@ def _simultaneous(model: PadModel, segment: Segment, point: int) -> np.ndarray:
         q = np.array(model.c.place(end[:3]))
         velocity = np.array(model.c.place(end[3:]))
         gap_rates = complex_step(model.gaps, q, along=velocity)
-        goes_on = np.where(segment.last[:, 0] > 0, gap_rates, -gap_rates) > 0.0
+        goes_on = np.where(segment.last_contact[:, 0] > 0, gap_rates, -gap_rates) > 0.0
         passed &= goes_on
     return np.flatnonzero(passed)
 
 
 def _with_simultaneous(model: PadModel, segment: Segment) -> Segment:
     """A segment that ends at a change, with those of other points in the same instant."""
-    points = _simultaneous(model, segment, int(segment.point[-1]))
+    changes = segment.changes
+    points = _simultaneous(model, segment, int(changes.point[-1]))
     # motion, time and state of the last change hold for those in the same instant too
-    repeats = np.ones(len(segment.t), dtype=int)
+    repeats = np.ones(len(changes.t), dtype=int)
     repeats[-1] += len(points)
-    return dataclasses.replace(
-        segment,
-        motion=segment.motion.repeat(repeats),
-        point=np.append(segment.point, points),
-        t=segment.t.repeat(repeats),
-        state=segment.state.repeat(repeats, axis=1),
-    )
+    motion, _, t, state = (array.repeat(repeats, axis=-1) for array in changes)
+    with_others = ContactChanges(motion, np.append(changes.point, points), t, state)
+    return dataclasses.replace(segment, changes=with_others)
 
 
 class MotionEnd(NamedTuple):
@@ -365,18 +364,18 @@ def integrate(
                 f"a contact change was missed before {instant(t)}; ask for a smaller tolerance"
             )
         if limit == Limit.NONE and t < stop:
-            ends_at_a_change = segment.t.size and segment.t[-1] == t
+            ends_at_a_change = t in segment.changes.t[-1:]
             if ends_at_a_change:
                 segment = _with_simultaneous(model, segment)
-                z = off_level(model, z, segment.last[:, 0])
+                z = off_level(model, z, segment.last_contact[:, 0])
             elif t - begin < LEAST_PROGRESS * stop:
                 raise ComputationError(
                     f"no progress beyond {instant(t)}; a spring may have collapsed to zero length "
                     "there"
                 )
-        contact = segment.last[:, 0]
-        steps += int(segment.count[0])
-        changes += len(segment.t)
+        contact = segment.last_contact[:, 0]
+        steps += int(segment.step_count[0])
+        changes += len(segment.changes.t)
         for observe in observers:
             observe(segment)
         if limit != Limit.NONE:

@@ -52,7 +52,7 @@ class Grid:
 
     shares (k,) of a step, weights (k,) of quadrature over it; states
     (6, k, s); t (k, s): times; c: coefficients of the steps; coefficients_of: of motions by number;
-    first (n,): the first step of each motion.
+    first_steps (n,): number of the first step of each motion.
     """
 
     def __init__(self, segment: Segment, count: int = PLACES) -> None:
@@ -64,7 +64,7 @@ class Grid:
         self.t = steps.t + steps.h * self.shares[:, None]
         self.c = segment.coefficients(steps.motion)
         self.coefficients_of = segment.coefficients
-        self.first = np.searchsorted(steps.motion, np.arange(len(segment.t0)))
+        self.first_steps = np.searchsorted(steps.motion, np.arange(len(segment.t0)))
 
     def read(self, signal: Read) -> np.ndarray:
         """A signal (..., k, s) at all places."""
@@ -174,7 +174,7 @@ class Grid:
         motion = self.steps.motion
         highest = np.fmax.reduce(counted_samples)
         highest = np.where(np.isnan(highest), -np.inf, highest)
-        greatest = np.fmax.reduceat(highest, self.first)
+        greatest = np.fmax.reduceat(highest, self.first_steps)
         peaks = self.peaks(signal, counted_steps, greatest[motion])
         step = peaks.step
         # a peak up to one sample before that time counts too, since the time may be the sample
@@ -223,7 +223,7 @@ class Event:
 
 def _states_in_turn(model: PadModel, segment: Segment) -> list[str]:
     """Names of the contact states that a segment of one motion passes, from its first one on."""
-    contact = np.concatenate([segment.first, segment.on], axis=1)
+    contact = np.hstack([segment.first_contact, segment.contact_after_changes])
     return [model.state_name(state_of(on)) for on in contact.T]
 
 
@@ -237,7 +237,7 @@ class Events:
 
     def observe(self, segment: Segment) -> None:
         names = _states_in_turn(self._model, segment)
-        times = (segment.t * self._units.time).tolist()
+        times = (segment.changes.t * self._units.time).tolist()
         self._events += map(Event, times, names[:-1], names[1:])
 
     def result(self) -> tuple[Event, ...]:
@@ -253,7 +253,7 @@ class Shares:
         self._time = dict.fromkeys(model.law.meanings, 0.0)
 
     def observe(self, segment: Segment) -> None:
-        spent = np.diff(np.concatenate([segment.t0, segment.t, segment.t1]))
+        spent = np.diff(np.concatenate([segment.t0, segment.changes.t, segment.t1]))
         names = _states_in_turn(self._model, segment)
         for time, name in zip(spent.tolist(), names, strict=True):
             self._time[name] += time
@@ -430,8 +430,9 @@ class ResponseObserver:
     def observe(self, segment: Segment) -> None:
         for samples in (self._first, self._last, self._spread):
             samples.observe(segment)
-        if segment.t.size:
-            self._first_change = min(self._first_change, float(segment.t[0]))
+        times = segment.changes.t
+        if times.size:
+            self._first_change = min(self._first_change, float(times[0]))
 
     def result(self) -> Response:
         """What the samples show, in SI units."""

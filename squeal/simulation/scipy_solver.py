@@ -9,7 +9,7 @@ import numpy as np
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Coefficients, Number, at_speed, facing, pose, spring_vectors
-from squeal.simulation.hybrid import DenseOutput, Integrator, Limit, Segment
+from squeal.simulation.hybrid import ContactChanges, DenseOutput, Integrator, Limit, Segment
 from squeal.simulation.observers import lobatto
 
 LONGEST_STEP = 0.2  # natural time: contact changes are seen at the ends of steps only
@@ -176,15 +176,17 @@ class SciPyIntegrator(Integrator):
             c=Coefficients(*np.reshape(self._model.c, (-1, 1))),
             t0=nodes[:1],
             t1=t1,
-            first=contact[:, None],
+            first_contact=contact[:, None],
             end=end,
-            motion=np.zeros(len(point), dtype=int),
-            point=point,
-            t=t1.repeat(len(point)),
-            state=end.repeat(len(point), axis=1),
-            count=np.array([last]),
+            changes=ContactChanges(
+                motion=np.zeros(len(point), dtype=int),
+                point=point,
+                t=t1.repeat(len(point)),
+                state=end.repeat(len(point), axis=1),
+            ),
+            step_count=np.array([last]),
             limit=np.array([limit]),
-            smooth=_smooth(nodes, solution.sol) if dense else None,
+            dense_output=_dense_output(nodes, solution.sol) if dense else None,
         )
 
     def _collapse(self, states: np.ndarray) -> tuple[Limit, int] | None:
@@ -202,7 +204,7 @@ class SciPyIntegrator(Integrator):
         return None
 
 
-def _smooth(nodes: np.ndarray, motion: Callable[[np.ndarray], np.ndarray]) -> DenseOutput:
+def _dense_output(nodes: np.ndarray, motion: Callable[[np.ndarray], np.ndarray]) -> DenseOutput:
     """SciPy's dense output, times (k,) to states (6, k), as the polynomials of degree 7 that it is
     between nodes (s + 1,)."""
     shares, _ = lobatto(8)  # eight values determine a polynomial of degree 7

@@ -22,6 +22,7 @@ from squeal.simulation.hybrid import (
     CLEAR,
     COLLAPSED,
     LIMITS,
+    ContactChanges,
     DenseOutput,
     Integrator,
     Limit,
@@ -119,15 +120,6 @@ class ContactChange(NamedTuple):
     point: int
     t: Number
     state: bytes
-
-
-class ContactChanges(NamedTuple):
-    """Contact changes of some motions as arrays (e,), see `Segment`; states (6, e)."""
-
-    motion: np.ndarray
-    point: np.ndarray
-    t: np.ndarray
-    state: np.ndarray
 
 
 class Code(NamedTuple):
@@ -281,7 +273,7 @@ class Machine:
         self.ta.reset_cooldowns()
 
     def changes(self) -> ContactChanges:
-        """The contact changes of the log, those of the first motion first."""
+        """The contact changes of the log."""
         number = self.state.dtype
         changes = sorted(self.log, key=lambda change: change.motion)
         states = np.frombuffer(b"".join(change.state for change in changes), number)
@@ -351,8 +343,8 @@ def limit_of(outcome: hy.taylor_outcome, points: int) -> Limit:
     those of the limits."""
     # -1 - i of the i-th event where it stopped heyoka, i where its callback let the motion go on
     code = int(outcome)
-    limit = -code - 1 - points
-    if 0 <= limit < len(LIMITS):
+    limit = -code - points
+    if limit in LIMITS:
         return Limit(limit)
     if code >= -points or outcome in _GOES_ON:
         return Limit.NONE
@@ -435,10 +427,10 @@ class TaylorIntegrator(HeyokaIntegrator, Integrator):
             c=Coefficients(*parameters[: len(NAMES)]),
             t0=t0,
             t1=t1,
-            first=first,
+            first_contact=first,
             end=machine.state.copy(),
-            count=np.array([steps]),
+            changes=machine.changes(),
+            step_count=np.array([steps]),
             limit=np.array([limit]),
-            smooth=record.dense_output(0),
-            **machine.changes()._asdict(),
+            dense_output=record.dense_output(0),
         )

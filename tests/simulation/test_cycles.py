@@ -20,7 +20,7 @@ from squeal.simulation.cycles import (
     Shooting,
     _first_return,
 )
-from squeal.simulation.hybrid import Segment
+from squeal.simulation.hybrid import ContactChanges, Segment
 from squeal.simulation.run import in_natural_units
 from tests.conftest import ROOT, hammering_scene, needs_heyoka
 from tests.simulation.closed import bouncing, upright
@@ -255,7 +255,7 @@ class OnACurve(Shooting):
         small = np.diag([1.0, -1.0 - 0.5 * np.sin(a - 2.0), -1.5, -1.5, 0.0, 0.0])
         small[[2, 3], [3, 2]] = 1.0, 0.1 * np.sin(a - 0.3)
         small[4:, 4:] = (1.0 + 0.5 * np.sin(a + 1.0)) * np.array([[0.6, 0.8], [-0.8, 0.6]])
-        segment: Any = SimpleNamespace(on=np.ones((2, 1)))
+        segment: Any = SimpleNamespace(contact_after_changes=np.ones((2, 1)))
         period = 2.0 + 0.3 * np.sin(a) + self.pitch * a
         return Point(Cycle(place, period, small, np.cos(a), 0.0, segment), ahead)
 
@@ -317,13 +317,15 @@ def test_a_motion_returns_after_all_the_passages_of_its_period(passages):
         c=empty,
         t0=empty,
         t1=empty,
-        first=np.ones((2, 1), dtype=int),
+        first_contact=np.ones((2, 1), dtype=int),
         end=np.zeros((6, 1)),
-        motion=0 * order,
-        point=np.array([1, 0, 0, 1])[order % 4],
-        t=5.0 + order * 0.25,
-        state=height * np.ones((6, 1)),
-        count=empty,
+        changes=ContactChanges(
+            motion=0 * order,
+            point=np.array([1, 0, 0, 1])[order % 4],
+            t=5.0 + order * 0.25,
+            state=height * np.ones((6, 1)),
+        ),
+        step_count=empty,
         limit=empty,
     )
     first_return = _first_return(segment)

@@ -13,7 +13,7 @@ from squeal.io.scene import COORDINATES, Damping, Scene, read_scene
 from squeal.model.contact import CONSISTENT
 from squeal.model.pad import Pad
 from squeal.queries.pads.equilibrium import analyse
-from squeal.simulation.hybrid import LIMITS
+from squeal.simulation.hybrid import Limit
 from squeal.simulation.run import simulate
 from tests.conftest import INSTALLED, SCENES, needs_heyoka
 from tests.direct import motion
@@ -129,7 +129,7 @@ def test_the_model_ends_where_the_pad_is_as_fast_as_the_surface():
 
     assert motion(one.model, one.pad, one.initial, until, mu=law)[-1, 3] == pytest.approx(2.0)
     many = simulate_many("B2", one.pad, np.array([one.initial]), one.stop, 1e-8, one.formulation)
-    assert many["outcome"][0] == 1 + next(i for i, words in enumerate(LIMITS) if "speed V" in words)
+    assert many["limit"][0] == Limit.SURFACE_SPEED
     assert many["ended"][0] == pytest.approx(ended[0], rel=1e-6)
     fast = dataclasses.replace(one, initial=(0.0, 0.0, 0.0, 2.0, 0.0, 0.0))
     with pytest.raises(InputError, match=r"x_dot: 2.0 is not allowed; it must be below V = 2 "):

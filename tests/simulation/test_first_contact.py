@@ -16,6 +16,8 @@ from squeal.model.pad import Coefficients
 from squeal.simulation.hybrid import (
     COLLAPSED,
     LIMITS,
+    ContactChanges,
+    Limit,
     ModelEnd,
     Segment,
     first_contact,
@@ -71,14 +73,11 @@ def falls(**changes):
         c=Coefficients(*np.reshape(model.c, (-1, 1))),
         t0=np.zeros(1),
         t1=np.full(1, 0.5),
-        first=none,
+        first_contact=none,
         end=high,
-        motion=none[0, :0],
-        point=none[0, :0],
-        t=np.empty(0),
-        state=high[:, :0],
-        count=np.array([7]),
-        limit=np.array([-1]),
+        changes=ContactChanges(none[0, :0], none[0, :0], np.empty(0), high[:, :0]),
+        step_count=np.array([7]),
+        limit=np.array([Limit.NONE]),
     )
     wrong: Any = SimpleNamespace(run=lambda *_: replace(segment, **changes))
     return integrate(model, wrong, UNIT, high[:, 0], 0.5)
@@ -94,10 +93,10 @@ def test_courses_without_progress_or_with_a_missed_change_are_refused():
     with pytest.raises(ComputationError, match="a contact change was missed before t"):
         falls(end=at(-2e-6))
     with pytest.raises(ComputationError, match="a contact change was missed before t"):
-        falls(end=at(2e-6), first=np.ones((2, 1), dtype=int))
+        falls(end=at(2e-6), first_contact=np.ones((2, 1), dtype=int))
     with pytest.raises(ComputationError, match="no progress beyond t"):
         falls(t1=np.full(1, 1e-12))
-    for limit, words in enumerate(LIMITS):
+    for limit, words in LIMITS.items():
         with pytest.raises(ModelEnd, match=f"{words} at t = 0.5 s"):
             falls(limit=np.array([limit]))
     assert COLLAPSED < 1e-3

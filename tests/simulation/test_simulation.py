@@ -10,7 +10,7 @@ import pytest
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import FULL, NONE, Formulation
-from squeal.simulation.hybrid import first_contact, integrate, state_of, whole
+from squeal.simulation.hybrid import Limit, first_contact, integrate, state_of, whole
 from squeal.simulation.run import in_natural_units, make_integrator, simulate
 from tests.conftest import BACKENDS, HEYOKA, INSTALLED, SCENES, needs_heyoka
 from tests.simulation.closed import bouncing, quad, upright
@@ -89,7 +89,7 @@ def test_energy_is_conserved_without_friction(stem):
 
     def see(segment):
         state = segment.end[:, 0]
-        on = segment.last[:, 0]
+        on = segment.last_contact[:, 0]
         energies.append(model.energy(state[:3] * lever, state[3:] * lever, on))
 
     integrate(model, TaylorIntegrator(model, 1e-15), units, start, stop, [see])
@@ -168,13 +168,13 @@ def test_a_motion_as_one_course_is_that_of_another_integrator(stem):
         gaps = model.gaps(model.c.place(states[:, :3].T))
         clear = np.abs(gaps) > 1e-6
         assert np.array_equal(on[clear] > 0, gaps[clear] < 0)
-        assert [segment.t0[0], segment.t1[0], segment.limit[0]] == [0.0, stop, -1]
-        assert segment.last[:, 0].tolist() == on[:, -1].tolist()
-        assert segment.first[:, 0].tolist() == on[:, 0].tolist()
+        assert [segment.t0[0], segment.t1[0], segment.limit[0]] == [0.0, stop, Limit.NONE]
+        assert segment.last_contact[:, 0].tolist() == on[:, -1].tolist()
+        assert segment.first_contact[:, 0].tolist() == on[:, 0].tolist()
         assert segment.steps.h.sum() == pytest.approx(stop, rel=1e-12)
-        assert len(segment.steps.t) == segment.count[0]
-    assert len(ours.t) > 1
-    assert ours.point.tolist() == theirs.point.tolist()
-    assert ours.t == pytest.approx(theirs.t, rel=1e-8)
+        assert len(segment.steps.t) == segment.step_count[0]
+    assert len(ours.changes.t) > 1
+    assert ours.changes.point.tolist() == theirs.changes.point.tolist()
+    assert ours.changes.t == pytest.approx(theirs.changes.t, rel=1e-8)
     apart = np.abs(ours.at(times)[0] - theirs.at(times)[0]).max(axis=0)
     assert np.all(apart < 1e-7 * np.abs(states).max(axis=0))

@@ -157,9 +157,10 @@ def measures(
 
 def _first_contact(segment: Segment) -> np.ndarray:
     """When (n,) each motion first touches, inf for one that never does."""
-    times = np.where(segment.first.any(axis=0), segment.t0, np.inf)
+    times = np.where(segment.first_contact.any(axis=0), segment.t0, np.inf)
     # of a motion that begins without contact the first change is a touch
-    np.fmin.at(times, segment.motion, np.where(np.isinf(times[segment.motion]), segment.t, np.inf))
+    motion = segment.changes.motion
+    np.fmin.at(times, motion, np.where(np.isinf(times[motion]), segment.changes.t, np.inf))
     return times
 
 
@@ -167,14 +168,15 @@ def _times(segment: Segment) -> np.ndarray:
     """Time in each of the four states since first contact, (4, n) in the order of `STATES`."""
     n = len(segment.t0)
     # an interval of one contact state begins with each motion, and at each change
-    motion = np.concatenate([np.arange(n), segment.motion])
+    motion = np.concatenate([np.arange(n), segment.changes.motion])
     order = np.argsort(motion, kind="stable")  # by motion, then by time
     motion = motion[order]
-    begin = np.concatenate([segment.t0, segment.t])[order]
+    begin = np.concatenate([segment.t0, segment.changes.t])[order]
     is_last_of_motion = np.append(motion[1:] != motion[:-1], True)
     end = np.append(begin[1:], 0.0)
     end[is_last_of_motion] = segment.t1
-    code = [1, 2] @ np.concatenate([segment.first, segment.on], axis=1)[:, order]
+    contact = np.hstack([segment.first_contact, segment.contact_after_changes])[:, order]
+    code = [1, 2] @ contact  # 1 for the leading edge and 2 for the trailing edge, if they touch
     # an interval without contact from the begin on is the time before the first contact
     counts = (begin > segment.t0[motion]) | (code > 0)
     spent = np.zeros((4, n))
@@ -184,11 +186,10 @@ def _times(segment: Segment) -> np.ndarray:
 
 def _losses(segment: Segment) -> np.ndarray:
     """Tuples (n,) of the edges in the order in which they separate."""
-    lost = segment.on[segment.point, np.arange(len(segment.point))] == 0
+    motions, points, times, _ = segment.changes
+    lost = segment.contact_after_changes[points, np.arange(len(times))] == 0
     losses: list[list[int]] = [[] for _ in segment.t0]
-    for motion, edge in zip(
-        segment.motion[lost].tolist(), segment.point[lost].tolist(), strict=True
-    ):
+    for motion, edge in zip(motions[lost].tolist(), points[lost].tolist(), strict=True):
         losses[motion].append(edge)
     result = np.empty(len(losses), dtype=object)
     result[:] = [tuple(edges) for edges in losses]
@@ -202,7 +203,8 @@ def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarr
     values (k, s): the signal at k places of each step; touched (n,): time of the first contact,
     inf without one.
     """
-    first_steps = np.append(grid.first, values.shape[1])  # of each motion, and the end of the last
+    # of each motion, and the end of the last
+    first_steps = np.append(grid.first_steps, values.shape[1])
     since = touched.copy()
     for motion in np.flatnonzero(np.isfinite(touched)).tolist():
         begin, end = first_steps[motion : motion + 2]
@@ -288,6 +290,6 @@ def _calm(grid: Grid, late: np.ndarray) -> np.ndarray:
     accelerations = np.tensordot(powers, steps.series, 1)[:, 3:]  # by the share of the step
     squares = (accelerations**2).sum(axis=1) / np.maximum(steps.h, 1e-300) ** 2
     late_squares = np.where(grid.t >= late[steps.motion], squares, 0.0)
-    greatest = np.maximum.reduceat(squares.max(axis=0), grid.first)
-    late_greatest = np.maximum.reduceat(late_squares.max(axis=0), grid.first)
+    greatest = np.maximum.reduceat(squares.max(axis=0), grid.first_steps)
+    late_greatest = np.maximum.reduceat(late_squares.max(axis=0), grid.first_steps)
     return np.asarray(np.sqrt(late_greatest / greatest))

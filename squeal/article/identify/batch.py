@@ -55,12 +55,12 @@ class TaylorBatch(HeyokaIntegrator):
             c=Coefficients(*parameters[: len(NAMES)]),
             t0=t0,
             t1=t1,
-            first=np.asarray(contact),
+            first_contact=np.asarray(contact),
             end=end,
-            count=count,
+            changes=machine.changes(),  # of all blocks
+            step_count=count,
             limit=limit,
-            smooth=DenseOutput.joined(parts),
-            **machine.changes()._asdict(),  # of all blocks
+            dense_output=DenseOutput.joined(parts),
         )
 
     def _carry(

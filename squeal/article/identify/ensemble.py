@@ -17,7 +17,6 @@ from squeal.model.equations import PadModel, Units, natural_units
 from squeal.model.pad import Model, Pad, pose
 from squeal.simulation.hybrid import (
     CLEAR,
-    LIMITS,
     MISSED,
     Limit,
     ModelEnd,
@@ -29,8 +28,6 @@ from squeal.simulation.hybrid import (
 from squeal.simulation.run import heyoka
 
 MEASURED_AT_ONCE = 800.0  # natural time, in each lane, of motions whose steps are stored meanwhile
-DONE = 0
-REFUSED = 1 + len(LIMITS)  # outcomes; those between are 1 + the index into `LIMITS`
 
 Arrays = dict[str, np.ndarray]
 Measure = Callable[[Segment, Units], Arrays]
@@ -62,13 +59,14 @@ def _unsure(segment: Segment) -> np.ndarray:
     """
     has_wrong_gap = (segment.beyond > MISSED).any(axis=0)
     unsure = (segment.limit == Limit.FAILED) | (has_wrong_gap & (segment.limit == Limit.NONE))
-    c = segment.coefficients(segment.motion)
-    heights = np.array(segment.law.gaps(c, pose(np, c.place(segment.state))))
+    changes = segment.changes
+    c = segment.coefficients(changes.motion)
+    heights = np.array(segment.law.gaps(c, pose(np, c.place(changes.state))))
     # at each change, how far each point is from the surface, on the side of its contact state
-    distance = np.where(segment.on > 0, -heights, heights)
+    distance = np.where(segment.contact_after_changes > 0, -heights, heights)
     is_near = distance < CLEAR * (1.0 + c.w + c.h)  # a share of the pad's size
-    is_near[segment.point, np.arange(len(segment.t))] = False  # the point that changes
-    unsure[segment.motion[is_near.any(axis=0)]] = True
+    is_near[changes.point, np.arange(len(changes.t))] = False  # the point that changes
+    unsure[changes.motion[is_near.any(axis=0)]] = True
     return unsure
 
 
@@ -97,30 +95,31 @@ def _results(segment: Segment, units: Units, measure: Measure | None, events: bo
     A motion that does not reach its end has blanks in place of a final state and of measures.
     """
     n = len(segment.t0)
-    is_partial = segment.limit != Limit.NONE
-    failed = segment.limit == Limit.FAILED
+    valid = segment.limit == Limit.NONE
     time = segment.t1 * units.time
     final = np.array(segment.end)
-    time[failed] = np.nan
-    final[:, is_partial] = np.nan
+    time[segment.limit == Limit.FAILED] = np.nan
+    final[:, ~valid] = np.nan
     results = {
-        "outcome": np.where(failed, REFUSED, segment.limit + 1),
+        "limit": segment.limit,
+        "valid": valid,
         "ended": time,
         "final": units.to_si(final).T,
-        "steps": segment.count,
-        "changes": np.bincount(segment.motion, minlength=n),
+        "steps": segment.step_count,
+        "changes": np.bincount(segment.changes.motion, minlength=n),
     }
     if events:
-        times = segment.t * np.asarray(units.time)[segment.motion]
-        table = np.array([times, segment.point]).T
+        changes = segment.changes
+        times = changes.t * np.asarray(units.time)[changes.motion]
+        table = np.array([times, changes.point]).T
         results["events"] = np.empty(n, dtype=object)
-        begin = np.searchsorted(segment.motion, np.arange(1, n))
+        begin = np.searchsorted(changes.motion, np.arange(1, n))
         results["events"][:] = np.split(table, begin)
     if measure is not None:
         for name, measured in measure(segment, units).items():
             blank = {"f": np.nan, "O": None}.get(measured.dtype.kind, 0)  # floats, objects
             results[name] = measured.copy()
-            results[name][is_partial] = blank
+            results[name][~valid] = blank
     return results
 
 
@@ -217,8 +216,8 @@ def simulate_many(
     Returns
     -------
     dict of arrays
-        outcome (`DONE`, 1 + the index into `LIMITS`, or `REFUSED`), ended (time), final (n, 6),
-        steps, changes (number of contact changes), with `events` events (arrays (changes, 2) of
+        limit (`Limit`), valid (bools: no limit was reached), ended (time), final (n, 6), steps,
+        changes (number of contact changes), with `events` events (arrays (changes, 2) of
         time and contact point), and what `measure` gives. Where a pad did not reach the end, final
         states and measures are NaN, None or 0.
 

@@ -10,7 +10,7 @@ from squeal.article.claims import CLAIMS, Case, Claim, case_of
 from squeal.article.claims.measures import Linear, friction_raises, linear_measures
 from squeal.article.claims.motions import measures
 from squeal.article.identify.arrangement import PRINTED, Arrangement
-from squeal.article.identify.ensemble import DONE, simulate_many
+from squeal.article.identify.ensemble import simulate_many
 from squeal.article.identify.space import (
     MODELS,
     STOP,
@@ -69,7 +69,7 @@ def margins(
             workers=workers,
         )
         done = np.zeros(len(states), dtype=bool)
-        done[with_start] = arrays["outcome"] == DONE
+        done[with_start] = arrays["valid"]
         valid &= done.reshape(len(CASES), n).all(axis=0)
         # the statement on it is about case (b) of B2 alone
         raised_in_b = friction_raises(stacks[list(CASES).index("b")]) if model == "B2" else None

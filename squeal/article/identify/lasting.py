@@ -16,7 +16,7 @@ import numpy as np
 from squeal.article.cases import CASES
 from squeal.article.claims.motions import measures
 from squeal.article.identify import population
-from squeal.article.identify.ensemble import DONE, Arrays, simulate_many, stack
+from squeal.article.identify.ensemble import Arrays, simulate_many, stack
 from squeal.article.identify.population import (
     NOT_APPLICABLE,
     OFF,
@@ -110,15 +110,14 @@ def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:
         if not lasting.size:
             break
         ends = _run([pads[i] for i in lasting.tolist()], states, before * STOP, False)
-        is_valid = ends["outcome"] == DONE
-        lasting = lasting[is_valid]
-        states = ends["final"][is_valid]
+        lasting = lasting[ends["valid"]]
+        states = ends["final"][ends["valid"]]
         if not lasting.size:
             break
         # the next stretch begins where this look begins, too
         late = _run([pads[i] for i in lasting.tolist()], states, SEEN * STOP, True)
         goes_on = np.zeros(len(lasting), dtype=bool)
-        for k in np.flatnonzero((late["outcome"] == DONE) & (late["changes"] > 0)).tolist():
+        for k in np.flatnonzero(late["valid"] & (late["changes"] > 0)).tolist():
             speed = float(late["face"][k]) * LENGTH / TIME  # in m/s
             goes_on[k] = speed < SPEED
         lasting = lasting[goes_on]

@@ -22,7 +22,7 @@ from squeal.article.claims import CLAIMS, Case, case_of
 from squeal.article.claims.measures import Linear, linear_measures, lost_share
 from squeal.article.claims.motions import measures
 from squeal.article.claims.rules import CALM, TOUCH, hammers
-from squeal.article.identify.ensemble import DONE, Arrays, Measure, simulate_many
+from squeal.article.identify.ensemble import Arrays, Measure, simulate_many
 from squeal.article.identify.judging import MAP_POINTS
 from squeal.article.identify.space import (
     DIMENSIONS,
@@ -164,7 +164,7 @@ class Motions(NamedTuple):
     def done(self, repeat: int, case: int, index: int) -> bool:
         """Whether a motion went to its end."""
         at = self.row[repeat, case, index]
-        return at >= 0 and self.arrays["outcome"][at] == DONE
+        return at >= 0 and self.arrays["valid"][at]
 
     def case(self, repeat: int, case: int, index: int) -> Case | None:
         """The measures of a motion; None where it did not go to its end."""
@@ -197,7 +197,7 @@ def motions(
     row[with_start] = np.arange(len(with_start))
     shape = all_states.shape[:-1]  # (repeats, cases, n), in whose order the motions are flattened
     if not with_start.size:
-        return Motions({"outcome": np.empty(0, dtype=int)}, row.reshape(shape))
+        return Motions({"valid": np.empty(0, dtype=bool)}, row.reshape(shape))
     given = [stack.pad.given() for stack in stacks]
     columns: dict[str, Any] = {}
     for name in given[0]:
@@ -232,8 +232,8 @@ def edge_shares(segment: Segment, units: Units) -> Arrays:
     spent = np.zeros((n, len(STATES)))
     some_spring_touches = np.asarray(grid.steps.on.any(axis=0))  # in each step
     has_touched = np.zeros(some_spring_touches.shape)  # 1 from the first touch of a motion on
-    ends = np.append(grid.first[1:], len(has_touched))
-    for begin, end in zip(grid.first.tolist(), ends.tolist(), strict=True):
+    ends = np.append(grid.first_steps[1:], len(has_touched))
+    for begin, end in zip(grid.first_steps.tolist(), ends.tolist(), strict=True):
         has_touched[begin:end] = np.logical_or.accumulate(some_spring_touches[begin:end])
     for column, state in enumerate(STATES):
         is_in_state = (touching == np.array(state)[:, None, None]).all(axis=0)

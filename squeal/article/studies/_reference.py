@@ -44,7 +44,7 @@ def reference(scene: Scene, tolerance: float = TOLERANCE) -> Reference:
     segment = whole(model, integrator, units, start, stop)
     return Reference(
         state=np.array(segment.end[:, 0], dtype=float),
-        times=np.array(segment.t, dtype=float),
+        times=np.array(segment.changes.t, dtype=float),
     )
 
 

@@ -119,8 +119,8 @@ def ours(scene: Scene, tolerance: float) -> Run:
     units, model, start, stop = in_natural_units(scene)
     integrator = TaylorIntegrator(model, tolerance)
     segment = whole(model, integrator, units, start, stop)
-    steps = int(segment.count[0])
-    return Run(segment.end[:3, 0], segment.t, steps, steps * order(tolerance))
+    steps = int(segment.step_count[0])
+    return Run(segment.end[:3, 0], segment.changes.t, steps, steps * order(tolerance))
 
 
 def batch(scene: Scene, tolerance: float) -> Run:

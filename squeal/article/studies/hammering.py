@@ -15,7 +15,7 @@ from squeal.article.cases import CASES, HISTORY_FIGURES
 from squeal.article.claims.measures import Case, case_of, lost_share, measure
 from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, TOUCH, TURNS, hammering_cases, hammers
-from squeal.article.identify.ensemble import DONE, simulate_many
+from squeal.article.identify.ensemble import simulate_many
 from squeal.article.records import Record, Result
 from squeal.article.studies._heyoka import has_heyoka
 from squeal.article.studies._scenes import compression, read_scenes
@@ -114,7 +114,7 @@ def _lose_contact(scene: Scene, equilibrium: Equilibrium, heights: np.ndarray) -
     )
     lost = []
     for i in range(len(starts)):
-        invalid = motions["outcome"][i] != DONE
+        invalid = not motions["valid"][i]
         lost.append(bool(invalid or case_of(motions, i).losses))
     return lost
 

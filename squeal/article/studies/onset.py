@@ -16,7 +16,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, hammers
-from squeal.article.identify.ensemble import DONE, Arrays, simulate_many, stack
+from squeal.article.identify.ensemble import Arrays, simulate_many, stack
 from squeal.article.records import Missing, Moved, Record, Result
 from squeal.article.studies._heyoka import without_heyoka
 from squeal.article.studies._scenes import compression, read_scenes
@@ -282,13 +282,13 @@ def settle(begun: Sequence[Begun], before: float, seen: float) -> Late:
     line = not begun[0].model.law.plotted[1].is_force
     first = run(begun, before, False)
     ends = first["final"]
-    valid = np.flatnonzero(first["outcome"] == DONE).tolist()
+    valid = np.flatnonzero(first["valid"]).tolist()
     found: list[Settled | None] = [None] * len(begun)
     if not valid:
         return Late(ends, found)
     late = run([Begun(begun[i].model, ends[i]) for i in valid], seen, True)
     for row, i in enumerate(valid):
-        if late["outcome"][row] == DONE:
+        if late["valid"][row]:
             case = case_of(late, row, begun[i].model.pad.V)
             full = float(late["shares"][row, 0])
             found[i] = _settled(case, int(late["changes"][row]), full, line)

@@ -13,7 +13,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import measures
 from squeal.article.claims.rules import hammers
-from squeal.article.identify.ensemble import DONE, simulate_many
+from squeal.article.identify.ensemble import simulate_many
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._heyoka import without_heyoka
 from squeal.article.studies._scenes import compression, read_scenes
@@ -119,8 +119,8 @@ def _map(scene: Scene, equilibrium: np.ndarray, windows: int) -> Map:
         measures,
     )
     kinds = []
-    for i, outcome in enumerate(motions["outcome"].tolist()):
-        if outcome == DONE:
+    for i, valid in enumerate(motions["valid"].tolist()):
+        if valid:
             kinds.append(kind(case_of(motions, i)))
         else:
             kinds.append(KINDS.index("invalid simulation"))
