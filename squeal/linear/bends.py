@@ -80,14 +80,14 @@ def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool
     deviation = factor.deviation(step.before.value, step.after.value)
     if deviation in (0.0, np.inf):
         return deviation > 0.0
-    for state in (step.before, step.after):
-        couplings = continuation.couplings(state, factor.change)
-        if _may_leave_line(state, couplings, deviation):
+    for spectrum in (step.before, step.after):
+        couplings = continuation.couplings(spectrum, factor.change)
+        if _may_leave_line(spectrum, couplings, deviation):
             return True
     return False
 
 
-def _may_leave_line(state: SpectrumAtParameter, W: ComplexArray, deviation: float) -> bool:
+def _may_leave_line(spectrum: SpectrumAtParameter, W: ComplexArray, deviation: float) -> bool:
     """True if two roots may meet on the line, or one cross it, while a factor deviates by so much.
 
     To first order a root moves by the deviation times its slope. Two move towards each other by the
@@ -95,55 +95,55 @@ def _may_leave_line(state: SpectrumAtParameter, W: ComplexArray, deviation: floa
 
     Parameters
     ----------
-    state : SpectrumAtParameter
-        One end of a step, with m roots.
+    spectrum : SpectrumAtParameter
+        At one end of a step, with m roots z.
     W : array (m, m)
-        The matrices that the factor multiplies, in the eigenvectors of the state: the slopes of the
-        roots per unit of the factor on the diagonal, their couplings beside it.
+        The matrices that the factor multiplies, in the eigenvectors of the spectrum: the slopes of
+        its z per unit of the factor on the diagonal, their couplings beside it.
     deviation : float
         By how much the factor may deviate.
     """
     slopes = W.diagonal()
     coupling = np.sqrt(np.abs(W * W.T))  # of roots k and l: sqrt |W_kl W_lk|
     pulls = deviation * (np.abs(slopes[:, None] - slopes) + 2 * coupling)
-    if state.problem is DAMPED:
-        return _may_cross_axis(state, deviation * np.abs(slopes.real), pulls)
-    if _may_meet_on_line(state, pulls):
+    if spectrum.problem is DAMPED:
+        return _may_cross_axis(spectrum, deviation * np.abs(slopes.real), pulls)
+    if _may_meet_on_line(spectrum, pulls):
         return True
-    if state.problem is UNDAMPED:
-        return _real_root_may_pass_zero(state, deviation * np.abs(slopes))
+    if spectrum.problem is UNDAMPED:
+        return _real_root_may_pass_zero(spectrum, deviation * np.abs(slopes))
     return False  # gyroscopic: real roots of either sign are frequencies
 
 
-def _may_cross_axis(state: SpectrumAtParameter, movements: Array, pulls: Array) -> bool:
+def _may_cross_axis(spectrum: SpectrumAtParameter, movements: Array, pulls: Array) -> bool:
     """True if a root of a damped system may cross the imaginary axis; those on it are left out.
 
     Another root at a distance g pulls a root by h (m, m) and, if it is near, 4 h > g, moves it by
     sqrt(g h). A root may cross if it lies from the axis within twice the sum of this and of its own
     movement towards the axis (m,).
     """
-    distances = np.abs(state.roots[:, None] - state.roots)
+    distances = np.abs(spectrum.z[:, None] - spectrum.z)
     by_coupling = np.sqrt(np.where(4 * pulls > distances, distances * pulls, 0.0)).max(axis=1)
     reach = 2 * (movements + by_coupling)
-    return bool(np.any(reach > np.abs(state.roots.real), where=~state.on_line))
+    return bool(np.any(reach > np.abs(spectrum.z.real), where=~spectrum.on_line))
 
 
-def _may_meet_on_line(state: SpectrumAtParameter, pulls: Array) -> bool:
+def _may_meet_on_line(spectrum: SpectrumAtParameter, pulls: Array) -> bool:
     """True if two roots of a system without damping, both on the line or conjugate, may meet on it.
 
     They may if four times their pull (m, m) exceeds their distance; roots that are one already are
     left out.
     """
-    z = state.roots
+    z = spectrum.z
     distances = np.abs(z[:, None] - z)
-    conjugate = np.abs(z[:, None] - z.conj()) <= np.add.outer(state.rounding, state.rounding)
-    pairs = (state.on_line[:, None] & state.on_line) | conjugate
-    return bool(np.any(pairs & ~state.close & (4 * pulls > distances)))
+    conjugate = np.abs(z[:, None] - z.conj()) <= np.add.outer(spectrum.rounding, spectrum.rounding)
+    pairs = (spectrum.on_line[:, None] & spectrum.on_line) | conjugate
+    return bool(np.any(pairs & ~spectrum.close & (4 * pulls > distances)))
 
 
-def _real_root_may_pass_zero(state: SpectrumAtParameter, movements: Array) -> bool:
+def _real_root_may_pass_zero(spectrum: SpectrumAtParameter, movements: Array) -> bool:
     """True if a real root z = -lambda^2 that is not zero may pass zero, where divergence begins:
     it lies within twice its movement (m,)."""
-    sizes = np.abs(state.roots)
-    is_real = state.real & (sizes > state.rounding)
+    sizes = np.abs(spectrum.z)
+    is_real = spectrum.z_is_real & (sizes > spectrum.rounding)
     return bool(np.any(2 * movements > sizes, where=is_real))

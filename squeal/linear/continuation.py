@@ -53,6 +53,30 @@ class ProblemClass(StrEnum):
     GYROSCOPIC = "gyroscopic"
     DAMPED = "damped"
 
+    def exponents(self, z: ComplexArray, scale: float | Array) -> ComplexArray:
+        """The eigenvalues lambda (...), rad/s, of z (...); without damping those that do not decay.
+
+        scale: of frequencies, 1/s, without a use where z = -lambda^2.
+        """
+        if self is UNDAMPED:
+            return np.sqrt(-z + 0j)
+        if self is GYROSCOPIC:
+            z = 1j * z
+        return z * scale
+
+    def z_of(self, exponents: ComplexArray, scale: float | Array) -> ComplexArray:
+        """The z (...) of eigenvalues lambda (...), rad/s."""
+        if self is UNDAMPED:
+            return -(exponents**2)
+        z = exponents / scale
+        return -1j * z if self is GYROSCOPIC else z
+
+    @property
+    def growth_sign(self) -> int:
+        """1 if growth begins where the function of an event rises with the parameter, -1 if it
+        begins where that falls; see `LocalRoots.event_function`."""
+        return 1 if self is DAMPED else -1
+
 
 UNDAMPED, GYROSCOPIC, DAMPED = ProblemClass
 
@@ -110,13 +134,14 @@ class ModalCouplings(NamedTuple):
 class SpectrumAtParameter:
     """The spectrum at one value of the parameter.
 
-    `roots` (m,), `right` and `left` unit vectors (N, m); `coupling` (m, m) is dA/dp in them, with
-    left^H right = 1, and has the slopes dz/dp on its diagonal. `rounding` bounds how far rounding
-    moves a root.
+    `z` (m,) are the eigenvalues that stand for lambda, see the head of the module; `exponents` are
+    lambda itself. `right` and `left` are unit vectors (N, m); `coupling` (m, m) is dA/dp in them,
+    with left^H right = 1, and has the slopes dz/dp on its diagonal. `rounding` (m,) bounds how far
+    rounding moves each z.
     """
 
     value: float
-    roots: ComplexArray
+    z: ComplexArray
     right: ComplexArray
     left: ComplexArray
     coupling: ComplexArray
@@ -131,51 +156,51 @@ class SpectrumAtParameter:
 
     @cached_property
     def exponents(self) -> ComplexArray:
-        """The eigenvalues lambda (rad/s) of the roots; without damping those that do not decay."""
-        return exponents(self.roots, self.problem, self.frequency_scale)
+        """The eigenvalues lambda (m,), rad/s; without damping those that do not decay."""
+        return self.problem.exponents(self.z, self.frequency_scale)
 
     @cached_property
     def omegas(self) -> Array:
-        """Angular frequencies (rad/s) of the roots."""
+        """Angular frequencies |Im lambda| (m,), rad/s."""
         return np.abs(self.exponents.imag)
 
     @cached_property
-    def real(self) -> Bools:
-        """Roots that are real, as far as rounding tells."""
-        return np.abs(self.roots.imag) <= self.rounding
+    def z_is_real(self) -> Bools:
+        """Which z (m,) are real, as far as rounding tells: lambda itself only with damping."""
+        return np.abs(self.z.imag) <= self.rounding
 
     @cached_property
     def on_line(self) -> Bools:
-        """Roots that neither grow nor decay, as far as rounding tells."""
+        """Which roots (m,) neither grow nor decay, as far as rounding tells."""
         if self.problem is DAMPED:
-            return np.abs(self.roots.real) <= self.rounding
+            return np.abs(self.z.real) <= self.rounding
         if self.problem is GYROSCOPIC:
-            return self.real
-        return self.real & (self.roots.real >= -self.rounding)
+            return self.z_is_real
+        return self.z_is_real & (self.z.real >= -self.rounding)
 
     @cached_property
     def close(self) -> Bools:
         """Which roots (m, m) rounding does not separate. The bound holds twice: rounding moves the
         squared difference of two roots by twice that difference times itself."""
-        distances = np.abs(self.roots[:, None] - self.roots)
+        distances = np.abs(self.z[:, None] - self.z)
         return distances <= 2 * np.add.outer(self.rounding, self.rounding)
 
     @cached_property
     def kinds(self) -> Codes:
-        """What each root does, see `verdicts.kinds`; of a pair that grows both."""
+        """What each root (m,) does, an index into `VERDICTS`; of a pair that grows both do."""
         if self.problem is UNDAMPED:
-            exponents, rounding = square_roots(self.roots, self.rounding)
+            exponents, rounding = square_roots(self.z, self.rounding)
             return kinds(exponents, rounding)
         if self.problem is GYROSCOPIC:  # z = -i lambda
-            return kinds(1j * self.roots, self.rounding)
-        return kinds(self.roots, self.rounding)
+            return kinds(1j * self.z, self.rounding)
+        return kinds(self.z, self.rounding)
 
     @cached_property
     def unstable_pairs(self) -> list[int]:
         """Indices of the upper roots of growing pairs, the fastest first."""
-        imag = self.roots.imag
+        imag = self.z.imag
         if self.problem is GYROSCOPIC:  # z = -i lambda
-            imag = self.roots.real
+            imag = self.z.real
         return self._fastest_first((self.kinds == FLUTTER) & (imag > 0.0))
 
     @cached_property
@@ -190,7 +215,7 @@ class SpectrumAtParameter:
 
     @cached_property
     def unstable_count(self) -> UnstableCount:
-        """How many roots grow by more than rounding, and how fast."""
+        """How many pairs and real roots lambda grow by more than rounding, and how fast."""
         rates = self.exponents.real
         pairs = self.unstable_pairs
         reals = self.unstable_reals
@@ -201,10 +226,15 @@ class SpectrumAtParameter:
             real_rate=float(rates[reals[0]]) if reals else 0.0,
         )
 
+    @property
+    def growing_roots(self) -> int:
+        """How many roots lambda grow by more than rounding, two for a pair."""
+        return self.unstable_count.growing_roots
+
     @cached_property
     def count_bounds(self) -> tuple[int, int]:
         """At least and at most how many roots lambda (two for a pair) grow, rounding considered."""
-        z = self.roots
+        z = self.z
         rounding = 2 * self.rounding  # that of two which are close, see `close`
         per_root = np.ones(len(z))  # how many growing roots lambda each z stands for
         has_close_root = self.close.sum(axis=1) > 1
@@ -213,7 +243,7 @@ class SpectrumAtParameter:
             possible = z.real > -rounding
             # a real root counts as 1, a complex one above the real axis as 2, for its pair, and one
             # below it as 0
-            per_root += np.sign(z.imag) * ~self.real
+            per_root += np.sign(z.imag) * ~self.z_is_real
         elif self.problem is GYROSCOPIC:  # z = -i lambda
             certain = z.imag < -rounding
             possible = has_close_root  # by itself a root stays on the real axis
@@ -239,7 +269,7 @@ class SpectrumAtParameter:
         F_kl = W_kl / (z_k - z_l). In F W - W F are the terms of 2 T, and those with m = k and
         m = l, which F_kl (W_kk - W_ll) takes away.
         """
-        z = self.roots
+        z = self.z
         W = self.coupling
         slopes = self.slopes
         differences = z[:, None] - z
@@ -250,10 +280,10 @@ class SpectrumAtParameter:
             may_meet = z.imag >= -self.rounding
         else:
             positive = z.real > (0.0 if self.problem is UNDAMPED else -self.rounding)
-            may_meet = self.real & positive
+            may_meet = self.z_is_real & positive
             conjugate &= positive
         if self.problem is GYROSCOPIC:  # two that are opposite meet at zero
-            conjugate |= (np.abs(z[:, None] + z) <= unresolved) & self.real
+            conjugate |= (np.abs(z[:, None] + z) <= unresolved) & self.z_is_real
         k, l = np.nonzero(np.triu((may_meet[:, None] & may_meet) | conjugate, 1))
         both_ways = np.stack([k, l]), np.stack([l, k])
         with np.errstate(all="ignore"):
@@ -272,17 +302,6 @@ class SpectrumAtParameter:
             indirect=T[both_ways],
             bend=bend,
         )
-
-
-def exponents(
-    roots: ComplexArray, problem: ProblemClass, frequency_scale: float | Array
-) -> ComplexArray:
-    """The eigenvalues lambda (rad/s) of roots z; without damping those that do not decay."""
-    if problem is UNDAMPED:
-        return np.sqrt(-roots + 0j)
-    if problem is GYROSCOPIC:  # z = -i lambda / scale
-        return 1j * roots * frequency_scale
-    return roots * frequency_scale
 
 
 class StandardProblem(NamedTuple):
@@ -344,7 +363,7 @@ class Continuation:
             self.frequency_scale = self._condensation.frequency_scale
         if self.problem is UNDAMPED:
             self.frequency_scale = 1.0
-        self._states: dict[float, SpectrumAtParameter] = {}
+        self._spectra: dict[float, SpectrumAtParameter] = {}
         self._last: tuple[float, StandardProblem] | None = None  # the last value, and A there
         self._pattern = np.zeros((self.size, self.size), dtype=bool)  # entries of A that are not 0
         # rows of the strong components of A at all values so far; each by itself where A is zero
@@ -368,9 +387,9 @@ class Continuation:
         return self._condensation is None or not self._condensation.left_out
 
     @property
-    def states(self) -> list[SpectrumAtParameter]:
-        """All states so far, by rising value."""
-        return [self._states[p] for p in sorted(self._states)]
+    def spectra(self) -> list[SpectrumAtParameter]:
+        """All spectra so far, by rising value."""
+        return [self._spectra[p] for p in sorted(self._spectra)]
 
     def _standard_problem(self, matrices: Matrices, slopes: Change) -> StandardProblem:
         """The standard eigenproblem of M, C and K, and its derivative for slopes dM, dC and dK.
@@ -457,15 +476,15 @@ class Continuation:
             chosen[rows] = acting[rows].any()
         return np.flatnonzero(chosen)
 
-    def couplings(self, state: SpectrumAtParameter, change: Change) -> ComplexArray:
-        """The coupling (m, m) of the roots of a state by a change dM, dC, dK of the matrices.
+    def couplings(self, spectrum: SpectrumAtParameter, change: Change) -> ComplexArray:
+        """The coupling (m, m) of the roots of a spectrum by a change dM, dC, dK of the matrices.
 
         It is what `SpectrumAtParameter.coupling` is for a change of the parameter: the change of A
         in the eigenvectors, with the slopes of the roots on the diagonal.
         """
-        (matrices,) = matrices_of(self.system, [state.value])
+        (matrices,) = matrices_of(self.system, [spectrum.value])
         derivative = self._standard_problem(matrices, change).derivative
-        return _in_vectors(derivative, state.left, state.right)
+        return _in_vectors(derivative, spectrum.left, spectrum.right)
 
     def perturbed_by_rounding(self, p: float) -> list[StandardProblem]:
         """The problem at p with derivatives by relative changes of the numbers behind A.
@@ -479,16 +498,16 @@ class Continuation:
         return [self._standard_problem(matrices, slopes) for matrices, slopes in perturbed(p)]
 
     def at(self, p: float) -> SpectrumAtParameter:
-        """The state at p, computed once."""
-        if p not in self._states:
+        """The spectrum at p, computed once."""
+        if p not in self._spectra:
             problem = self.standard_problem(p)
             roots, right = _eigenvectors(problem.A, self._components)
             self._add(p, problem, roots, right)
-        return self._states[p]
+        return self._spectra[p]
 
     def prepare(self, ps: Iterable[float]) -> None:
-        """Compute the states at several values together, if that saves time."""
-        new = [p for p in dict.fromkeys(ps) if p not in self._states]
+        """Compute the spectra at several values together, if that saves time."""
+        new = [p for p in dict.fromkeys(ps) if p not in self._spectra]
         if new and self.size <= SMALL_ROWS:
             problems = self._standard_problems(new)
             matrices = np.array([problem.A for problem in problems])
@@ -497,7 +516,7 @@ class Continuation:
                 self._add(p, problems[i], roots[i], right[i])
 
     def _add(self, p: float, problem: StandardProblem, roots: NDArray, right: NDArray) -> None:
-        """Keep the state at p, from its roots (N,) and right vectors (N, N).
+        """Keep the spectrum at p, from its roots (N,) and right vectors (N, N).
 
         Left vectors and the rounding of the roots are computed here, component by component.
         """
@@ -513,9 +532,9 @@ class Continuation:
             size = norm_of(A[np.ix_(rows, rows)])
             error = 2 * len(rows) * EPS
             rounding[rows] = root_rounding(roots[rows], condition[rows], error, size)
-        self._states[p] = SpectrumAtParameter(
+        self._spectra[p] = SpectrumAtParameter(
             value=p,
-            roots=roots,
+            z=roots,
             right=right,
             left=left,
             coupling=_in_vectors(problem.derivative, left, right),

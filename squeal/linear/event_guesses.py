@@ -22,13 +22,15 @@ from squeal.linear.continuation import (
 from squeal.linear.local_roots import LocalRoots, roots_near
 from squeal.linear.matrices import Array
 from squeal.linear.roots import ComplexArray
-from squeal.linear.steps import DOUBT, Guess, RootPair, Step
+from squeal.linear.steps import DOUBT, EventGuess, RootPair, Step
 
 DIVISION_SHARE = 0.4837
 """Of a step: where it is divided; not in the middle, as thresholds often lie at round numbers."""
 
 
-def guesses_of(step: Step, is_range_end: tuple[bool, bool]) -> tuple[list[Guess], float | None]:
+def guesses_of(
+    step: Step, is_range_end: tuple[bool, bool]
+) -> tuple[list[EventGuess], float | None]:
     """Where roots may cross the line within a step, and where to divide it if that is in doubt.
 
     Parameters
@@ -40,7 +42,7 @@ def guesses_of(step: Step, is_range_end: tuple[bool, bool]) -> tuple[list[Guess]
 
     Returns
     -------
-    guesses : list of Guess
+    guesses : list of EventGuess
         The best there are, for a step that cannot be divided.
     division : float or None
         The share of the step at which to divide it first; None if the matches are good enough, and
@@ -62,7 +64,7 @@ def guesses_of(step: Step, is_range_end: tuple[bool, bool]) -> tuple[list[Guess]
     change = np.maximum(np.abs((step.ends.later_z - step.ends.z).real), step.highest - step.lowest)
     is_cubic = np.abs(step.deviation.real) <= DOUBT * change
     single = known & ~crosses_nothing & is_cubic
-    guesses: list[Guess] = []
+    guesses: list[EventGuess] = []
     for k in np.flatnonzero(single).tolist():
         guesses += _crossings_of_one(step, k, known=True)
     doubtful = set(np.flatnonzero(~crosses_nothing & ~single).tolist())
@@ -81,7 +83,7 @@ def guesses_of(step: Step, is_range_end: tuple[bool, bool]) -> tuple[list[Guess]
 
 def _stays_real(step: Step) -> Bools:
     """Which roots (m,) are real at both ends of a step."""
-    return step.before.real & step.after.real[step.order]
+    return step.before.z_is_real & step.after.z_is_real[step.order]
 
 
 def _path_uncertainty(step: Step) -> Array:
@@ -154,7 +156,7 @@ def _doubtful_turn(step: Step, roots: Bools) -> float | None:
     return float(t[is_near][0])
 
 
-def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:
+def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[EventGuess]:
     """Where one root crosses the line: zeros of the cubic of its real part over the step.
 
     k: the index of the root before the step; known: whether it is certain on which side of the line
@@ -162,7 +164,7 @@ def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:
     """
     before = step.before
     after = step.after
-    is_real = before.real[k] and after.real[step.order[k]]
+    is_real = before.z_is_real[k] and after.z_is_real[step.order[k]]
     # these leave the line where two meet only: no root z = -i lambda, and no complex s, crosses it
     if before.problem is GYROSCOPIC or (before.problem is UNDAMPED and not is_real):
         return
@@ -175,9 +177,9 @@ def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:
     for t in zeros_between(hermite_cubic(*path)):
         root = complex(np.polyval(hermite_cubic(*ends)[::-1], t))
         right, left = step.vectors(t, [k])
-        yield Guess(
+        yield EventGuess(
             value=before.value + t * length,
-            root=root,
+            z=root,
             right=right,
             left=left,
             coalesces=False,
@@ -185,7 +187,7 @@ def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:
         )
 
 
-def _events_of_pair(step: Step, pair: RootPair) -> Iterator[Guess]:
+def _events_of_pair(step: Step, pair: RootPair) -> Iterator[EventGuess]:
     """Where two roots that coalesce or separate in a step cross the line or meet on it.
 
     The roots are mean +- sqrt(square).
@@ -202,12 +204,12 @@ def _events_of_pair(step: Step, pair: RootPair) -> Iterator[Guess]:
     mean = np.polyval(pair.mean[::-1].astype(complex), t)
     square = np.polyval(pair.square[::-1].astype(complex), t)
 
-    def guess(i: int, root: complex, columns: list[int], coalesces: bool) -> Guess:
+    def guess(i: int, root: complex, columns: list[int], coalesces: bool) -> EventGuess:
         """An event at the i-th share, of both roots (columns 0 and 1) or of one of them."""
         right, left = step.vectors(t[i], pair.indices)
-        return Guess(
+        return EventGuess(
             value=before.value + t[i] * length,
-            root=root,
+            z=root,
             right=right[:, columns],
             left=left[:, columns],
             coalesces=coalesces,
@@ -252,7 +254,9 @@ def _meetings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, c
         yield nearer, complex(mean[nearer])
 
 
-def window_guesses(continuation: Continuation, meeting: Guess, length: float) -> Iterator[Guess]:
+def window_guesses(
+    continuation: Continuation, meeting: EventGuess, length: float
+) -> Iterator[EventGuess]:
     """Where two roots that may meet within a step cross the line, around their closest approach.
 
     A window of growth that opens and closes within a step has two such events.
@@ -261,13 +265,13 @@ def window_guesses(continuation: Continuation, meeting: Guess, length: float) ->
     ----------
     continuation : Continuation
         The system along its parameter.
-    meeting : Guess
+    meeting : EventGuess
         Where the two are predicted to meet.
     length : float
         Length of the step.
     """
     problem = continuation.problem
-    pair = roots_near(continuation, meeting.value, meeting.root, meeting.right, meeting.left)
+    pair = roots_near(continuation, meeting.value, meeting.z, meeting.right, meeting.left)
     for _ in range(3):  # go to the closest approach itself
         # centre: an offset from pair.value; half_width: half the window of growth around it
         centre, half_width = pair.closest_approach(problem)
@@ -287,9 +291,9 @@ def window_guesses(continuation: Continuation, meeting: Guess, length: float) ->
     else:
         events = _meetings_around(pair, centre, half_width, length)
     for offset, root in events:
-        yield Guess(
+        yield EventGuess(
             value=pair.value + offset,
-            root=root,
+            z=root,
             right=pair.right,
             left=pair.left,
             coalesces=problem is not DAMPED,

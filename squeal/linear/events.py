@@ -28,11 +28,10 @@ from squeal.linear.continuation import (
     UNDAMPED,
     Continuation,
     ProblemClass,
-    exponents,
 )
 from squeal.linear.local_roots import NEWTON_STEPS, EventFunction, LocalRoots, roots_near
 from squeal.linear.matrices import EPS, norm_of
-from squeal.linear.steps import Guess
+from squeal.linear.steps import EventGuess
 
 EVENT_TOLERANCE = 1e-9
 """Of the range: events within four times this coincide, unless the counts between them agree; of
@@ -97,6 +96,12 @@ class Event:
         return "flutter" if self.omega else "divergence"
 
     @property
+    def rise(self) -> int:
+        """By how much the number of growing roots rises with the parameter: 2 or -2 for a pair, 1
+        or -1 for a real root."""
+        return self.direction * (2 if self.omega else 1)
+
+    @property
     def width(self) -> float:
         """Width of the interval."""
         return self.interval[1] - self.interval[0]
@@ -116,7 +121,9 @@ class Event:
         )
 
 
-def locate_event(continuation: Continuation, guess: Guess, crosses: bool = True) -> Event | None:
+def locate_event(
+    continuation: Continuation, guess: EventGuess, crosses: bool = True
+) -> Event | None:
     """The event next to a guess, None if there is none that is known to within its width.
 
     crosses: whether it has to cross the line; two divergent roots that join to a pair do not.
@@ -138,7 +145,7 @@ class _Zero(NamedTuple):
     function: EventFunction
 
 
-def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
+def _newton(continuation: Continuation, guess: EventGuess) -> _Zero | None:
     """The zero of the event function next to a guess.
 
     None if a step leaves the width of the guess by more than a half, or has no finite slope, or if
@@ -148,7 +155,7 @@ def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
     high = continuation.high
     start = min(max(guess.value, low), high)
     p = start
-    roots = roots_near(continuation, p, guess.root, guess.right, guess.left)
+    roots = roots_near(continuation, p, guess.z, guess.right, guess.left)
     for _ in range(NEWTON_STEPS):
         function = roots.event_function(guess.coalesces)
         slope = function.slope
@@ -164,7 +171,7 @@ def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
     return None
 
 
-def _locate_event(continuation: Continuation, guess: Guess, crosses: bool) -> Event | None:
+def _locate_event(continuation: Continuation, guess: EventGuess, crosses: bool) -> Event | None:
     """As `locate_event`; raises LinAlgError or ValueError where a matrix is singular.
 
     Newton's method finds the zero of the event function. Its interval follows from the errors of
@@ -216,8 +223,7 @@ def _locate_event(continuation: Continuation, guess: Guess, crosses: bool) -> Ev
         # of one of two roots the function is a product of both real parts: where it rises the root
         # that crosses may begin to grow or cease
         if rise and (coalesces or roots.is_single):
-            # with damping growth begins where the function rises, without it where it falls
-            direction = rise if continuation.problem is DAMPED else -rise
+            direction = rise * continuation.problem.growth_sign
     if last - first > guess.width:
         return None
     # rounding in the equilibrium of a pad moves entries together, which their sizes do not show
@@ -266,7 +272,7 @@ class _Extrapolated(NamedTuple):
 
 
 def _root_at_event(
-    continuation: Continuation, guess: Guess, zero: _Zero, crosses: bool
+    continuation: Continuation, guess: EventGuess, zero: _Zero, crosses: bool
 ) -> _RootAtEvent | None:
     """The root at the zero of an event function, with its residual before the last step; None if it
     does not cross the line there."""
@@ -275,7 +281,7 @@ def _root_at_event(
     A, derivative, _ = continuation.standard_problem(roots.value)
     if guess.coalesces:
         at_event = _coalescing_roots(problem, zero, crosses)
-    elif guess.right.shape[1] == 1:
+    elif roots.is_single:
         bound = norm_of(A) + norm_of(derivative) * guess.width
         at_event = _single_root(problem, zero, bound)
     else:
@@ -287,16 +293,15 @@ def _root_at_event(
         return None  # of complex matrices only roots above the real axis mean something
     omega = 0.0
     if not at_event.is_real:
-        exponent = exponents(np.array(at_event.root), problem, continuation.frequency_scale or 1.0)
-        omega = abs(exponent.item().imag)
+        scale = continuation.frequency_scale or 1.0
+        omega = abs(problem.exponents(np.array(at_event.root), scale).item().imag)
     residual = A @ roots.right - at_event.computed * roots.right
     # of two roots the residual of that combination of their vectors which satisfies A x = z x best
     smallest = float(np.linalg.svd(residual, compute_uv=False)[-1])
-    # with damping growth begins where the real part, or d, rises; without it where it falls
-    begins = (at_event.slope > 0) == (problem is DAMPED)
+    slope_sign = 1 if at_event.slope > 0 else -1
     return _RootAtEvent(
         omega=omega,
-        direction=1 if begins else -1,
+        direction=slope_sign * problem.growth_sign,
         residual=smallest / (norm_of(A) or 1.0),
     )
 
@@ -413,15 +418,15 @@ def bracket_by_sign(
 def _certain_sign(
     sign: Callable[[float], int],
     start: float,
-    direction: int,
+    side: int,
     room: float,
     half: float,
     smallest: float,
 ) -> tuple[float, int]:
     """A value near `start` at which the sign is certain, and this sign; 0 if it is nowhere certain.
 
-    It is the nearest one to within a factor of 2 in its distance from `start`, upwards (`direction`
-    1) or downwards (-1). Distances from `smallest` up to but without `room` are tried: `half`
+    It is the nearest one to within a factor of 2 in its distance from `start`, above it (`side` 1)
+    or below (-1). Distances from `smallest` up to but without `room` are tried: `half`
     first, or half the room if that is less. If its sign is certain, its halves follow while theirs
     is the same; else its doubles until one is certain. With the sign 0 the value lies at `room` or
     beyond it and means nothing.
@@ -430,7 +435,7 @@ def _certain_sign(
     def sign_at(distance: float) -> int:
         if distance >= room:
             return 0
-        return sign(start + direction * distance)
+        return sign(start + side * distance)
 
     distance = max(min(half, room / 2), smallest)
     certain = sign_at(distance)
@@ -439,4 +444,4 @@ def _certain_sign(
     while not certain and distance < room:
         distance *= 2
         certain = sign_at(distance)
-    return float(start + direction * distance), certain
+    return float(start + side * distance), certain

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.linear.continuation import (
-    GYROSCOPIC,
     UNDAMPED,
     Continuation,
     SpectrumAtParameter,
@@ -33,7 +32,7 @@ Indices = NDArray[np.intp]
 
 
 def continued(system: SystemFunction, values: Sequence[float]) -> Continuation:
-    """The continuation of a system over the range of some values, its states computed at these.
+    """The continuation of a system over the range of some values, its spectra computed at these.
 
     Raises InputError.
     """
@@ -47,12 +46,12 @@ def continued(system: SystemFunction, values: Sequence[float]) -> Continuation:
 
 
 class Link(NamedTuple):
-    """How the roots of one state continue in the next.
+    """How the roots of one spectrum continue in the next.
 
     Attributes
     ----------
     before, after : SpectrumAtParameter
-        The two states, of m and m' roots.
+        The two spectra, of m and m' roots.
     order : array of int (m,)
         The index after of each root before; -1 where it has none.
     known : array of bool (m,)
@@ -75,7 +74,7 @@ def links(
     budget: Iterator[int],
     depth: int = 7,
 ) -> Iterator[Link]:
-    """Links from the state at a to that at b: one, or several after the interval was halved.
+    """Links from the spectrum at a to that at b: one, or several after the interval was halved.
 
     The interval is halved while its vectors and slopes do not tell which root continues which, and
     those of a shorter interval may tell.
@@ -83,7 +82,7 @@ def links(
     Parameters
     ----------
     at : function
-        The state at a value.
+        The spectrum at a value.
     a, b : float
         The two values.
     budget : iterator
@@ -93,8 +92,8 @@ def links(
     """
     before = at(a)
     after = at(b)
-    order = np.full(len(before.roots), -1)
-    if not (len(order) and len(after.roots)):
+    order = np.full(len(before.z), -1)
+    if not (len(order) and len(after.z)):
         yield Link(before, after, order, order >= 0, [])
         return
     step = Step(before, after)
@@ -102,8 +101,8 @@ def links(
     columns = np.flatnonzero(~step.same_mode.any(axis=0))  # and after
     is_doubtful = len(rows) > 0 and len(columns) > 0
     if is_doubtful and depth:
-        close_before = _all_close(before.roots[rows])
-        close_after = _all_close(after.roots[columns])
+        close_before = _all_close(before.z[rows])
+        close_after = _all_close(after.z[columns])
         middle = (a + b) / 2
         may_halve = not (close_before and close_after) and middle not in (a, b)
         if may_halve and next(budget, None) is not None:
@@ -148,9 +147,9 @@ def _keeps_order(step: Step, pair: list[int], order: Indices) -> bool | None:
     """
     length = step.after.value - step.before.value
     later = order[pair].tolist()
-    difference = np.diff(step.before.roots[pair])
+    difference = np.diff(step.before.z[pair])
     slope = np.diff(step.before.slopes[pair]) * length
-    later_difference = np.diff(step.after.roots[later])
+    later_difference = np.diff(step.after.z[later])
     later_slope = np.diff(step.after.slopes[later]) * length
     square = hermite_cubic(*squared_ends([difference, slope, later_difference, later_slope]))
     angles = np.unwrap(np.angle(np.polyval(square[::-1], np.linspace(0, 1, 17))))
@@ -174,8 +173,8 @@ def _pairs_with_smooth_mean(step: Step, order: Indices, rows: list[int]) -> Iter
     rows : list of int
         Indices before the step of the roots that are looked at.
     """
-    before = step.before.roots
-    after = step.after.roots
+    before = step.before.z
+    after = step.after.z
     remaining = {k for k in rows if order[k] >= 0}
     for pair in closest_pairs(sorted(remaining), before, after[order]):
         mean = before[pair].mean()
@@ -214,7 +213,7 @@ def track_modes(
     Parameters
     ----------
     at : function
-        The state at a value.
+        The spectrum at a value.
     values : sequence of float
         The values, rising.
     spare : int
@@ -238,20 +237,20 @@ def track_modes(
 
 
 class _ModeTracker:
-    """Mode numbers (m,) of the roots of one state after another.
+    """Mode numbers (m,) of the roots of one spectrum after another.
 
-    numbers: those of the last state; largest: the largest number so far; losses: those so far.
+    numbers: those of the last spectrum; largest: the largest number so far; losses: those so far.
     """
 
-    def __init__(self, state: SpectrumAtParameter) -> None:
-        self.largest = len(state.roots)
-        self.numbers = _shared_by_conjugates(state, 1 + np.arange(self.largest))
+    def __init__(self, spectrum: SpectrumAtParameter) -> None:
+        self.largest = len(spectrum.z)
+        self.numbers = _shared_by_conjugates(spectrum, 1 + np.arange(self.largest))
         self.losses: list[Loss] = []
 
     def advance(self, link: Link) -> None:
-        """Number the roots of the next state."""
+        """Number the roots of the next spectrum."""
         before = self.numbers
-        after = np.zeros(len(link.after.roots), dtype=np.intp)  # 0: without a number yet
+        after = np.zeros(len(link.after.z), dtype=np.intp)  # 0: without a number yet
         after[link.order[link.known]] = before[link.known]
         for pair in link.meet:
             after[link.order[pair]] = before[pair]
@@ -274,11 +273,11 @@ class _ModeTracker:
         self.losses.append(loss)
 
 
-def _shared_by_conjugates(state: SpectrumAtParameter, numbers: Indices) -> Indices:
+def _shared_by_conjugates(spectrum: SpectrumAtParameter, numbers: Indices) -> Indices:
     """Numbers (m,) of roots, in which those below the real axis have that of their conjugate."""
-    if state.problem is UNDAMPED or not numbers.size:  # a root stands for a pair
+    if spectrum.problem is UNDAMPED or not numbers.size:  # a root stands for a pair
         return numbers
-    values = state.exponents
+    values = spectrum.exponents
     lower = np.flatnonzero(values.imag < 0.0)
     upper = np.flatnonzero(values.imag > 0.0)
     shared = numbers.copy()
@@ -287,13 +286,13 @@ def _shared_by_conjugates(state: SpectrumAtParameter, numbers: Indices) -> Indic
     return shared
 
 
-def mode_numbers_at(state: SpectrumAtParameter, ids: Indices, values: ComplexArray) -> Indices:
-    """The mode numbers of eigenvalues, from the numbered roots of a state of the same matrices.
+def mode_numbers_at(spectrum: SpectrumAtParameter, ids: Indices, values: ComplexArray) -> Indices:
+    """The mode numbers of eigenvalues, from the numbered roots of a spectrum of the same matrices.
 
     Parameters
     ----------
-    state : SpectrumAtParameter
-        The state, of m roots.
+    spectrum : SpectrumAtParameter
+        The spectrum, of m roots.
     ids : array of int (m,)
         The mode numbers of its roots.
     values : array (k,)
@@ -304,19 +303,16 @@ def mode_numbers_at(state: SpectrumAtParameter, ids: Indices, values: ComplexArr
     array of int (k,)
         0 where no root is near enough.
     """
-    if not len(state.roots):
+    if not len(spectrum.z):
         return np.zeros(len(values), dtype=np.intp)
     upper = np.where(values.imag < 0.0, values.conj(), values)
-    # the roots z of the state that belong to lambda, see `continuation`
-    z = -(upper**2) if state.problem is UNDAMPED else upper / state.frequency_scale
-    if state.problem is GYROSCOPIC:
-        z = -1j * z
-    distances = np.abs(state.roots - z[:, None])
+    z = spectrum.problem.z_of(upper, spectrum.frequency_scale)
+    distances = np.abs(spectrum.z - z[:, None])
     nearest = distances.argmin(axis=1)
     for half_plane in (values.imag > 0.0, values.imag < 0.0):
         if half_plane.any():  # so that two close eigenvalues get two different modes
             nearest[half_plane] = assigned(distances[half_plane])
-    allowed = np.maximum(ROOT_TOLERANCE * np.abs(z), 4 * state.rounding[nearest])
+    allowed = np.maximum(ROOT_TOLERANCE * np.abs(z), 4 * spectrum.rounding[nearest])
     return np.where(distances[np.arange(len(z)), nearest] <= allowed, ids[nearest], 0)
 
 
@@ -386,7 +382,7 @@ class Onset(NamedTuple):
 
 def onsets(result: Thresholds, mu: float) -> Iterator[Onset]:
     """The onset of each eigenvalue that grows at mu."""
-    path = _states_away_from_crossings(result, mu)
+    path = _spectra_away_from_crossings(result, mu)
     low = result.searched[0].continuation.low
     _, last = path[-1]
     for k in np.flatnonzero(last.kinds >= FLUTTER).tolist():
@@ -397,15 +393,15 @@ def onsets(result: Thresholds, mu: float) -> Iterator[Onset]:
         yield Onset(complex(exponent.real, abs(exponent.imag)), onset)
 
 
-_PathState = tuple[Continuation, SpectrumAtParameter]
-"""A state, and the continuation that it belongs to: another one beyond each jump."""
+_SpectrumOnPath = tuple[Continuation, SpectrumAtParameter]
+"""A spectrum, and the continuation that it belongs to: another one beyond each jump."""
 
 
-def _states_away_from_crossings(result: Thresholds, mu: float) -> list[_PathState]:
-    """The states by rising value, without those at which rounding may hide what grows.
+def _spectra_away_from_crossings(result: Thresholds, mu: float) -> list[_SpectrumOnPath]:
+    """The spectra by rising value, without those at which rounding may hide what grows.
 
-    These lie in the interval of a crossing or next to it. The state at mu is kept in any case, and
-    is the last one.
+    These lie in the interval of a crossing or next to it. The spectrum at mu is kept in any case,
+    and is the last one.
     """
     low = result.searched[0].continuation.low
     margin = 1e-6 * (mu - low)
@@ -421,18 +417,18 @@ def _states_away_from_crossings(result: Thresholds, mu: float) -> list[_PathStat
         continuation = part.continuation
         if continuation.low <= mu <= continuation.high:
             continuation.at(mu)
-        for state in continuation.states:
-            inside = continuation.low <= state.value <= min(mu, continuation.high)
-            if inside and (state.value == mu or not is_near_crossing(state.value)):
-                path.append((continuation, state))
+        for spectrum in continuation.spectra:
+            inside = continuation.low <= spectrum.value <= min(mu, continuation.high)
+            if inside and (spectrum.value == mu or not is_near_crossing(spectrum.value)):
+                path.append((continuation, spectrum))
     return path
 
 
-def _onset_before(path: Sequence[_PathState], k: int, result: Thresholds) -> float | None:
-    """Where the root of index k at the last state of a path began to grow.
+def _onset_before(path: Sequence[_SpectrumOnPath], k: int, result: Thresholds) -> float | None:
+    """Where the root of index k at the last spectrum of a path began to grow.
 
-    The path, by rising parameter, is followed backwards. None if the root grows at its first state
-    already, or no crossing explains its growth.
+    The path, by rising parameter, is followed backwards. None if the root grows at its first
+    spectrum already, or no crossing explains its growth.
     """
     for i in range(len(path) - 1, 0, -1):
         continuation, before = path[i - 1]

@@ -25,7 +25,13 @@ from squeal.linear.condensation import FastRootGrowsError
 from squeal.linear.continuation import DAMPED, UNDAMPED, Continuation, SpectrumAtParameter
 from squeal.linear.event_guesses import DIVISION_SHARE, guesses_of, window_guesses
 from squeal.linear.events import EVENT_TOLERANCE, Event, beyond_ends, bracket_by_sign, locate_event
-from squeal.linear.steps import ROOT_TOLERANCE, Guess, Step, may_exchange_partner, near_coalescences
+from squeal.linear.steps import (
+    ROOT_TOLERANCE,
+    EventGuess,
+    Step,
+    may_exchange_partner,
+    near_coalescences,
+)
 from squeal.linear.system import SystemFunction, TermSystem
 from squeal.linear.verdicts import UnstableCount
 
@@ -80,11 +86,10 @@ def counts_consistent(events: Sequence[Event], below: UnstableCount, above: Unst
 
     Divergent roots that join to a growing pair, or come from one, cross nothing and change no sum.
     """
-    change = 0
+    rise = 0
     for event in events:
-        roots = 2 if event.omega else 1  # a pair or a real root
-        change += event.direction * roots
-    return above.roots - below.roots == change
+        rise += event.rise
+    return above.growing_roots - below.growing_roots == rise
 
 
 @dataclass(frozen=True)
@@ -163,7 +168,7 @@ class _AdaptiveRefinement:
         The system along its parameter.
     budget : int
         How many values it may compute.
-    guesses : list of Guess
+    guesses : list of EventGuess
         Where events may be, not located yet.
     events : list of Event
         Those located so far, each once, by rising value.
@@ -179,7 +184,7 @@ class _AdaptiveRefinement:
         self.range = continuation.high - continuation.low
         # events closer than this coincide
         self.merge_distance = 4 * EVENT_TOLERANCE * self.range
-        self.guesses: list[Guess] = []
+        self.guesses: list[EventGuess] = []
         self.events: list[Event] = []
         self.located: list[Event] = []
         self.unresolved = False
@@ -207,7 +212,7 @@ class _AdaptiveRefinement:
         budget = float(self.budget)
         if is_crowded and division is None:
             budget /= 2  # half of it is left for steps whose roots are not matched
-        is_spent = len(continuation.states) >= budget
+        is_spent = len(continuation.spectra) >= budget
         if is_bent or is_crowded:
             division = DIVISION_SHARE
         if division is not None and depth > 0 and not is_spent:
@@ -304,7 +309,7 @@ class _AdaptiveRefinement:
     def resolve_events(self, a: float, b: float, limits: Interval) -> list[Event]:
         """Events from a to b that explain the change of the number of growing roots, if possible.
 
-        - If the events located so far explain it, they are returned. In a wide range the states
+        - If the events located so far explain it, they are returned. In a wide range the spectra
           below the first event and above the last one have to agree with the counts at a and b,
           too.
         - If there is no room to divide the range, each required crossing is taken from a located
@@ -328,8 +333,8 @@ class _AdaptiveRefinement:
         if is_consistent and (not is_coarse or self._counts_stay_beside(inside, a, b)):
             return inside
         division = self._division_point(a, b, inside)
-        # `refine` stops at `budget` states; as many more are left for counts between events
-        is_exhausted = len(continuation.states) > 2 * self.budget
+        # `refine` stops at `budget` spectra; as many more are left for counts between events
+        is_exhausted = len(continuation.spectra) > 2 * self.budget
         if is_exhausted or (is_consistent and division is None):
             return inside
         changes = required_crossings(continuation.at(a), continuation.at(b))
@@ -393,8 +398,8 @@ class _AdaptiveRefinement:
         low, high = hull(inside)
         low = max(low, a)  # an interval may reach beyond the range, where nothing is evaluated
         high = min(high, b)
-        persists_below = _count_persists(continuation, (low, high), a, direction=-1)
-        if persists_below and _count_persists(continuation, (low, high), b, direction=1):
+        persists_below = _count_persists(continuation, (low, high), a, side=-1)
+        if persists_below and _count_persists(continuation, (low, high), b, side=1):
             return None
         margin = 16 * max(high - low, _resolution(low, high))  # as in `_count_persists`
         before = max(low - margin, (a + low) / 2)
@@ -428,15 +433,15 @@ class _AdaptiveRefinement:
             )
             if not (is_free and a + clearance < p < b - clearance):
                 continue
-            state = self.continuation.at(p)
-            if state.count_is_certain or fewer <= state.unstable_count.roots <= more:
+            spectrum = self.continuation.at(p)
+            if spectrum.count_is_certain or fewer <= spectrum.growing_roots <= more:
                 return p
         return None
 
     def _counts_at_ends(self, a: float, b: float) -> tuple[int, int]:
         """How many roots grow at a and at b, the smaller number first."""
-        at_a = self.continuation.at(a).unstable_count.roots
-        at_b = self.continuation.at(b).unstable_count.roots
+        at_a = self.continuation.at(a).growing_roots
+        at_b = self.continuation.at(b).growing_roots
         return min(at_a, at_b), max(at_a, at_b)
 
     def _located_event(self, change: RequiredCrossing, a: float, b: float) -> Event | None:
@@ -527,7 +532,7 @@ def cluster_events(events: Sequence[Event], distance: float) -> list[list[Event]
 
 
 def _count_persists(
-    continuation: Continuation, interval: Interval, limit: float, direction: int
+    continuation: Continuation, interval: Interval, limit: float, side: int
 ) -> bool:
     """True if on one side of an interval of events, close to it, as many roots grow as at a limit.
 
@@ -542,23 +547,23 @@ def _count_persists(
         That of the events.
     limit : float
         The value on that side whose count is compared; no value beyond it is tried.
-    direction : int
+    side : int
         1 for the side above the interval, -1 for that below it.
     """
     low, high = interval
-    start = high if direction > 0 else low
+    start = high if side > 0 else low
     width = max(high - low, _resolution(low, high))
     # still close to the events: further away another event may change the count
     reach = max(1e5 * width, 1e-6 * (continuation.high - continuation.low))
-    furthest = min(max(direction * (limit - start), 0.0), reach)
-    expected = continuation.at(limit).unstable_count.roots
+    furthest = min(max(side * (limit - start), 0.0), reach)
+    expected = continuation.at(limit).growing_roots
     distance = min(16 * width, furthest)
-    state = continuation.at(start + direction * distance)
-    while state.unstable_count.roots != expected:
-        if state.count_is_certain or not distance < furthest:
+    spectrum = continuation.at(start + side * distance)
+    while spectrum.growing_roots != expected:
+        if spectrum.count_is_certain or not distance < furthest:
             return False
         distance = min(2 * distance, furthest)
-        state = continuation.at(start + direction * distance)
+        spectrum = continuation.at(start + side * distance)
     return True
 
 
@@ -582,17 +587,17 @@ def _midpoints(continuation: Continuation, clusters: Sequence[Sequence[Event]]) 
     return midpoints
 
 
-def _meetings_at_end(continuation: Continuation) -> Iterator[Guess]:
+def _meetings_at_end(continuation: Continuation) -> Iterator[EventGuess]:
     """Pairs of roots on the line that are one at the end of the range, as far as rounding tells."""
-    state = continuation.at(continuation.high)
+    spectrum = continuation.at(continuation.high)
     # real s below zero too: `locate_event` leaves out those that join without a crossing
-    on_line = state.real if state.problem is UNDAMPED else state.on_line
-    for pair in np.argwhere(np.triu(on_line & on_line[:, None] & state.close, 1)):
-        yield Guess(
-            value=state.value,
-            root=complex(state.roots[pair].mean()),
-            right=state.right[:, pair],
-            left=state.left[:, pair],
+    on_line = spectrum.z_is_real if spectrum.problem is UNDAMPED else spectrum.on_line
+    for pair in np.argwhere(np.triu(on_line & on_line[:, None] & spectrum.close, 1)):
+        yield EventGuess(
+            value=spectrum.value,
+            z=complex(spectrum.z[pair].mean()),
+            right=spectrum.right[:, pair],
+            left=spectrum.left[:, pair],
             coalesces=True,
             width=1e-6 * (continuation.high - continuation.low),
         )
@@ -603,15 +608,15 @@ def _rests_at_start(continuation: Continuation, omega: float) -> bool:
 
     Without damping two have to: one that does not meet another cannot leave the line.
     """
-    state = continuation.at(continuation.low)
+    spectrum = continuation.at(continuation.low)
     if omega == 0.0:  # a real root, which passes zero
-        return bool(np.any(np.abs(state.roots) <= state.rounding))
-    near = np.abs(state.omegas - omega) <= ROOT_TOLERANCE * omega
-    resting = near & state.on_line
+        return bool(np.any(np.abs(spectrum.z) <= spectrum.rounding))
+    near = np.abs(spectrum.omegas - omega) <= ROOT_TOLERANCE * omega
+    resting = near & spectrum.on_line
     if continuation.problem is DAMPED:
         return bool(resting.any())
     # more close pairs than those of each root with itself
-    return bool(state.close[np.ix_(resting, resting)].sum() > resting.sum())
+    return bool(spectrum.close[np.ix_(resting, resting)].sum() > resting.sum())
 
 
 def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[Event]:
@@ -631,24 +636,24 @@ def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[E
     sign = 1.0
     if not low <= events[0].value + offset <= high:
         sign = -1.0  # what decays fastest inside grows fastest beyond the end
-    state = continuation.at(events[0].value + sign * offset)
-    rates = sign * state.exponents.real
+    spectrum = continuation.at(events[0].value + sign * offset)
+    rates = sign * spectrum.exponents.real
 
     def rate(event: Event) -> float:
         """The largest rate (1/s) of a root of the event's frequency, -inf if none grows."""
-        near = ROOT_TOLERANCE * max(event.omega, float(state.omegas.min()))
-        has_frequency = np.abs(state.omegas - event.omega) <= near
+        near = ROOT_TOLERANCE * max(event.omega, float(spectrum.omegas.min()))
+        has_frequency = np.abs(spectrum.omegas - event.omega) <= near
         return float(np.max(rates[has_frequency & (rates > 0)], initial=-np.inf))
 
     return sorted(events, key=rate, reverse=True)
 
 
 def _is_steady(continuation: Continuation, low: float, high: float, count: UnstableCount) -> bool:
-    """True if at each state between low and high as many roots grow, as far as rounding tells."""
-    for state in continuation.states:
-        if low < state.value < high:
-            least, most = state.count_bounds
-            if not least <= count.roots <= most:
+    """True if in each spectrum from low to high as many roots grow, as far as rounding tells."""
+    for spectrum in continuation.spectra:
+        if low < spectrum.value < high:
+            least, most = spectrum.count_bounds
+            if not least <= count.growing_roots <= most:
                 return False
     return True
 

@@ -40,15 +40,15 @@ MODE_OVERLAP_WITH_SLOPES = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Guess:
+class EventGuess:
     """Where one root may cross the line between growth and decay, or two may meet on it.
 
     Attributes
     ----------
     value : float
         The parameter there.
-    root : complex
-        The eigenvalue z there, of two roots their mean.
+    z : complex
+        The eigenvalue z there, of two their mean.
     right, left : array (N, 1) or (N, 2)
         Approximate right and left eigenvectors of the one root, or of the two, as columns.
     coalesces : bool
@@ -60,7 +60,7 @@ class Guess:
     """
 
     value: float
-    root: complex
+    z: complex
     right: ComplexArray
     left: ComplexArray
     coalesces: bool
@@ -68,11 +68,13 @@ class Guess:
     doubtful: bool = False
 
 
-def near_coalescences(before: SpectrumAtParameter, after: SpectrumAtParameter) -> Iterator[Guess]:
+def near_coalescences(
+    before: SpectrumAtParameter, after: SpectrumAtParameter
+) -> Iterator[EventGuess]:
     """Pairs that may meet, or exchange and cross the line, within a step; seen from both ends."""
     span = after.value - before.value
-    yield from _meetings_seen_from(before, span, direction=1)
-    yield from _meetings_seen_from(after, span, direction=-1)
+    yield from _meetings_seen_from(before, span, side=1)
+    yield from _meetings_seen_from(after, span, side=-1)
 
 
 class _Approaches(NamedTuple):
@@ -138,31 +140,31 @@ class _Approaches(NamedTuple):
         return np.clip(np.where(self.inside[2], middle, end_inside), 0.0, span)
 
 
-def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _Approaches:
-    """Where in a step the pairs of `state.couplings` come close, as one of its ends predicts it.
+def _approaches(spectrum: SpectrumAtParameter, span: float, side: int) -> _Approaches:
+    """Where in a step the pairs of `spectrum.couplings` come close, as one of its ends predicts it.
 
     Parameters
     ----------
-    state : SpectrumAtParameter
+    spectrum : SpectrumAtParameter
         The end of the step.
     span : float
         Length of the step.
-    direction : int
+    side : int
         1 if the step lies above this end, -1 if it lies below.
     """
-    pairs = state.couplings
-    slopes = direction * state.slopes
-    u = state.roots[pairs.k] - state.roots[pairs.l]
+    pairs = spectrum.couplings
+    slopes = side * spectrum.slopes
+    u = spectrum.z[pairs.k] - spectrum.z[pairs.l]
     v = slopes[pairs.k] - slopes[pairs.l]
     crossing_distance = np.nan_to_num((-u / v).real)
     # roots of a damped system cross nowhere but by chance
     is_inside = (crossing_distance > 0) & (crossing_distance < span)
-    roots_cross = is_inside & (state.problem is not DAMPED)
+    roots_cross = is_inside & (spectrum.problem is not DAMPED)
     crossing_distance = np.clip(crossing_distance, 0.0, span)
     v = v + crossing_distance * pairs.bend  # the mean slope up to the crossing
     # the couplings are by the parameter, the distance from this end may run against it: W changes
-    # its sign with the direction, and T and the bend, which are products of two W, do not
-    a, b = direction * pairs.direct + crossing_distance * pairs.indirect
+    # its sign with the side, and T and the bend, which are products of two W, do not
+    a, b = side * pairs.direct + crossing_distance * pairs.indirect
     # d(x) = (u + x v)^2 / 4 + x^2 a b vanishes where u + x v = +- x split
     split = 2 * np.sqrt(-a * b)
     ends = np.stack([-u / (v - split), -u / (v + split)]).real
@@ -174,7 +176,7 @@ def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _App
         conjugate=pairs.conjugate,
         u=u,
         v=v,
-        mean=(state.roots[pairs.k] + state.roots[pairs.l]) / 2,
+        mean=(spectrum.z[pairs.k] + spectrum.z[pairs.l]) / 2,
         mean_slope=(slopes[pairs.k] + slopes[pairs.l]) / 2,
         a=a,
         b=b,
@@ -185,20 +187,22 @@ def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _App
     )
 
 
-def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int) -> Iterator[Guess]:
+def _meetings_seen_from(
+    spectrum: SpectrumAtParameter, span: float, side: int
+) -> Iterator[EventGuess]:
     """Pairs of roots that may meet on the line, or with damping cross it, within a step.
 
     Parameters
     ----------
-    state : SpectrumAtParameter
+    spectrum : SpectrumAtParameter
         One end of the step.
     span : float
         Length of the step.
-    direction : int
+    side : int
         1 if the step lies above this end, -1 if it lies below.
     """
     with np.errstate(all="ignore"):
-        every_pair = _approaches(state, span, direction)
+        every_pair = _approaches(spectrum, span, side)
         near = every_pair.inside.any(axis=0) | every_pair.roots_cross
         if not near.any():
             return
@@ -206,21 +210,22 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
         k = pairs.k
         l = pairs.l
         product = np.abs(pairs.a * pairs.b)
-        third_coupling = _third_root_coupling(state, pairs, direction)
+        third_coupling = _third_root_coupling(spectrum, pairs, side)
         doubtful = third_coupling > product
-        rounding = state.rounding[k] * state.rounding[l]  # of d, as d is the square of a difference
+        # of d, as d is the square of a difference
+        rounding = spectrum.rounding[k] * spectrum.rounding[l]
         couples_beyond_rounding = pairs.crossing_distance**2 * third_coupling > rounding
         may_meet_by_third_root = pairs.roots_cross & doubtful & couples_beyond_rounding
-        meets = _may_meet(state, pairs, span, third_coupling) | may_meet_by_third_root
+        meets = _may_meet(spectrum, pairs, span, third_coupling) | may_meet_by_third_root
         distance = pairs.meeting_distance(span)
         half_width = pairs.half_width
     for n in np.flatnonzero(meets).tolist():
         both = [k[n], l[n]]
-        yield Guess(
-            value=state.value + direction * float(distance[n]),
-            root=complex(pairs.mean[n] + distance[n] * pairs.mean_slope[n]),
-            right=state.right[:, both],
-            left=state.left[:, both],
+        yield EventGuess(
+            value=spectrum.value + side * float(distance[n]),
+            z=complex(pairs.mean[n] + distance[n] * pairs.mean_slope[n]),
+            right=spectrum.right[:, both],
+            left=spectrum.left[:, both],
             coalesces=True,
             width=float(half_width[n]),
             doubtful=bool(doubtful[n]),
@@ -228,13 +233,13 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
 
 
 def _may_meet(
-    state: SpectrumAtParameter, pairs: _Approaches, span: float, third_coupling: Array
+    spectrum: SpectrumAtParameter, pairs: _Approaches, span: float, third_coupling: Array
 ) -> Bools:
     """Which pairs (pairs,) may meet on the line, or with damping cross it, within a step.
 
     d and, with damping, the real parts of both roots are sampled around the closest approach. They
     may vanish where their sign changes up to their errors, which follow from `third_coupling`
-    (pairs,), see `_third_root_coupling`. state: one end of the step; span: its length.
+    (pairs,), see `_third_root_coupling`. spectrum: one end of the step; span: its length.
     """
     k = pairs.k
     l = pairs.l
@@ -249,9 +254,9 @@ def _may_meet(
     # a tenth of the pair's own coupling may be wrong
     error = x**2 * (third_coupling + 0.1 * np.abs(product))
     meets = _passes_zero(d.real, error)
-    if state.problem is DAMPED:
+    if spectrum.problem is DAMPED:
         slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d)))  # the error of sqrt(d)
-        slack = slack + state.rounding[k] + state.rounding[l]
+        slack = slack + spectrum.rounding[k] + spectrum.rounding[l]
         mean = (pairs.mean + x * pairs.mean_slope).real
         half_difference = np.sqrt(d).real
         reaches_axis = _passes_zero(mean + half_difference, slack)
@@ -260,12 +265,12 @@ def _may_meet(
         meets = (meets | ~pairs.conjugate) & reaches_axis
     # a coupling within rounding, as of two subsystems that meet by chance, parts no roots
     farthest = x.max(axis=0)
-    rounding = state.rounding[k] * state.rounding[l]
+    rounding = spectrum.rounding[k] * spectrum.rounding[l]
     couples_beyond_rounding = farthest**2 * (np.abs(product) + third_coupling) > rounding
     return meets & couples_beyond_rounding
 
 
-def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, direction: int) -> Array:
+def _third_root_coupling(spectrum: SpectrumAtParameter, pairs: _Approaches, side: int) -> Array:
     """A bound (pairs,) of how much other roots may change the product a b of each pair's couplings.
 
     By way of a root m the roots k and l are coupled by x W_km W_ml / (z_m - z), taken at the
@@ -274,10 +279,10 @@ def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, directi
     # else the window of two modes that only a third one couples would be missed
     k = pairs.k
     l = pairs.l
-    W = state.coupling
+    W = spectrum.coupling
     crossing_distance = pairs.crossing_distance[:, None]
     row = np.arange(len(k))
-    roots_there = state.roots + crossing_distance * (direction * state.slopes)
+    roots_there = spectrum.z + crossing_distance * (side * spectrum.slopes)
     mean_there = (roots_there[row, k] + roots_there[row, l]) / 2
     distances = roots_there - mean_there[:, None]
     distances[row, k] = np.inf
@@ -296,12 +301,12 @@ def may_exchange_partner(before: SpectrumAtParameter, after: SpectrumAtParameter
     """
     # else a window of three modes that cross at nearly one value would be missed
     span = after.value - before.value
-    if _may_exchange_partner(before, span, direction=1):
+    if _may_exchange_partner(before, span, side=1):
         return True
-    return _may_exchange_partner(after, span, direction=-1)
+    return _may_exchange_partner(after, span, side=-1)
 
 
-def _may_exchange_partner(state: SpectrumAtParameter, span: float, direction: int) -> bool:
+def _may_exchange_partner(spectrum: SpectrumAtParameter, span: float, side: int) -> bool:
     """True if one end of a step predicts that a root on the line takes the partner of another one.
 
     Between a root i off the line and a root j on it the coupling W moves root i, a distance x into
@@ -310,18 +315,18 @@ def _may_exchange_partner(state: SpectrumAtParameter, span: float, direction: in
 
     Parameters
     ----------
-    state : SpectrumAtParameter
+    spectrum : SpectrumAtParameter
         One end of the step.
     span : float
         Length of the step.
-    direction : int
+    side : int
         1 if the step lies above this end, -1 if it lies below.
     """
-    z = state.roots
-    W = state.coupling
-    slopes = direction * state.slopes
-    above = z.imag > state.rounding
-    if state.problem is DAMPED or not above.any():
+    z = spectrum.z
+    W = spectrum.coupling
+    slopes = side * spectrum.slopes
+    above = z.imag > spectrum.rounding
+    if spectrum.problem is DAMPED or not above.any():
         return False
     gap = z[:, None] - z
     gap_slope = slopes[:, None] - slopes
@@ -331,7 +336,7 @@ def _may_exchange_partner(state: SpectrumAtParameter, span: float, direction: in
         shift = closest**2 * np.abs(W * W.T) / np.abs(gap + closest * gap_slope)
         height = np.abs(z.imag[:, None] + closest * slopes.imag[:, None])
         exchanges = (closest > 0) & (closest < span) & (4 * shift > height)
-    return bool(exchanges[np.ix_(above, state.on_line)].any())
+    return bool(exchanges[np.ix_(above, spectrum.on_line)].any())
 
 
 def _passes_zero(values: Array, slack: Array) -> Bools:
@@ -416,15 +421,15 @@ class Step:
         length = after.value - before.value
         slope_sums = before.slopes[:, None] + after.slopes
         slope_changes = before.slopes[:, None] - after.slopes
-        mismatch = np.abs(after.roots - before.roots[:, None] - length / 2 * slope_sums)
+        mismatch = np.abs(after.z - before.z[:, None] - length / 2 * slope_sums)
         # two roots that cross in the middle would fit as well if each turned back there: a
         # hundredth of the change of slope decides
         self.mismatch = mismatch + 0.01 * np.abs(length * slope_changes)
         self.order = assigned(self.mismatch)
         self.ends = StepEnds(
-            z=before.roots,
+            z=before.z,
             dz=length * before.slopes,
-            later_z=after.roots[self.order],
+            later_z=after.z[self.order],
             later_dz=length * after.slopes[self.order],
         )
         z, dz, later_z, later_dz = self.ends
@@ -459,8 +464,8 @@ class Step:
                 products(before, before).diagonal(), products(after, after).diagonal()
             )
             overlap = products(before, after) * products(after, before).T / norms
-        allowed = DOUBT * np.abs(after.roots - before.roots[:, None])
-        allowed = np.maximum(allowed, ROOT_TOLERANCE * np.abs(before.roots)[:, None])
+        allowed = DOUBT * np.abs(after.z - before.z[:, None])
+        allowed = np.maximum(allowed, ROOT_TOLERANCE * np.abs(before.z)[:, None])
         same = overlap > MODE_OVERLAP
         same |= (overlap > MODE_OVERLAP_WITH_SLOPES) & (self.mismatch <= allowed)
         only_one_before = same.sum(axis=0) == 1

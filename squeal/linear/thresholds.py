@@ -26,7 +26,7 @@ from squeal.linear.continuation import (
 )
 from squeal.linear.events import EVENT_TOLERANCE, Crossing, Event, hertz_of, locate_event
 from squeal.linear.search import SearchResult, fastest_first, hull, required_crossings, search
-from squeal.linear.steps import Guess
+from squeal.linear.steps import EventGuess
 from squeal.linear.system import SystemFunction
 from squeal.linear.verdicts import GROWING
 
@@ -165,9 +165,9 @@ def points_and_crossings(part: SearchResult) -> tuple[list[CriticalPoint], list[
             changes_verdict = any(
                 event in fastest or fastest == (None, None) for fastest in responsible
             )
-            state = part.continuation.at(event.value)
+            spectrum = part.continuation.at(event.value)
             members = 2 if event.coalesces else 1
-            mode = _mode_number(state, event.omega, members)
+            mode = _mode_number(spectrum, event.omega, members)
             crossings.append(event.crossing(mode, changes_verdict))
     points = [_critical_point(part, change, fastest) for change, fastest in changes]
     return points, crossings
@@ -176,7 +176,7 @@ def points_and_crossings(part: SearchResult) -> tuple[list[CriticalPoint], list[
 def _points_at_jump(
     mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
 ) -> list[CriticalPoint]:
-    """The change of verdict at a breakpoint mu, from the states on both sides; empty if none."""
+    """The change of verdict at a breakpoint mu, from the spectra on both sides; empty if none."""
     before = below.unstable_count.verdict
     after = above.unstable_count.verdict
     if before == after:
@@ -194,7 +194,7 @@ def _points_at_jump(
 def _crossings_at_jump(
     mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
 ) -> list[Crossing]:
-    """The crossings of the axis at a breakpoint mu, from the states on both sides."""
+    """The crossings of the axis at a breakpoint mu, from the spectra on both sides."""
     changes_verdict = below.unstable_count.verdict != above.unstable_count.verdict
     crossings = []
     for omega, direction in required_crossings(below, above):
@@ -205,24 +205,25 @@ def _crossings_at_jump(
     return crossings
 
 
-def _mode_number(state: SpectrumAtParameter, omega: float, members: int = 1) -> int:
+def _mode_number(spectrum: SpectrumAtParameter, omega: float, members: int = 1) -> int:
     """Number by rising frequency, from 1, of the mode of angular frequency omega (rad/s).
 
     Of several `members` that meet there it is that of the first.
     """
-    roots_per_mode = 1 if state.problem is UNDAMPED else 2  # undamped, z = -lambda^2 is of a pair
-    nearest_first = np.argsort(np.abs(state.omegas - omega))
-    others = state.omegas[nearest_first][roots_per_mode * members :]  # without those that meet
+    # undamped, z = -lambda^2 is of a pair
+    roots_per_mode = 1 if spectrum.problem is UNDAMPED else 2
+    nearest_first = np.argsort(np.abs(spectrum.omegas - omega))
+    others = spectrum.omegas[nearest_first][roots_per_mode * members :]  # without those that meet
     tolerance = 1e-6 if members > 1 else 1e-9  # frequencies that coalesce are known to fewer digits
     slower = int(np.sum(others < omega * (1 - tolerance)))
     return 1 + math.ceil(slower / roots_per_mode)  # an odd real root is a mode of its own
 
 
-def _leading_omega(state: SpectrumAtParameter) -> float:
+def _leading_omega(spectrum: SpectrumAtParameter) -> float:
     """Angular frequency of the pair that grows fastest (rad/s), 0 if none does."""
-    if not state.unstable_pairs:
+    if not spectrum.unstable_pairs:
         return 0.0
-    return float(state.omegas[state.unstable_pairs[0]])
+    return float(spectrum.omegas[spectrum.unstable_pairs[0]])
 
 
 # Changes of verdict, from what grows and what crosses
@@ -266,24 +267,24 @@ def _verdict_changes(part: SearchResult) -> Iterator[VerdictChange]:
 
 
 def _known_verdicts(part: SearchResult) -> list[_VerdictAt]:
-    """Verdicts by rising parameter: at computed states, and on both sides of the clusters that
+    """Verdicts by rising parameter: at computed spectra, and on both sides of the clusters that
     begin or end all growth.
 
-    Of the states between two clusters those are taken at which as many roots grow as in the middle
+    Of the spectra between two clusters those are taken at which as many roots grow as in the middle
     between these; if there are none, the middle.
     """
     edges = part.edges
-    states = part.continuation.states
+    spectra = part.continuation.spectra
     verdicts: list[_VerdictAt] = []
     for k, count in enumerate(part.unstable_counts):
         low = edges[k]
         high = edges[k + 1]
         inner = []
-        for state in states:
-            if low <= state.value <= high and count.roots:
-                growth = state.unstable_count
-                if growth.roots == count.roots:
-                    inner.append(_VerdictAt(state.value, growth.verdict))
+        for spectrum in spectra:
+            if low <= spectrum.value <= high and count.growing_roots:
+                growth = spectrum.unstable_count
+                if growth.growing_roots == count.growing_roots:
+                    inner.append(_VerdictAt(spectrum.value, growth.verdict))
         if not inner:
             inner = [_VerdictAt((low + high) / 2, count.verdict)]
         if k:  # cluster k - 1 lies below this interval
@@ -369,7 +370,7 @@ def _exchanges(
 
 
 def _may_exchange_twice(a: SpectrumAtParameter, b: SpectrumAtParameter, verdict: str) -> bool:
-    """True if between two states of one verdict there may be two changes to the other and back.
+    """True if between two spectra of one verdict there may be two changes to the other and back.
 
     The lead of the fastest pair over the fastest real root is predicted by the cubic through its
     values and slopes at both ends, up to the error of that cubic.
@@ -445,22 +446,22 @@ def _meeting_on_real_axis(
     """
     if continuation.problem is GYROSCOPIC:
         return None  # there z = -i lambda, so that no pair becomes real where lambda does
-    states = [continuation.at(p) for p in (low, high)]
-    flutter = [state for state in states if state.unstable_count.verdict == "flutter"]
+    spectra = [continuation.at(p) for p in (low, high)]
+    flutter = [spectrum for spectrum in spectra if spectrum.unstable_count.verdict == "flutter"]
     if not flutter:
         return None
-    state = flutter[0]  # at the end where the pair is complex
-    if not len(state.right):  # roots without vectors
+    spectrum = flutter[0]  # at the end where the pair is complex
+    if not len(spectrum.right):  # roots without vectors
         return None
-    k = state.unstable_pairs[0]
-    z = state.roots  # lambda over the scale, or -lambda^2: real where two real lambda meet
+    k = spectrum.unstable_pairs[0]
+    z = spectrum.z  # lambda over the scale, or -lambda^2: real where two real lambda meet
     conjugate = int(np.argmin(np.abs(z - z[k].conj())))
     both = [k, conjugate]
-    guess = Guess(
+    guess = EventGuess(
         value=(low + high) / 2,
-        root=complex(z[k].real),
-        right=state.right[:, both],
-        left=state.left[:, both],
+        z=complex(z[k].real),
+        right=spectrum.right[:, both],
+        left=spectrum.left[:, both],
         coalesces=True,
         width=high - low,
     )
@@ -469,7 +470,7 @@ def _meeting_on_real_axis(
         return None
     met = continuation.at(float(np.clip(event.value, low, high)))
     fastest = int(np.argmax(met.exponents.real))
-    fastest_is_real = abs(met.roots[fastest].imag) <= 2 * met.rounding[fastest]
+    fastest_is_real = abs(met.z[fastest].imag) <= 2 * met.rounding[fastest]
     if not fastest_is_real:
         return None  # this pair meets while another one grows faster
     return event.value, event.width / 2
@@ -483,29 +484,29 @@ class _Lead(NamedTuple):
     rounding: float
 
 
-def _lead_of_pair(state: SpectrumAtParameter) -> _Lead:
+def _lead_of_pair(spectrum: SpectrumAtParameter) -> _Lead:
     """By how much the fastest growing pair outgrows the fastest growing real root.
 
     The growth rate is 0 where there is no such pair or root.
     """
-    pair = _growth_rate(state, state.unstable_pairs)
-    real = _growth_rate(state, state.unstable_reals)
+    pair = _growth_rate(spectrum, spectrum.unstable_pairs)
+    real = _growth_rate(spectrum, spectrum.unstable_reals)
     return _Lead(pair.value - real.value, pair.slope - real.slope, pair.rounding + real.rounding)
 
 
-def _growth_rate(state: SpectrumAtParameter, fastest_first: list[int]) -> _Lead:
+def _growth_rate(spectrum: SpectrumAtParameter, fastest_first: list[int]) -> _Lead:
     """The growth rate of the first of some roots, given by their indices; 0 without any."""
     if not fastest_first:
         return _Lead(0.0, 0.0, 0.0)
     k = fastest_first[0]
-    exponent = state.exponents[k]  # lambda
-    derivative = exponent / state.roots[k]  # d lambda / dz, constant
-    if state.problem is UNDAMPED:  # z = -lambda^2
+    exponent = spectrum.exponents[k]  # lambda
+    derivative = exponent / spectrum.z[k]  # d lambda / dz, constant
+    if spectrum.problem is UNDAMPED:  # z = -lambda^2
         derivative = -0.5 / exponent
     return _Lead(
         value=float(exponent.real),
-        slope=float((derivative * state.slopes[k]).real),
-        rounding=float(abs(derivative) * state.rounding[k]),
+        slope=float((derivative * spectrum.slopes[k]).real),
+        rounding=float(abs(derivative) * spectrum.rounding[k]),
     )
 
 
@@ -572,8 +573,8 @@ def _omega_without_event(
 ) -> float:
     """The angular frequency (rad/s) of the mode that changes the verdict, where no event tells it.
 
-    It is that of the fastest pair at the nearest state on the side on which this grows; 0 of a real
-    root. interval: where the change lies.
+    It is that of the fastest pair at the nearest computed value on the side on which this grows; 0
+    of a real root. interval: where the change lies.
     """
     continuation = part.continuation
     grows_above = change.above in GROWING
@@ -583,15 +584,15 @@ def _omega_without_event(
     if change.cluster is None:
         # no root crosses: a pair and a real root grow alike here, or a pair becomes two real roots
         # and has the frequency 0
-        state = continuation.at(change.value)
-        growth = state.unstable_count
+        spectrum = continuation.at(change.value)
+        growth = spectrum.unstable_count
         rates_are_equal = abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate
-        return _leading_omega(state) if rates_are_equal else 0.0
+        return _leading_omega(spectrum) if rates_are_equal else 0.0
     low, high = interval
-    states = continuation.states
+    spectra = continuation.spectra
     if grows_above:
-        candidates = [state for state in states if state.value > high]
+        candidates = [spectrum for spectrum in spectra if spectrum.value > high]
     else:
-        candidates = [state for state in states if state.value < low]
-    nearest = min(candidates or states, key=lambda state: abs(state.value - change.value))
+        candidates = [spectrum for spectrum in spectra if spectrum.value < low]
+    nearest = min(candidates or spectra, key=lambda spectrum: abs(spectrum.value - change.value))
     return _leading_omega(nearest)

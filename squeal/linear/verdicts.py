@@ -109,12 +109,12 @@ class UnstableCount:
     @property
     def verdict(self) -> str:
         """flutter or divergence, whichever grows faster, or quiet."""
-        if not self.roots:
+        if not self.growing_roots:
             return "quiet"
         return "flutter" if self.pairs and self.pair_rate >= self.real_rate else "divergence"
 
     @property
-    def roots(self) -> int:
+    def growing_roots(self) -> int:
         """Growing roots, two for a pair."""
         return 2 * self.pairs + self.reals
 

@@ -31,7 +31,7 @@ from squeal.linear.continuation import (
 from squeal.linear.events import Event, locate_event
 from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.search import search
-from squeal.linear.steps import Guess, near_coalescences
+from squeal.linear.steps import EventGuess, near_coalescences
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import assumed_rounding
 from squeal.sparse.dispersive import NEAR, DispersiveReduction, frequencies
@@ -152,7 +152,7 @@ def _match(before: SpectrumAtParameter, after: SpectrumAtParameter) -> _Match:
 
     span = after.value - before.value
     predicted = span / 2 * np.add.outer(before.slopes, after.slopes)
-    misses = np.abs(np.subtract.outer(after.roots, before.roots).T - predicted)
+    misses = np.abs(np.subtract.outer(after.z, before.z).T - predicted)
     rows, columns = linear_sum_assignment(misses)
     return _Match(rows, columns, misses[rows, columns])
 
@@ -212,12 +212,12 @@ class CrossingSearch:
             yield from self.between(division, high, shortest)
         else:  # the shortest step: the end nearer to the crossing is the guess
             for i, j in zip(match.before, match.after, strict=True):
-                if not _changes_sign(before.roots[i], after.roots[j]):
+                if not _changes_sign(before.z[i], after.z[j]):
                     continue
-                if abs(before.roots[i].real) < abs(after.roots[j].real):
-                    yield self._guess(before, i, before.value, before.roots[i])
+                if abs(before.z[i].real) < abs(after.z[j].real):
+                    yield self._guess(before, i, before.value, before.z[i])
                 else:
-                    yield self._guess(after, j, after.value, after.roots[j])
+                    yield self._guess(after, j, after.value, after.z[j])
 
     def _division(
         self, before: SpectrumAtParameter, after: SpectrumAtParameter, match: _Match
@@ -229,13 +229,13 @@ class CrossingSearch:
         """
         span = after.value - before.value
         middle = (before.value + after.value) / 2
-        start = before.roots[match.before]
-        paths = np.abs(after.roots[match.after] - start)
+        start = before.z[match.before]
+        paths = np.abs(after.z[match.after] - start)
         allowed = np.maximum(MISSED_SHARE * paths, MISSED * np.abs(start))
         if np.any(match.misses > allowed):
             return middle
-        unmatched_before = np.delete(np.arange(len(before.roots)), match.before)
-        unmatched_after = np.delete(np.arange(len(after.roots)), match.after)
+        unmatched_before = np.delete(np.arange(len(before.z)), match.before)
+        unmatched_after = np.delete(np.arange(len(after.z)), match.after)
         if self._exit_is_doubtful(before, unmatched_before, span):
             return middle
         if self._exit_is_doubtful(after, unmatched_after, -span):
@@ -259,7 +259,7 @@ class CrossingSearch:
         which: indices of the roots without a partner. `span` is negative from the later spectrum
         back.
         """
-        z = spectrum.roots[which]
+        z = spectrum.z[which]
         change = span * spectrum.slopes[which]
         predicted = z + change
         stays = self.region.contains(predicted)
@@ -277,8 +277,8 @@ class CrossingSearch:
         """
         span = after.value - before.value
         middle = (before.value + after.value) / 2
-        start = before.roots[i]
-        end = after.roots[j]
+        start = before.z[i]
+        end = after.z[j]
         cubic = hermite_cubic(
             start.real, span * before.slopes[i].real, end.real, span * after.slopes[j].real
         )
@@ -446,10 +446,10 @@ def _at_own_frequency(
     for _ in range(NEWTON_STEPS):
         continuation = Continuation(system.frozen(omega), low, high)
         spectrum = continuation.at(event.value)  # its roots are omega^2, of the undamped system
-        pair = np.argsort(np.abs(spectrum.roots - event.omega**2))[:2]
-        guess = Guess(
+        pair = np.argsort(np.abs(spectrum.z - event.omega**2))[:2]
+        guess = EventGuess(
             value=event.value,
-            root=complex(spectrum.roots[pair].mean()),
+            z=complex(spectrum.z[pair].mean()),
             right=spectrum.right[:, pair],
             left=spectrum.left[:, pair],
             coalesces=True,

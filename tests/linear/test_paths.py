@@ -95,7 +95,7 @@ def test_whether_two_roots_meet_within_a_step_that_is_not_halved(sign, share):
     assert np.all(link.known == (sign > 0))
     assert link.meet == ([] if sign > 0 else [[0, 1]])
     if sign > 0:
-        assert link.after.roots[link.order] == pytest.approx(link.before.roots, abs=1e-12)
+        assert link.after.z[link.order] == pytest.approx(link.before.z, abs=1e-12)
 
 
 def test_onsets_are_read_below_mu_also_from_thresholds_of_a_longer_range():

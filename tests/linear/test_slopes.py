@@ -34,7 +34,7 @@ def test_slopes_are_those_of_differences(form, n, rng):
     at = along.at(0.4)
     up = along.at(0.4 + H)
     down = along.at(0.4 - H)
-    nearest = [s.roots[np.argmin(np.abs(s.roots - at.roots[:, None]), axis=1)] for s in (up, down)]
+    nearest = [s.z[np.argmin(np.abs(s.z - at.z[:, None]), axis=1)] for s in (up, down)]
     slopes = (nearest[0] - nearest[1]) / (2 * H)
     assert at.slopes == pytest.approx(slopes, abs=1e-7 * np.abs(slopes).max())
 
@@ -54,7 +54,7 @@ def test_two_roots_that_meet_in_a_step_are_expected_where_they_do(low):
     assert along.problem == "undamped"
     met = [g for g in found if g.coalesces]
     assert [g.value for g in met] == pytest.approx([0.0], abs=0.011 * (1.4 - low))
-    assert [g.root for g in met] == pytest.approx([1.0])
+    assert [g.z for g in met] == pytest.approx([1.0])
     zero = [g.value for g in found if not g.coalesces]
     assert zero == pytest.approx([1.0] * len(zero), abs=0.011 * (1.4 - low))
     assert zero
@@ -97,15 +97,15 @@ def test_what_vanishes_at_an_event_has_the_slope_of_differences(form, count, mee
     along = Continuation(system, 0.0, 1.0)
     assert along.problem == form
     state = along.at(0.4)
-    apart = np.abs(state.roots[:, None] - state.roots) + np.diag(np.full(along.size, np.inf))
+    apart = np.abs(state.z[:, None] - state.z) + np.diag(np.full(along.size, np.inf))
     both = list(np.unravel_index(np.argmin(apart), apart.shape))[:count]
     vectors = state.right[:, both], state.left[:, both]
-    at = roots_near(along, 0.4, complex(state.roots[both].mean()), *vectors)
+    at = roots_near(along, 0.4, complex(state.z[both].mean()), *vectors)
     value, slope, *_ = at.event_function(meets)
     up = at.at(along, 0.4 + H).event_function(meets)[0]
     down = at.at(along, 0.4 - H).event_function(meets)[0]
     assert slope == pytest.approx((up - down) / (2 * H), rel=1e-6, abs=1e-9)
-    z = state.roots[both]
+    z = state.z[both]
     if not meets:  # the real part, or the product of both times what does not vanish
         rest = 1.0 if count == 1 else -(z.mean().real ** 2 + (z[0] - z[1]).imag ** 2 / 4)
         assert value == pytest.approx(z.real.prod() * rest, rel=1e-9)
@@ -142,7 +142,7 @@ def test_a_window_within_a_step_is_foreseen_from_both_ends(e):
     found = list(near_coalescences(before, after))
     assert [g.value for g in found] == pytest.approx([0.45, 0.45], abs=1e-9)
     assert [g.width for g in found] == pytest.approx([2 * e / s] * 2, rel=1e-6)
-    assert [g.root for g in found] == pytest.approx([4.0, 4.0], rel=1e-9)
+    assert [g.z for g in found] == pytest.approx([4.0, 4.0], rel=1e-9)
     for one, state in zip(found, (before, after), strict=True):
         assert np.allclose(np.abs(one.right), np.abs(state.right), rtol=0, atol=1e-12)
     assert not list(near_coalescences(along.at(0.6), after))

@@ -171,7 +171,7 @@ def test_every_known_threshold_is_found_and_none_invented(seed):
     assert result.certified is not False
     crossings = sorted((c.mu, c) for c in result.crossings)
     assert len(crossings) == len(expected)
-    assert len(result.searched[0].continuation.states) <= 25 + 16 * len(
+    assert len(result.searched[0].continuation.spectra) <= 25 + 16 * len(
         expected
     )  # a search is fast
     for (mu, c), (at, kind, direction, omega) in zip(crossings, expected, strict=True):

@@ -394,7 +394,7 @@ def _disagreeing_counts(
 ) -> list[str]:
     """A sentence for each value at which the full system does not have as many growing roots as the
     reduced one."""
-    tasks = [(value, continuation.at(value).unstable_count.roots) for value in values]
+    tasks = [(value, continuation.at(value).growing_roots) for value in values]
     agreements = counted(
         mapped(_count_agrees, tasks, workers, reduction), len(tasks), PROGRESS.get(), "counts"
     )
@@ -485,13 +485,13 @@ class BandContinuation(Continuation):
         self.high = high
         self.roots = roots
         self.problem = ProblemClass.DAMPED
-        self._states = {}
+        self._spectra = {}
 
     def at(self, p: float) -> SpectrumAtParameter:
         """The roots at p, those above the real axis with their conjugates."""
-        if p not in self._states:
+        if p not in self._spectra:
             self.set_roots(p, self.roots({self.name: p}))
-        return self._states[p]
+        return self._spectra[p]
 
     def set_roots(self, p: float, selected: ComplexArray) -> None:
         """Set the roots (m,) of the band at p, of which those with Im < 0 are ignored."""
@@ -499,9 +499,9 @@ class BandContinuation(Continuation):
         roots = np.concatenate([upper, selected[selected.imag > 0.0].conj()])
         m = len(roots)
         no_vectors = np.zeros((0, m), complex)
-        self._states[p] = SpectrumAtParameter(
+        self._spectra[p] = SpectrumAtParameter(
             value=p,
-            roots=roots,
+            z=roots,
             right=no_vectors,
             left=no_vectors,
             coupling=np.zeros((m, m), complex),
@@ -552,14 +552,13 @@ def _typical_values(
     for k, (start, stop) in enumerate(intervals):
         middle = (start + stop) / 2
         if k == 0:
-            expected = continuation.at(middle).unstable_count.roots
+            expected = continuation.at(middle).growing_roots
         else:  # the events at the start of the interval
             for event in clusters[k - 1]:
-                roots_crossing = 2 if event.omega else 1
-                expected += event.direction * roots_crossing  # +1: they begin to grow, -1: cease
+                expected += event.rise
         typical_value = middle
         for value in (middle, *computed, start + margin, stop - margin):
-            if start < value < stop and continuation.at(value).unstable_count.roots == expected:
+            if start < value < stop and continuation.at(value).growing_roots == expected:
                 typical_value = value
                 break
         typical.append(typical_value)
@@ -612,17 +611,19 @@ def _compare(
     for value in sorted({*computed, *midpoints}):
         k = sum(cluster[0].value < value for cluster in clusters)  # the number of its interval
         count = continuation.at(value).unstable_count
-        is_other_verdict = count.verdict != counts[k].verdict
+        typical_count = counts[k]
+        is_other_verdict = count.verdict != typical_count.verdict
+        is_fewer = count.growing_roots < typical_count.growing_roots
         here = f"{continuation.name} = {value:.6g}"
-        if count.roots > counts[k].roots:
+        if count.growing_roots > typical_count.growing_roots:
             what = count.verdict if is_other_verdict else f"{count.verdict} of one more mode"
             unexplained.append(f"{what} at {here} follows from no threshold that was located")
-        elif count.roots < counts[k].roots and is_other_verdict and k not in left_out:
+        elif is_fewer and is_other_verdict and k not in left_out:
             grows_at = f"{continuation.name} = {typical[k]:.6g}"
             # in the first interval growth begins without an event; it is not hidden by rounding,
             # since the value is not next to an event
             if k == 0 and value < typical[k]:
-                what = f"{counts[k].verdict} at {grows_at}"
+                what = f"{typical_count.verdict} at {grows_at}"
                 unexplained.append(f"{what} follows from no threshold that was located")
                 continue
             left_out[k] = (
