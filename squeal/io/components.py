@@ -21,13 +21,12 @@ from squeal.io.system import Origin, SystemFile
 from squeal.io.system_keys import CSV, FACTOR, SYSTEM, Document
 from squeal.io.tables import Line, number_in, read_table
 from squeal.io.writing import write_csv
-from squeal.numerics.differentiation import Formula
+from squeal.numerics.differentiation import Formula, Parameters
 from squeal.schema import FLAG, POSITIVE, TEXT, Group, Key, Named, Place, Several, Whole, row
 from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly, assemble
 from squeal.sparse.components import Component
 from squeal.sparse.contact_faces import ContactPoints, contact_between_faces
 from squeal.sparse.contact_seat import EXPONENT, Contact
-from squeal.sparse.quadratic import Changes
 
 OTHER_SIZE = 300.0  # times as large: metres beside millimetres, not a disc beside a pin
 OTHER_DENSITY = 1e5  # times as dense: kilograms beside tonnes, and what lengths may add
@@ -172,7 +171,7 @@ def assembly_file(
             f"is not allowed; all components are reduced already, up to {lowest:g} Hz"
         )
 
-    def join(bodies: Sequence[Component], values: Changes, cutoff: float | None) -> Assembly:
+    def join(bodies: Sequence[Component], values: Parameters, cutoff: float | None) -> Assembly:
         """Join components, reduced or not, in contact at some values of the parameters.
 
         At other values the assembly joins its own, reduced components: loads, contacts and the seat
@@ -187,7 +186,7 @@ def assembly_file(
         with at.named():
             assembly = assemble(bodies, contacts, values, parameter, name, cutoff)
 
-        def join_at(changes: Changes) -> Assembly:
+        def join_at(changes: Parameters) -> Assembly:
             new_values = {**values, **changes}
             loaded = []
             for body in assembly.components:
@@ -245,7 +244,7 @@ def _warn_of_other_units(at: Place, components: Sequence[_LocatedComponent]) -> 
             )
 
 
-def _formula_value(keys: Document, key: str, at: Place, values: Mapping[str, float]) -> float:
+def _formula_value(keys: Document, key: str, at: Place, values: Parameters) -> float:
     """The value of the formula that a key names, 1 if it is left out. Raises InputError."""
     with (at / key).named():
         return Formula(keys.get(key, "1")).value(values)
@@ -257,7 +256,7 @@ def _component(
     file: SystemFile,
     at: Place,
     folder: Path,
-    values: Mapping[str, float],
+    values: Parameters,
 ) -> Component:
     """A component as its system `file` and the `keys` of the assembly describe it.
 
@@ -308,7 +307,7 @@ def _component(
 
 
 def _loaded_anew(
-    body: Component, load: Document | None, at: Place, values: Changes, new_values: Changes
+    body: Component, load: Document | None, at: Place, values: Parameters, new_values: Parameters
 ) -> Component:
     """A component that was loaded at some `values`, under its load at new ones.
 
@@ -329,7 +328,7 @@ def _contact(
     keys: Document,
     at: Place,
     folder: Path,
-    values: Mapping[str, float],
+    values: Parameters,
     components: Mapping[str, _LocatedComponent],
 ) -> Contact:
     """A contact from its keys and the table of its pairs, or the faces of both components.

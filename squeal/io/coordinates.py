@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from squeal.io.cells import CELL_NAME, CELLS, Corners
 from squeal.io.tables import Line, number_in, read_table
-from squeal.linear.system import Matrix
+from squeal.linear.matrices import Matrix
 from squeal.schema import Place, Word
 
 NO_DIRECTION = -1  # of rotations, and of what has no place in space

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from squeal.linear.continuation import DAMPED, UNDAMPED, Continuation, SpectrumAtParameter
-from squeal.linear.matrices import Array, Change, dense
+from squeal.linear.matrices import MCK, Array, dense
 from squeal.linear.moduli import Modulus, Tabulated
 from squeal.linear.roots import ComplexArray
 from squeal.linear.steps import Step
@@ -32,7 +32,7 @@ class Factor:
     formula: Formula | Modulus | Tabulated
     name: str
     values: dict[str, float]
-    change: Change
+    change: MCK
 
     def deviation(self, low: float, high: float) -> float:
         """By how much it may deviate from a straight line between two values of the parameter.

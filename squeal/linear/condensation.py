@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import MatrixError
-from squeal.linear.matrices import EPS, Array, Change, SingularTogetherError, divisor, norm_of
+from squeal.linear.matrices import EPS, MCK, Array, SingularTogetherError, divisor, norm_of
 
 EXACT_ROWS = 40
 """Rows up to which motions without mass are found in exact arithmetic."""
@@ -132,7 +132,7 @@ class Condensation:
         How many finite roots are left out, as far greater than all others.
     """
 
-    def __init__(self, samples: Sequence[Change], undamped: bool, all_roots: bool) -> None:
+    def __init__(self, samples: Sequence[MCK], undamped: bool, all_roots: bool) -> None:
         """samples: M, C and K, arrays (n, n), at some values of the parameter."""
         masses: Array = np.array(samples)[:, 0]
         if np.array_equal(masses[1:], masses[:-1]):
@@ -206,7 +206,7 @@ class Condensation:
             return bool(np.all((fast.real > 0.0) & (np.abs(fast.imag) < EPS**0.5 * fast.real)))
         return bool(np.all(fast.real < 0.0))
 
-    def _transformed(self, matrices: Change, of_terms: bool = False) -> list[NDArray]:
+    def _transformed(self, matrices: MCK, of_terms: bool = False) -> list[NDArray]:
         """L X R of M, C and K, whose massless rows and columns come last, or sizes of its terms."""
         transformed = []
         for X in matrices:
@@ -218,9 +218,7 @@ class Condensation:
         transformed[0][:, self._heavy :] = 0.0
         return transformed
 
-    def _pencil(
-        self, matrices: Change, of_terms: bool = False, is_derivative: bool = False
-    ) -> Pencil:
+    def _pencil(self, matrices: MCK, of_terms: bool = False, is_derivative: bool = False) -> Pencil:
         """The balanced pencil of M, C and K, or its derivative, or the sizes of their terms."""
         M, C, K = self._transformed(matrices, of_terms)
         rate = self.frequency_scale
@@ -249,7 +247,7 @@ class Condensation:
         sign = np.linalg.slogdet(shifted)[0] * np.linalg.slogdet(of_followed)[0]
         return Subspaces(L, R, float(sign))
 
-    def problem(self, matrices: Change, slopes: Change) -> FiniteProblem:
+    def problem(self, matrices: MCK, slopes: MCK) -> FiniteProblem:
         """The eigenproblem of the followed roots for M, C and K with derivatives dM, dC and dK."""
         pencil = self._pencil(matrices)
         try:
@@ -270,7 +268,7 @@ class Condensation:
         return FiniteProblem(unit * A, unit * derivative, unit * sizes)
 
 
-def _frequency_scale(samples: Sequence[Change]) -> float:
+def _frequency_scale(samples: Sequence[MCK]) -> float:
     """A power of two, 1/s, near the frequencies of some systems, or their rates without mass.
 
     In units of rows and columns in which entries of K are about one.

@@ -26,8 +26,8 @@ from squeal.linear.condensation import THROUGH_INFINITY, Condensation
 from squeal.linear.matrices import (
     EPS,
     ILL,
+    MCK,
     Array,
-    Change,
     components,
     divisor,
     first_order,
@@ -42,8 +42,6 @@ from squeal.linear.system import SystemFunction, matrices_of, with_slopes
 from squeal.linear.verdicts import DIVERGENCE, FLUTTER, Codes, UnstableCount, kinds
 
 Bools = NDArray[np.bool_]
-Matrices = tuple[Array, Array, Array]
-"""M, C and K at one value of the parameter, or their derivatives."""
 
 
 class ProblemClass(StrEnum):
@@ -349,7 +347,7 @@ class Continuation:
         samples = matrices_of(system, inner_values)
         self._projections = _without_free_motions(samples)
         self.problem = problem_class_of(samples)
-        projected: list[Matrices] = []
+        projected: list[MCK] = []
         masses = []
         for M, C, K in samples:
             projected.append((self._projected(M), self._projected(C), self._projected(K)))
@@ -391,7 +389,7 @@ class Continuation:
         """All spectra so far, by rising value."""
         return [self._spectra[p] for p in sorted(self._spectra)]
 
-    def _standard_problem(self, matrices: Matrices, slopes: Change) -> StandardProblem:
+    def _standard_problem(self, matrices: MCK, slopes: MCK) -> StandardProblem:
         """The standard eigenproblem of M, C and K, and its derivative for slopes dM, dC and dK.
 
         With L M R = 1 it is that of A = L K R and B = L C R. As d(M^-1) = -M^-1 dM M^-1 their
@@ -421,7 +419,7 @@ class Continuation:
             return StandardProblem(A * within, dA * within, sizes * within)
         return StandardProblem(A, dA, sizes)
 
-    def _regular_problem(self, matrices: Matrices, slopes: Change) -> StandardProblem:
+    def _regular_problem(self, matrices: MCK, slopes: MCK) -> StandardProblem:
         """The problem of projected matrices with a regular M, in first-order form if damped."""
         M, C, K = matrices
         dM, dC, dK = slopes
@@ -476,7 +474,7 @@ class Continuation:
             chosen[rows] = acting[rows].any()
         return np.flatnonzero(chosen)
 
-    def couplings(self, spectrum: SpectrumAtParameter, change: Change) -> ComplexArray:
+    def couplings(self, spectrum: SpectrumAtParameter, change: MCK) -> ComplexArray:
         """The coupling (m, m) of the roots of a spectrum by a change dM, dC, dK of the matrices.
 
         It is what `SpectrumAtParameter.coupling` is for a change of the parameter: the change of A
@@ -623,7 +621,7 @@ def _has_symmetry(X: Array, sign: int) -> bool:
     return bool(np.abs(X - sign * X.T).max() <= 4 * EPS * len(X) * np.abs(X).max())
 
 
-def _without_free_motions(samples: Sequence[Matrices]) -> tuple[Array, Array] | None:
+def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
     """Projections P and Q that take the free motions, whose roots are zero throughout, out.
 
     Free motions are the k vectors x on which neither K nor C acts at any sample; with them go the k

@@ -17,11 +17,11 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import InputError, InputWarning
-from squeal.linear.matrices import EPS, SKEW, Array, norm_of
+from squeal.linear.matrices import EPS, SKEW, Array, Matrix, norm_of
 from squeal.linear.moduli import Modulus
 from squeal.linear.real_modes import real_modes
-from squeal.linear.system import Matrix, System, Term, sum_of_terms
-from squeal.numerics.differentiation import ONE, Formula
+from squeal.linear.system import System, Term, sum_of_terms
+from squeal.numerics.differentiation import ONE, Formula, Parameters
 
 MOST_DENSE = 2000
 """Rows up to which modal damping is a full matrix of all modes."""
@@ -69,7 +69,7 @@ def structure_stiffness(
     return (total + total.T) / 2, tuple(indices)
 
 
-def frictionless(system: System, changes: Mapping[str, float] | None = None) -> dict[str, float]:
+def frictionless(system: System, changes: Parameters | None = None) -> dict[str, float]:
     """The parameters of a system, some of them changed, with the friction coefficient set to 0."""
     values = dict(changes or {})
     if "mu" in system.parameters:

@@ -10,7 +10,7 @@ to first order. A free motion is a double root at zero, and the square of the ro
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -21,13 +21,13 @@ from scipy.sparse import csc_array
 from squeal.linear.eigen import Eigenvalue, arrays_of
 from squeal.linear.matrices import EPS, Array, Matrix, dense, norm_of
 from squeal.linear.system import Term, TermSystem
-from squeal.numerics.differentiation import Formula
+from squeal.numerics.differentiation import Formula, Parameters
 
 NEAR_ZERO = 0.25  # of |lambda|: a root that may move by more may be a double root at zero
 
 
 def data_errors(
-    system: TermSystem, changes: Mapping[str, float] | None = None
+    system: TermSystem, changes: Parameters | None = None
 ) -> tuple[csc_array, csc_array, csc_array]:
     """How far the digits of files leave entries (n, n) of M, C and K open, at some parameters."""
     parameters = system.values(changes)
@@ -78,12 +78,12 @@ def rounding_of_sums(system: TermSystem) -> tuple[Array, Array, Array]:
     return errors[0], errors[1], errors[2]
 
 
-def _is_real(term: Term, parameters: Mapping[str, float]) -> bool:
+def _is_real(term: Term, parameters: Parameters) -> bool:
     """True if neither the matrix of a term nor its factor is complex."""
     return not (np.iscomplexobj(term.matrix) or isinstance(term.factor.value(parameters), complex))
 
 
-def _error_of_factor(term: Term, parameters: Mapping[str, float]) -> float:
+def _error_of_factor(term: Term, parameters: Parameters) -> float:
     """How far rounding may have moved the factor of a term: a formula from its value in fractions.
 
     Its numbers and parameters are exact, so that it is 0 of one of these alone.

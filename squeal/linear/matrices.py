@@ -59,8 +59,9 @@ class Reduced:
 
 Matrix = Any
 """A NumPy array or SciPy sparse array (n, n)."""
-Change = tuple[Matrix, Matrix, Matrix]
-"""M, C and K, or their derivatives dM, dC and dK; None stands for zero."""
+MCK = tuple[Matrix, Matrix, Matrix]
+"""M, C and K at one value of the parameters, or their derivatives dM, dC and dK by one of them;
+None stands for zero."""
 Values = Any
 """A number or an array of numbers; several in one formula have one shape."""
 
@@ -337,7 +338,7 @@ def state_matrices(M: Array, C: Array, K: Array) -> tuple[Array, Array]:
     return A, np.vstack([0.0 * inverse, inverse])
 
 
-def applied(change: Change, z: Values, x: NDArray) -> NDArray:
+def applied(change: MCK, z: Values, x: NDArray) -> NDArray:
     """(z^2 dM + z dC + dK) x of columns x (n, m) at values z (m,), or of one vector."""
     total = np.zeros_like(x)
     for matrix, factor in zip(change, (z**2, z, z**0), strict=True):
@@ -346,7 +347,7 @@ def applied(change: Change, z: Values, x: NDArray) -> NDArray:
     return total
 
 
-def inertia(change: Change, z: Values, x: NDArray) -> NDArray:
+def inertia(change: MCK, z: Values, x: NDArray) -> NDArray:
     """(2 z dM + dC) x, the derivative of `applied` by z, of columns x (n, m) at values z (m,)."""
     return applied((None, *change[:2]), 2 * z, x)
 

@@ -7,7 +7,7 @@ A frequency-dependent factor takes the frequency as a parameter: `omega` (rad/s)
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from squeal.errors import InputError
-from squeal.numerics.differentiation import ONE, Dual, Formula
+from squeal.numerics.differentiation import ONE, Dual, Formula, Parameters
 
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
@@ -119,12 +119,12 @@ class Tabulated:
         """The factor for people."""
         return f"({self.factor.text}) * {self.source}: {self.column}({self.parameter})"
 
-    def value(self, parameters: Mapping[str, float]) -> float:
+    def value(self, parameters: Parameters) -> float:
         """The value. Raises InputError beyond the table."""
         point = self._point_in_table(parameters)
         return self.factor.value(parameters) * float(self._curve(point))
 
-    def slope(self, parameters: Mapping[str, float], name: str) -> float:
+    def slope(self, parameters: Parameters, name: str) -> float:
         """The derivative by one parameter. Raises InputError beyond the table."""
         point = self._point_in_table(parameters)
         total = self.factor.slope(parameters, name) * float(self._curve(point))
@@ -132,9 +132,7 @@ class Tabulated:
             total += self.factor.value(parameters) * float(self._curve(point, 1))
         return total
 
-    def curvature(
-        self, parameters: Mapping[str, float], name: str, low: float, high: float
-    ) -> float:
+    def curvature(self, parameters: Parameters, name: str, low: float, high: float) -> float:
         """A bound of |second derivative| by a parameter between two values of it.
 
         By the table's parameter the second derivative is linear between two points of the table;
@@ -153,7 +151,7 @@ class Tabulated:
         largest = np.maximum(at_begin, at_end)[(begins <= high) & (ends >= low)]
         return abs(self.factor.value(parameters)) * float(np.max(largest, initial=0.0))
 
-    def _point_in_table(self, parameters: Mapping[str, float]) -> float:
+    def _point_in_table(self, parameters: Parameters) -> float:
         """The value of the table's parameter. Raises InputError beyond the table."""
         point = parameters[self.parameter]
         low = self.points[0]
@@ -200,17 +198,15 @@ class Modulus:
             parts.append(f"(1 + i ({self.loss.text}))")
         return " * ".join(["i"] * self.imaginary + parts)
 
-    def value(self, parameters: Mapping[str, float]) -> complex:
+    def value(self, parameters: Parameters) -> complex:
         """The complex value. Raises InputError."""
         return complex(self._dual(parameters, "").value)
 
-    def slope(self, parameters: Mapping[str, float], name: str) -> complex:
+    def slope(self, parameters: Parameters, name: str) -> complex:
         """The derivative by one parameter. Raises InputError."""
         return complex(self._dual(parameters, name).slope)
 
-    def curvature(
-        self, parameters: Mapping[str, float], name: str, low: float, high: float
-    ) -> float:
+    def curvature(self, parameters: Parameters, name: str, low: float, high: float) -> float:
         """A bound of |second derivative| by a parameter between two values of it.
 
         inf by the frequency, and where both factor and loss depend on the parameter.
@@ -230,7 +226,7 @@ class Modulus:
             loss = self.loss.value(parameters)
         return abs(storage * (1 + 1j * loss)) * self.factor.curvature(parameters, name, low, high)
 
-    def _dual(self, parameters: Mapping[str, float], name: str) -> Dual:
+    def _dual(self, parameters: Parameters, name: str) -> Dual:
         """The complex value, and its derivative by a parameter; `name` "" gives a derivative of 0.
 
         Raises InputError for a negative loss factor, and beyond the ends of a table.
@@ -250,13 +246,13 @@ class Modulus:
         return result * (loss * 1j + 1.0)
 
 
-def _with_slope(formula: Formula, parameters: Mapping[str, float], name: str) -> Dual:
+def _with_slope(formula: Formula, parameters: Parameters, name: str) -> Dual:
     """The value of a formula and its derivative by one parameter."""
     slope = formula.slope(parameters, name) if name in formula.names else 0.0
     return Dual(formula.value(parameters), slope)
 
 
-def _negative(loss: Formula, value: float, parameters: Mapping[str, float]) -> InputError:
+def _negative(loss: Formula, value: float, parameters: Parameters) -> InputError:
     """The error of a negative loss factor."""
     source = f"{loss.place}: " if loss.place else ""
     at = ", ".join(f"{name} = {parameters[name]:g}" for name in sorted(loss.names))

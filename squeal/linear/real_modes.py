@@ -8,8 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from squeal.errors import InputError
-from squeal.linear.matrices import EPS, Array, dense, is_sparse, norm_of
-from squeal.linear.system import Matrix
+from squeal.linear.matrices import EPS, Array, Matrix, dense, is_sparse, norm_of
 
 FIRST_MODES = 32  # modes that are computed at first where their number is not known
 

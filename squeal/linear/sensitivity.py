@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
 from squeal.linear.eigen import Eigenvalue, arrays_of
-from squeal.linear.matrices import EPS, Array, Change, Matrix, Values, applied, inertia
+from squeal.linear.matrices import EPS, MCK, Array, Matrix, Values, applied, inertia
 from squeal.linear.roots import ComplexArray
 
 ONE_ROOT = math.sqrt(EPS)
@@ -29,8 +29,8 @@ SINGULAR = 1e-6
 
 
 def _term_sizes(
-    product: Callable[[Change, Values, NDArray], NDArray],
-    change: Change,
+    product: Callable[[MCK, Values, NDArray], NDArray],
+    change: MCK,
     z: Values,
     x: NDArray,
     y: NDArray,
@@ -66,7 +66,7 @@ class _Cluster(NamedTuple):
 
 
 def sensitivities(
-    matrices: Change, changes: Mapping[str, Change], eigenvalues: Sequence[Eigenvalue]
+    matrices: MCK, changes: Mapping[str, MCK], eigenvalues: Sequence[Eigenvalue]
 ) -> tuple[dict[str, ComplexArray], Array]:
     """Derivatives of eigenvalues (m,) by each change, and how far they can be trusted.
 
@@ -150,7 +150,7 @@ class Singular(NamedTuple):
     solve: Callable[[ComplexArray, bool], ComplexArray]
 
     @staticmethod
-    def of(matrices: Change, root: complex) -> Singular:
+    def of(matrices: MCK, root: complex) -> Singular:
         """P of dense matrices of at least two rows at a root, from its singular values.
 
         Its rows must be of one magnitude, so scaled, as the smallest singular value is compared
@@ -172,7 +172,7 @@ class Singular(NamedTuple):
 
 
 def crossing_slopes(
-    at: Singular, matrices: Change, by: Change, changes: Mapping[str, Change]
+    at: Singular, matrices: MCK, by: MCK, changes: Mapping[str, MCK]
 ) -> dict[str, tuple[float, float]]:
     """How a crossing of the imaginary axis in a parameter p moves with other parameters q.
 
@@ -245,7 +245,7 @@ class _Quotient(NamedTuple):
     x1: ComplexArray | None = None
     y1: ComplexArray | None = None
 
-    def of(self, change: Change) -> _Rates:
+    def of(self, change: MCK) -> _Rates:
         """The derivatives by the parameter of a change dM, dC, dK."""
         z = self.at.root
         x = self.at.right
@@ -260,7 +260,7 @@ class _Quotient(NamedTuple):
         return _Rates(y_dP_x, -mean / self.weight)
 
 
-def _quotient_at(at: Singular, matrices: Change) -> _Quotient:
+def _quotient_at(at: Singular, matrices: MCK) -> _Quotient:
     """How a single root, or two that coalesce, move with changes of M, C and K.
 
     Of a double root with one vector x the chain is P x1 = -P' x, y1^H P = -y^H P'. The weight of

@@ -21,13 +21,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError, meant, within_doubles
-from squeal.linear.matrices import Array, checked, dense, dense_matrices, given_matrix, is_sparse
-from squeal.linear.matrices import Matrix as Matrix
+from squeal.linear.matrices import (
+    MCK,
+    Array,
+    Matrix,
+    checked,
+    dense,
+    dense_matrices,
+    given_matrix,
+    is_sparse,
+)
 from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
 from squeal.linear.precision import half_units, precision_of_floats, short_floats
 from squeal.linear.supports import support_rows
 from squeal.linear.units import row_units
-from squeal.numerics.differentiation import ONE, Formula
+from squeal.numerics.differentiation import ONE, Formula, Parameters
 from squeal.schema import ANY, TEXT, Place, instance, kind_of
 
 if TYPE_CHECKING:
@@ -43,8 +51,6 @@ class SparseMatrix(Protocol):
     def tocsc(self) -> Any: ...
 
 
-SystemMatrices = tuple[Any, Any, Any]
-"""M, C and K, or their derivatives: square NumPy arrays or SciPy sparse arrays (n, n), or None."""
 Matrices = tuple[ArrayLike, ArrayLike | None, ArrayLike]
 SystemFunction = Callable[[float], Matrices]
 """p -> (M, C, K); C may be None (undamped). A method `many` may give them at several values."""
@@ -455,7 +461,7 @@ class System:
 
         return self.mapped(in_units, self.labels)
 
-    def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
+    def values(self, changes: Parameters | None = None) -> dict[str, float]:
         """The parameters with some of them changed.
 
         Raises InputError for an unknown name, and for a value that is no finite number.
@@ -475,7 +481,7 @@ class System:
                 values[name] = ANY.read(value, at / name)
         return values
 
-    def replace(self, changes: Mapping[str, float]) -> System:
+    def replace(self, changes: Parameters) -> System:
         """The system with other values of some parameters; a frequency among them is held there.
 
         Examples
@@ -541,7 +547,7 @@ class System:
         """
         return self.replace(self.frequency(omega)) if self.follows else self
 
-    def at(self, changes: Mapping[str, float] | None = None) -> SystemMatrices:
+    def at(self, changes: Parameters | None = None) -> MCK:
         """M, C, K (C None without terms) at the parameters, some of them changed.
 
         Raises InputError where the frequency is that of each root.
@@ -565,7 +571,7 @@ class System:
 
         return self._sum(self.M, value), self._sum(self.C, value), self._sum(self.K, value)
 
-    def arrays(self, changes: Mapping[str, float] | None = None) -> SystemMatrices:
+    def arrays(self, changes: Parameters | None = None) -> MCK:
         """M, C and K at some parameters as NumPy arrays.
 
         Examples
@@ -577,11 +583,11 @@ class System:
         """
         return dense_matrices(*self.at(changes))
 
-    def __call__(self, value: float) -> SystemMatrices:
+    def __call__(self, value: float) -> MCK:
         """M, C, K at a value of the free parameter."""
         return self.at({self.parameter: value})
 
-    def derivative(self, name: str, changes: Mapping[str, float] | None = None) -> SystemMatrices:
+    def derivative(self, name: str, changes: Parameters | None = None) -> MCK:
         """Derivatives of M, C, K by a parameter, exact; None where no term depends on it.
 
         Unlike `at` it takes a frequency in the middle of what tables cover (see `frequency`) where

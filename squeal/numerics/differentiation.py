@@ -25,6 +25,8 @@ from squeal.errors import InputError, meant
 
 Number = Any
 """A number or array of some arithmetic: doubles, complex or dual numbers, intervals, or others."""
+Parameters = Mapping[str, float]
+"""Values of parameters by name: of all that formulas name, or of those that are changed."""
 STEP = 1e-200  # of the complex step: no difference is taken, so nothing cancels
 
 
@@ -152,7 +154,7 @@ class Formula:
         object.__setattr__(self, "_tree", tree)
         object.__setattr__(self, "names", frozenset(names))
 
-    def value(self, parameters: Mapping[str, float]) -> float:
+    def value(self, parameters: Parameters) -> float:
         """The formula's value. Raises InputError where it is not a finite number."""
         return self._value_or_slope(parameters, "", required="finite number")
 
@@ -163,7 +165,7 @@ class Formula:
         numbers = {name: number(parameters[name]) for name in self.names}
         return _evaluated(self._tree, numbers, number)
 
-    def slope(self, parameters: Mapping[str, float], name: str) -> float:
+    def slope(self, parameters: Parameters, name: str) -> float:
         """The derivative by one parameter; 0 if the formula does not depend on it.
 
         Raises InputError where the value or the derivative is not a finite number.
@@ -172,9 +174,7 @@ class Formula:
         required = "function with a finite derivative"
         return self._value_or_slope(parameters, name, required)
 
-    def curvature(
-        self, parameters: Mapping[str, float], name: str, low: float, high: float
-    ) -> float:
+    def curvature(self, parameters: Parameters, name: str, low: float, high: float) -> float:
         """A bound of |second derivative| by one parameter for values of it from low to high.
 
         By interval arithmetic; inf if no bound is known.
@@ -190,7 +190,7 @@ class Formula:
         bound = max(map(abs, _ends_of(second_derivative)))
         return bound if math.isfinite(bound) else math.inf
 
-    def _value_or_slope(self, parameters: Mapping[str, float], by: str, required: str) -> float:
+    def _value_or_slope(self, parameters: Parameters, by: str, required: str) -> float:
         """The value, or its derivative by the parameter `by` if that is not empty.
 
         Raises InputError for unknown parameters, and for a result that is not finite. required:

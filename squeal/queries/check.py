@@ -17,8 +17,8 @@ from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked
 from squeal.linear.damping import frictionless
 from squeal.linear.digits import data_errors
-from squeal.linear.matrices import EPS, dense, why_no_mass
-from squeal.linear.system import Matrix, System, TermSystem
+from squeal.linear.matrices import EPS, Matrix, dense, why_no_mass
+from squeal.linear.system import System, TermSystem
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.systems.matrices import ALL_ROWS, matrix_list, system_checks
 from squeal.queries.systems.system_analysis import SystemAnalysis, file_of

@@ -30,7 +30,7 @@ from squeal.io.system import Origin, SystemFile
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number
 from squeal.linear.damping import frictionless
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import SKEW, Array, Change
+from squeal.linear.matrices import MCK, SKEW, Array
 from squeal.linear.moduli import Modulus
 from squeal.linear.roots import ComplexArray
 from squeal.linear.sensitivity import sensitivities
@@ -463,7 +463,7 @@ def pad_terms(scene: Scene, analysis: PadAnalysis) -> list[NamedTerm]:
 
 
 def _slopes_of(
-    terms: Sequence[NamedTerm], roots: Sequence[Eigenvalue], by_frequency: Mapping[str, Change]
+    terms: Sequence[NamedTerm], roots: Sequence[Eigenvalue], by_frequency: Mapping[str, MCK]
 ) -> dict[str, ComplexArray]:
     """Compute how fast each root moves as one term grows by a share of itself, the others held.
 

@@ -28,10 +28,10 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.processes import one_thread
 from squeal.linear import UnstableMode
 from squeal.linear.damping import bordered, structure_stiffness
-from squeal.linear.matrices import Array, Matrix, checked, dense, divisor, is_sparse
+from squeal.linear.matrices import MCK, Array, Matrix, checked, dense, divisor, is_sparse
 from squeal.linear.real_modes import real_modes
 from squeal.linear.roots import ComplexArray
-from squeal.linear.system import System, SystemMatrices, Term, TermSystem
+from squeal.linear.system import System, Term, TermSystem
 from squeal.linear.verdicts import assumed_rounding, is_undamped
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import pad_terms
@@ -237,7 +237,7 @@ class _Problem:
         if isinstance(source, PadSource):
             assert source.analysis is not None
             M, C, K = source.analysis.matrices
-            self.matrices: SystemMatrices = (M, C, K)
+            self.matrices: MCK = (M, C, K)
             terms = pad_terms(source.scene, source.analysis)
             self.structure: Matrix = sum(term.matrix for term in terms if term.role == "stiffness")
         else:
@@ -252,7 +252,7 @@ class _Problem:
         self.forces: list[Array] = []  # of each real mode behind a growing one
         self.basis: Array | None = None
         self.shapes: list[Array] = []  # columns (n, k) of real modes around growing ones
-        self.projected: dict[float, SystemMatrices] = {}
+        self.projected: dict[float, MCK] = {}
         self.is_undamped: dict[float, bool] = {}  # by the value of the parameter
         self.outside: dict[float, int] = {}  # how many modes grow outside of the band
 
@@ -507,7 +507,7 @@ class _Problem:
         roots = dense_values(M, C, K)
         return upper_growing(roots, assumed_rounding(roots, nothing_damps))
 
-    def _matrices_on_basis(self, value: float) -> SystemMatrices:
+    def _matrices_on_basis(self, value: float) -> MCK:
         """The matrices at a value of the parameter, of many rows projected onto the basis."""
         if value not in self.projected:
             M, C, K = self._matrices_at(value)
@@ -523,7 +523,7 @@ class _Problem:
             return dense(matrix)
         return np.asarray(self.basis.T @ (matrix @ self.basis))
 
-    def _matrices_at(self, value: float) -> SystemMatrices:
+    def _matrices_at(self, value: float) -> MCK:
         """The matrices at a value of the parameter."""
         source = self.spectrum.source
         if value == self.spectrum.value:
@@ -582,7 +582,7 @@ class _Problem:
         change = columns @ columns.T
         matrices_at, path = branch_system(source.scene, high)
 
-        def changed_at(mu: float) -> SystemMatrices:
+        def changed_at(mu: float) -> MCK:
             M, C, K = checked(*matrices_at(mu))
             if of_stiffness:
                 return M, C, K + change

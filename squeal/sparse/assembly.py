@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike
 
 from squeal.errors import InputError, meant
 from squeal.linear.eigen import Eigenvalue, arrays_of
-from squeal.linear.matrices import is_sparse
-from squeal.linear.system import Matrix, Term, TermSystem, sum_of_terms
+from squeal.linear.matrices import Matrix, is_sparse
+from squeal.linear.system import Term, TermSystem, sum_of_terms
 from squeal.linear.verdicts import assumed_rounding
-from squeal.numerics.differentiation import Formula
+from squeal.numerics.differentiation import Formula, Parameters
 from squeal.schema import Place
 from squeal.sparse.components import Component
 from squeal.sparse.contact_seat import (
@@ -26,7 +26,7 @@ from squeal.sparse.contact_seat import (
     pair_directions,
     seat_contacts,
 )
-from squeal.sparse.quadratic import Array, Changes, ComplexArray
+from squeal.sparse.quadratic import Array, ComplexArray
 from squeal.sparse.reduced_basis import root_error_bounds
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class Assembly:
     seats: tuple[StaticContact, ...]
     displacements: Array = field(repr=False)
     contacts: tuple[Contact, ...] = field(repr=False)
-    joined_at: Callable[[Changes], Assembly] = field(repr=False)
+    joined_at: Callable[[Parameters], Assembly] = field(repr=False)
 
     @property
     def cutoff(self) -> float:
@@ -162,7 +162,7 @@ class Assembly:
         return errors
 
     def truncation_term(
-        self, roots: ArrayLike, right: ComplexArray, left: ComplexArray, parameters: Changes
+        self, roots: ArrayLike, right: ComplexArray, left: ComplexArray, parameters: Parameters
     ) -> TruncationTerm:
         """What the truncated motions of the reduced components take from y_i^H P x_j.
 
@@ -221,7 +221,7 @@ class Assembly:
 def assemble(
     components: Sequence[Component],
     contacts: Sequence[Contact],
-    parameters: Changes | None = None,
+    parameters: Parameters | None = None,
     parameter: str = "mu",
     name: str = "assembly",
     cutoff: float | None = None,
@@ -314,7 +314,7 @@ def assemble(
         words = f"contact is seated on components that are known to {structure.digits} digits"
         system = system.assuming(words)
 
-    def joined_at(changes: Changes) -> Assembly:
+    def joined_at(changes: Parameters) -> Assembly:
         values = {**system.parameters, **changes}
         return assemble(bodies, located, values, parameter, name)  # reduced already: no cutoff
 
@@ -339,7 +339,7 @@ def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Com
     return body.reduced(nodes, cutoff)
 
 
-def _merged_parameters(bodies: Sequence[Component], overrides: Changes) -> dict[str, float]:
+def _merged_parameters(bodies: Sequence[Component], overrides: Parameters) -> dict[str, float]:
     """The defaults, the parameters of the components, and `overrides`: of a name the last counts.
 
     Of a name that several components have, the value counts of the first one whose matrices depend

@@ -19,12 +19,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError
 from squeal.linear.damping import structure_stiffness
-from squeal.linear.matrices import EPS, is_sparse, norm_of
-from squeal.linear.system import Matrix, Term, TermSystem
-from squeal.numerics.differentiation import Formula
+from squeal.linear.matrices import EPS, Matrix, is_sparse, norm_of
+from squeal.linear.system import Term, TermSystem
+from squeal.numerics.differentiation import Formula, Parameters
 from squeal.schema import ANY, POSITIVE, Place, refuse_unit
 from squeal.sparse.factor import Factor, factorise
-from squeal.sparse.quadratic import Array, Changes, ComplexArray, Indices
+from squeal.sparse.quadratic import Array, ComplexArray, Indices
 from squeal.sparse.reduced_basis import term_weights
 
 if TYPE_CHECKING:
@@ -168,7 +168,7 @@ class Component:
         return self.places[first_row[position]]  # each row of a node has its place
 
     def rotating(
-        self, axis: ArrayLike, speed: str | float, values: Changes, preloaded: bool = False
+        self, axis: ArrayLike, speed: str | float, values: Parameters, preloaded: bool = False
     ) -> Component:
         """The component seen from a frame that turns with it at constant speed.
 
@@ -392,7 +392,7 @@ class Component:
         return factor, np.hstack([constraint, inside])
 
     def interior_truncation(
-        self, z: ComplexArray, right: ComplexArray, left: ComplexArray, parameters: Changes
+        self, z: ComplexArray, right: ComplexArray, left: ComplexArray, parameters: Parameters
     ) -> InteriorTruncation:
         """The static answer of the truncated motions to the residuals of modes inside.
 

@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import ComputationError, InputError
-from squeal.linear.matrices import EPS, divisor, is_sparse
-from squeal.linear.system import Matrix, TermSystem
-from squeal.numerics.differentiation import Formula
+from squeal.linear.matrices import EPS, Matrix, divisor, is_sparse
+from squeal.linear.system import TermSystem
+from squeal.numerics.differentiation import Formula, Parameters
 from squeal.schema import ANY, POSITIVE, Kind, Number, Place, refuse_unit
 from squeal.sparse.components import Component
 from squeal.sparse.contact_faces import ContactPoints, Labels
 from squeal.sparse.factor import factorise
-from squeal.sparse.quadratic import Array, Bools, Changes
+from squeal.sparse.quadratic import Array, Bools
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -135,7 +135,7 @@ class Contact:
         or damps by it."""
         return not self.bonded or self.exponent > 0.0 or self.is_damped
 
-    def require_direction(self, values: Changes, varied: Collection[str] = ()) -> None:
+    def require_direction(self, values: Parameters, varied: Collection[str] = ()) -> None:
         """Raises InputError for friction without a direction; bonded pairs need none, since they do
         not slide.
 
@@ -417,7 +417,7 @@ class _PairLaws(NamedTuple):
         return linear_force * power, self.stiffness * power
 
 
-def _pair_laws(directions: PairDirections, parameters: Changes) -> _PairLaws:
+def _pair_laws(directions: PairDirections, parameters: Parameters) -> _PairLaws:
     """The laws of the pairs of one contact at some parameters."""
     contact = directions.contact
     area = directions.area
@@ -487,7 +487,7 @@ class _JoinedPairs(NamedTuple):
     push: csr_array  # (n, m), loads of a unit normal force at each pair with its friction
 
     @staticmethod
-    def of(pair_sets: Sequence[PairDirections], parameters: Changes) -> _JoinedPairs:
+    def of(pair_sets: Sequence[PairDirections], parameters: Parameters) -> _JoinedPairs:
         """The joined pairs of some contacts at some parameters."""
         from scipy.sparse import vstack
 

@@ -23,6 +23,7 @@ from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import (
     EPS,
     ILL,
+    Matrix,
     check_regular,
     divisor,
     equilibrated,
@@ -36,7 +37,6 @@ from squeal.linear.matrices import (
     solver_near_singular,
     zero_roots,
 )
-from squeal.linear.system import Matrix
 from squeal.sparse.quadratic import (
     ComplexArray,
     Indices,

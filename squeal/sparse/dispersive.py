@@ -26,12 +26,12 @@ from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import applied
 from squeal.linear.moduli import Modulus
 from squeal.linear.system import TermSystem
+from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.eigensolver import CORRECTIONS, EXACT, GOOD_ENOUGH, Residuals, residuals_of
 from squeal.sparse.factor import factorise_at
 from squeal.sparse.quadratic import (
     Array,
-    Changes,
     ComplexArray,
     Roots,
     eigenvalues_of,
@@ -110,18 +110,18 @@ class DispersiveReduction(Reduction):
         other.region = region
         return other
 
-    def _is_frozen(self, changes: Changes) -> bool:
+    def _is_frozen(self, changes: Parameters) -> bool:
         """True if the changes name the frequency that the matrices depend on."""
         return changes.keys() >= set(self.system.follows)
 
-    def roots(self, changes: Changes, values: ComplexArray | None = None) -> Roots:
+    def roots(self, changes: Parameters, values: ComplexArray | None = None) -> Roots:
         """The roots in the region, each at its own frequency."""
         if self._is_frozen(changes):
             return super().roots(changes, values)
         assert values is None
         return vectors_of(self, changes, roots_at_own_frequencies(self, changes))
 
-    def residuals(self, roots: Roots, changes: Changes) -> Array:
+    def residuals(self, roots: Roots, changes: Parameters) -> Array:
         """Backward errors (m,) in the full problem of roots of the reduced one, estimated."""
         if self._is_frozen(changes):
             return super().residuals(roots, changes)
@@ -133,7 +133,7 @@ class DispersiveReduction(Reduction):
 
 
 def roots_at_own_frequencies(
-    reduction: DispersiveReduction, changes: Changes
+    reduction: DispersiveReduction, changes: Parameters
 ) -> list[RepeatedRoot]:
     """The roots of a reduced system in its region, each at its own frequency.
 
@@ -176,7 +176,7 @@ def _is_same(z: complex, other: complex) -> bool:
 
 
 def vectors_of(
-    reduction: DispersiveReduction, changes: Changes, repeated: Sequence[RepeatedRoot]
+    reduction: DispersiveReduction, changes: Parameters, repeated: Sequence[RepeatedRoot]
 ) -> Roots:
     """Roots with right and left vectors of the reduced system, each at its own frequency; a
     repeated root stands as often as its multiplicity."""
@@ -189,7 +189,7 @@ def vectors_of(
 
 
 def _newton(
-    reduction: DispersiveReduction, changes: Changes, start: complex, frozen: float, grid: Array
+    reduction: DispersiveReduction, changes: Parameters, start: complex, frozen: float, grid: Array
 ) -> complex | None:
     """The root at its own frequency next to one of the system frozen at some omega.
 
@@ -236,7 +236,7 @@ def _newton(
 
 
 def modes_at_own_frequencies(
-    reduction: DispersiveReduction, changes: Changes
+    reduction: DispersiveReduction, changes: Parameters
 ) -> ModesAtOwnFrequencies:
     """The roots of the full system in the region of a reduced one, each at its own frequency.
 

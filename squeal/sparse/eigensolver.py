@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
 from squeal.linear.eigen import Eigenvalue, values_of
-from squeal.linear.matrices import divisor
+from squeal.linear.matrices import Matrix, divisor
 from squeal.linear.roots import STIFF
-from squeal.linear.system import Matrix
 from squeal.sparse.argument_principle import Disc, Rectangle, Region, count_roots, disc_around
 from squeal.sparse.dense import ROUNDING, dense_values, roots_at
 from squeal.sparse.factor import Factor, factorise_at

@@ -29,6 +29,7 @@ from squeal.linear.damping import frictionless
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import divisor
 from squeal.linear.verdicts import ACCEPTED
+from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle, count_roots, disc_around
 from squeal.sparse.dense import dense_values
 from squeal.sparse.eigensolver import COLUMNS, BlockArnoldi, corrected_roots, modes_in
@@ -36,7 +37,6 @@ from squeal.sparse.factor import Factor, factorise
 from squeal.sparse.quadratic import (
     Array,
     Bools,
-    Changes,
     ComplexArray,
     Quadratic,
     Roots,
@@ -188,7 +188,9 @@ class FirstLook(Reduction):
 
     method = "modal"
 
-    def __init__(self, scaled: ScaledSystem, region: Rectangle, values: Sequence[Changes]) -> None:
+    def __init__(
+        self, scaled: ScaledSystem, region: Rectangle, values: Sequence[Parameters]
+    ) -> None:
         super().__init__(scaled, region)
         self.contraction = 0.5
         self.reduced_basis: ReducedBasis | None = None
@@ -198,7 +200,7 @@ class FirstLook(Reduction):
         self.reach = REACH * highest
         # parameters by their structure: of the first, middle and last value those with different
         # K or M without friction
-        representatives: dict[bytes, Changes] = {}
+        representatives: dict[bytes, Parameters] = {}
         for k in dict.fromkeys((0, len(values) // 2, len(values) - 1)):
             representatives[self._structure_factors(values[k]).tobytes()] = values[k]
         self.structures = []
@@ -215,13 +217,13 @@ class FirstLook(Reduction):
             first_and_last = (values[0], values[-1])
             self.samples = first_and_last[: len(values)]  # one if there is one value
 
-    def _structure_factors(self, changes: Changes) -> Array:
+    def _structure_factors(self, changes: Parameters) -> Array:
         """The factors of M and K without friction: where they agree the structure is the same."""
         system = self.scaled.system
         p = frictionless(system, changes)
         return np.array([term.factor.value(p) for term in system.M + system.K])
 
-    def _nearest_structure(self, changes: Changes) -> int:
+    def _nearest_structure(self, changes: Parameters) -> int:
         """Index of the structure whose factors are nearest."""
         differences = self._factors - self._structure_factors(changes)
         relative = differences / divisor(np.abs(self._factors).max(axis=0))
@@ -293,7 +295,7 @@ class FirstLook(Reduction):
         F = (K - self.structures[k].shift * M).real
         return (F + F.T) / 2
 
-    def _modes_at(self, changes: Changes, values: ComplexArray | None) -> Roots:
+    def _modes_at(self, changes: Parameters, values: ComplexArray | None) -> Roots:
         """Modes of the projected problem next to some values, for None all in and around the
         region."""
         if values is None:
@@ -301,7 +303,7 @@ class FirstLook(Reduction):
             values = values[self.region.widened(TRAINED_MARGIN).contains(values)]
         return self.roots(changes, values)
 
-    def estimate(self, changes: Changes, deciding: bool = False) -> EstimatedRoots:
+    def estimate(self, changes: Parameters, deciding: bool = False) -> EstimatedRoots:
         """The roots of the region with their errors, by few modes where they suffice.
 
         If the answer is for a verdict alone (`deciding`), roots that clearly decay get no error
@@ -313,7 +315,7 @@ class FirstLook(Reduction):
         return self.estimate_by_basis(changes, deciding)
 
     def estimate_by_few_modes(
-        self, changes: Changes, deciding: bool = False
+        self, changes: Parameters, deciding: bool = False
     ) -> EstimatedRoots | None:
         """The roots of the region by few modes; None without few modes, and where an error leaves
         open the sign of a growth rate or whether a root lies in the region.
@@ -349,12 +351,12 @@ class FirstLook(Reduction):
             rough_values=inside.values,
         )
 
-    def values(self, changes: Changes) -> ComplexArray:
+    def values(self, changes: Parameters) -> ComplexArray:
         """The values of the roots of the region; the sign of each growth is that of the full
         problem."""
         return self.estimate(changes).values
 
-    def basis_values(self, changes: Changes) -> ComplexArray:
+    def basis_values(self, changes: Parameters) -> ComplexArray:
         """The values of the roots of the projected problem in the region."""
         values = self._projected_values(changes)
         return values[self.region.contains(values)]
@@ -364,7 +366,7 @@ class FirstLook(Reduction):
         """The reduced system on which eigenvalue paths are computed: few modes if they suffice."""
         return self.reduced_basis or self
 
-    def misses_none(self, changes: Changes, growing: int) -> bool:
+    def misses_none(self, changes: Parameters, growing: int) -> bool:
         """True if a count on the full problem finds as many roots around the region as the basis
         has there, and `growing` of those in the region grow, as expected."""
         values = self._projected_values(changes)
@@ -391,11 +393,11 @@ class FirstLook(Reduction):
         one; finite also where T does not contract, and it bounds nothing (`holds` is False)."""
         return self.contraction / max(1.0 - self.contraction, 1.0 - CONTRACTS)
 
-    def _projected_values(self, changes: Changes) -> ComplexArray:
+    def _projected_values(self, changes: Parameters) -> ComplexArray:
         """All roots of the projected problem at some parameters."""
         return dense_values(*self.system.at(changes), self._stiffness_norm(changes))
 
-    def _roots_with_errors(self, changes: Changes, values: ComplexArray) -> _ProjectedRoots:
+    def _roots_with_errors(self, changes: Parameters, values: ComplexArray) -> _ProjectedRoots:
         """Some roots of the projected problem, with their errors and the corrections of their
         vectors in the full one, as the head of this module derives them."""
         roots = self.roots(changes, values)
@@ -426,7 +428,7 @@ class FirstLook(Reduction):
             corrections=solved,
         )
 
-    def _contraction(self, changes: Changes) -> float:
+    def _contraction(self, changes: Parameters) -> float:
         """How T contracts the directions outside of the basis, at two corners of the region."""
         k = self._nearest_structure(changes)
         structure = self.structures[k]
@@ -439,7 +441,7 @@ class FirstLook(Reduction):
         )
         return complement.contraction_in(self.region, self.scaled.at(changes))
 
-    def estimate_by_basis(self, changes: Changes, deciding: bool = False) -> EstimatedRoots:
+    def estimate_by_basis(self, changes: Parameters, deciding: bool = False) -> EstimatedRoots:
         """The roots of the region with their errors, by all vectors of the basis.
 
         A root is solved in the full problem if its error leaves open the sign of its growth rate,

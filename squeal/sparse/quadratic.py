@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from squeal.errors import MatrixError
 from squeal.linear.eigen import Eigenvalue, normalised
-from squeal.linear.matrices import EPS, divisor, norm_of
+from squeal.linear.matrices import EPS, Matrix, divisor, norm_of
 from squeal.linear.roots import ordered, root_rounding
-from squeal.linear.system import Matrix, Term, TermSystem
+from squeal.linear.system import Term, TermSystem
+from squeal.numerics.differentiation import Parameters
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -26,7 +27,6 @@ ComplexArray = NDArray[np.complex128]
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
-Changes = Mapping[str, float]
 ROUNDING = 8 * EPS  # backward error that a computed root has at least
 
 Progress = Callable[[str], None]
@@ -132,7 +132,7 @@ class ScaledSystem:
             columns = np.repeat(np.arange(self.n), np.diff(A.indptr))
             A.data = A.data * self.scale[A.indices] * self.scale[columns]
 
-    def at(self, changes: Changes | None = None) -> Quadratic:
+    def at(self, changes: Parameters | None = None) -> Quadratic:
         """The problem at the system's parameters, some of them changed."""
         p = self.system.values(changes)
         M, C, K = self._sums(lambda term: term.factor.value(p))
@@ -143,7 +143,7 @@ class ScaledSystem:
             raise MatrixError("M, C and K: all entries must be finite")
         return Quadratic(M=M, C=C, K=K, scale=self.scale, norms=norms)
 
-    def slope(self, name: str, changes: Changes | None, value: complex) -> csc_array:
+    def slope(self, name: str, changes: Parameters | None, value: complex) -> csc_array:
         """dP(value)/d name as a CSC array."""
         p = self.system.values(changes)
         M, C, K = self._sums(lambda term: term.factor.slope(p, name))

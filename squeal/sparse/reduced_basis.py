@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 
 from squeal.linear.matrices import EPS, divisor
 from squeal.linear.system import Term, TermSystem
+from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.quadratic import Array, Bools, Changes, ComplexArray, Roots, projected, report
+from squeal.sparse.quadratic import Array, Bools, ComplexArray, Roots, projected, report
 
 SKETCH = 48  # random vectors that estimate a residual within a factor of two
 DROPPED = 1e-8  # of the largest singular value of a pencil: smaller ones are left out
@@ -96,7 +97,7 @@ def random_vectors(rows: int, seed: int) -> Array:
     return np.random.default_rng(seed).standard_normal((rows, SKETCH)) / np.sqrt(SKETCH)
 
 
-def term_weights(system: TermSystem, p: Changes, values: ComplexArray) -> NDArray:
+def term_weights(system: TermSystem, p: Parameters, values: ComplexArray) -> NDArray:
     """The weights (terms, m) of the terms of M, C and K in P(values) x: factor times power."""
     weights = []
     for terms, power in zip(system.parts, (2, 1, 0), strict=True):
@@ -140,7 +141,7 @@ class ResidualSketch:
     residual: NDArray  # (terms, SKETCH, d), for the length of P x
     probes: Sequence[Probes]  # of each structure, (terms, SKETCH, d), for products with its F^-1
     norms: Array  # (terms,) of the matrices of the full terms
-    structure_at: Callable[[Changes], int]  # the index of the structure nearest to parameters
+    structure_at: Callable[[Parameters], int]  # the index of the structure nearest to parameters
     series: float  # a bound of the further terms of the series of P^-1, as a multiple of its first
 
     def of_modes(self, left: ComplexArray, right: ComplexArray) -> ResidualSketch:
@@ -203,7 +204,9 @@ class ReducedBasis:
         return self.right.shape[1]
 
     def train(
-        self, points: Sequence[Changes], modes_at: Callable[[Changes, ComplexArray | None], Roots]
+        self,
+        points: Sequence[Parameters],
+        modes_at: Callable[[Parameters, ComplexArray | None], Roots],
     ) -> None:
         """Add modes until no error at the points is above what is allowed, or none is left to add.
 
@@ -236,7 +239,7 @@ class ReducedBasis:
             is_missed = ratios[k] > ADDED * largest[k]
             modes = modes_at(points[k], estimates[k].roots.values[is_missed])
 
-    def grow(self, modes: Roots, middle: Changes) -> bool:
+    def grow(self, modes: Roots, middle: Parameters) -> bool:
         """Add right and left modes of the projection; False if the basis has their states.
 
         As in a Loewner realisation, the states are those of the largest singular values of the
@@ -273,11 +276,11 @@ class ReducedBasis:
         self._mode_residuals = self.residuals.of_modes(self.left, self.right)
         return True
 
-    def roots(self, changes: Changes) -> Roots:
+    def roots(self, changes: Parameters) -> Roots:
         """The roots in the region with right and left vectors (k, m) of the small system."""
         return self._roots_in(self.region, changes)
 
-    def _roots_in(self, region: Rectangle, changes: Changes) -> Roots:
+    def _roots_in(self, region: Rectangle, changes: Parameters) -> Roots:
         """The roots in a region whose states have velocities lambda times their displacements, as
         every mode has.
 
@@ -312,7 +315,7 @@ class ReducedBasis:
         """Right and left vectors (k,) of the small system in the coordinates of the projection."""
         return self.right @ right, self.left @ left
 
-    def estimate(self, changes: Changes, deciding: bool = False) -> ModesWithErrors:
+    def estimate(self, changes: Parameters, deciding: bool = False) -> ModesWithErrors:
         """Roots in and around the region, with estimated errors and residuals in the full problem;
         if `deciding`, the roots alone on which stability may depend."""
         roots = self._roots_in(self.estimated_region, changes)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from squeal.errors import ComputationError
 from squeal.linear.matrices import Matrix, norm_of
 from squeal.linear.system import Term, TermSystem
+from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.eigensolver import (
@@ -32,7 +33,6 @@ from squeal.sparse.eigensolver import (
 from squeal.sparse.factor import Factor
 from squeal.sparse.quadratic import (
     Array,
-    Changes,
     ComplexArray,
     Quadratic,
     Roots,
@@ -123,8 +123,8 @@ class Reduction:
         self.vectors: Array = np.zeros((scaled.n, 0))
         # of the first sample with a root: its parameters, a value near its roots, and P factorised
         # there
-        self._factorised: tuple[Changes, complex, Factor] | None = None
-        self.samples: tuple[Changes, ...] = ()
+        self._factorised: tuple[Parameters, complex, Factor] | None = None
+        self.samples: tuple[Parameters, ...] = ()
         self.worst = np.inf
         self.spurious = 0
         # the matrices of M, then of C, then of K
@@ -160,7 +160,7 @@ class Reduction:
         sketch = np.array([images.T @ new for images in self._probed])
         self._sketch = np.concatenate([self._sketch, sketch], axis=2)
 
-    def sample(self, changes: Changes, region: Rectangle, certify: bool = False) -> None:
+    def sample(self, changes: Parameters, region: Rectangle, certify: bool = False) -> None:
         """Add the modes of the full problem in a region at the parameters, some of them changed.
 
         Modes of the basis are corrected by the factor of the first sample where the contraction
@@ -247,7 +247,7 @@ class Reduction:
         """True if all roots at all values meet the full problem to the tolerance."""
         return self.worst <= TOLERANCE
 
-    def replaced(self, changes: Changes) -> Reduction:
+    def replaced(self, changes: Parameters) -> Reduction:
         """The same basis with other values of some parameters as the system's own."""
         other = copy(self)
         other.scaled = copy(self.scaled)
@@ -255,14 +255,14 @@ class Reduction:
         other.system = self.system.replace(changes)
         return other
 
-    def _stiffness_norm(self, changes: Changes) -> float:
+    def _stiffness_norm(self, changes: Parameters) -> float:
         """A bound of the norm of the full K, whose rounding the reduced one carries."""
         p = self.system.values(changes)
         factors = [abs(term.factor.value(p)) for term in self.system.K]
         norms = self._norms[-len(factors) :]  # those of the terms of K are the last ones
         return float(np.dot(factors, norms))
 
-    def roots(self, changes: Changes, values: ComplexArray | None = None) -> Roots:
+    def roots(self, changes: Parameters, values: ComplexArray | None = None) -> Roots:
         """Roots of the reduced system at the parameters, some of them changed.
 
         All in the region, spurious ones among them, or the roots with known `values` (m,).
@@ -274,12 +274,12 @@ class Reduction:
             values = computed[self.region.contains(computed)]
         return roots_at(M, C, K, values, stiffness)
 
-    def residuals(self, roots: Roots, changes: Changes) -> Array:
+    def residuals(self, roots: Roots, changes: Parameters) -> Array:
         """Backward errors (m,) in the full problem of roots of the reduced one, estimated."""
         weights = term_weights(self.system, self.system.values(changes), roots.values)
         return estimated_backward_errors(self._sketch, self._norms, roots.right, weights)
 
-    def modes(self, changes: Changes) -> EstimatedModes:
+    def modes(self, changes: Parameters) -> EstimatedModes:
         """The roots in the region that solve the full problem too, but for errors of the basis."""
         roots = self.roots(changes)
         residuals = self.residuals(roots, changes)
@@ -290,7 +290,7 @@ class Reduction:
             spurious=int(np.sum(~is_genuine)),
         )
 
-    def values(self, changes: Changes) -> ComplexArray:
+    def values(self, changes: Parameters) -> ComplexArray:
         """The values of the roots that `modes` returns."""
         return self.modes(changes).roots.values
 
@@ -298,7 +298,7 @@ class Reduction:
 def reduce_system(
     scaled: ScaledSystem,
     region: Rectangle,
-    values: Sequence[Changes],
+    values: Sequence[Parameters],
     kind: type[Reduction] = Reduction,
 ) -> Reduction:
     """A reduced system whose roots in a region have backward errors of at most `TOLERANCE` in the
@@ -311,7 +311,7 @@ def reduce_system(
     region : Rectangle
         Where its roots are wanted. If it holds none, the basis holds modes around it.
     values : sequence of mapping
-        Changes of one to three parameters.
+        Parameters of one to three parameters.
     kind : type
         Reduction or DispersiveReduction.
 
@@ -370,7 +370,7 @@ def reduce_system(
     return reduction
 
 
-def _sample_around(reduction: Reduction, changes: Changes, region: Rectangle) -> None:
+def _sample_around(reduction: Reduction, changes: Parameters, region: Rectangle) -> None:
     """Start the basis of a region without roots from modes around it, which may enter the region at
     other values. Raises ComputationError if the region holds no root however far it is widened."""
     scaled = reduction.scaled

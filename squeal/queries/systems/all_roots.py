@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -12,12 +11,12 @@ from squeal.linear.matrices import components, is_regular, reaches
 from squeal.linear.roots import ComplexArray, ordered
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import assumed_rounding, is_undamped
+from squeal.numerics.differentiation import Parameters
 from squeal.queries.options import Band
 from squeal.queries.systems.matrices import ALL_ROWS
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.dense import dense_values
 
-Changes = Mapping[str, float]
 NO_BAND = (
     "band: is missing, such as --band 500:5000 (Hz); systems of more than 400 rows, complex "
     "matrices, matrices that follow the frequency, and the methods reduced and modal need one"
@@ -38,7 +37,7 @@ def in_band(roots: ComplexArray, band: Band | None) -> ComplexArray:
 
 
 def roots_of_all(
-    system: TermSystem, selection: EigenvalueSelection, changes: Changes
+    system: TermSystem, selection: EigenvalueSelection, changes: Parameters
 ) -> ComplexArray:
     """Compute all roots of a small system and select those of a band or region, without vectors.
 
@@ -80,7 +79,7 @@ class MotionRates(NamedTuple):
     fastest: float
 
 
-def motion_rates(system: TermSystem, changes: Changes) -> MotionRates:
+def motion_rates(system: TermSystem, changes: Parameters) -> MotionRates:
     """How fast the slowest and the fastest motions of a small system are.
 
     Each strong component (rows that depend on one another) is solved by itself, so that rounding

@@ -11,9 +11,9 @@ from scipy.sparse import csr_array
 from squeal.io.matrices import fingerprint, write_matrix
 from squeal.io.system import SystemFile
 from squeal.io.writing import whole_folder, write_csv, write_text
-from squeal.linear.matrices import EPS, dense, norm_of, unit_diagonal
+from squeal.linear.matrices import EPS, Matrix, dense, norm_of, unit_diagonal
 from squeal.linear.moduli import Modulus, Tabulated
-from squeal.linear.system import Matrix, Term, TermSystem
+from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.schema import document_text
 from squeal.sparse.components import Component

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputWarning, MatrixError
 from squeal.linear.eigen import Eigenvalue, values_of
-from squeal.linear.matrices import Array, SingularTogetherError, dense_matrices
+from squeal.linear.matrices import Array, Matrix, SingularTogetherError, dense_matrices
 from squeal.linear.roots import ComplexArray
-from squeal.linear.system import Matrix
 from squeal.proof import AS_GIVEN, HALF_ULP
 from squeal.results.columns import OPEN
 

@@ -19,7 +19,8 @@ from squeal.linear.continuation import ProblemClass, problem_class_of
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.roots import ordered
 from squeal.linear.system import TermSystem
-from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
+from squeal.numerics.differentiation import Parameters
+from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
 from squeal.queries.systems.verdicts import rounding_of, verdict_of_some
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle
@@ -30,7 +31,9 @@ from squeal.sparse.quadratic import Array, Bools, ComplexArray, Roots, ScaledSys
 from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
 
 
-def _region_of(scaled: ScaledSystem, selection: EigenvalueSelection, changes: Changes) -> Rectangle:
+def _region_of(
+    scaled: ScaledSystem, selection: EigenvalueSelection, changes: Parameters
+) -> Rectangle:
     """The selected region, else a rectangle around the lowest modes at some parameters, in rad/s.
 
     Modes that are damped so much that their real part is more than a quarter of the largest
@@ -59,7 +62,7 @@ def _region_of(scaled: ScaledSystem, selection: EigenvalueSelection, changes: Ch
 def reduced_for(
     system: TermSystem,
     selection: EigenvalueSelection,
-    values: Sequence[Changes],
+    values: Sequence[Parameters],
     method: str = "reduced",
 ) -> Reduction:
     """Reduce a system to the selected roots, to be good at some values of its parameters.
@@ -97,7 +100,7 @@ def reduced_for(
     kind = Reduction
     if system.follows:  # the reduced system has to be good at each frequency of the band, too
         kind = DispersiveReduction
-        at_frequencies: list[Changes] = []
+        at_frequencies: list[Parameters] = []
         for changes in values:
             for omega in frequencies(system, region).tolist():
                 at_frequencies.append({**changes, **system.frequency(omega)})
@@ -115,7 +118,7 @@ def reduced_for(
 
 
 def first_look_for_thresholds(
-    system: TermSystem, selection: EigenvalueSelection, values: Sequence[Changes]
+    system: TermSystem, selection: EigenvalueSelection, values: Sequence[Parameters]
 ) -> FirstLook | None:
     """A projection onto real modes that is small and good enough for a search for thresholds.
 
@@ -169,7 +172,7 @@ class ComputedRoots(NamedTuple):
     certified: bool | None = None
 
 
-def roots_of_reduction(reduction: Reduction, changes: Changes) -> ComputedRoots:
+def roots_of_reduction(reduction: Reduction, changes: Parameters) -> ComputedRoots:
     """Compute the roots of a reduced system at some parameters."""
     corrected = None
     if isinstance(reduction, FirstLook):
@@ -188,7 +191,7 @@ def roots_of_reduction(reduction: Reduction, changes: Changes) -> ComputedRoots:
     return ComputedRoots(values, residuals, rounding, with_vectors, verdict, spurious, corrected)
 
 
-def estimated_roots(reduction: Reduction, changes: Changes) -> tuple[Eigenvalue, ...]:
+def estimated_roots(reduction: Reduction, changes: Parameters) -> tuple[Eigenvalue, ...]:
     """The roots of a reduced system at some parameters, by rising frequency.
 
     Their right vectors are in its coordinates.

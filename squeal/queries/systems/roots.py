@@ -16,6 +16,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import DAMPED, problem_class_of
 from squeal.linear.eigen import growing, spectrum_of, values_of
 from squeal.linear.matrices import (
+    Matrix,
     SingularTogetherError,
     checked,
     reduce,
@@ -23,8 +24,9 @@ from squeal.linear.matrices import (
     unit_diagonal,
 )
 from squeal.linear.roots import STIFF, ComplexArray, hides_slow_roots, roots_of
-from squeal.linear.system import Matrix, TermSystem
-from squeal.queries.systems.all_roots import Changes, is_small
+from squeal.linear.system import TermSystem
+from squeal.numerics.differentiation import Parameters
+from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.proofs import (
     NO_MOTION,
     NOT_COUNTED,
@@ -153,7 +155,7 @@ class SystemRoots:
 def system_roots(
     system: TermSystem,
     selection: EigenvalueSelection | None = None,
-    changes: Changes | None = None,
+    changes: Parameters | None = None,
     add_errors: AddErrors | None = None,
     data: Data | None = None,
 ) -> SystemRoots:
@@ -260,7 +262,7 @@ def _roots_of_region(
 
 
 def _at_own_frequencies(
-    system: TermSystem, selection: EigenvalueSelection, changes: Changes
+    system: TermSystem, selection: EigenvalueSelection, changes: Parameters
 ) -> SystemRoots:
     """Compute the roots of a band where matrices follow the frequency of each root.
 
@@ -292,7 +294,7 @@ def _at_own_frequencies(
 
 
 def roots_of_first_look(
-    first_look: FirstLook, selection: EigenvalueSelection, changes: Changes
+    first_look: FirstLook, selection: EigenvalueSelection, changes: Parameters
 ) -> SystemRoots:
     """The selected roots at some parameters as a first look estimates them, without vectors.
 

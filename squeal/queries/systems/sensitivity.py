@@ -19,7 +19,7 @@ from squeal.io.matrices import OTHER_ROWS, on_rows, precision_of_file, read_matr
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING, CriticalPoint, Crossing
 from squeal.linear.digits import data_errors
-from squeal.linear.matrices import Array, Change, given_matrix
+from squeal.linear.matrices import MCK, Array, given_matrix
 from squeal.linear.precision import precision_of_floats, short_floats
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.linear.system import Term, TermSystem, labels_of, refuse_other_labels
@@ -132,7 +132,7 @@ def _on_rows_of(system: TermSystem, given: MatrixFile) -> csc_array:
     return matrix
 
 
-def derivatives(system: TermSystem) -> dict[str, Change]:
+def derivatives(system: TermSystem) -> dict[str, MCK]:
     """dM, dC and dK by each parameter."""
     return {name: system.derivative(name) for name in system.parameters}
 

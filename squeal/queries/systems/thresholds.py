@@ -33,8 +33,9 @@ from squeal.linear.roots import ComplexArray
 from squeal.linear.search import SearchResult, cluster_events, search
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
+from squeal.numerics.differentiation import Parameters
 from squeal.queries.ranges import IS_VAGUE, vague_interval
-from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
+from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
 from squeal.queries.systems.reduced import basis_of, first_look_for_thresholds, reduced_for
 from squeal.queries.systems.verdicts import rounding_of, verdict_of
 from squeal.results.columns import basis_text
@@ -54,7 +55,7 @@ COUNTED_ROWS = 50_000  # larger systems are not counted again between their thre
 SAME = 1e-9  # of the range: events no further apart are one cluster
 MARGIN = 1e-6  # of the range: closer to an event the verdicts of both its sides count as right
 
-Roots = Callable[[Changes], ComplexArray]
+Roots = Callable[[Parameters], ComplexArray]
 """The selected roots (m,) of a system with some parameters changed."""
 
 
@@ -65,7 +66,7 @@ class _Located:
     Attributes
     ----------
     points, crossings
-        Changes of the verdict, and crossings of the imaginary axis, by rising parameter.
+        Parameters of the verdict, and crossings of the imaginary axis, by rising parameter.
     certified : bool or None
         Whether counts of growing roots agree with the list; None where nothing was counted.
     doubts : sequence of str
