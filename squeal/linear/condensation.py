@@ -317,9 +317,20 @@ def _shift(pencil: Pencil) -> tuple[float, float]:
 
 
 def _finite_roots(pencil: Pencil) -> tuple[int, int]:
-    """How many roots are finite, by ranks of powers of T, and which power vanishes at infinity."""
+    """How many roots are finite, by ranks of powers of T, and which power vanishes at infinity.
+
+    T is balanced first: ranks say little where the states have units decades apart.
+    """
+    from scipy.linalg import matrix_balance  # which pads start without
+
     F, E = pencil
-    sigma, condition = _shift(pencil)
+    sigma, _ = _shift(pencil)
+    T = np.linalg.solve(F - sigma * E, E)
+    _, (columns, _) = matrix_balance(T, permute=False, separate=True)
+    rows, _ = _balancing([(np.abs(F) + np.abs(E)) * columns])
+    F = rows * F * columns
+    E = rows * E * columns
+    sigma, condition = _shift(Pencil(F, E))
     T = np.linalg.solve(F - sigma * E, E)
     noise = 4 * EPS * len(F) * condition * norm_of(T)
     powers = 1

@@ -13,6 +13,7 @@ roots of the heavy ones no digit.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +73,8 @@ def dense_values(
         condition = float(np.linalg.cond(equilibrated(M)))
         if 1.0 / condition <= ILL:
             problem = quadratic(M, damping, K)
-            return pencil_values(problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
+            values, _ = pencil_values(problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
+            return values
         A = np.linalg.solve(M, K)
         B = None if damping is None else np.linalg.solve(M, damping)
         rounding = 4 * EPS * condition
@@ -121,8 +123,8 @@ def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
     return 2 * null.shape[1] - int(np.sum(damping > math.sqrt(noise * mass)))
 
 
-def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
-    """All finite roots of scaled matrices (n, n), whatever M is.
+def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray, NDArray[np.bool_]]:
+    """All finite roots of scaled matrices (n, n), whatever M is, and which have no known size.
 
     They are the eigenvalues of a pencil F - s E in singular vectors of M: of s = -lambda^2 with
     F = K and E = M without damping, of s = lambda in the states of `state_pencil` with it. A
@@ -144,7 +146,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     noise = noise_of(stiffness)
     infinite = n - rank  # one of each massless motion
     if C_or_none is None:
-        squares = _finite_values(stiffness, mass, infinite)
+        squares, is_unknown = _finite_values(stiffness, mass, infinite)
         zeros = _count_zeros(mass, None, stiffness, noise)
         zero_squares = zeros // 2  # a square has two roots +-lambda
         squares[np.argsort(np.abs(squares))[:zero_squares]] = 0.0
@@ -152,22 +154,24 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
         # -0j lies below the cut of the square root, which then gives the lower root of a pair
         is_on_axis = (squares.imag == 0) & (squares.real > 0)
         not_decaying = np.where(is_on_axis, 1j * np.abs(not_decaying.imag), not_decaying)
-        return np.concatenate([not_decaying, -not_decaying]) * rate
+        return np.concatenate([not_decaying, -not_decaying]) * rate, np.tile(is_unknown, 2)
     damping = U.conj().T @ (C_or_none * (rate / size)) @ Wh.conj().T
     if rank < n:
         massless = np.linalg.svd(damping[rank:, rank:], compute_uv=False)
         infinite -= rank_of(massless, norm_of(damping))  # damped: a finite root of first order
-    values = _finite_values(*state_pencil(mass, damping, stiffness, rank), infinite)
+    values, is_unknown = _finite_values(*state_pencil(mass, damping, stiffness, rank), infinite)
     zeros = _count_zeros(mass, damping, stiffness, noise)
     values[np.argsort(np.abs(values))[:zeros]] = 0.0
-    return values * rate
+    return values * rate, is_unknown
 
 
-def _finite_values(F: Matrix, E: Matrix, infinite: int) -> ComplexArray:
+def _finite_values(F: Matrix, E: Matrix, infinite: int) -> tuple[ComplexArray, NDArray[np.bool_]]:
     """The finite eigenvalues s = alpha / beta of F - s E (N, N), by the QZ algorithm.
 
     At least `infinite` of the N are infinite: the ones of the least |beta / alpha|, which rounding
-    leaves above zero. If F is real the finite ones are exactly conjugate in pairs.
+    leaves above zero. Of others the QZ algorithm sets a beta below rounding of E to zero: they are
+    marked, and get the least size that this allows. If F is real the finite ones are exactly
+    conjugate in pairs.
     """
     from scipy.linalg import eigvals
 
@@ -176,11 +180,12 @@ def _finite_values(F: Matrix, E: Matrix, infinite: int) -> ComplexArray:
         inverses = np.abs(beta) / np.maximum(np.abs(alpha), np.finfo(float).tiny)  # 1 / |s|
     is_finite = (inverses > 4 * EPS) | (infinite == 0)  # all, if none has to be infinite
     is_finite[np.argsort(inverses)[:infinite]] = False
-    values = (alpha / np.where(beta == 0, 1.0, beta))[is_finite].astype(complex)
+    least_beta = EPS * divisor(norm_of(E))
+    values = (alpha / np.where(beta == 0, least_beta, beta))[is_finite].astype(complex)
     if not np.iscomplexobj(F):  # of a pair the QZ algorithm gives the lower root behind the upper
         lower = np.flatnonzero(values.imag < 0)
         values[lower] = values[lower - 1].conj()
-    return values
+    return values, beta[is_finite] == 0
 
 
 def roots_at(
@@ -286,11 +291,19 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
     problem = quadratic(M, C, K)
     matrices = (problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
     check_regular(*matrices)
-    values = pencil_values(*matrices)
-    if not problem.real:
-        return eigenvalues_of(problem, roots_at(*matrices, values))
-    upper = roots_at(*matrices, values[values.imag >= 0.0])
-    return eigenvalues_of(problem, upper.with_conjugates())
+    values, is_unknown = pencil_values(*matrices)
+    if problem.real:
+        upper = roots_at(*matrices, values[values.imag >= 0.0]).with_conjugates()
+        roots = eigenvalues_of(problem, upper)
+    else:
+        roots = eigenvalues_of(problem, roots_at(*matrices, values))
+    unknown = values[is_unknown]
+    listed = []
+    for root in roots:
+        if root.value in unknown:  # it solves no equation, and decides nothing
+            root = replace(root, residual=1.0, rounding=math.inf)
+        listed.append(root)
+    return tuple(listed)
 
 
 def spectrum_at(problem: Quadratic, values: ComplexArray) -> tuple[Eigenvalue, ...]:

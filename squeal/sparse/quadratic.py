@@ -28,6 +28,10 @@ Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 ROUNDING = 8 * EPS  # backward error that a computed root has at least
+LOST = 0.1
+"""A fast root that rounding moves by this share of its size may be one at infinity."""
+ALONE = 1e-3
+"""A root without another one within this share of its size is not a multiple one."""
 
 Progress = Callable[[str], None]
 PROGRESS: ContextVar[Progress] = ContextVar("progress", default=lambda _: None)
@@ -258,8 +262,9 @@ def eigenvalues_of(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
     mass, and the largest entry positive.
     """
     residuals = problem.backward_errors(roots.values, roots.right)
-    conditions = _conditions(problem, roots)
+    conditions, of_entries = _conditions(problem, roots)
     rounding = _rounding(problem, roots.values, residuals, conditions)
+    rounding = np.where(_is_lost(problem, roots.values, of_entries), np.abs(roots.values), rounding)
     right = _in_unscaled_coordinates(problem, roots.right)
     left = _in_unscaled_coordinates(problem, roots.left)
     eigenvalues = []
@@ -277,19 +282,42 @@ def eigenvalues_of(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
     return tuple(eigenvalues)
 
 
-def _conditions(problem: Quadratic, roots: Roots) -> Array:
+def _conditions(problem: Quadratic, roots: Roots) -> tuple[Array, Array]:
     """Condition numbers (m,): the relative change of each root by relative changes of M, C, K.
 
-    (|z|^2 |M| + |z| |C| + |K|) |x| |y| / (|z| |y^H P'(z) x|), infinite where that vanishes.
+    (|z|^2 |M| + |z| |C| + |K|) |x| |y| / (|z| |y^H P'(z) x|), infinite where that vanishes; and the
+    same of relative changes of their entries, with absolute values for norms.
     """
     values = roots.values
     right = roots.right
     left = roots.left
+    sizes = np.abs(values)
+    of_mass, of_damping, of_stiffness = (
+        np.sum(np.abs(left) * (abs(X) @ np.abs(right)), axis=0)
+        for X in (problem.M, problem.C, problem.K)
+    )
+    of_entries = sizes * (sizes * of_mass + of_damping) + of_stiffness
     image = multiply(problem.M, right * (2 * values)) + multiply(problem.C, right)  # P' x
-    product = np.abs(values) * np.abs(np.sum(left.conj() * image, axis=0))
+    product = sizes * np.abs(np.sum(left.conj() * image, axis=0))
     lengths = np.linalg.norm(right, axis=0) * np.linalg.norm(left, axis=0)
-    conditions = np.full(len(values), np.inf)
-    return np.divide(problem.size(values) * lengths, product, out=conditions, where=product != 0)
+    changes = np.array([problem.size(values) * lengths, of_entries])
+    conditions = np.full(changes.shape, np.inf)
+    of_norms, of_entries = np.divide(changes, product, out=conditions, where=product != 0)
+    return of_norms, of_entries
+
+
+def _is_lost(problem: Quadratic, values: ComplexArray, conditions: Array) -> NDArray[np.bool_]:
+    """Which roots (m,) may be infinite ones that rounding made finite.
+
+    They are faster than the problem's frequency scale, alone, and rounding of entries moves them by
+    their size, as `conditions` (m,) of entries say. Roots of a light mass are not among them.
+    """
+    sizes = np.abs(values)
+    distances = np.abs(values[:, None] - values)
+    np.fill_diagonal(distances, np.inf)
+    is_alone = distances.min(axis=1, initial=np.inf) > ALONE * sizes
+    is_fast = sizes > problem.frequency_scale
+    return is_fast & is_alone & (ROUNDING * conditions > LOST)
 
 
 def _rounding(

@@ -178,3 +178,17 @@ def test_no_proof_ends_above_the_growth_of_slow_motions(light):
     )
     values = [crossing.mu for crossing in found.crossings]
     assert not found.certified or values == pytest.approx([0.58, 0.62], abs=1e-3)
+
+
+@pytest.mark.parametrize("light", [1e-4, 1e-8, 1e-12])
+def test_a_constraint_of_velocities_beside_a_light_mass_leaves_motions(light):
+    """At mu = 2 the multiplier does no work on row 1, which has the roots +-i sqrt 2; at 32/15
+    det K vanishes."""
+    K = [[2.0, 0.0, -1.0], [0.0, 3.0, -1.0], [1.0, 0.1, 0.0]]
+    C = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 1.0, 0.0]]
+    friction = np.zeros((3, 3))
+    friction[0, 2] = 0.5
+    M = np.diag([1.0, light, 0.0])
+    found = squeal.thresholds(squeal.System(M, C, {"1": K, "mu": friction}), high=3.0)
+    assert [crossing.mu for crossing in found.crossings] == pytest.approx([2.0, 32 / 15])
+    assert found.crossings[0].frequency_hz == pytest.approx(np.sqrt(2.0) / (2.0 * np.pi))

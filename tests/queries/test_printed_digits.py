@@ -48,7 +48,7 @@ def test_each_root_has_the_real_part_and_the_imaginary_part_of_one_exact_root():
     assert (found.verdict, found.certified) == ("divergence", True)
     exact = roots_in_digits(M, C, K)
     for root in found.values:
-        nearest = exact[np.argmin([abs(known - root) for known in exact])]
+        nearest = exact[int(np.argmin([abs(known - root) for known in exact]))]
         assert abs(nearest - root) <= PRINTED * abs(root)
         assert root.real == pytest.approx(float(nearest.real), rel=PRINTED)
 

@@ -95,3 +95,34 @@ def test_a_mode_that_grows_has_the_error_of_its_root():
     found = replace(found, eigenvalues=(replace(largest, error=3.5e12), *others))
     table = str(found).split("unstable modes\n")[1].splitlines()[1:4]
     assert [row.split()[4] for row in table] == ["3.5e+12", "-", "-"]
+
+
+@pytest.mark.parametrize("light", [1e-17, 1e-20, 1e-30])
+@pytest.mark.parametrize("damping", [0.0, 0.1])
+def test_a_root_beyond_the_reach_of_rounding_is_no_slow_one(light, damping):
+    """Complex matrices with a mass below rounding: the QZ algorithm gives that root no size."""
+    M = np.array([[1.0, 0.0], [0.1, light]])
+    C = damping * np.array([[1.0, 0.0], [2.0, 1.0]])
+    K = np.array([[1.0, 0.1], [0.2, 1.0 + 0.01j]])
+    found = squeal.eigenvalues(squeal.System(M, C if damping else None, K))
+    # det P without the light mass, which changes the slow roots by less than 1e-15
+    of_rows = [np.polymul([M[0, 0], C[0, 0], K[0, 0]], [C[1, 1], K[1, 1]])]
+    of_rows.append(np.polymul([C[0, 1], K[0, 1]], [M[1, 0], C[1, 0], K[1, 0]]))
+    slow = np.roots(np.polysub(*of_rows))
+    assert len(found.values) > np.sum(slow.imag > 0.0)
+    for value in found.values:
+        assert abs(value) > 1e6 or np.abs(slow - value).min() < 1e-9
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.2, 0.3, 0.7])
+def test_an_infinite_root_that_rounding_made_finite_is_no_divergence(mu):
+    """det P = -(1 + mu) (2 + s^2). Of the rounded sum 1 + mu the mixed row of the
+    multiplier keeps a rest, and roots of 1e7 with it."""
+    K = {"1": [[2, 0, -2], [0, 2, 1], [-2, 1, 2]], "mu": [[0, 0, 0], [0, 0, 1], [0, 0, 0]]}
+    M = [[1, 0, -1], [0, 1, 0], [-1, 0, 1]]
+    system = squeal.System(M, K=K, parameters={"mu": mu})
+    found = squeal.eigenvalues(system)
+    assert not found.unstable
+    assert found.verdict in (None, "marginal")
+    (step,) = squeal.sweep(system, [mu]).steps
+    assert step.verdict in (None, "marginal")

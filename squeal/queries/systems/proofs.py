@@ -217,10 +217,8 @@ def refereed(
         )
         return _with_roots_of_referee(arrays, system, roots, sharpest_proof, data)
     # the solver failed where the list is proved, but holds a root with a large backward error, or
-    # one that is not the exact root in the digits of a table
-    has_failed = not all(root.decides for root in roots)
-    if proof.by == "exact":
-        has_failed |= bool(np.any(proof.errors > PRINTED * np.abs(values_of(roots))))
+    # one that the referee knows to more of the digits of a table
+    has_failed = not all(root.decides for root in roots) or any(map(_is_off, roots, proof.matches))
     solver_failed = proof.status == "proved" and has_failed
     if solver_failed or sharpest_proof.reason == NOT_TOLD_APART:
         enclosed = _roots_of_pieces(arrays, sharpest_proof.pieces)
@@ -228,6 +226,13 @@ def refereed(
         if proved is not None:
             return proved
     return _as_proved(roots, judged, proof, data)
+
+
+def _is_off(root: Eigenvalue, match: tuple[Piece, ...]) -> bool:
+    """Whether a root is off by more than printed digits and the radii of its pieces."""
+    distance = max(piece.distance_bound(root.value) for piece in match)
+    radius = max(float(piece.radii.max()) for piece in match)
+    return distance > max(PRINTED * abs(root.value), 4 * radius)
 
 
 def _if_proved(
