@@ -34,7 +34,7 @@ class Coordinates:
     nodes : ndarray (n,)
         The node of each row, an index into `places`.
     directions : ndarray (n,)
-        0 to 2 for x, y, z, -1 for rotations and other degrees of freedom, which move nothing.
+        0 to 2 for x, y, z, `NO_DIRECTION` for rotations and other degrees of freedom.
     places : ndarray (nodes, 3)
         Where the nodes are, m.
     names : tuple of str (nodes,)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.io.coordinates import DIRECTIONS, DOF, Coordinates
+from squeal.io.coordinates import DIRECTIONS, DOF, FIXED, NO_DIRECTION, Coordinates
 from squeal.io.surfaces import deck_sets, named_face, read_surface, surface_of
 from squeal.io.tables import DeckLine, deck_lines, number_in, read_table, row_in
 from squeal.schema import Place
@@ -60,7 +60,7 @@ def _loaded_rows(
     with at.named():
         rows = body.rows_of([cells["node"]])[0]
     direction = DIRECTIONS[DOF.read(cells["dof"].lower(), at / "dof")]
-    if direction < 0 or rows[direction] < 0:
+    if direction in (NO_DIRECTION, FIXED) or rows[direction] < 0:
         raise at.refuse(f"{body.name} has no such row; a displacement of a node is needed")
     return rows[[direction]]
 
@@ -133,14 +133,14 @@ def _add_force(
     line: below *CLOAD, which names the direction. Raises InputError.
     """
     direction = DIRECTIONS[DOF.read(line.cells[1], line.at)]
-    if direction < 0:
+    if direction in (NO_DIRECTION, FIXED):
         raise line.at.refuse(f"{line.cells[1]} is not read; it must be 1 to 3, a force")
     if node not in coordinates.names:
         raise line.at.refuse(f"{node} is neither a node of {body.name} nor a set of such")
     if node not in body.nodes:
         return
     row = body.rows_of([node])[0, direction]
-    if row >= 0:
+    if row >= 0:  # -1 where no row moves the node that way
         load[row] += value
 
 

@@ -22,7 +22,7 @@ from squeal.plots.style import (
     write_beside,
 )
 from squeal.queries.critical_speeds import CriticalSpeeds
-from squeal.queries.mode_paths import Paths, is_growing
+from squeal.queries.mode_paths import Paths
 from squeal.results.sweep import Sweep
 
 MARKS = {"forward": "^", "backward": "v", "mixed": "D", "straight": "s", None: "o"}
@@ -122,7 +122,7 @@ def campbell_drawing(
 def _draw_frequencies(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
     """Draw frequencies up to `top` (Hz) over the speed, red and thick where the mode grows."""
     for hertz, grows in zip(answer.frequencies_hz.T, answer.growing.T, strict=True):
-        if hertz.min() <= top:
+        if (hertz <= top).any():  # NaN where the rank is no mode of the band
             axes.plot(answer.speeds, hertz, color="0.45", lw=0.7, zorder=1)
             axes.plot(answer.speeds, np.where(grows, hertz, np.nan), color=RED, lw=2.0, zorder=2)
 
@@ -143,7 +143,8 @@ def _mark_directions(axes: Axes, answer: CriticalSpeeds, top: float) -> set[str 
     """Mark the direction of each whirl up to `top` (Hz) where its line ends; returns those."""
     speed = float(answer.speeds[-1])
     directions: set[str | None] = set()
-    for root in answer.diagram.ranked_roots(speed).tolist():
+    roots = answer.diagram.ranked_roots(speed)[answer.diagram.are_modes(speed)]
+    for root in roots.tolist():
         hertz = root.imag / math.tau
         direction = None
         if 0.0 < hertz <= top:
@@ -180,8 +181,8 @@ def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
         below = float(answer.speeds[first - 1])
         for _ in range(BISECTIONS):
             middle = (below + speed) / 2
-            roots = answer.diagram.ranked_roots(middle)
-            if is_growing(roots)[roots.imag <= math.tau * top].any():
+            omega = answer.diagram.ranked_roots(middle).imag
+            if answer.diagram.growing(middle)[omega <= math.tau * top].any():
                 speed = middle
             else:
                 below = middle

@@ -112,7 +112,7 @@ class _Roots(NamedTuple):
         grow: list[bool] = []
         numbers: list[int] = []
         for step in sweep.steps:
-            for root, number in zip(step.eigenvalues, step.numbers, strict=True):
+            for root, number in zip(step.eigenvalues, step.mode_numbers, strict=True):
                 at.append(step.value)
                 values.append(root.value)
                 grow.append(root.kind in GROWING)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linear_sum_assignment
 
 from squeal.errors import InputError
-from squeal.io.coordinates import DIRECTIONS, Coordinates
+from squeal.io.coordinates import DIRECTIONS, NO_DIRECTION, Coordinates
 from squeal.io.tables import number_in, read_table
 from squeal.io.writing import Answer, Column, Panel, Table, columns
 from squeal.linear.matrices import dense, given_matrix
@@ -393,7 +393,7 @@ def _read_shape(
     shape = np.full(size, np.nan, dtype=complex)
     for head, cell in cells.items():
         node_name, _, dof = str(head).rpartition(":")
-        entry = entries.get((node_name.strip(), DIRECTIONS.get(dof.strip(), -1)))
+        entry = entries.get((node_name.strip(), DIRECTIONS.get(dof.strip(), NO_DIRECTION)))
         if entry is None:
             allowed = "NODE:DOF of a node with coordinates that x, y or z moves"
             raise (here / head).must_be(head, allowed)

@@ -110,6 +110,10 @@ class CampbellDiagram:
         is_genuine = self.reduction.residuals(with_vectors, changes) <= SPURIOUS
         return np.isin(roots, with_vectors.values[is_genuine])
 
+    def growing(self, speed: float) -> Bools:
+        """Which of the ranked roots (n,) are roots of the rotor that grow."""
+        return self.are_modes(speed) & is_growing(self.ranked_roots(speed))
+
     def gap(self, speed: float, rank: int, order: float) -> float:
         """The frequency of a rank less `order` times the speed, rad/s."""
         return float(self.ranked_roots(speed)[rank].imag - order * speed)
@@ -369,7 +373,7 @@ def critical_speeds(
         critical=tuple(critical),
         speeds=speeds,
         frequencies_hz=frequencies_hz,
-        growing=are_modes & is_growing(roots),
+        growing=np.array([diagram.growing(speed) for speed in speeds.tolist()]),
         diagram=diagram,
     )
 

@@ -177,6 +177,11 @@ class Cycles(Answer):
     source: tuple[Shooting, Cycle] | None = field(default=None, repr=False)
 
     @property
+    def at_scene(self) -> Orbit | None:
+        """The motion at the scene's own value of the parameter; None where there is no motion."""
+        return self.orbits[self.own] if self.orbits else None
+
+    @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
         """Where the branch ends within the range, and how many cycles reach the surface's speed."""
         warnings = []
@@ -227,9 +232,9 @@ class Cycles(Answer):
         for value, verdict in self.sliding:
             words = verdict or "no equilibrium"
             sliding[value] = f"sliding at {self.parameter} = {number(value)}: {words}"
-        if not self.orbits:
+        at_scene = self.at_scene
+        if at_scene is None:
             return [self.table(), *sliding.values()]
-        at_scene = self.orbits[self.own]
         parts: list[str | Table] = [
             self.table(),
             f"friction does {number(at_scene.friction)} J of work in a period, damping takes "

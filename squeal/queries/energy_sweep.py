@@ -217,5 +217,5 @@ def _numbers_in_sweep(step: Step, eigenvalues: Eigenvalues) -> dict[int, int | N
     number_of: dict[int, int | None] = {}
     # two real roots may be one mode: the first of them gives the number
     for k, nearest in np.transpose(linear_sum_assignment(distances)).tolist():
-        number_of.setdefault(int(eigenvalues.modes[k]), step.numbers[nearest])
+        number_of.setdefault(int(eigenvalues.modes[k]), step.mode_numbers[nearest])
     return number_of

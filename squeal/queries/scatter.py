@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -316,7 +317,7 @@ def scatter(
     computed = [row for row in rows if row.reason is None]
     if not computed:
         raise ComputationError(f"no sample can be computed: {_first_reason(rows)}")
-    computed.sort(key=lambda row: (math.isnan(row.value), row.value))  # without a threshold last
+    computed.sort(key=attrgetter("has_no_threshold", "value"))  # False comes before True
     no_pad = sum(row.kind == NO_PAD for row in rows)
     failed = len(rows) - len(computed) - no_pad
     stable = sum(_is_stable(row, of, space.at) for row in computed)
@@ -355,7 +356,7 @@ def _is_stable(row: Sample, of: Literal["threshold", "growth"], mu: float) -> bo
     """
     if of == "growth":
         return not row.unstable
-    return math.isnan(row.value) or row.value > mu
+    return row.has_no_threshold or row.value > mu
 
 
 def _indices_of(rows: Sequence[Sample], plan: _Plan, high: float) -> tuple[Index, ...]:
@@ -367,7 +368,7 @@ def _indices_of(rows: Sequence[Sample], plan: _Plan, high: float) -> tuple[Index
     for row in rows:
         if row.reason is not None:
             values.append(math.inf)  # which `sobol_indices` leaves out
-        elif math.isnan(row.value):
+        elif row.has_no_threshold:
             values.append(high)
         else:
             values.append(row.value)

@@ -544,5 +544,5 @@ def _counted_system(
     )
     if not doubt:
         return answer, None
-    details = {**answer.details, "doubts": [*answer.details["doubts"], doubt]}
+    details = {**answer.details, "doubts": [*answer.doubts, doubt]}
     return replace(answer, certified=False, details=details), refuted_at

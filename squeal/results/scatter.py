@@ -59,6 +59,11 @@ class Sample:
     residual: float | None = None
     reason: str | None = None
 
+    @property
+    def has_no_threshold(self) -> bool:
+        """True if stability is not lost within the range, or nothing could be computed."""
+        return math.isnan(self.value)
+
 
 class Index(NamedTuple):
     """Sobol indices of a parameter, each with its confidence interval (low, high).
@@ -195,7 +200,7 @@ class Scatter(Answer):
 
         known = len(self.rows)
         count = known + self.failed
-        values = [None if math.isnan(value) else value for value in self.values.tolist()]
+        values = [None if sample.has_no_threshold else sample.value for sample in self.rows]
         quantiles = []
         for level in LEVELS:
             # how many of the computed samples lie below the quantile, at least (all failed ones
@@ -216,7 +221,7 @@ class Scatter(Answer):
     @property
     def beyond(self) -> int:
         """How many computed samples have no threshold up to `mu_max`; 0 of growth."""
-        return int(np.isnan(self.values).sum())
+        return sum(sample.has_no_threshold for sample in self.rows)
 
     def table(self) -> Table:
         """A row for each sample, by rising value, with the share of the samples up to it.

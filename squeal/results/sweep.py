@@ -81,7 +81,7 @@ class Step:
     certified: bool | None = None
 
     @property
-    def numbers(self) -> list[int | None]:
+    def mode_numbers(self) -> list[int | None]:
         """The numbers of the modes as a table has them, None where one is not known."""
         if self.roots is None:
             return []
@@ -141,7 +141,7 @@ class Step:
         """The root of each mode that is known: of a pair the upper one, of two real ones that which
         grows faster."""
         roots: dict[int, Eigenvalue] = {}
-        for root, mode in zip(self.eigenvalues, self.numbers, strict=True):
+        for root, mode in zip(self.eigenvalues, self.mode_numbers, strict=True):
             if not mode or root.value.imag < 0.0:
                 continue
             if mode not in roots or root.growth_rate > roots[mode].growth_rate:
@@ -176,11 +176,13 @@ class Step:
     def to_dict(self, parameter: str) -> dict[str, Any]:
         """The step as JSON holds it; what is not known of a root is left out."""
         rows = []
-        for k, record in enumerate(Table(ROOT, self.eigenvalues).records()):
-            row = {"mode": self.numbers[k]} | record
+        roots = self.eigenvalues
+        records = Table(ROOT, roots).records()
+        for k, (mode, record) in enumerate(zip(self.mode_numbers, records, strict=True)):
+            row = {"mode": mode} | record
             known = {key: value for key, value in row.items() if value is not None}
             if self.corrected is not None:
-                known["error"] = self.eigenvalues[k].rounding
+                known["error"] = roots[k].rounding
                 known["corrected"] = bool(self.corrected[k])
             rows.append(known)
         document = parameter_entry(parameter, self.value)
@@ -391,7 +393,7 @@ class Sweep(Answer):
         for step in self.steps:
             if not step.eigenvalues:
                 rows.append(_Row(step, None, None))
-            for root, mode in zip(step.eigenvalues, step.numbers, strict=True):
+            for root, mode in zip(step.eigenvalues, step.mode_numbers, strict=True):
                 rows.append(_Row(step, root, mode))
         return Table([Column(name, value=lambda row: row.step.value), *columns], rows)
 

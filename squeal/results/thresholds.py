@@ -68,6 +68,16 @@ class Thresholds(Answer):
         """The first threshold at which stability or the equilibrium is lost."""
         return next((point for point in self.points if point.kind != "restabilised"), None)
 
+    @property
+    def doubts(self) -> list[str]:
+        """Why the list is not certified, in sentences; empty too where nothing was counted."""
+        return self.details.get("doubts", [])
+
+    @property
+    def is_proved(self) -> bool:
+        """Whether the referee has proved the whole list."""
+        return self.proof is not None and self.proof["status"] == "proved"
+
     def onsets(self, eigenvalues: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
         """Where unstable modes began to grow: at the crossings that are nearest in frequency.
 
@@ -147,8 +157,7 @@ class Thresholds(Answer):
         elif self.certified:
             proof = "certified by a count, not proved: what grows between the crossings agrees"
         else:
-            doubts = self.details.get("doubts") or ["nothing was counted"]
-            proof = f"not certified: {'; '.join(doubts)}"
+            proof = f"not certified: {'; '.join(self.doubts) or 'nothing was counted'}"
         # the line of the proof has the doubts of the seat already
         seat = [line for line in self.seat if line not in proof]
         end = f"followed up to {self.parameter} = {self.high:.9g}: {self.end}"

@@ -107,7 +107,7 @@ def test_the_trailing_blow_of_c_is_that_of_another_program(ratio, expected):
     model = Plain(scene.pad, line=True)
     model.damp(ratio)
     begun = onset.Begun(damped_model(onset.damped(scene, ratio)), np.array(scene.initial))
-    state = onset.run([begun], onset.LONGER * scene.stop, False)["final"][0]
+    state = onset.run([begun], onset.LONGER * scene.stop)["final"][0]
     moved = move(model, state, 0.15 * scene.stop, 20001)
     reaction, moment = moved.contact
     trailing = np.append(False, moment > 0.0)

@@ -116,7 +116,7 @@ def cycles_of_d(case):
     if case == "b2-d":
         start = onset.Begun(damped_model(onset.damped(one, onset.RATIO)), state)
         period = 0.353788574654628e-3
-        state = onset.run([start], 0.125 * period, False)["final"][0]
+        state = onset.run([start], 0.125 * period)["final"][0]
     return onset.cycles(one, state)
 
 

@@ -90,7 +90,7 @@ def _thinned(curves: dict[str, np.ndarray]) -> dict[str, tuple[float, ...]]:
     return {key: tuple(values[chosen].tolist()) for key, values in curves.items()}
 
 
-def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
+def motion(scene: Scene, with_curves: bool = False) -> Motion | Missing:
     """The energies of a scene's motion; the reason where the model ends."""
     try:
         works = contact_work(scene)
@@ -114,7 +114,7 @@ def motion(scene: Scene, shown: bool = False) -> Motion | Missing:
         kinetic=works.kinetic,
         residue=float(np.ptp(balance)) / works.kinetic,
         episodes=tuple(Episode(1e3 * s.start, 1e3 * s.stop, s.fed) for s in works.excursions),
-        curves=_thinned(curves) if shown else {},
+        curves=_thinned(curves) if with_curves else {},
     )
 
 

@@ -14,11 +14,11 @@ import numpy as np
 from squeal.article.claims.measures import case_of
 from squeal.article.claims.motions import measures
 from squeal.article.claims.rules import LEVEL
-from squeal.article.identify.ensemble import Arrays, simulate_many, stack
+from squeal.article.identify.ensemble import Arrays
 from squeal.article.records import Record, Result
 from squeal.article.studies._heyoka import without_heyoka
 from squeal.article.studies._scenes import read_scenes
-from squeal.article.studies.onset import LONGER, TOLERANCE, Begun, damped, run
+from squeal.article.studies.onset import LONGER, Begun, damped, run
 from squeal.equilibrium.damping import damped_model
 from squeal.io.scene import Scene
 from squeal.model.contact import FULL, TRAIL
@@ -63,17 +63,9 @@ def settled(scene: Scene, ratios: Sequence[float]) -> Arrays:
     assert scene.stop is not None
     models = [damped_model(damped(scene, ratio)) for ratio in ratios]
     begun = [Begun(model, np.array(scene.initial)) for model in models]
-    ends = run(begun, LONGER * scene.stop, False)["final"]
-    return simulate_many(
-        scene.model,
-        stack([model.pad for model in models]),
-        ends,
-        scene.stop,
-        TOLERANCE,
-        scene.formulation,
-        measure=partial(measures, places=PLACES),
-        damping=np.array([model.damping for model in models]),
-    )
+    ends = run(begun, LONGER * scene.stop)["final"]
+    late = [Begun(model, end) for model, end in zip(models, ends, strict=True)]
+    return run(late, scene.stop, partial(measures, places=PLACES))
 
 
 def ratio_of_grazing(blows: Sequence[Blow]) -> float | None:

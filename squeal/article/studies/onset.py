@@ -16,7 +16,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, hammers
-from squeal.article.identify.ensemble import Arrays, simulate_many, stack
+from squeal.article.identify.ensemble import Arrays, Measure, simulate_many, stack
 from squeal.article.records import Missing, Moved, Record, Result
 from squeal.article.studies._heyoka import without_heyoka
 from squeal.article.studies._scenes import compression, read_scenes
@@ -208,7 +208,7 @@ def damped(scene: Scene, ratio: float) -> Scene:
     return dataclasses.replace(scene, damping=Damping(ratios=(ratio,) * 3) if ratio else None)
 
 
-def run(begun: Sequence[Begun], stop: float | np.ndarray, measured: bool) -> Arrays:
+def run(begun: Sequence[Begun], stop: float | np.ndarray, measure: Measure | None = None) -> Arrays:
     """Motions of one model and formulation, all over one time or each over its own (n,)."""
     model = begun[0].model
     return simulate_many(
@@ -218,7 +218,7 @@ def run(begun: Sequence[Begun], stop: float | np.ndarray, measured: bool) -> Arr
         stop,
         TOLERANCE,
         model.formulation,
-        measure=measures if measured else None,
+        measure=measure,
         damping=np.array([np.array(each.model.damping) for each in begun]),
     )
 
@@ -280,13 +280,13 @@ class Late(NamedTuple):
 def settle(begun: Sequence[Begun], before: float, seen: float) -> Late:
     """The motions after a time `before`, and what they do for a time `seen` from then on."""
     line = not begun[0].model.law.plotted[1].is_force
-    first = run(begun, before, False)
+    first = run(begun, before)
     ends = first["final"]
     valid = np.flatnonzero(first["valid"]).tolist()
     found: list[Settled | None] = [None] * len(begun)
     if not valid:
         return Late(ends, found)
-    late = run([Begun(begun[i].model, ends[i]) for i in valid], seen, True)
+    late = run([Begun(begun[i].model, ends[i]) for i in valid], seen, measures)
     for row, i in enumerate(valid):
         if late["valid"][row]:
             case = case_of(late, row, begun[i].model.pad.V)
@@ -403,7 +403,7 @@ def _points(scene: Scene, orbits: Sequence[Orbit]) -> list[CyclePoint]:
         model = damped_model(scene.replace(mu=orbit.value))
         begun.append(Begun(model, np.array(orbit.start)))
     periods = np.array([orbit.period for orbit in orbits])
-    measured = run(begun, 2.0 * periods, True)
+    measured = run(begun, 2.0 * periods, measures)
     points = []
     for i, orbit in enumerate(orbits):
         peaks = force_peaks(case_of(measured, i), scene.model == "B2")

@@ -213,7 +213,7 @@ def with_doubts(answer: Thresholds, doubts: Sequence[str]) -> Thresholds:
 
     The reason is what was doubted before, and the new doubts.
     """
-    all_doubts = [*(answer.details.get("doubts") or []), *doubts]
+    all_doubts = [*answer.doubts, *doubts]
     proof = None
     proof_line = ""
     if answer.proof is not None:

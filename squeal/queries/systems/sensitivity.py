@@ -285,17 +285,16 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
     """
     assembly = file.assembly
     basis = None if assembly is None else assembly.reduction
-    is_proved = (answer.proof or {}).get("status") == "proved"
     notes = list(answer.notes)
     details = dict(answer.details)
     if basis:
         notes.append(basis_text(basis, errors=True))
         details["basis"] = basis
     if system.digits and (answer.crossings or answer.points):
-        order = "" if is_proved else ", to first order"
+        order = "" if answer.is_proved else ", to first order"
         notes.append(f"intervals include what {digits_of_files(file)} leave open{order}")
     answer = replace(answer, notes=tuple(notes), details=details)
-    if is_proved or not (basis or system.digits):
+    if answer.is_proved or not (basis or system.digits):
         return answer
     scaled = ScaledSystem(system)
 
@@ -313,7 +312,7 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
     certified = answer.certified
     if certified and any(one.interval == (answer.low, answer.high) for one in crossings):
         certified = False
-        details["doubts"] = [BY_DIGITS, *(details.get("doubts") or ())]
+        details["doubts"] = [BY_DIGITS, *answer.doubts]
     return replace(answer, points=points, crossings=crossings, certified=certified)
 
 
