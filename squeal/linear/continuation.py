@@ -25,7 +25,7 @@ from squeal.errors import InputError, MatrixError
 from squeal.linear.condensation import THROUGH_INFINITY, Condensation
 from squeal.linear.matrices import (
     EPS,
-    ILL,
+    ILL_CONDITIONED,
     MCK,
     Array,
     components,
@@ -661,7 +661,7 @@ def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
     k = motions.shape[1]
     if not 0 < k < len(M) or combinations.shape[1] != k:
         return None
-    if np.linalg.cond(combinations.conj().T @ M @ motions) > 1 / ILL:
+    if np.linalg.cond(combinations.conj().T @ M @ motions) > 1 / ILL_CONDITIONED:
         return None
     # P' M x = 0 with P = scale p where p is orthogonal to scale M x; so for Q and y' M Q = 0
     P = scale * np.linalg.qr(scale * (M @ motions), "complete")[0][:, k:]

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import InputError, InputWarning
-from squeal.linear.matrices import EPS, SKEW, Array, Matrix, norm_of
+from squeal.linear.matrices import EPS, LARGEST_ASYMMETRY, Array, Matrix, norm_of
 from squeal.linear.moduli import Modulus
 from squeal.linear.real_modes import real_modes
 from squeal.linear.system import System, Term, sum_of_terms
@@ -83,7 +83,7 @@ def _multiplies_unsymmetric_terms(system: System) -> bool:
     """True if the free parameter multiplies terms of K, none of which is symmetric."""
     matrices = [term.matrix for term in system.K if system.parameter in term.factor.names]
     for X in matrices:
-        if abs(X - X.T).max() <= SKEW * abs(X).max():
+        if abs(X - X.T).max() <= LARGEST_ASYMMETRY * abs(X).max():
             return False
     return bool(matrices)
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.linear.matrices import (
-    ROUNDING,
+    ENTRY_ROUNDING,
     Array,
     Reduced,
     first_order,
@@ -21,13 +21,13 @@ from squeal.linear.verdicts import DIVERGENCE, FLUTTER, MARGINAL, STABLE, VERDIC
 CHUNK = 8192  # matrices per pass: temporaries of 64 kB stay in the cache and in malloc's pool
 
 
-def _code(A: Array, B: Array | None, relative_error: float = ROUNDING) -> int:
+def _code(A: Array, B: Array | None, relative_error: float = ENTRY_ROUNDING) -> int:
     """The verdict code of one system z'' + B z' + A z = 0, by its roots."""
     roots = roots_of(Reduced(A, B, np.eye(len(A)), relative_error))
     return VERDICTS.index(decide(roots.values, roots.rounding).verdict)
 
 
-def damped_verdicts(A: Array, B: Array, relative_error: float | Array = ROUNDING) -> Codes:
+def damped_verdicts(A: Array, B: Array, relative_error: float | Array = ENTRY_ROUNDING) -> Codes:
     """Verdict codes (N,), indices into VERDICTS, of N damped systems z'' + B z' + A z = 0.
 
     Systems with an eigenvalue that rounding may move to the imaginary axis, or with a growing one

@@ -24,11 +24,11 @@ from squeal.schema import Place, refuse_unit
 
 Array = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
-ROUNDING = 4 * EPS  # relative error of an entry of M^-1 K, M diagonal
-SKEW = 1e-12  # of a matrix: an unsymmetric part up to this is rounding
-COUPLED = 1.001  # M_ij^2 over M_ii M_jj: digits of files excuse no more
-ILL = 1e-7  # reciprocal condition of M, its diagonal scaled to 1, below which it is not inverted
-BEYOND = "M, C, K: the eigenvalues are beyond double precision"
+ENTRY_ROUNDING = 4 * EPS  # relative error of an entry of M^-1 K, M diagonal
+LARGEST_ASYMMETRY = 1e-12  # of a matrix: an unsymmetric part up to this is rounding
+MOST_COUPLED = 1.001  # M_ij^2 over M_ii M_jj: digits of files excuse no more
+ILL_CONDITIONED = 1e-7  # reciprocal condition of M, its diagonal 1, below which it is not inverted
+BEYOND_DOUBLES = "M, C, K: the eigenvalues are beyond double precision"
 
 
 class SingularTogetherError(MatrixError):
@@ -199,7 +199,7 @@ def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
         if B is not None:
             size = size + np.linalg.norm(B) ** 2
     if not np.isfinite(size):
-        raise ComputationError(BEYOND)
+        raise ComputationError(BEYOND_DOUBLES)
     return Reduced(A, B, T, rounding)
 
 
@@ -221,7 +221,7 @@ def _normalising_factor(mass: bytes, n: int) -> tuple[Array, float]:
     """
     M = np.frombuffer(mass).reshape(n, n)
     unit = unit_diagonal(M)
-    if np.abs(unit - unit.T).max() > SKEW:
+    if np.abs(unit - unit.T).max() > LARGEST_ASYMMETRY:
         raise MatrixError("M: a symmetric matrix is required")
     np.fill_diagonal(unit, np.sign(np.diag(M)))  # without rounding
     eigenvalues = np.linalg.eigvalsh(unit)
@@ -229,7 +229,7 @@ def _normalising_factor(mass: bytes, n: int) -> tuple[Array, float]:
     largest = eigenvalues[-1]
     if smallest < -4 * EPS * n * abs(largest):
         raise MatrixError("M: a positive definite matrix is required")
-    if smallest <= ILL * largest:
+    if smallest <= ILL_CONDITIONED * largest:
         least = max(smallest / (largest or 1.0), 0.0)
         raise MatrixError(
             f"M: some motion has {least:.1g} of the others' mass; a well-conditioned matrix is "
@@ -238,7 +238,7 @@ def _normalising_factor(mass: bytes, n: int) -> tuple[Array, float]:
     inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
     T = (1.0 / np.sqrt(np.diag(M)))[:, None] * inverse.T
     T.setflags(write=False)  # the cache holds it
-    return T, ROUNDING * float(np.linalg.norm(inverse, 2) ** 2)
+    return T, ENTRY_ROUNDING * float(np.linalg.norm(inverse, 2) ** 2)
 
 
 def divisor(size: Values) -> Values:
@@ -262,8 +262,8 @@ def equilibrated(M: NDArray) -> NDArray:
 
 
 def is_regular(M: NDArray) -> bool:
-    """True if the inverse of M (n, n) costs no more digits than `ILL` allows."""
-    return bool(ILL * np.linalg.cond(equilibrated(M)) < 1.0)
+    """True if the inverse of M (n, n) costs no more digits than `ILL_CONDITIONED` allows."""
+    return bool(ILL_CONDITIONED * np.linalg.cond(equilibrated(M)) < 1.0)
 
 
 def check_regular(M: NDArray, C: NDArray | None, K: NDArray) -> None:
@@ -408,7 +408,7 @@ def norm_of(A: Matrix) -> float:
     return float(np.sqrt(largest_column * largest_row))
 
 
-def noise_of(A: NDArray, rounding: float = ROUNDING) -> float:
+def noise_of(A: NDArray, rounding: float = ENTRY_ROUNDING) -> float:
     """Singular values of A (n, n) up to this are rounding, of a relative size."""
     return 2 * len(A) * rounding * float(np.linalg.norm(A, 2))
 
@@ -503,10 +503,10 @@ def _pair_products(x: Values, y: Values, z: Values) -> Values:
 
 
 def share_of_largest(errors: NDArray, sizes: NDArray) -> NDArray:
-    """The largest error of nine entries (9, ...) over their largest size, at least `ROUNDING`."""
+    """The largest error of nine entries (9, ...) over their largest size, or `ENTRY_ROUNDING`."""
     largest = sizes.max(axis=0)
     share = errors.max(axis=0) / np.where(largest > 0.0, largest, 1.0)
-    return np.maximum(share, ROUNDING)
+    return np.maximum(share, ENTRY_ROUNDING)
 
 
 def invariants(
@@ -517,15 +517,15 @@ def invariants(
     Parameters
     ----------
     entries : sequence of nine numbers, or arrays of one shape
-        A, row by row, each with a relative error of `ROUNDING`.
+        A, row by row, each with a relative error of `ENTRY_ROUNDING`.
     floor : float
         A size, rad^2/s^2, that is added to that of each: a product with a full M^-1 spreads errors
-        of `ROUNDING` times this size over all entries.
+        of `ENTRY_ROUNDING` times this size over all entries.
     errors : sequence of nine numbers, or arrays of one shape, optional
         How far each entry may be off, if that is more than rounding.
     """
     sizes = [np.abs(x) + floor for x in entries]
-    relative_error: Values = ROUNDING
+    relative_error: Values = ENTRY_ROUNDING
     if errors is not None:
         relative_error = share_of_largest(np.array(errors), np.array(sizes))
         sizes = [np.maximum(x, e / relative_error) for x, e in zip(sizes, errors, strict=True)]
@@ -648,7 +648,7 @@ def rows_coupled_beyond_their_masses(M: Matrix) -> tuple[int, int] | None:
     diagonal = np.real(M.diagonal())
     allowed = diagonal[entries.row] * diagonal[entries.col]
     is_off_diagonal = entries.row != entries.col
-    exceeds = np.abs(entries.data) ** 2 > COUPLED * allowed
+    exceeds = np.abs(entries.data) ** 2 > MOST_COUPLED * allowed
     found = np.flatnonzero(is_off_diagonal & exceeds)
     if not found.size:
         return None
@@ -672,6 +672,6 @@ def why_no_mass(M: Matrix, most: int) -> str:
         return ""
     unit = np.real(unit_diagonal(dense(M)))
     sizes = np.linalg.eigvalsh((unit + unit.T) / 2)
-    if sizes[0] < -(COUPLED - 1) * max(sizes[-1], 1.0):
+    if sizes[0] < -(MOST_COUPLED - 1) * max(sizes[-1], 1.0):
         return "M is no mass: a motion of several rows has a negative one"
     return ""

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
 from squeal.linear.matrices import (
-    BEYOND,
-    ROUNDING,
+    BEYOND_DOUBLES,
+    ENTRY_ROUNDING,
     Array,
     Cubic,
     Reduced,
@@ -229,7 +229,7 @@ def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -
     A[:n, :n] = reduced.A
     floor = 0.0  # the least rounding of an entry
     if np.count_nonzero(reduced.T) != n:  # M is not diagonal: entries of all sizes are mixed
-        floor = reduced.rounding / ROUNDING * float(np.abs(A).max())
+        floor = reduced.rounding / ENTRY_ROUNDING * float(np.abs(A).max())
     with np.errstate(over="ignore", invalid="ignore"):
         cubic = invariants(A.ravel().tolist(), floor=floor)
     if cubic.vague:
@@ -338,7 +338,7 @@ def _roots_of_component(reduced: Reduced) -> Roots:
             rounding=standard.rounding * scale,
         )
     if not np.isfinite(roots.values).all():
-        raise ComputationError(BEYOND)
+        raise ComputationError(BEYOND_DOUBLES)
     return roots
 
 

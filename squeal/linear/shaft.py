@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from squeal.errors import InputError
-from squeal.linear.matrices import SKEW, Matrix
+from squeal.linear.matrices import LARGEST_ASYMMETRY, Matrix
 from squeal.linear.system import Term, TermSystem
 
 RPM = 30.0 / math.pi
@@ -41,8 +41,8 @@ def _skew_part(system: TermSystem, term: Term, speed: float) -> Iterable[Matrix]
     except InputError:  # beyond the ends of a table, say
         return
     skew = (term.matrix - term.matrix.T) / 2
-    is_skew = abs(skew).max() > SKEW * abs(term.matrix).max()
-    if whole and is_skew and abs(whole - 2 * half) <= SKEW * abs(whole):
+    is_skew = abs(skew).max() > LARGEST_ASYMMETRY * abs(term.matrix).max()
+    if whole and is_skew and abs(whole - 2 * half) <= LARGEST_ASYMMETRY * abs(whole):
         yield whole * skew
 
 
@@ -70,7 +70,7 @@ def unit_of_parameter(system: TermSystem) -> str:
         for skew in _skew_part(system, term, speed):
             part = term.factor.value(system.values({name: speed})) * term.matrix
             # all of the term is skew: the matrix of friction has a symmetric part too
-            if abs(part - skew).max() <= SKEW * abs(skew).max():
+            if abs(part - skew).max() <= LARGEST_ASYMMETRY * abs(skew).max():
                 return "rad/s"
     return ""
 

@@ -46,11 +46,11 @@ FRICTION = 3
 BITS = 106
 """Precision of the arithmetic: twice that of a double, so that thresholds are known to all its
 digits."""
-ORDER = 8
+TAYLOR_ORDER = 8
 """Degree of the Taylor polynomials in t; their coefficient of this order is Lagrange's ball."""
 CONTRACTION = 0.3
 """The width of a cell is chosen such that Krawczyk's operator contracts by about this factor."""
-ROUNDS = 4
+MOST_BOXES = 4
 """How many boxes, each wider than the last, are tried for a cell."""
 OVERLAP = 1e-6
 """How far a cell begins before the end of the last one, as a share of its half width."""
@@ -58,9 +58,9 @@ NARROWEST = 1e-12
 """A cell is halved until it is this share of the width first tried."""
 SHARP = 1e-14
 """The friction of a change of the roots is known once its radius is this share of the range."""
-CONTACT = 10.0
+SHARPNESS_AT_CONTACT = 10.0
 """Where the contact changes: so many times `SHARP`, in a cell of the state before it."""
-CONTACT_BEYOND = 200.0
+SHARPNESS_BEYOND_CONTACT = 200.0
 """Where the contact changes, in a cell of the state beyond, whose boxes are wider."""
 MOST_CELLS = 400
 """After so many cells the branch counts as lost."""
@@ -263,7 +263,7 @@ class PadBranch:
                 yield replace(cell, end=change.low)
                 return
             friction = cell.at(between(change.low, change.high))[FRICTION]
-            if not self.is_sharp(friction, CONTACT):
+            if not self.is_sharp(friction, SHARPNESS_AT_CONTACT):
                 share = min(SHRINKING * (change.high - change.low), 0.5)
                 half_width = share * float(np.linalg.norm(cell.direction(change.low)))
                 if change.low > cell.start:
@@ -457,7 +457,7 @@ class PadBranch:
                 # it has changed where this cell begins
                 certain_from = first_with_sign(pieces, sign_of_state)
                 friction = cell.at(between(cell.start, certain_from))[FRICTION]
-                if not self.is_sharp(friction, CONTACT_BEYOND):
+                if not self.is_sharp(friction, SHARPNESS_BEYOND_CONTACT):
                     return ContactChange([i], cell.start, certain_from)
                 pieces = [piece for piece in pieces if piece.low >= certain_from]
             lost = [piece for piece in pieces if piece.sign != sign_of_state]
@@ -513,7 +513,7 @@ class PadBranch:
         )  # |Y F(P)|
         # of half widths above 0, that the image may lie within
         box = 2.0 * residuals + (1e-18 * np.abs(point[others]) + least_box[others])
-        for _ in range(ROUNDS):
+        for _ in range(MOST_BOXES):
             if not np.isfinite(box).all():
                 return None
             radii = np.zeros(4)
@@ -600,7 +600,7 @@ class PadBranch:
         point[pivot] + half t.
         """
         terms = [[flint.arb(value)] for value in point.tolist()]
-        for order in (0, 0, *range(1, ORDER + 1)):
+        for order in (0, 0, *range(1, TAYLOR_ORDER + 1)):
             if order:
                 for unknown_terms in terms:
                     unknown_terms.append(flint.arb(0))
@@ -678,20 +678,20 @@ class PadBranch:
     ) -> list[Polynomial]:
         """Taylor polynomials in t that enclose a function over the tube P(t) + radii (4,).
 
-        The terms below `ORDER` are those about t = 0. The term of that order is taken about all
-        |t| <= 1 at once, which makes it Lagrange's remainder.
+        The terms below `TAYLOR_ORDER` are those about t = 0. The term of that order is taken about
+        all |t| <= 1 at once, which makes it Lagrange's remainder.
 
         function: the list of its values from series (4) of the unknowns.
         """
-        flint.ctx.cap = ORDER
+        flint.ctx.cap = TAYLOR_ORDER
         about_zero = function(_tube(centre, radii))
-        flint.ctx.cap = ORDER + 1
+        flint.ctx.cap = TAYLOR_ORDER + 1
         any_base_point = flint.arb_poly([flint.arb(0, 1), 1])  # t0 + t for all |t0| <= 1
         about_all = function(_tube([p(any_base_point) for p in centre], radii))
         polynomials = []
         for low_orders, all_orders in zip(about_zero, about_all, strict=True):
-            remainder = taylor_coefficients(all_orders, ORDER + 1)[ORDER]
-            below = taylor_coefficients(low_orders, ORDER)
+            remainder = taylor_coefficients(all_orders, TAYLOR_ORDER + 1)[TAYLOR_ORDER]
+            below = taylor_coefficients(low_orders, TAYLOR_ORDER)
             polynomials.append(flint.arb_poly([*below, remainder]))
         return polynomials
 

@@ -28,11 +28,11 @@ except ImportError:  # an extra
 
 Matrix = Any
 """A `flint.arb_mat`."""
-STEPS = 12
+NEWTON_STEPS = 12
 """Steps of Newton's method at most; from the digits of doubles three or four suffice."""
-FAR = 1e-3
+FAR_SHARE = 1e-3
 """An equilibrium farther from the given one, as a share of the largest coordinate, is another."""
-BOXES = 4
+MOST_BOXES = 4
 """How many boxes, each wider than the last, are tried."""
 
 
@@ -114,7 +114,7 @@ class _Neighbourhood:
         """
         place = [flint.arb(v) for v in self.given.tolist()]
         det_at_given = _slopes(self.loads(place, state)).det()
-        for _ in range(STEPS):
+        for _ in range(NEWTON_STEPS):
             loads = self.loads(place, state)
             slopes = _slopes(loads).mid()
             step = slopes.solve(flint.arb_mat(3, 1, [flint.arb(f.value).mid() for f in loads]))
@@ -122,7 +122,7 @@ class _Neighbourhood:
             # until the steps are rounding: 256 units in the last of `BITS`
             if all(abs(step[i, 0]) <= 2.0 ** (8 - BITS) * self.sizes[i] for i in range(3)):
                 break
-        if any(abs(place[i] - self.given[i]) > FAR * self.sizes[i] for i in range(3)):
+        if any(abs(place[i] - self.given[i]) > FAR_SHARE * self.sizes[i] for i in range(3)):
             return None
         if not _slopes(self.loads(place, state)).mid().det() * det_at_given > 0:
             return None
@@ -143,7 +143,7 @@ class _Neighbourhood:
         shift = Y * flint.arb_mat(3, 1, [flint.arb(f.value) for f in loads])
         one = flint.arb_mat(3, 3, [int(i == j) for i in range(3) for j in range(3)])
         radii = [2 * abs(shift[i, 0]).upper() + 2.0**-BITS * self.sizes[i] for i in range(3)]
-        for _ in range(BOXES):
+        for _ in range(MOST_BOXES):
             around = [u + flint.arb(0, r) for u, r in zip(place, radii, strict=True)]
             contraction = one - Y * _slopes(self.loads(around, state))
             image = []

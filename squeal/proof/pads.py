@@ -30,19 +30,19 @@ from squeal.proof.balls import (
     in_doubles,
     low_end,
 )
-from squeal.proof.branches import BITS, FRICTION, ORDER, Cell, PadBranch
+from squeal.proof.branches import BITS, FRICTION, TAYLOR_ORDER, Cell, PadBranch
 from squeal.proof.pieces import growing_counts
 from squeal.proof.ranges import CANCELS
-from squeal.proof.signs import NEAR, Polynomial, Sign, signs
+from squeal.proof.signs import NARROWEST_PART, Polynomial, Sign, signs
 
 try:
     import flint
 except ImportError:  # an extra
     flint = None
 
-DEGREE = 2 * ORDER
+DEGREE_IN_T = 2 * TAYLOR_ORDER
 """Degree of polynomials along a cell; higher powers become part of a ball."""
-SAME = 1e-8
+SAME_SHARE = 1e-8
 """A printed threshold is a change of the count that lies within this share of the friction, or of
 a thousandth of the range where the friction is less."""
 NARROWINGS = 9
@@ -283,7 +283,7 @@ class _BranchComparison:
         problem = self._problem_of_passed_claim(event.low)
         if problem is not None or event.is_fold:
             return problem
-        reach = SAME * max(abs(middle), 1e-3 * self.branch.high)
+        reach = SAME_SHARE * max(abs(middle), 1e-3 * self.branch.high)
         claims = [claim for claim in self.waiting if claim.mu <= event.high + reach]
         rises = [claim.rise for claim in claims]
         if event.after - event.before != sum(rises):
@@ -304,7 +304,7 @@ class _BranchComparison:
 
     def _problem_of_passed_claim(self, mu: float) -> Problem | None:
         """Refuted if a claim lies below a friction up to which the count did not change."""
-        reach = SAME * max(abs(mu), 1e-3 * self.branch.high)
+        reach = SAME_SHARE * max(abs(mu), 1e-3 * self.branch.high)
         if self.waiting and self.waiting[0].mu < mu - reach:
             reason = "the number of growing roots does not change at a threshold"
             return Problem("refuted", reason, self.waiting[0].mu)
@@ -316,7 +316,7 @@ class _BranchComparison:
         problem = self._problem_of_passed_claim(end)
         if problem is not None:
             return problem
-        if self.fold is not None and self.fold < end * (1.0 - SAME):
+        if self.fold is not None and self.fold < end * (1.0 - SAME_SHARE):
             return Problem("refuted", "the branch does not turn back", self.fold)
         return None
 
@@ -326,7 +326,7 @@ class _BranchComparison:
         if problem is not None:
             return problem
         self.until = low
-        reach = SAME * low
+        reach = SAME_SHARE * low
         if self.fold is None or not low - reach <= self.fold <= high + reach:
             return Problem("refuted", "the branch turns back", low)
         if high - low > 2.0 * reach:
@@ -405,7 +405,7 @@ class _BranchComparison:
         refined: list[Part] = []
         for low, high in intervals:
             # half the width of the narrow cell in t: somewhat more than half that of the interval
-            share = max(0.6 * (high - low), NEAR)
+            share = max(0.6 * (high - low), NARROWEST_PART)
             value_of_pivot = cell.middle + cell.half * (low + high) / 2.0
             narrow = self.branch.narrow(cell, middle=value_of_pivot, half=cell.half * share)
             if narrow is not None:
@@ -463,18 +463,18 @@ def _sign_within(pieces: Sequence[Sign], low: float, high: float) -> int:
 
 
 def _truncated(polynomial: Polynomial) -> Polynomial:
-    """A polynomial with the powers beyond `DEGREE` as a part of the ball of the first one."""
+    """A polynomial with the powers beyond `DEGREE_IN_T` as a part of the ball of the first one."""
     coefficients = polynomial.coeffs()
-    if len(coefficients) <= DEGREE + 1:
+    if len(coefficients) <= DEGREE_IN_T + 1:
         return polynomial
-    higher = [abs(c) for c in coefficients[DEGREE + 1 :]]
+    higher = [abs(c) for c in coefficients[DEGREE_IN_T + 1 :]]
     bound = sum(higher, flint.arb(0)).abs_upper()  # of the higher powers, as |t| <= 1
     first = coefficients[0] + flint.arb(0, bound)
-    return flint.arb_poly([first, *coefficients[1 : DEGREE + 1]])
+    return flint.arb_poly([first, *coefficients[1 : DEGREE_IN_T + 1]])
 
 
 def _product(a: Polynomial, b: Polynomial) -> Polynomial:
-    """The product of two polynomials in t, up to `DEGREE`."""
+    """The product of two polynomials in t, up to `DEGREE_IN_T`."""
     return _truncated(a * b)
 
 

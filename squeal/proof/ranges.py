@@ -57,14 +57,14 @@ NARROWEST = 1e-14  # of the range: a step that is not shortened
 SPENT = "the range takes more steps than are made"
 AT_END = "a threshold lies at an end of the range, beyond which nothing is counted"
 CANCELS = "what begins and what ends to grow at one value may cancel in the count"
-MOST_GROWTH = 32.0  # of the length of a step after one that is proved
-LEAST_GROWTH = 1.25  # ... after one that is not was followed by one that is
-SHORTER = 0.5  # the length of a step after one that is not proved, by that of the latter
+MOST_LENGTHENING = 32.0  # of the length of a step after one that is proved
+LEAST_LENGTHENING = 1.25  # ... after one that is not was followed by one that is
+SHORTENING = 0.5  # the length of a step after one that is not proved, by that of the latter
 MOST_VALUES_BEYOND = 8  # at which a refutation is searched where no step succeeds
 NEARER = 32.0  # each of these lies so many times nearer to where the steps ended than the last
-INSIDE = 0.4629  # of a gap: where what grows is counted; roots often touch the axis half way
-ASIDE = 1e-3  # of a gap: how far from a threshold that is refuted the search looks again
-FIRST = 1e-8  # of the gap: a step beside a threshold
+INSIDE_SHARE = 0.4629  # of a gap: where what grows is counted; roots often touch the axis half way
+ASIDE_SHARE = 1e-3  # of a gap: how far from a threshold that is refuted the search looks again
+FIRST_STEP = 1e-8  # of the gap: a step beside a threshold
 
 
 @dataclass(frozen=True, eq=False)
@@ -479,42 +479,44 @@ class RangeProof:
         thresholds lie and steps must be short, to the middle.
         """
         middle = (low + high) / 2.0
-        for component, count in zip(self.components, unstable, strict=True):
+        for number, component in enumerate(self.components):
             if self.intervals_left <= 0.0:
                 return self.open_at(middle, SPENT)
-            if self._bounds_of(component, low, high).prove(count):
+            if self._bounds_of(component, low, high).prove(unstable[number]):
                 continue
             for start in (low, high):
-                outcome = self._by_steps(component, start, middle, count)
-                if isinstance(outcome, Proof):
-                    return outcome
-                if outcome is not None:
-                    return self._of_all_components(outcome, sum(unstable))
+                problem = self._problem_by_steps(number, start, middle, unstable)
+                if problem is not None:
+                    return problem
         return Proof("proved", "enclosure", self.growth_below, data=self.data)
 
-    def _by_steps(
-        self, component: Terms, start: float, end: float, unstable: int
-    ) -> Proof | float | None:
-        """Prove one component from `start` to `end`, which lies above or below `start`.
-
-        unstable: how many of its roots have to grow all along, conjugates counted.
+    def _problem_by_steps(
+        self, number: int, start: float, end: float, unstable: Sequence[int]
+    ) -> Proof | None:
+        """What is open or refuted of one component from `start` to `end`, which lies above or below
+        `start`; None if all is proved.
 
         A step is lengthened after one that is proved and shortened after one that is not. The next
-        steps after a shortened one grow little at first, since the longest possible step changes
-        slowly.
+        steps after a shortened one are lengthened little at first, since the longest possible step
+        changes slowly.
 
-        Returns
-        -------
-        None, Proof or float
-            None: proved. Proof: an open one, from where no step succeeds. float: a value at which
-            another number of its roots grows for certain.
+        Parameters
+        ----------
+        number : int
+            The index of the component.
+        start, end : float
+            Values of the parameter.
+        unstable : sequence of int
+            How many roots of each component have to grow all along, conjugates counted.
         """
+        component = self.components[number]
+        count = unstable[number]
         narrowest = NARROWEST * max(abs(end - start), abs(start), abs(end))
         length = abs(end - start)
         if start not in self.ends:  # beside a threshold
-            length = max(FIRST * length, narrowest)
+            length = max(FIRST_STEP * length, narrowest)
         sense = 1.0 if end >= start else -1.0
-        growth = MOST_GROWTH  # factor of the length after a step that is proved
+        lengthening = MOST_LENGTHENING  # factor of the length after a step that is proved
         reached = start
         while True:
             step_end = reached + sense * length
@@ -524,21 +526,22 @@ class RangeProof:
             if self.intervals_left <= 0.0:
                 return self.open_at(middle, SPENT)
             bounds = self._bounds_of(component, min(reached, step_end), max(reached, step_end))
-            if not bounds.allow(unstable):
-                return middle
-            if bounds.prove(unstable):
+            if not bounds.allow(count):
+                return self._where_another_count(middle, unstable)
+            if bounds.prove(count):
                 if step_end == end:
                     return None
                 reached = step_end
-                length *= growth
-                growth = min(growth**2, MOST_GROWTH)  # from LEAST_GROWTH on: 1.25, 1.56, 2.4, 6, 32
+                length *= lengthening
+                # from LEAST_LENGTHENING on: 1.25, 1.56, 2.4, 6, 32
+                lengthening = min(lengthening**2, MOST_LENGTHENING)
                 continue
-            length = abs(step_end - reached) * SHORTER
-            growth = LEAST_GROWTH
+            length = abs(step_end - reached) * SHORTENING
+            lengthening = LEAST_LENGTHENING
             if length < narrowest:
-                value = self._refuting_value(component, reached, end, unstable)
+                value = self._refuting_value(component, reached, end, count)
                 if value is not None:
-                    return value
+                    return self._where_another_count(value, unstable)
                 return self.open_at(middle, bounds.reason)
 
     def _refuting_value(
@@ -556,15 +559,16 @@ class RangeProof:
                 return value
         return None
 
-    def _of_all_components(self, where: float, unstable: int) -> Proof:
+    def _where_another_count(self, where: float, unstable: Sequence[int]) -> Proof:
         """The proof where a component has, at a value, another number of growing roots.
 
         Refuted, or open if the other components may make up for it.
         """
+        expected = sum(unstable)
         bounds = total(self.bounds(where, where))
-        if bounds.allow(unstable):
+        if bounds.allow(expected):
             return self.open_at(where, CANCELS)
-        return self.refuted(bounds, unstable, where)
+        return self.refuted(bounds, expected, where)
 
     def open_at(self, where: float, reason: str) -> Proof:
         """No answer, as of a value of the parameter the discs do not tell enough."""
@@ -636,7 +640,7 @@ class RangeProof:
         # first the number of growing roots of each component at one value inside of each gap
         counts: list[list[int]] = []  # one list for each gap
         for a, b in gaps:
-            inside = a + INSIDE * (b - a)
+            inside = a + INSIDE_SHARE * (b - a)
             bounds_of_components = self.bounds(inside, inside)
             bounds = total(bounds_of_components)
             if bounds.doubtful:
@@ -655,7 +659,7 @@ class RangeProof:
             if below == above or (rise is not None and rise != above - below):
                 reason = f"{below} roots grow below a threshold, {above} above"
                 gap_start, gap_end = gaps[number + 1]
-                where = gap_start + ASIDE * (gap_end - gap_start)
+                where = gap_start + ASIDE_SHARE * (gap_end - gap_start)
                 return Proof("refuted", by="enclosure", data=self.data, reason=reason, where=where)
         # then whether it is the same at every value of each gap
         for (a, b), unstable in zip(gaps, counts, strict=True):
@@ -664,7 +668,7 @@ class RangeProof:
                 bounds = total(self.bounds(value, value))
                 if not bounds.allow(sum(unstable)):
                     # half way to where the roots were counted
-                    beside = (value + a + INSIDE * (b - a)) / 2.0
+                    beside = (value + a + INSIDE_SHARE * (b - a)) / 2.0
                     return self.refuted(bounds, sum(unstable), beside)
             proof = self.between(a, b, unstable)
             if proof.status != "proved":

@@ -32,10 +32,10 @@ try:
 except ImportError:  # an extra
     flint = None
 
-NEAR = 0.125  # h |coupling| of two columns by their distance, above which they stay together
+NEAR_SHARE = 0.125  # h |coupling| of two columns by their distance, above which they stay together
 LARGEST_E = 0.5  # row sums of |Y B X - 1| up to which the inverse is bounded
 BEYOND = "the entries lie beyond double precision"
-ILL = "the eigenvectors are too ill-conditioned"
+ILL_CONDITIONED = "the eigenvectors are too ill-conditioned"
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +150,7 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
         try:
             Y = np.linalg.inv(B.value.mid @ X)
         except LinAlgError:
-            return Failure(ILL)
+            return Failure(ILL_CONDITIONED)
     left = Balls.exact(Y)
     right = Balls.exact(X)
     G0 = left @ (B.value @ right)
@@ -181,7 +181,7 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
         U = U + half**2 * (G1.bound() @ sizes_of_S1)
     F = inverse_excess(upper(E, 6 * n + 16))  # |G^-1 - 1| <= F
     if F is None:
-        return Failure(ILL)
+        return Failure(ILL_CONDITIONED)
     N = upper(U + F @ U, 8 * n + 16)  # S - (S0 + d S1) = G^-1 (R - G (S0 + d S1))
     L = S1.mid
     if half > 0.0:
@@ -232,7 +232,7 @@ def _with_moving_vectors(
     """
     centres = S0.mid.diagonal()
     gaps = centres[:, None] - centres
-    are_near = half * np.abs(S1.mid) >= NEAR * np.abs(gaps)  # also where both are zero
+    are_near = half * np.abs(S1.mid) >= NEAR_SHARE * np.abs(gaps)  # also where both are zero
     stay_together = stay_together | are_near | are_near.T
     chain_couplings = S0.mid - np.diag(centres)
     # S1 + S0 Z - Z S0 = 0 entry by entry; couplings in chains make that a fixed-point iteration
@@ -244,7 +244,7 @@ def _with_moving_vectors(
     dZ = half * magnitude(Z_ball.mid)  # |d Z| <= dZ, and |V| <= V from here on
     V = inverse_excess(upper(dZ, 1))
     if V is None:
-        return Failure(ILL)
+        return Failure(ILL_CONDITIONED)
     S0_Z = (S0 @ Z_ball).minus(Z_ball @ S0)
     S1_Z = (S1 @ Z_ball).minus(Z_ball @ S1)
     slope = S1.plus(S0_Z)

@@ -19,7 +19,7 @@ Polynomial = Any
 """A `flint.arb_poly` in t."""
 MOST_PARTS = 400
 """How many intervals are examined at most, halves of others among them; what is left is unknown."""
-NEAR = 1e-13
+NARROWEST_PART = 1e-13
 """An interval of t that is not divided any more."""
 
 
@@ -94,7 +94,7 @@ def _signs_of_part(D: Polynomial, uncertainty: Ball, low: float, high: float) ->
         slope_variation += k * sizes[k]
     if len(centred) > 1 and sizes[1] > slope_variation:
         return _signs_where_monotonic(D, uncertainty, low, high)
-    if high - low < NEAR:
+    if high - low < NARROWEST_PART:
         return [Sign(low, high, 0)]
     return None
 

@@ -29,8 +29,8 @@ from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.queries.whirl import whirl_direction
 from squeal.schema import Positive, public
-from squeal.sparse.dense import CLUSTER, dense_values, roots_at
-from squeal.sparse.reduction import SPURIOUS, Reduction
+from squeal.sparse.dense import CLUSTER_DISTANCE, dense_values, roots_at
+from squeal.sparse.reduction import SPURIOUS_RESIDUAL, Reduction
 
 STEPS = 400  # of the range of speeds
 FEW_ROWS = 100
@@ -107,7 +107,7 @@ class CampbellDiagram:
         changes = {self.system.parameter: speed}
         in_band = self.reduction.region.contains(roots)
         with_vectors = self.reduction.roots(changes, roots[in_band])
-        is_genuine = self.reduction.residuals(with_vectors, changes) <= SPURIOUS
+        is_genuine = self.reduction.residuals(with_vectors, changes) <= SPURIOUS_RESIDUAL
         return np.isin(roots, with_vectors.values[is_genuine])
 
     def growing(self, speed: float) -> Bools:
@@ -164,7 +164,7 @@ class CampbellDiagram:
         one that of all its shapes."""
         roots = self.ranked_roots(speed)
         root = complex(roots[np.argmin(np.abs(roots - near))])
-        repeated = roots[np.abs(roots - root) <= CLUSTER * abs(root)]
+        repeated = roots[np.abs(roots - root) <= CLUSTER_DISTANCE * abs(root)]
         matrices = self.system.arrays({self.system.parameter: speed})
         directions = set()
         for shape in roots_at(*matrices, repeated).right.T:

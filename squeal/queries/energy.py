@@ -30,7 +30,7 @@ from squeal.io.system import Origin, SystemFile
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number
 from squeal.linear.damping import frictionless
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import MCK, SKEW, Array
+from squeal.linear.matrices import LARGEST_ASYMMETRY, MCK, Array
 from squeal.linear.moduli import Modulus
 from squeal.linear.roots import ComplexArray
 from squeal.linear.sensitivity import sensitivities
@@ -425,8 +425,8 @@ def _role_of(part: str, term: Term, changes_without_friction: bool) -> str:
     to zero: mu, or the free parameter of a system without mu, which may be a speed.
     """
     size = abs(term.matrix).max()
-    is_skew = size > 0.0 and abs(term.matrix + term.matrix.T).max() <= SKEW * size
-    is_symmetric = abs(term.matrix - term.matrix.T).max() <= SKEW * size
+    is_skew = size > 0.0 and abs(term.matrix + term.matrix.T).max() <= LARGEST_ASYMMETRY * size
+    is_symmetric = abs(term.matrix - term.matrix.T).max() <= LARGEST_ASYMMETRY * size
     if part == "C":
         if is_skew:
             return "gyroscopic"

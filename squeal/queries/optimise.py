@@ -36,7 +36,7 @@ from squeal.results.sources import EigenvalueSelection
 from squeal.schema import Place, Positive, Whole, public
 from squeal.sparse.dense import roots_at
 from squeal.sparse.quadratic import PROGRESS, Progress
-from squeal.sparse.reduction import TOLERANCE, Reduction
+from squeal.sparse.reduction import RESIDUAL_TOLERANCE, Reduction
 
 LEADING = 12  # fastest growing roots whose growth rates are bounded at once
 RUNS = 4  # of a search, from the best point so far: a change of the fastest mode may end one early
@@ -383,8 +383,9 @@ def optimise(
     PROGRESS.get()("the full system before and after")
     before = known_roots(analysis.file, selection)
     after = known_roots(analysis.file, selection, system.replace(result.parameters))
-    if result.residual > TOLERANCE:
-        words = f"a residual of {result.residual:.2g} in the full problem, {TOLERANCE:g} is wanted"
+    if result.residual > RESIDUAL_TOLERANCE:
+        residual = f"a residual of {result.residual:.2g} in the full problem"
+        words = f"{residual}, {RESIDUAL_TOLERANCE:g} is wanted"
         Place("optimise").warn(f"the reduced system has {words}; the result may be improved")
     warn_of_held_seat(analysis.file, "optimise")
     changed = []
@@ -469,7 +470,7 @@ def _best_of_searches(
         parameters = search.parameters(best.q)
         if reduction is not None:
             residual = float(reduction.modes(parameters).residuals.max())
-        if residual <= TOLERANCE:
+        if residual <= RESIDUAL_TOLERANCE:
             break
         points_of_basis.append(best.q)
         starting_points = [best.q]

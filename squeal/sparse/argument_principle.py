@@ -21,8 +21,8 @@ from squeal.errors import InputError
 from squeal.sparse.factor import Factor, factorise_at
 from squeal.sparse.quadratic import Bools, ComplexArray, Quadratic, report
 
-DAMPED = 0.25  # a band holds roots whose real part is at most this share of its upper end
-NODES = (8, 16, 32)  # on a circle, until they resolve the quotient
+DAMPED_SHARE = 0.25  # a band holds roots whose real part is at most this share of its upper end
+NODE_COUNTS = (8, 16, 32)  # on a circle, until they resolve the quotient
 SINGLE_ROWS = 150_000  # of more, rounding of single precision hides what few determinants show
 NEGATIVE_POWERS = (0.035, 0.02)  # of an analytic function: largest coefficients of z^-2 and z^-1
 
@@ -125,7 +125,7 @@ def band(low_hz: float, high_hz: float) -> Rectangle:
         raise InputError(f"band {low_hz:g}:{high_hz:g}: is not allowed; {allowed}")
     low = 2 * math.pi * low_hz
     high = 2 * math.pi * high_hz
-    return Rectangle(-DAMPED * high, DAMPED * high, low, high)
+    return Rectangle(-DAMPED_SHARE * high, DAMPED_SHARE * high, low, high)
 
 
 def count_roots(
@@ -155,7 +155,7 @@ def count_roots(
     ComputationError
         If P is singular everywhere.
     """
-    finest = NODES[-1]
+    finest = NODE_COUNTS[-1]
     end = finest
     # det P of real matrices on a circle around a real centre: the lower half follows from the upper
     mirrored = problem.real and disc.centre.imag == 0.0
@@ -169,7 +169,7 @@ def count_roots(
     for precision in precisions:
         # of det P(z) / prod(z - known) at `finest` nodes z; NaN: not computed yet
         logarithms = np.full(finest, np.nan, dtype=complex)
-        for nodes in NODES:
+        for nodes in NODE_COUNTS:
             step = finest // nodes
             for k in range(0, end, step):
                 if not np.isnan(logarithms[k]):  # computed for fewer nodes already

@@ -34,7 +34,7 @@ from squeal.linear.search import search
 from squeal.linear.steps import EventGuess, near_coalescences
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import assumed_rounding
-from squeal.sparse.dispersive import NEAR, DispersiveReduction, frequencies
+from squeal.sparse.dispersive import NEAR_INTERVALS, DispersiveReduction, frequencies
 from squeal.sparse.factor import factorise_at
 from squeal.sparse.quadratic import (
     Array,
@@ -50,14 +50,14 @@ from squeal.sparse.reduction import Reduction
 
 # When the roots of a reduced system are in doubt, and what following them may cost
 SHORTEST_STEP = 2.0**-40  # of the range
-SPECTRA = 600  # values at which roots are computed; beyond, no step is halved
+MOST_SPECTRA = 600  # values at which roots are computed; beyond, no step is halved
 MISSED_SHARE = 0.25  # of a root's path: two roots match if their slopes miss it by at most this
 MISSED = 1e-4  # of |lambda|: ... or by this
-REAL = 1e-6  # of the highest imaginary part: below, a root of real matrices is real
-SAME = 1e-7  # relative: crossings closer than this are one
+REAL_SHARE = 1e-6  # of the highest imaginary part: below, a root of real matrices is real
+SAME_SHARE = 1e-7  # relative: crossings closer than this are one
 NEWTON_STEPS = 20
-FACTOR_SERVES = 3  # steps of Newton's method: the later ones correct vectors by residuals
-CONVERGED = 1e-12  # step relative to p and omega; its error is the square
+STEPS_PER_FACTOR = 3  # steps of Newton's method: the later ones correct vectors by residuals
+CONVERGED_STEP = 1e-12  # step relative to p and omega; its error is the square
 
 
 class CrossingGuess(NamedTuple):
@@ -96,7 +96,9 @@ def _frozen_parts(reduction: DispersiveReduction) -> Iterator[_FrozenPart]:
     region = reduction.region
     grid = frequencies(reduction.system, region)
     spacing = float(np.diff(grid).max())
-    reach = (NEAR + 0.5) * spacing  # beyond NEAR, within which roots start, and how far they move
+    reach = (
+        NEAR_INTERVALS + 0.5
+    ) * spacing  # beyond NEAR_INTERVALS, within which roots start, and how far they move
     for omega in grid.tolist():
         around = replace(
             region,
@@ -173,7 +175,7 @@ class CrossingSearch:
             raise InputError(f"region {region}: must hold a part of the upper imaginary axis")
         # roots of real matrices come in pairs: the upper ones serve, and below this (rad/s) their
         # imaginary part is taken for zero
-        self.real = REAL * region.high_imag if reduction.system.real else 0.0
+        self.real = REAL_SHARE * region.high_imag if reduction.system.real else 0.0
         self.region = replace(region, low_imag=max(region.low_imag, -self.real))
         self._spectra: dict[float, SpectrumAtParameter] = {}
 
@@ -190,8 +192,8 @@ class CrossingSearch:
         """The crossings between two values of the parameter.
 
         Each is located on the reduced system. The step is divided where its two spectra leave a
-        doubt, down to the length `shortest` or until `SPECTRA` are computed: there the end nearer
-        to a crossing stands for it.
+        doubt, down to the length `shortest` or until `MOST_SPECTRA` are computed: there the end
+        nearer to a crossing stands for it.
         """
         before = self.at(low)
         after = self.at(high)
@@ -207,7 +209,7 @@ class CrossingSearch:
                 guesses += guesses_of_root
         if division is None:
             yield from guesses
-        elif high - low > shortest and len(self._spectra) < SPECTRA:
+        elif high - low > shortest and len(self._spectra) < MOST_SPECTRA:
             yield from self.between(low, division, shortest)
             yield from self.between(division, high, shortest)
         else:  # the shortest step: the end nearer to the crossing is the guess
@@ -425,8 +427,8 @@ def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[flo
 
 def _is_same_meeting(one: Event, other: Event) -> bool:
     return (
-        abs(one.value - other.value) <= SAME * abs(one.value)
-        and abs(one.omega - other.omega) <= SAME * one.omega
+        abs(one.value - other.value) <= SAME_SHARE * abs(one.value)
+        and abs(one.omega - other.omega) <= SAME_SHARE * one.omega
     )
 
 
@@ -460,7 +462,7 @@ def _at_own_frequency(
             return None
         event = meeting
         excess = event.omega - omega
-        if abs(excess) <= CONVERGED * omega:
+        if abs(excess) <= CONVERGED_STEP * omega:
             return event
         # to the zero of the line through the last two excesses
         step = excess * (omega - omega_before) / (excess_before - excess)
@@ -489,10 +491,10 @@ def _in_range(crossing: AxisCrossing, low: float, high: float) -> AxisCrossing |
 
 def _is_same(one: AxisCrossing, other: AxisCrossing) -> bool:
     """Whether two crossings agree in parameter, frequency and mode."""
-    distance = SAME * max(abs(one.value), abs(other.value)) + one.width + other.width
+    distance = SAME_SHARE * max(abs(one.value), abs(other.value)) + one.width + other.width
     return bool(
         abs(one.value - other.value) <= distance
-        and abs(one.omega - other.omega) <= SAME * max(one.omega, other.omega)
+        and abs(one.omega - other.omega) <= SAME_SHARE * max(one.omega, other.omega)
         and abs(np.vdot(one.vector, other.vector)) > 0.5
     )
 
@@ -511,7 +513,7 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
     y = guess.left / np.linalg.norm(guess.left)
     for k in range(NEWTON_STEPS):
         problem = scaled.at({name: value, **scaled.system.frequency(omega)})
-        if k % FACTOR_SERVES == 0:
+        if k % STEPS_PER_FACTOR == 0:
             _, factor = factorise_at(problem, complex(0.0, omega))
             right = factor.solve(y)
             left = factor.solve(x.conj(), transposed=True).conj()
@@ -584,8 +586,8 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     uncertain = 2 * EPS * size * float(np.abs(inverse[1]).sum())
     new_p = p + step
     new_omega = omega + omega_step
-    is_small = abs(step) <= CONVERGED * max(abs(new_p), abs(p) or 1.0)
-    is_small &= abs(omega_step) <= CONVERGED * max(abs(new_omega), 1.0)
+    is_small = abs(step) <= CONVERGED_STEP * max(abs(new_p), abs(p) or 1.0)
+    is_small &= abs(omega_step) <= CONVERGED_STEP * max(abs(new_omega), 1.0)
     if system.follows:  # tables of moduli end
         least, most = system.covered  # Hz
         new_omega = min(max(new_omega, 2 * math.pi * least), 2 * math.pi * most)

@@ -23,7 +23,7 @@ from squeal.linear.condensation import state_pencil
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import (
     EPS,
-    ILL,
+    ILL_CONDITIONED,
     Matrix,
     check_regular,
     divisor,
@@ -47,9 +47,9 @@ from squeal.sparse.quadratic import (
     quadratic,
 )
 
-ROUNDING = 64 * EPS
+STIFFNESS_ROUNDING = 64 * EPS
 """The share of |K| that rounding of K does to a motion that it does not hold."""
-CLUSTER = 1e-7
+CLUSTER_DISTANCE = 1e-7
 """The relative distance of roots that are too close for a vector each."""
 
 
@@ -71,7 +71,7 @@ def dense_values(
         rounding = reduced.rounding
     except InputError:  # a light mass, or one that is not symmetric; complex matrices
         condition = float(np.linalg.cond(equilibrated(M)))
-        if 1.0 / condition <= ILL:
+        if 1.0 / condition <= ILL_CONDITIONED:
             problem = quadratic(M, damping, K)
             values, _ = pencil_values(problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
             return values
@@ -89,7 +89,7 @@ def dense_values(
     sizes = np.abs(values)
     # of roots near zero ranks decide how many are exactly zero, see the head of this module
     if stiffness is not None:
-        zeros = _count_zeros(M, damping, K, ROUNDING * stiffness)
+        zeros = _count_zeros(M, damping, K, STIFFNESS_ROUNDING * stiffness)
     elif np.min(sizes) <= EPS**0.25 * np.max(sizes):  # rounding moves zeros in chains up to here
         zeros = _count_zeros(np.eye(len(M)), B, A, noise_of(A, rounding))
     else:
@@ -212,7 +212,7 @@ def roots_at(
         right: NDArray = np.zeros((len(M), 0))
         left = right
         if mean == 0.0 and not exact:
-            noise = noise_of(K) if stiffness is None else ROUNDING * stiffness
+            noise = noise_of(K) if stiffness is None else STIFFNESS_ROUNDING * stiffness
             right, left = null_spaces(K, noise)
         if not right.shape[1]:  # other roots, or a K that is regular to rounding
             P = mean * mean * M + (0.0 if C is None else mean * C) + K
@@ -235,7 +235,7 @@ def _clusters(values: ComplexArray) -> list[Indices]:
     """Indices of neighbouring values that are too close for a vector each."""
     if not len(values):
         return []
-    is_gap = np.abs(np.diff(values)) > CLUSTER * np.abs(values[1:])
+    is_gap = np.abs(np.diff(values)) > CLUSTER_DISTANCE * np.abs(values[1:])
     return np.split(np.arange(len(values)), np.flatnonzero(is_gap) + 1)
 
 

@@ -28,7 +28,13 @@ from squeal.linear.moduli import Modulus
 from squeal.linear.system import TermSystem
 from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.eigensolver import CORRECTIONS, EXACT, GOOD_ENOUGH, Residuals, residuals_of
+from squeal.sparse.eigensolver import (
+    ACCEPTED_RESIDUAL,
+    EXACT_RESIDUAL,
+    MOST_CORRECTIONS,
+    Residuals,
+    residuals_of,
+)
 from squeal.sparse.factor import factorise_at
 from squeal.sparse.quadratic import (
     Array,
@@ -41,12 +47,12 @@ from squeal.sparse.quadratic import (
 from squeal.sparse.reduction import Reduction
 
 # Where matrices are frozen, and when a root is found
-FROZEN = 7  # frequencies of a band, its ends among them
-MOST = 60  # frequencies at all: where roots merge others join
-NEAR = 1.5  # intervals from a frozen frequency within which its roots start
-STEPS = 30  # of Newton's method
-CONVERGED = 1e-10  # last step, relative to the root; its error is about the square
-SAME = 1e-7  # relative: nearer roots are one
+FROZEN_FREQUENCIES = 7  # frequencies of a band, its ends among them
+MOST_FREQUENCIES = 60  # frequencies at all: where roots merge others join
+NEAR_INTERVALS = 1.5  # intervals from a frozen frequency within which its roots start
+NEWTON_STEPS = 30  # of Newton's method
+CONVERGED_STEP = 1e-10  # last step, relative to the root; its error is about the square
+SAME_SHARE = 1e-7  # relative: nearer roots are one
 
 
 @dataclass
@@ -84,7 +90,7 @@ def frequencies(system: TermSystem, region: Rectangle) -> Array:
             f"{', '.join(_tables(system))}: {least:g} to {most:g} Hz are covered; "
             f"{low_hz:g} to {high_hz:g} Hz are needed"
         )
-    return np.clip(np.linspace(low, high, FROZEN), 2 * np.pi * least, 2 * np.pi * most)
+    return np.clip(np.linspace(low, high, FROZEN_FREQUENCIES), 2 * np.pi * least, 2 * np.pi * most)
 
 
 def _tables(system: TermSystem) -> list[str]:
@@ -143,11 +149,11 @@ def roots_at_own_frequencies(
     """
     system = reduction.system
     grid = frequencies(system, reduction.region)
-    reach = NEAR * np.diff(grid).max()
+    reach = NEAR_INTERVALS * np.diff(grid).max()
     pending = grid.tolist()  # frequencies at which matrices are still to be frozen
     tried: list[float] = []
     reached: list[RepeatedRoot] = []
-    while pending and len(tried) < MOST:
+    while pending and len(tried) < MOST_FREQUENCIES:
         omega = pending.pop(0)
         tried.append(omega)
         starts = reduction.values({**changes, **system.frequency(omega)})
@@ -163,7 +169,7 @@ def roots_at_own_frequencies(
                 root = RepeatedRoot(z)
                 reached.append(root)
             root.from_above.add(omega > z.imag)
-            distance = SAME * abs(z)
+            distance = SAME_SHARE * abs(z)
             if abs(z.imag - omega) <= distance:  # the matrices are frozen at the root's frequency
                 root.multiplicity = max(root.multiplicity, coincident)
             elif coincident > 1 and all(abs(z.imag - w) > distance for w in tried + pending):
@@ -172,7 +178,7 @@ def roots_at_own_frequencies(
 
 
 def _is_same(z: complex, other: complex) -> bool:
-    return abs(z - other) <= SAME * abs(z)
+    return abs(z - other) <= SAME_SHARE * abs(z)
 
 
 def vectors_of(
@@ -204,7 +210,7 @@ def _newton(
     system = reduction.system
     z = start
     omega = frozen
-    for _ in range(STEPS):
+    for _ in range(NEWTON_STEPS):
         at_omega = {**changes, **system.frequency(omega)}
         root = reduction.roots(at_omega, np.array([z]))  # vectors of P(z), no new root
         x = root.right[:, 0]
@@ -229,8 +235,8 @@ def _newton(
         step += root_by_omega * omega_step
         z = z + step
         omega = float(np.clip(omega + omega_step, grid[0], grid[-1]))
-        if abs(step) <= CONVERGED * abs(z):
-            is_clipped = abs(z.imag - omega) > CONVERGED * abs(z)
+        if abs(step) <= CONVERGED_STEP * abs(z):
+            is_clipped = abs(z.imag - omega) > CONVERGED_STEP * abs(z)
             return None if is_clipped else z
     return None
 
@@ -254,7 +260,7 @@ def modes_at_own_frequencies(
     repeated = roots_at_own_frequencies(reduction, changes)
     grid = frequencies(system, region)
     worst_before = np.inf
-    for _ in range(CORRECTIONS):
+    for _ in range(MOST_CORRECTIONS):
         reduced_roots = vectors_of(reduction, changes, repeated)
         full = Roots(
             values=reduced_roots.values,
@@ -272,10 +278,10 @@ def modes_at_own_frequencies(
         errors = np.maximum(errors, np.linalg.norm(residuals.left, axis=0))
         worst = float(np.max(errors, initial=0.0))
         no_longer_improves = worst > worst_before / 2
-        if worst <= EXACT or (no_longer_improves and worst <= GOOD_ENOUGH):
+        if worst <= EXACT_RESIDUAL or (no_longer_improves and worst <= ACCEPTED_RESIDUAL):
             break
         worst_before = worst
-        is_unsolved = errors > EXACT
+        is_unsolved = errors > EXACT_RESIDUAL
         reduction.extend(residuals.corrections(factor, is_unsolved, is_unsolved))
         for root in repeated:
             start = root.value

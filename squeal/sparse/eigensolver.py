@@ -24,7 +24,7 @@ from squeal.linear.eigen import Eigenvalue, values_of
 from squeal.linear.matrices import Matrix, divisor
 from squeal.linear.roots import STIFF
 from squeal.sparse.argument_principle import Disc, Rectangle, Region, count_roots, disc_around
-from squeal.sparse.dense import ROUNDING, dense_values, roots_at
+from squeal.sparse.dense import STIFFNESS_ROUNDING, dense_values, roots_at
 from squeal.sparse.factor import Factor, factorise_at
 from squeal.sparse.quadratic import (
     Array,
@@ -38,22 +38,22 @@ from squeal.sparse.quadratic import (
 )
 
 # What a search for roots may cost, and the errors with which it ends
-COLUMNS = 180  # of a subspace; what it does not reach is left to other shifts
-BLOCK = 3  # vectors of a step: roots of that multiplicity converge at once
+MOST_COLUMNS = 180  # of a subspace; what it does not reach is left to other shifts
+BLOCK_SIZE = 3  # vectors of a step: roots of that multiplicity converge at once
 RITZ_RESIDUAL = 1e-4  # of a Ritz value that has converged
-EXACT = 1e-12  # backward error of right vectors with which corrections end
-GOOD_ENOUGH = 2e-9  # ... of left vectors, and of right ones that no longer improve
-CORRECTIONS = 12  # at most
-REACH = 1.6  # around a region, relative: the count then needs few determinants
-PARTS = 200  # that are tried before a region is refused
-ATTEMPTS = 3  # starts for a region whose count shows missing roots
+EXACT_RESIDUAL = 1e-12  # backward error of right vectors with which corrections end
+ACCEPTED_RESIDUAL = 2e-9  # ... of left vectors, and of right ones that no longer improve
+MOST_CORRECTIONS = 12  # at most
+COUNTED_REACH = 1.6  # around a region, relative: the count then needs few determinants
+MOST_PARTS = 200  # that are tried before a region is refused
+MOST_ATTEMPTS = 3  # starts for a region whose count shows missing roots
 DENSE_ROWS = 2000  # up to which all roots are computed where few do not suffice
 UNCOUNTED_PART = 0.125  # of a region: smaller ones are not halved for a count alone
 SMALLEST_PART = 1e-3  # of a region: smaller ones are not halved
 SHIFT_OF_LOWEST = 0.3  # of the scale of the lowest roots: where their subspace is built
 REACH_OF_LOWEST = 1.5  # how much farther than the lowest roots their subspace has to reach
 ENLARGEMENT = 1.5  # of a region around zero until it holds the lowest roots
-ENLARGEMENTS = 12  # at most
+MOST_ENLARGEMENTS = 12  # at most
 
 
 class RootsNearShift(NamedTuple):
@@ -183,9 +183,9 @@ def roots_near_shift(
         upper = states[:n]
         return np.vstack([factor.solve(-(slope @ upper + mass @ states[n:])), upper])
 
-    start = np.random.default_rng(seed).standard_normal((2 * n, BLOCK)).astype(dtype)
-    most = min(COLUMNS, 2 * n)
-    krylov = BlockArnoldi(companion, start, most + BLOCK)
+    start = np.random.default_rng(seed).standard_normal((2 * n, BLOCK_SIZE)).astype(dtype)
+    most = min(MOST_COLUMNS, 2 * n)
+    krylov = BlockArnoldi(companion, start, most + BLOCK_SIZE)
     for ritz in krylov.growing(most):
         sizes = np.maximum(np.abs(ritz.values), np.finfo(float).tiny)
         is_good = ritz.residuals <= RITZ_RESIDUAL * sizes
@@ -260,8 +260,8 @@ def corrected_roots(
     factor: Factor,
     basis: Array,
     region: Region,
-    exact: float = EXACT,
-    accepted: float = GOOD_ENOUGH,
+    exact: float = EXACT_RESIDUAL,
+    accepted: float = ACCEPTED_RESIDUAL,
 ) -> Roots | None:
     """The roots in a region by residual inverse iteration; None if it does not converge.
 
@@ -291,7 +291,7 @@ def corrected_roots(
     K = V.T @ (problem.K @ V)
     _, _, stiffness = problem.norms  # |K|, whose rounding the projected K carries
     worst_before = np.inf
-    for _ in range(CORRECTIONS):
+    for _ in range(MOST_CORRECTIONS):
         values = dense_values(M, C, K, stiffness=stiffness)
         values = values[region.contains(values)]
         ritz = roots_at(M, C, K, values, stiffness)
@@ -377,7 +377,7 @@ def modes_in(
     region: Rectangle,
     certify: bool = True,
     start: Array | None = None,
-    exact: float = EXACT,
+    exact: float = EXACT_RESIDUAL,
 ) -> Modes:
     """All roots in a rectangle with left vectors, and the count that certifies them.
 
@@ -409,7 +409,7 @@ def modes_in(
     missing = 0 if certify else None  # None: there is no count of the whole region
     rough_values: list[complex] = []
     pending = [region]
-    for _ in range(PARTS):
+    for _ in range(MOST_PARTS):
         part = pending.pop()
         of_part = _roots_around(problem, part, certify, basis, exact)
         if of_part is None:  # no subspace reached all of its roots
@@ -440,7 +440,7 @@ def modes_in(
                 rough_values=tuple(rough_values),
             )
     raise ComputationError(
-        f"the region holds too many roots: {len(roots.values)} after {PARTS} parts; a "
+        f"the region holds too many roots: {len(roots.values)} after {MOST_PARTS} parts; a "
         "narrower band or region is required"
     )
 
@@ -479,10 +479,10 @@ def _roots_around(
     """
     shift = region.off_centre
     offset = abs(shift - region.centre)
-    needed_reach = offset + REACH * region.radius
+    needed_reach = offset + COUNTED_REACH * region.radius
     basis = start
     latest: _PartRoots | None = None
-    for attempt in range(ATTEMPTS):
+    for attempt in range(MOST_ATTEMPTS):
         near = roots_near_shift(
             problem,
             shift,
@@ -559,7 +559,7 @@ def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
 
     basis = np.zeros((problem.n, 0))
     largest = scale  # |lambda| of the requested roots as far as the subspaces show them
-    for attempt in range(ATTEMPTS):
+    for attempt in range(MOST_ATTEMPTS):
         near = roots_near_shift(problem, complex(shift), scale, enough, seed=attempt)
         basis = enlarged(basis, near.vectors, dropped=1e-6)
         sizes = _sizes_of_modes(problem, near.values)
@@ -583,10 +583,10 @@ def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
 def _rigid_limit(problem: Quadratic) -> float:
     """The |lambda| (rad/s) up to which a root may be the zero of a rigid body.
 
-    Rounding of K moves lambda^2 = 0 by up to `ROUNDING` times the square of the frequency scale,
-    and lambda by the root of that; ten times as much is allowed.
+    Rounding of K moves lambda^2 = 0 by up to `STIFFNESS_ROUNDING` times the square of the frequency
+    scale, and lambda by the root of that; ten times as much is allowed.
     """
-    return 10 * math.sqrt(ROUNDING) * problem.frequency_scale
+    return 10 * math.sqrt(STIFFNESS_ROUNDING) * problem.frequency_scale
 
 
 def _sizes_of_modes(problem: Quadratic, values: ComplexArray) -> Array:
@@ -645,11 +645,11 @@ def _lowest_of_all(problem: Quadratic, modes: int, certify: bool) -> Modes:
 def _lowest_of_squares(problem: Quadratic, modes: int, largest: float, certify: bool) -> Modes:
     """The lowest modes by searching squares around zero, the first of half width about `largest`.
 
-    The squares grow until a disc in one of them holds so many. After `ENLARGEMENTS` the roots of
-    the last disc are returned, however few.
+    The squares grow until a disc in one of them holds so many. After `MOST_ENLARGEMENTS` the roots
+    of the last disc are returned, however few.
     """
     half_width = 1.02 * largest  # the largest root itself lies well inside
-    for _ in range(ENLARGEMENTS):
+    for _ in range(MOST_ENLARGEMENTS):
         # with the real axis; of complex matrices the lower roots are no conjugates
         low = -1e-6 * half_width if problem.real else -half_width
         square = Rectangle(-half_width, half_width, low, half_width)

@@ -32,7 +32,7 @@ from squeal.linear.verdicts import ACCEPTED
 from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle, count_roots, disc_around
 from squeal.sparse.dense import dense_values
-from squeal.sparse.eigensolver import COLUMNS, BlockArnoldi, corrected_roots, modes_in
+from squeal.sparse.eigensolver import MOST_COLUMNS, BlockArnoldi, corrected_roots, modes_in
 from squeal.sparse.factor import Factor, factorise
 from squeal.sparse.quadratic import (
     Array,
@@ -46,8 +46,8 @@ from squeal.sparse.quadratic import (
     report,
 )
 from squeal.sparse.reduced_basis import (
-    COARSE,
-    MARGIN,
+    COARSE_ERROR,
+    ESTIMATED_MARGIN,
     TRAINED_MARGIN,
     Probes,
     ReducedBasis,
@@ -56,21 +56,21 @@ from squeal.sparse.reduced_basis import (
     random_vectors,
     root_error_bounds,
 )
-from squeal.sparse.reduction import CONTRACTS, Complement, Reduction
+from squeal.sparse.reduction import LARGEST_CONTRACTION, Complement, Reduction
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
 
 # What a basis holds, and which roots are corrected
-REACH = 2.0  # of the real modes, over the highest frequency
-BLOCK = 6  # vectors of a step towards them
+REACH_OF_MODES = 2.0  # of the real modes, over the highest frequency
+BLOCK_SIZE = 6  # vectors of a step towards them
 MODE_RESIDUAL = 1e-4  # of a real mode
-ONE_ROUND = 1e-3  # of |lambda|: errors that call for one round of corrections alone
-GOOD = 1e-7  # of |lambda|: roots with smaller errors add no corrections
-ROUNDS = 5  # of corrections at most
-DROPPED = 1e-2  # of unit vectors: what they add less is left out
-TRAINED = 13  # values at most that few modes are made for
+ONE_ROUND_ERROR = 1e-3  # of |lambda|: errors that call for one round of corrections alone
+GOOD_ERROR = 1e-7  # of |lambda|: roots with smaller errors add no corrections
+MOST_ROUNDS = 5  # of corrections at most
+DROPPED_PART = 1e-2  # of unit vectors: what they add less is left out
+MOST_TRAINED = 13  # values at most that few modes are made for
 DECAYED = 2.0  # times its error: a root that decays by more is not corrected
 
 
@@ -133,8 +133,8 @@ class Structure:
         and modes near the shift have the largest ones.
         """
         reach = highest**2 - self.shift  # of w^2, from the shift to the highest frequency
-        start = np.random.default_rng(0).standard_normal((self.F.shape[0], BLOCK))
-        krylov = BlockArnoldi(lambda x: self.factor.solve(self.M @ x), start, COLUMNS)
+        start = np.random.default_rng(0).standard_normal((self.F.shape[0], BLOCK_SIZE))
+        krylov = BlockArnoldi(lambda x: self.factor.solve(self.M @ x), start, MOST_COLUMNS)
         for ritz in krylov.growing():
             theta = np.abs(ritz.values)
             closeness = reach * theta  # at least 1 up to the highest frequency
@@ -195,9 +195,9 @@ class FirstLook(Reduction):
         self.contraction = 0.5
         self.reduced_basis: ReducedBasis | None = None
         self.error = np.inf
-        self.wide = region.widened(MARGIN)
+        self.wide = region.widened(ESTIMATED_MARGIN)
         highest = max(abs(region.low_imag), abs(region.high_imag))
-        self.reach = REACH * highest
+        self.reach = REACH_OF_MODES * highest
         # parameters by their structure: of the first, middle and last value those with different
         # K or M without friction
         representatives: dict[bytes, Parameters] = {}
@@ -210,7 +210,7 @@ class FirstLook(Reduction):
             self._frictionless.append(without_friction)
             self.structures.append(Structure(scaled.at(without_friction), highest))
         self._factors = np.array([self._structure_factors(p) for p in representatives.values()])
-        index = np.linspace(0, len(values) - 1, min(len(values), TRAINED))
+        index = np.linspace(0, len(values) - 1, min(len(values), MOST_TRAINED))
         self.trained = [values[round(k)] for k in index.tolist()]
         self.samples = tuple(representatives.values())
         if len(representatives) <= 2:
@@ -234,8 +234,8 @@ class FirstLook(Reduction):
         `reduced_basis` of few modes; returns itself."""
         report(f"real modes of {self.scaled.n} rows")
         middle = len(self.structures) // 2
-        self.extend(self.structures[middle].modes(self.reach), DROPPED)
-        for _ in range(ROUNDS):
+        self.extend(self.structures[middle].modes(self.reach), DROPPED_PART)
+        for _ in range(MOST_ROUNDS):
             shares = []
             residuals = []
             corrections = []
@@ -245,7 +245,7 @@ class FirstLook(Reduction):
                 # the root 0 of a rigid body is exact
                 estimated = self._roots_with_errors(changes, near_values[near_values != 0.0])
                 sizes = np.abs(estimated.roots.values)
-                is_off = estimated.errors > GOOD * sizes
+                is_off = estimated.errors > GOOD_ERROR * sizes
                 # corrections of right vectors, then of left ones
                 corrections.append(estimated.corrections[:, np.tile(is_off, 2)])
                 shares.append(np.max(estimated.errors / sizes, initial=0.0))
@@ -253,8 +253,8 @@ class FirstLook(Reduction):
             self.error = float(max(shares))
             self.worst = float(max(residuals))
             report(f"{self.size} vectors, errors up to {self.error:.2g} of |lambda|")
-            self.extend(np.hstack(corrections), DROPPED)
-            if self.error <= ONE_ROUND:
+            self.extend(np.hstack(corrections), DROPPED_PART)
+            if self.error <= ONE_ROUND_ERROR:
                 break
         tested = self.samples
         if len(self.structures) == 1:  # one sample serves: that of the largest error in this round
@@ -332,7 +332,7 @@ class FirstLook(Reduction):
         is_inside = self.region.contains(values)
         is_sign_open = is_inside & (errors >= np.abs(values.real))
         may_be_inside = distances <= errors
-        is_coarse = may_be_inside & (errors > COARSE * np.abs(values))
+        is_coarse = may_be_inside & (errors > COARSE_ERROR * np.abs(values))
         is_on_border = np.abs(distances) <= errors
         clearly_decays = values.real < -DECAYED * errors
         is_doubtful = is_sign_open | ((is_coarse | is_on_border) & ~clearly_decays)
@@ -380,18 +380,18 @@ class FirstLook(Reduction):
     @property
     def converged(self) -> bool:
         """True if the last corrections were of small errors and the basis misses no root."""
-        return self.error <= ONE_ROUND and self.holds
+        return self.error <= ONE_ROUND_ERROR and self.holds
 
     @property
     def holds(self) -> bool:
         """True if T contracts: directions outside of the basis have no root in the region."""
-        return self.contraction < CONTRACTS
+        return self.contraction < LARGEST_CONTRACTION
 
     @property
     def _series(self) -> float:
         """q / (1 - q), a bound of the further terms of the series in T as a multiple of its first
         one; finite also where T does not contract, and it bounds nothing (`holds` is False)."""
-        return self.contraction / max(1.0 - self.contraction, 1.0 - CONTRACTS)
+        return self.contraction / max(1.0 - self.contraction, 1.0 - LARGEST_CONTRACTION)
 
     def _projected_values(self, changes: Parameters) -> ComplexArray:
         """All roots of the projected problem at some parameters."""
@@ -455,7 +455,7 @@ class FirstLook(Reduction):
         near_values = all_values[self.wide.contains(all_values)]
         is_estimated = near_values != 0.0  # the root 0 of a rigid body is exact
         if deciding and len(near_values):
-            is_estimated &= near_axis(near_values, decay=self.error, gap=MARGIN)
+            is_estimated &= near_axis(near_values, decay=self.error, gap=ESTIMATED_MARGIN)
         projected = self._roots_with_errors(changes, near_values[is_estimated])
         z = projected.roots.values
         errors = projected.errors
@@ -475,7 +475,7 @@ class FirstLook(Reduction):
             rough_values=rough_values,
         )
         may_be_inside = distances <= errors
-        is_coarse = errors > COARSE * np.abs(z)
+        is_coarse = errors > COARSE_ERROR * np.abs(z)
         if not self.holds or np.any(may_be_inside & is_coarse):  # the basis may miss a root
             return self._with_solved(estimated, self.region, self._solve(problem, self.region))
         is_sign_open = is_inside & ~projected.stay_on_axis & (errors >= np.abs(z.real))

@@ -27,7 +27,7 @@ ComplexArray = NDArray[np.complex128]
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
-ROUNDING = 8 * EPS  # backward error that a computed root has at least
+LEAST_BACKWARD_ERROR = 8 * EPS  # backward error that a computed root has at least
 LOST = 0.1
 """A fast root that rounding moves by this share of its size may be one at infinity."""
 ALONE = 1e-3
@@ -343,7 +343,7 @@ def _rounding(
       sqrt(|K| |M|) by far.
     """
     sizes = np.abs(values)
-    errors = np.maximum(residuals, ROUNDING)
+    errors = np.maximum(residuals, LEAST_BACKWARD_ERROR)
     least_size = np.sqrt(errors) * problem.frequency_scale
     z = np.maximum(sizes, least_size)
     mass, damping, _ = problem.norms

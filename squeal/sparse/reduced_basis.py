@@ -29,13 +29,13 @@ from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.quadratic import Array, Bools, ComplexArray, Roots, projected, report
 
 SKETCH = 48  # random vectors that estimate a residual within a factor of two
-DROPPED = 1e-8  # of the largest singular value of a pencil: smaller ones are left out
+DROPPED_SHARE = 1e-8  # of the largest singular value of a pencil: smaller ones are left out
 INCONSISTENT = 0.3  # of the region's radius times x: where velocities differ so, it is spurious
-COARSE = 1e-3  # of |lambda|: greater errors are corrected; roots that decay faster are stable
-FINE = 1e-5  # of |lambda|: errors with which training ends
-FINE_GROWTH = 0.1  # ... or of the growth rate
-ADDED = 0.05  # of the largest error: modes of greater ones are added
-MARGIN = 0.05  # of the region's size: roots that close to it are estimated too
+COARSE_ERROR = 1e-3  # of |lambda|: greater errors are corrected; roots that decay faster are stable
+FINE_ERROR = 1e-5  # of |lambda|: errors with which training ends
+FINE_GROWTH_ERROR = 0.1  # ... or of the growth rate
+ADDED_SHARE = 0.05  # of the largest error: modes of greater ones are added
+ESTIMATED_MARGIN = 0.05  # of the region's size: roots that close to it are estimated too
 TRAINED_MARGIN = 0.1  # ... and modes that close to it are among those that are added
 UNCERTAINTY = 2.0
 """Of the product of two estimated norms: what is added to an estimated product. Norms and product
@@ -162,7 +162,7 @@ class ModesWithErrors(NamedTuple):
     def shares_of_allowed(self) -> Array:
         """Errors (m,) over the largest ones with which training ends."""
         values = self.roots.values
-        allowed = np.maximum(FINE * np.abs(values), FINE_GROWTH * np.abs(values.real))
+        allowed = np.maximum(FINE_ERROR * np.abs(values), FINE_GROWTH_ERROR * np.abs(values.real))
         return self.errors / divisor(allowed)
 
 
@@ -192,7 +192,7 @@ class ReducedBasis:
         self.projection = projection
         self.residuals = residuals
         self.region = region
-        self.estimated_region = region.widened(MARGIN)
+        self.estimated_region = region.widened(ESTIMATED_MARGIN)
         self.shift = region.off_centre
         self.modes = Roots.none(projection.n)
         self.right = self.modes.right
@@ -236,7 +236,7 @@ class ReducedBasis:
             report(f"{self.size} states, errors up to {largest[k]:.2g} of allowed")
             if largest[k] <= 1.0:
                 return
-            is_missed = ratios[k] > ADDED * largest[k]
+            is_missed = ratios[k] > ADDED_SHARE * largest[k]
             modes = modes_at(points[k], estimates[k].roots.values[is_missed])
 
     def grow(self, modes: Roots, middle: Parameters) -> bool:
@@ -260,7 +260,7 @@ class ReducedBasis:
         pencil = replace(products, M=(massless,), C=tuple(terms_of_B), K=tuple(terms_of_A))
         _, B, A = pencil.at(middle)
         left, sizes, right = np.linalg.svd(self.shift * B + A)
-        size = int(np.sum(sizes > DROPPED * sizes[:1]))
+        size = int(np.sum(sizes > DROPPED_SHARE * sizes[:1]))
         if size <= self.size:
             return False
         balance = np.sqrt(sizes[:size])
@@ -320,7 +320,7 @@ class ReducedBasis:
         if `deciding`, the roots alone on which stability may depend."""
         roots = self._roots_in(self.estimated_region, changes)
         if deciding and len(roots.values):
-            roots = roots.select(near_axis(roots.values, decay=COARSE, gap=COARSE))
+            roots = roots.select(near_axis(roots.values, decay=COARSE_ERROR, gap=COARSE_ERROR))
         values = roots.values
         x, y = self.in_projection(roots.right, roots.left)
         lengths = np.linalg.norm(x, axis=0)

@@ -23,8 +23,8 @@ from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.eigensolver import (
-    COLUMNS,
-    GOOD_ENOUGH,
+    ACCEPTED_RESIDUAL,
+    MOST_COLUMNS,
     corrected_roots,
     enlarged,
     grown,
@@ -51,12 +51,12 @@ from squeal.sparse.reduced_basis import (
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-TOLERANCE = 3e-8  # of the backward error; that of a root is of the order of its square
-SPURIOUS = 1e-5  # backward error of what is no root of the full problem
-SAMPLES = 20  # full solutions before a reduction is given up
-CONTRACTS = 0.9  # what counts as contracting
-POWERS = 5  # of T, to see how it contracts
-MARGIN = 0.04  # of a region's size: what lies so close to it is sampled too
+RESIDUAL_TOLERANCE = 3e-8  # of the backward error; that of a root is of the order of its square
+SPURIOUS_RESIDUAL = 1e-5  # backward error of what is no root of the full problem
+MOST_SAMPLES = 20  # full solutions before a reduction is given up
+LARGEST_CONTRACTION = 0.9  # what counts as contracting
+POWERS_OF_T = 5  # of T, to see how it contracts
+SAMPLED_MARGIN = 0.04  # of a region's size: what lies so close to it is sampled too
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ class Complement:
         """
         start = np.random.default_rng(1).standard_normal((len(self.basis), 3))
         x = start.astype(complex)
-        for _ in range(1 + POWERS):  # the first step leads outside
+        for _ in range(1 + POWERS_OF_T):  # the first step leads outside
             x = x - self.factor.solve(P @ x)
             # less the part inside of V: x - V (V' F V)^-1 V' F x
             inside = np.linalg.solve(self.projected, multiply(self.basis.T, self.matrix @ x))
@@ -134,7 +134,7 @@ class Reduction:
         self._probed = [A.T @ probes for A in self._matrices]
         self._sketch: Array = np.zeros((len(self._matrices), SKETCH, 0))
 
-    def extend(self, columns: ComplexArray, dropped: float = TOLERANCE / 10) -> None:
+    def extend(self, columns: ComplexArray, dropped: float = RESIDUAL_TOLERANCE / 10) -> None:
         """Enlarge the basis by the real and imaginary parts of columns (n, m), and project the
         system onto it; directions in which unit columns add less than `dropped` are left out."""
         old = self.vectors
@@ -171,7 +171,9 @@ class Reduction:
         roots = modes_in(problem, region).roots if certify else self._corrected(problem, region)
         if roots is None:
             # vectors of a basis need no less: the error of a root is of the order of their square
-            modes = modes_in(problem, region, certify=False, start=self.vectors, exact=GOOD_ENOUGH)
+            modes = modes_in(
+                problem, region, certify=False, start=self.vectors, exact=ACCEPTED_RESIDUAL
+            )
             roots = modes.roots
             # `near` are the rough roots around one shift, with P factorised there; None where the
             # region was halved, so that no one shift serves it. With their vectors in the basis
@@ -195,9 +197,9 @@ class Reduction:
             matrix=self.scaled.at(changes).at(shift),
             factor=factor,
         )
-        if not complement.contraction_in(self.region, problem) < CONTRACTS:
+        if not complement.contraction_in(self.region, problem) < LARGEST_CONTRACTION:
             return None
-        exact = TOLERANCE / 3
+        exact = RESIDUAL_TOLERANCE / 3
         roots = corrected_roots(problem, factor, self.vectors, region, exact=exact, accepted=exact)
         if roots is None or not len(roots.values):  # an empty list proves nothing: search anew
             return None
@@ -245,7 +247,7 @@ class Reduction:
     @property
     def converged(self) -> bool:
         """True if all roots at all values meet the full problem to the tolerance."""
-        return self.worst <= TOLERANCE
+        return self.worst <= RESIDUAL_TOLERANCE
 
     def replaced(self, changes: Parameters) -> Reduction:
         """The same basis with other values of some parameters as the system's own."""
@@ -283,7 +285,7 @@ class Reduction:
         """The roots in the region that solve the full problem too, but for errors of the basis."""
         roots = self.roots(changes)
         residuals = self.residuals(roots, changes)
-        is_genuine = residuals <= SPURIOUS
+        is_genuine = residuals <= SPURIOUS_RESIDUAL
         return EstimatedModes(
             roots=roots.select(is_genuine),
             residuals=residuals[is_genuine],
@@ -301,8 +303,8 @@ def reduce_system(
     values: Sequence[Parameters],
     kind: type[Reduction] = Reduction,
 ) -> Reduction:
-    """A reduced system whose roots in a region have backward errors of at most `TOLERANCE` in the
-    full problem, at all values of the parameters (a greedy reduced basis).
+    """A reduced system whose roots in a region have backward errors of at most `RESIDUAL_TOLERANCE`
+    in the full problem, at all values of the parameters (a greedy reduced basis).
 
     Parameters
     ----------
@@ -329,7 +331,7 @@ def reduce_system(
         If there is no root in the region or around it.
     """
     reduction = kind(scaled, region)
-    wide = region.widened(MARGIN)
+    wide = region.widened(SAMPLED_MARGIN)
     sampled: list[int] = []  # indices of the values whose full modes the basis holds
     counted: set[int] = set()  # sampled ones at which the roots of the full problem were counted
 
@@ -350,18 +352,18 @@ def reduce_system(
         residuals = [reduction.residuals(reduction.roots(p), p) for p in values]
         # A root of large residual at a sampled value is spurious, or a mode that the search there
         # missed: counting the roots of the full problem decides
-        spurious = {k: int(np.sum(residuals[k] > SPURIOUS)) for k in sampled}
+        spurious = {k: int(np.sum(residuals[k] > SPURIOUS_RESIDUAL)) for k in sampled}
         undecided = [k for k in sampled if spurious[k] and k not in counted]
         if undecided:
             sample(undecided[0], region, certify=True)  # what is counted needs no margin
             continue
         for k in sampled:  # spurious roots need no sample
-            residuals[k] = residuals[k][residuals[k] <= SPURIOUS]
+            residuals[k] = residuals[k][residuals[k] <= SPURIOUS_RESIDUAL]
         worst = np.array([np.max(of_value, initial=0.0) for of_value in residuals])
         unsolved = worst.copy()
         unsolved[sampled] = 0.0  # the basis has their modes already
         worst_index = int(np.argmax(unsolved))
-        if unsolved[worst_index] <= TOLERANCE or len(sampled) == SAMPLES:
+        if unsolved[worst_index] <= RESIDUAL_TOLERANCE or len(sampled) == MOST_SAMPLES:
             break
         sample(worst_index, wide)
     reduction.samples = tuple(values[k] for k in sampled)
@@ -380,7 +382,7 @@ def _sample_around(reduction: Reduction, changes: Parameters, region: Rectangle)
         around = around.widened(1.0)
         if around.radius <= farthest:
             reduction.sample(changes, around)
-        elif scaled.n <= COLUMNS:
+        elif scaled.n <= MOST_COLUMNS:
             reduction.extend(np.eye(scaled.n, dtype=complex))
         else:
             raise ComputationError("no root lies in the region or around it")

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
 SHORTEST_PART = 2.0**-10  # of the range: shorter parts are not halved
-PARTS = 200  # that are examined at most
-CONTRACTS = 0.4  # below 1, since few powers of T may underestimate its contraction
-EXACT = 1e-12  # of null vectors: what they add less is left out
+MOST_PARTS = 200  # that are examined at most
+LARGEST_CONTRACTION = 0.4  # below 1, since few powers of T may underestimate its contraction
+DROPPED_PART = 1e-12  # of null vectors: what they add less is left out
 
 
 def singular_stiffness(
@@ -73,7 +73,7 @@ def singular_stiffness(
         if contracts and not sign_changes:  # regular, but for the crossings cut out already
             continue
         shortest = edge if sign_changes else SHORTEST_PART * span
-        is_last = b - a <= shortest or len(parts) >= PARTS  # the part is not halved
+        is_last = b - a <= shortest or len(parts) >= MOST_PARTS  # the part is not halved
         crossing = None
         if sign_changes or is_last:  # else halving is cheaper than a search that may be in vain
             crossing = singular_between(scaled, a, b, edge)
@@ -139,7 +139,7 @@ class _SweptStiffness:
             columns: list[NDArray] = []
             for crossing in close_crossings:
                 columns += [crossing.right, crossing.left]
-            basis = enlarged(basis, np.column_stack(columns), EXACT)
+            basis = enlarged(basis, np.column_stack(columns), DROPPED_PART)
         K = self.at(self.middle(a, b))
         try:
             factor = factorise(K)
@@ -147,7 +147,7 @@ class _SweptStiffness:
             return False
         complement = Complement(basis, projected=basis.T @ (K @ basis), matrix=K, factor=factor)
         tried = [a, b, *(value for value in self._inner_values if a < value < b)]
-        return all(complement.contraction(self.at(p)) < CONTRACTS for p in tried)
+        return all(complement.contraction(self.at(p)) < LARGEST_CONTRACTION for p in tried)
 
 
 def singular_between(

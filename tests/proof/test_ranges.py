@@ -6,7 +6,7 @@ import pytest
 from squeal import System
 from squeal.errors import InputError
 from squeal.proof import HALF_ULP
-from squeal.proof.ranges import INSIDE, RangeProof, Term, Terms, bounds_between
+from squeal.proof.ranges import INSIDE_SHARE, RangeProof, Term, Terms, bounds_between
 from tests.known import known_system
 
 pytest.importorskip("flint")
@@ -49,7 +49,7 @@ def test_the_threshold_of_mode_coupling_is_proved():
 def test_an_open_answer_says_what_is_assumed_of_the_entries():
     """Out of steps, and counted at the threshold itself, where the pair meets on the axis."""
     out_of_steps = prove_thresholds(coupled(), 0.0, 2.0, [around(0.75)], 1e-8, most=0)
-    counted_at_threshold = prove_thresholds(coupled(), 0.0, 0.75 / INSIDE, [], 1e-8)
+    counted_at_threshold = prove_thresholds(coupled(), 0.0, 0.75 / INSIDE_SHARE, [], 1e-8)
     for proof in (out_of_steps, counted_at_threshold):
         assert (proof.status, proof.data) == ("open", HALF_ULP)
 
@@ -178,7 +178,7 @@ def test_symmetry_is_read_from_terms_not_from_their_sum():
     twist = np.array([[0.0, 1.0], [-1.0, 0.0]])
     terms = Terms([Term(np.eye(2))], [], [Term(np.eye(2)), Term(twist, lambda mu: mu)])
     assert not terms.is_gyroscopic
-    assert prove_thresholds(terms, -INSIDE, 1.0 - INSIDE, [], 1e-8).status != "proved"
+    assert prove_thresholds(terms, -INSIDE_SHARE, 1.0 - INSIDE_SHARE, [], 1e-8).status != "proved"
 
 
 def test_a_pole_of_a_factor_is_open():

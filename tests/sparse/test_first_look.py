@@ -60,7 +60,7 @@ def held_against_the_full_system(look, changes):
 @pytest.mark.parametrize("content", [1e-3, 1.0], ids=["two rounds", "one"])
 @pytest.mark.parametrize("seed", range(5))
 def test_the_error_of_each_root_holds(monkeypatch, seed, content):
-    monkeypatch.setattr(first_look, "ONE_ROUND", content)
+    monkeypatch.setattr(first_look, "ONE_ROUND_ERROR", content)
     look = look_at(random_brake(seed))
     assert look.size < look.scaled.n / 6
     assert 0.0 < look.worst < 1e-2
@@ -79,7 +79,7 @@ def test_roots_that_would_be_lost_are_solved():
 @pytest.mark.parametrize("growth", [1e-4, -1e-4])
 def test_the_sign_of_a_growth_near_zero_is_that_of_the_full_system(monkeypatch, growth):
     """P(lambda + s) has the roots of P moved by -s: the fastest one to a known growth."""
-    monkeypatch.setattr(first_look, "ONE_ROUND", 1.0)
+    monkeypatch.setattr(first_look, "ONE_ROUND_ERROR", 1.0)
     brake = random_brake(3)
     mu = 0.5
     look = look_at(brake)

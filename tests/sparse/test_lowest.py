@@ -77,7 +77,7 @@ def test_structural_damping_does_not_change_how_many_modes_are_listed(monkeypatc
     """lambda = +-i omega (1 + 0.05 i)^(1/2): as many lie below the axis, on its other side."""
     K, exact = laminations(24, 5, 0.3)
     if fallback != "none":  # a subspace of so few columns does not reach the lowest roots
-        monkeypatch.setattr(eigensolver, "COLUMNS", 40)
+        monkeypatch.setattr(eigensolver, "MOST_COLUMNS", 40)
         monkeypatch.setattr(eigensolver, "DENSE_ROWS", 120 if fallback == "all roots" else 0)
     found = lowest_modes(quadratic(eye_array(120), None, (1 + 0.05j) * K), 6)
     listed = found.values[found.values.imag > 0.0]
@@ -91,7 +91,7 @@ def test_a_large_system_grows_its_region_until_it_holds_the_lowest(monkeypatch):
     """As of more rows than all roots are computed of, where a subspace does not reach far."""
     K, exact = laminations(16, 3, 0.01)
     monkeypatch.setattr(eigensolver, "DENSE_ROWS", 0)
-    monkeypatch.setattr(eigensolver, "COLUMNS", 80)
+    monkeypatch.setattr(eigensolver, "MOST_COLUMNS", 80)
     found = lowest_modes(quadratic(eye_array(48), None, K), 20)
     assert upper(found)[:20] == pytest.approx(exact[:20], rel=1e-9)
     assert found.certified

@@ -11,7 +11,7 @@ from squeal.errors import ComputationError
 from squeal.linear.system import Term
 from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots
-from squeal.sparse.eigensolver import GOOD_ENOUGH, lowest_modes, modes_in
+from squeal.sparse.eigensolver import ACCEPTED_RESIDUAL, lowest_modes, modes_in
 from squeal.sparse.quadratic import ScaledSystem, quadratic
 from tests import large
 from tests.known import affine
@@ -182,21 +182,21 @@ def test_right_and_left_modes_solve_the_equations(scaled, exact):
     assert np.all(distance < 1e-9 * np.abs(full.values))
     assert np.all(problem.backward_errors(roots.values, roots.right) < 2 * exact)
     rest = problem.transposed().backward_errors(roots.values, roots.left.conj())
-    assert np.all(rest < 2 * GOOD_ENOUGH)
+    assert np.all(rest < 2 * ACCEPTED_RESIDUAL)
 
 
 def test_what_is_not_reached_is_divided_and_what_is_not_corrected_is_refused(monkeypatch):
     problem = ScaledSystem(BRAKE).at({"mu": 0.6})
     expected = modes_in(problem, REGION).values
-    monkeypatch.setattr(eigensolver, "COLUMNS", 24)
+    monkeypatch.setattr(eigensolver, "MOST_COLUMNS", 24)
     few = modes_in(problem, REGION)
     assert few.certified
     assert np.allclose(np.sort_complex(few.values), np.sort_complex(expected), rtol=1e-9)
-    monkeypatch.setattr(eigensolver, "PARTS", 2)
+    monkeypatch.setattr(eigensolver, "MOST_PARTS", 2)
     with pytest.raises(ComputationError, match="too many roots"):
         modes_in(problem, REGION)
     monkeypatch.undo()
-    monkeypatch.setattr(eigensolver, "CORRECTIONS", 1)
+    monkeypatch.setattr(eigensolver, "MOST_CORRECTIONS", 1)
     monkeypatch.setattr(eigensolver, "SMALLEST_PART", 0.5)
     with pytest.raises(ComputationError, match="were not found: one stiffness"):
         modes_in(problem, REGION)

@@ -14,7 +14,7 @@ from squeal.sparse.argument_principle import Rectangle, band
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.quadratic import ScaledSystem
-from squeal.sparse.reduction import TOLERANCE, reduce_system
+from squeal.sparse.reduction import RESIDUAL_TOLERANCE, reduce_system
 from tests import large
 
 BRAKE = large.disc_and_pad(3)
@@ -56,7 +56,7 @@ def test_residuals_are_those_of_the_full_problem(scaled, reduction):
 
 
 def test_the_tolerance_is_met(reduction):
-    assert reduction.worst <= TOLERANCE
+    assert reduction.worst <= RESIDUAL_TOLERANCE
 
 
 def test_a_region_without_roots_has_the_basis_of_those_around(scaled):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from squeal.sparse.argument_principle import NODES
+from squeal.sparse.argument_principle import NODE_COUNTS
 from squeal.sparse.eigensolver import lowest_modes, modes_in
 from squeal.sparse.factor import Factor
 from squeal.sparse.quadratic import ScaledSystem
@@ -35,10 +35,10 @@ def factorised(monkeypatch):
 def test_one_for_a_region_and_few_for_its_count(factorised, scaled, certify):
     problem = scaled.at({"mu": 0.6})
     modes_in(problem, REGION, certify)
-    assert len(factorised) == 1 + certify * NODES[0]
+    assert len(factorised) == 1 + certify * NODE_COUNTS[0]
     factorised.clear()
     lowest_modes(problem, 6, certify)  # after a first look; of a circle around zero its upper half
-    assert len(factorised) == 2 + certify * (NODES[0] // 2 + 1)
+    assert len(factorised) == 2 + certify * (NODE_COUNTS[0] // 2 + 1)
 
 
 def test_one_for_a_basis_and_none_for_what_it_answers(factorised, scaled):

@@ -28,7 +28,7 @@ from squeal.sparse.dispersive import DispersiveReduction, frequencies
 from squeal.sparse.eigensolver import lowest_modes
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import Array, Bools, ComplexArray, Roots, ScaledSystem
-from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
+from squeal.sparse.reduction import RESIDUAL_TOLERANCE, Reduction, reduce_system
 
 
 def _region_of(
@@ -109,8 +109,8 @@ def reduced_for(
     if not reduction.converged:
         warnings.warn(
             f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "
-            f"root has a residual of {reduction.worst:.2g} in the full problem, {TOLERANCE:g} "
-            "is wanted; a narrower band or range is required",
+            f"root has a residual of {reduction.worst:.2g} in the full problem, "
+            f"{RESIDUAL_TOLERANCE:g} is wanted; a narrower band or range is required",
             InputWarning,
             stacklevel=3,
         )
