@@ -317,7 +317,7 @@ def _is_lost(problem: Quadratic, values: ComplexArray, conditions: Array) -> NDA
     np.fill_diagonal(distances, np.inf)
     is_alone = distances.min(axis=1, initial=np.inf) > ALONE * sizes
     is_fast = sizes > problem.frequency_scale
-    return is_fast & is_alone & (ROUNDING * conditions > LOST)
+    return is_fast & is_alone & (LEAST_BACKWARD_ERROR * conditions > LOST)
 
 
 def _rounding(
