@@ -38,7 +38,7 @@ from squeal.io.terms import (
     terms_of,
 )
 from squeal.linear.damping import Damped, damped
-from squeal.linear.matrices import dense, reduce
+from squeal.linear.matrices import dense, normalised_system
 from squeal.linear.precision import Precision, half_units
 from squeal.linear.system import Term, TermSystem, supports_warning, without_supports
 from squeal.schema import Place
@@ -174,7 +174,8 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
         ).assuming(*assumptions)
         if not POWERS.keys().isdisjoint(keys):
             mass = dense(system.at()[0])
-            reduce(mass, None, np.zeros_like(mass))  # refuses a mass that is not positive definite
+            # refuses a mass that is not positive definite
+            normalised_system(mass, None, np.zeros_like(mass))
         system, supports = without_supports(system)
         if supports.size:
             (at / "K").warn(supports_warning(supports, labels))

@@ -18,7 +18,7 @@ from squeal.linear.matrices import MCK, Array, dense
 from squeal.linear.moduli import Modulus, Tabulated
 from squeal.linear.roots import ComplexArray
 from squeal.linear.steps import Step
-from squeal.linear.system import SystemFunction, TermSystem
+from squeal.linear.system import System, SystemFunction
 from squeal.numerics.differentiation import Formula
 
 
@@ -53,7 +53,7 @@ def factors_of(system: SystemFunction) -> list[Factor]:
 
     Each multiplies the sum of the matrices of its terms, for M, C and K.
     """
-    if not isinstance(system, TermSystem):
+    if not isinstance(system, System):
         return []
     formulas = {term.factor.text: term.factor for term in system.terms}
     factors = []

@@ -33,9 +33,9 @@ from squeal.linear.matrices import (
     first_order,
     is_regular,
     norm_of,
+    normalised_system,
     null_spaces,
     reaches,
-    reduce,
 )
 from squeal.linear.roots import ComplexArray, left_vectors, root_rounding, square_roots
 from squeal.linear.system import SystemFunction, matrices_of, with_slopes
@@ -329,7 +329,8 @@ class Continuation:
     """
 
     problem: ProblemClass
-    frequency_scale: float | Array | None = None
+    frequency_scale: float | Array = 0.0
+    """By which z is lambda, or i lambda, 1/s; 0 until the first problem sets it."""
 
     def __init__(
         self,
@@ -436,7 +437,7 @@ class Continuation:
         damping_sizes = abs_left @ np.abs(C) @ abs_right + mass_error @ np.abs(B)
         if self.problem is not UNDAMPED:
             n = len(A)
-            A, self.frequency_scale = first_order(A, B, self.frequency_scale)
+            A, self.frequency_scale = first_order(A, B, self.frequency_scale or None)
             dA = first_order(dA, dB, self.frequency_scale)[0]
             # `first_order` changes the signs of its blocks
             sizes = first_order(-sizes, -damping_sizes, self.frequency_scale)[0]
@@ -538,7 +539,7 @@ class Continuation:
             coupling=_in_vectors(problem.derivative, left, right),
             rounding=rounding,
             problem=self.problem,
-            frequency_scale=1.0 if self.frequency_scale is None else self.frequency_scale,
+            frequency_scale=self.frequency_scale,
         )
 
 
@@ -676,7 +677,7 @@ def _normalising(M: Array) -> tuple[Array, Array]:
     entry of 1, that of the rows being 1 too, and L is the inverse of M R.
     """
     try:
-        R = reduce(M, None, np.zeros_like(M)).T
+        R = normalised_system(M, None, np.zeros_like(M)).T
     except InputError:  # not symmetric, positive definite
         if not is_regular(M):
             raise MatrixError(THROUGH_INFINITY) from None

@@ -20,14 +20,14 @@ from scipy.sparse import csc_array
 
 from squeal.linear.eigen import Eigenvalue, arrays_of
 from squeal.linear.matrices import EPS, Array, Matrix, dense, norm_of
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import System, Term
 from squeal.numerics.differentiation import Formula, Parameters
 
 NEAR_ZERO = 0.25  # of |lambda|: a root that may move by more may be a double root at zero
 
 
 def data_errors(
-    system: TermSystem, changes: Parameters | None = None
+    system: System, changes: Parameters | None = None
 ) -> tuple[csc_array, csc_array, csc_array]:
     """How far the digits of files leave entries (n, n) of M, C and K open, at some parameters."""
     parameters = system.values(changes)
@@ -42,7 +42,7 @@ def data_errors(
     return errors[0], errors[1], errors[2]
 
 
-def rounding_of_sums(system: TermSystem) -> tuple[Array, Array, Array]:
+def rounding_of_sums(system: System) -> tuple[Array, Array, Array]:
     """How far rounding may have moved entries (n, n) of M, C and K when terms were summed.
 
     This comes on top of half a unit in the last place of each entry, which the callers allow for
@@ -155,7 +155,7 @@ def _off_the_axis(
     return (values.real != 0.0) | (bounds >= np.abs(values)) | np.any(meets, axis=1)
 
 
-def known_to_digits(system: TermSystem, roots: Sequence[Eigenvalue]) -> tuple[Eigenvalue, ...]:
+def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenvalue, ...]:
     """Roots with the `error` that the digits of the system's files leave.
 
     - The bound is that of the module's head, as of a simple root.

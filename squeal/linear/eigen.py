@@ -13,7 +13,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.linear.matrices import EPS, Array, Reduced, components, reduce, solver_near_singular
+from squeal.linear.matrices import (
+    EPS,
+    Array,
+    NormalisedSystem,
+    components,
+    normalised_system,
+    solver_near_singular,
+)
 from squeal.linear.roots import ComplexArray, Roots, dependence, ordered, roots_of
 from squeal.linear.verdicts import ACCEPTED, GROWING, VERDICTS, kinds
 
@@ -192,18 +199,18 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
     >>> round(mode.frequency_hz, 4), round(mode.damping_ratio, 4)
     (0.7956, 0.02)
     """
-    return spectrum_of(reduce(M, C, K))
+    return spectrum_of(normalised_system(M, C, K))
 
 
-def spectrum_of(reduced: Reduced, roots: Roots | None = None) -> Spectrum:
+def spectrum_of(system: NormalisedSystem, roots: Roots | None = None) -> Spectrum:
     """All eigenvalues of a system in mass-normalised coordinates, see `complex_eigenvalues`.
 
     roots: what `roots_of` gives of it, if that is known.
     """
-    A = reduced.A
-    B = np.zeros_like(A) if reduced.B is None else reduced.B
-    reach = dependence(reduced)
-    values, right, left, condition, rounding = roots or roots_of(reduced, reach)
+    A = system.A
+    B = np.zeros_like(A) if system.B is None else system.B
+    reach = dependence(system)
+    values, right, left, condition, rounding = roots or roots_of(system, reach)
     one_component_drives_another = (reach != reach.T).any()
     if one_component_drives_another:
         _complete_vectors(A, B, reach, values, right, left, condition)
@@ -214,8 +221,8 @@ def spectrum_of(reduced: Reduced, roots: Roots | None = None) -> Spectrum:
     size = (length**2 + length * norm_B + norm_A) * np.linalg.norm(right, axis=0)
     defect = np.linalg.norm(values**2 * right + values * (B @ right) + A @ right, axis=0)
     residuals = np.divide(defect, size, out=np.zeros_like(defect), where=size > 0)
-    shapes = _physical(reduced.T, right)
-    left_shapes = _physical(reduced.T, left)
+    shapes = _physical(system.T, right)
+    left_shapes = _physical(system.T, left)
     eigenvalues = []
     for k in ordered(values):
         eigenvalue = Eigenvalue(
@@ -306,7 +313,7 @@ def _complete_vector(
         if is_driven:
             block = P[np.ix_(rows, rows)]
             solve = solver_near_singular(block, EPS * size)
-            vector[rows] = -solve(P[rows] @ vector, 0)
+            vector[rows] = -solve(P[rows] @ vector, False)
             vector /= np.abs(vector).max()
     vector /= np.linalg.norm(vector)
     return float(abs(vector[largest]) / entry_before)

@@ -293,8 +293,8 @@ def _root_at_event(
         return None  # of complex matrices only roots above the real axis mean something
     omega = 0.0
     if not at_event.is_real:
-        scale = continuation.frequency_scale or 1.0
-        omega = abs(problem.exponents(np.array(at_event.root), scale).item().imag)
+        z = np.array(at_event.root)
+        omega = abs(problem.exponents(z, continuation.frequency_scale).item().imag)
     residual = A @ roots.right - at_event.computed * roots.right
     # of two roots the residual of that combination of their vectors which satisfies A x = z x best
     smallest = float(np.linalg.svd(residual, compute_uv=False)[-1])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from squeal.linear.matrices import (
     ENTRY_ROUNDING,
     Array,
-    Reduced,
+    NormalisedSystem,
     first_order,
     invariants,
     share_of_largest,
@@ -23,7 +23,7 @@ CHUNK = 8192  # matrices per pass: temporaries of 64 kB stay in the cache and in
 
 def _code(A: Array, B: Array | None, relative_error: float = ENTRY_ROUNDING) -> int:
     """The verdict code of one system z'' + B z' + A z = 0, by its roots."""
-    roots = roots_of(Reduced(A, B, np.eye(len(A)), relative_error))
+    roots = roots_of(NormalisedSystem(A, B, np.eye(len(A)), relative_error))
     return VERDICTS.index(decide(roots.values, roots.rounding).verdict)
 
 

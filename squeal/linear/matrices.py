@@ -36,7 +36,7 @@ class SingularTogetherError(MatrixError):
 
 
 @dataclass(frozen=True)
-class Reduced:
+class NormalisedSystem:
     """A system in mass-normalised coordinates z: z'' + B z' + A z = 0, q = T z and T' M T = 1.
 
     Attributes
@@ -47,14 +47,14 @@ class Reduced:
         rad/s; None without damping.
     T : array (n, n)
         The transformation.
-    rounding : float
-        Relative size of the errors that it leaves in A.
+    relative_error : float
+        Of A: what rounding of T leaves in it, as a share of its largest entries.
     """
 
     A: Array
     B: Array | None
     T: Array
-    rounding: float
+    relative_error: float
 
 
 Matrix = Any
@@ -184,7 +184,7 @@ def checked(
     return mass, damping, _square("K", K, len(mass), real)
 
 
-def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
+def normalised_system(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> NormalisedSystem:
     """The system in mass-normalised coordinates; masses may differ by many decades.
 
     Raises InputError unless M is symmetric positive definite, ComputationError beyond double
@@ -200,7 +200,7 @@ def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
             size = size + np.linalg.norm(B) ** 2
     if not np.isfinite(size):
         raise ComputationError(BEYOND_DOUBLES)
-    return Reduced(A, B, T, rounding)
+    return NormalisedSystem(A, B, T, rounding)
 
 
 def _normalised(T: Array, X: Array) -> Array:
@@ -377,14 +377,14 @@ def components(reach: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
     return [np.flatnonzero(first == k) for k in np.unique(first)]
 
 
-def solver_near_singular(P: NDArray, floor: float) -> Callable[[NDArray, int], NDArray]:
-    """x of P x = b (trans 0) or P^H x = b (trans 2), from b (n, m) and trans; P may be singular.
+def solver_near_singular(P: NDArray, floor: float) -> Callable[[NDArray, bool], NDArray]:
+    """x of P x = b, or of P^H x = b, from b (n, m) and whether `adjoint`; P may be singular.
 
     Pivots smaller than `floor`, the size of rounding, get this size: solutions then point along the
     null space.
 
     >>> solve = solver_near_singular(np.diag([2.0, 0.0]), floor=1e-3)
-    >>> solve(np.ones((2, 1)), 0).real.ravel().tolist()
+    >>> solve(np.ones((2, 1)), False).real.ravel().tolist()
     [0.5, 1000.0]
     """
     from scipy.linalg.lapack import zgetrf, zgetrs  # lu_factor would warn of each singular matrix
@@ -393,8 +393,8 @@ def solver_near_singular(P: NDArray, floor: float) -> Callable[[NDArray, int], N
     small = np.flatnonzero(np.abs(np.diag(lu)) < floor)
     lu[small, small] = floor
 
-    def solve(b: NDArray, trans: int) -> NDArray:
-        x, _ = zgetrs(lu, pivots, b, trans=trans)
+    def solve(b: NDArray, adjoint: bool) -> NDArray:
+        x, _ = zgetrs(lu, pivots, b, trans=2 * adjoint)  # LAPACK's code of P^H
         return np.asarray(x)
 
     return solve
@@ -408,9 +408,9 @@ def norm_of(A: Matrix) -> float:
     return float(np.sqrt(largest_column * largest_row))
 
 
-def noise_of(A: NDArray, rounding: float = ENTRY_ROUNDING) -> float:
-    """Singular values of A (n, n) up to this are rounding, of a relative size."""
-    return 2 * len(A) * rounding * float(np.linalg.norm(A, 2))
+def noise_of(A: NDArray, relative_error: float = ENTRY_ROUNDING) -> float:
+    """Singular values of A (n, n) up to this are rounding, by the relative error of its entries."""
+    return 2 * len(A) * relative_error * float(np.linalg.norm(A, 2))
 
 
 def null_spaces(A: NDArray, noise: float) -> tuple[NDArray, NDArray]:
@@ -505,7 +505,7 @@ def _pair_products(x: Values, y: Values, z: Values) -> Values:
 def share_of_largest(errors: NDArray, sizes: NDArray) -> NDArray:
     """The largest error of nine entries (9, ...) over their largest size, or `ENTRY_ROUNDING`."""
     largest = sizes.max(axis=0)
-    share = errors.max(axis=0) / np.where(largest > 0.0, largest, 1.0)
+    share = errors.max(axis=0) / divisor(largest)
     return np.maximum(share, ENTRY_ROUNDING)
 
 

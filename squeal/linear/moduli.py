@@ -1,7 +1,7 @@
 """Complex factors of terms: loss factors, and moduli that depend on the frequency.
 
 A frequency-dependent factor takes the frequency as a parameter: `omega` (rad/s) or `frequency`
-(Hz). Where the file gives it no value, it is that of each root, |Im lambda| (`TermSystem.follows`).
+(Hz). Where the file gives it no value, it is that of each root, |Im lambda| (`System.follows`).
 """
 
 from __future__ import annotations

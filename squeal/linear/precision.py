@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.linear.matrices import EPS, Array, Matrix, is_sparse, unwrapped
+from squeal.linear.matrices import EPS, Array, Matrix, divisor, is_sparse, unwrapped
 
 if TYPE_CHECKING:  # pads start without SciPy's sparse matrices
     from scipy.sparse import csc_array
@@ -47,7 +47,7 @@ def half_units(matrix: Matrix, digits: int) -> csc_array:
         size = np.abs(numbers)
         # 1e-9: just below a power of ten the digits may be those of the power itself, whose unit is
         # wider
-        leading_power = np.floor(np.log10(np.where(size > 0.0, size, 1.0)) + 1e-9)
+        leading_power = np.floor(np.log10(divisor(size)) + 1e-9)
         units = 0.5 * 10.0 ** (leading_power + 1 - digits) + np.spacing(size) / 2.0
         return np.where(size > 0.0, units * (1.0 + ROUNDED), 0.0)
 

@@ -25,7 +25,7 @@ from squeal.linear.matrices import (
     ENTRY_ROUNDING,
     Array,
     Cubic,
-    Reduced,
+    NormalisedSystem,
     components,
     first_order,
     invariants,
@@ -169,7 +169,7 @@ def left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> Complex
     return np.asarray(left / np.linalg.norm(left, axis=0), dtype=complex)
 
 
-def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -> Roots:
+def _standard_roots(A: Array, relative_error: float, stiffness: Array | None = None) -> Roots:
     """Eigenvalues of a real matrix with their vectors and rounding.
 
     Zero roots are counted by rank, set to exactly zero and given the vectors of the null spaces.
@@ -178,8 +178,8 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
     ----------
     A : array (m, m)
         The matrix.
-    rounding : float
-        The relative error of its entries.
+    relative_error : float
+        That of its entries.
     stiffness : array (m/2, m/2), optional
         The stiffness block of a first-order matrix. Where it is regular there are no zero roots,
         however strong the damping is.
@@ -187,8 +187,8 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
     values, right = (x.astype(complex) for x in np.linalg.eig(A))
     left = left_vectors(A, values, right)
     zeros = 0  # how many roots are zero
-    noise = noise_of(A, rounding)
-    if stiffness is None or zero_roots(stiffness, noise_of(stiffness, rounding)):
+    noise = noise_of(A, relative_error)
+    if stiffness is None or zero_roots(stiffness, noise_of(stiffness, relative_error)):
         zeros = zero_roots(A, noise)
     smallest = np.argsort(np.abs(values))[:zeros]
     if zeros:
@@ -200,7 +200,7 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
     with np.errstate(divide="ignore"):
         condition = 1.0 / np.abs(np.sum(left.conj() * right, axis=0))
     size = float(np.linalg.norm(A, 2))
-    rounding_of_roots = root_rounding(values, condition, 2 * len(A) * rounding, size)
+    rounding_of_roots = root_rounding(values, condition, 2 * len(A) * relative_error, size)
     # zeros by rank are exact; without damping `_agree_with_invariants` may still move them, by up
     # to their rounding
     if stiffness is not None:
@@ -208,7 +208,7 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
     return Roots(values, right, left, condition, rounding_of_roots)
 
 
-def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -> None:
+def _agree_with_invariants(s: ComplexArray, rounding: Array, system: NormalisedSystem) -> None:
     """Correct up to three roots s = -lambda^2 by the invariants of the matrix, in place.
 
     Where roots coalesce or pass zero the signs of its discriminant and coefficients tell, beyond
@@ -221,15 +221,15 @@ def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -
         The roots, n <= 3, changed in place.
     rounding : array (n,)
         How far rounding moves each; made smaller where a sign is certain after the correction.
-    reduced : Reduced
+    system : NormalisedSystem
         The system.
     """
     n = len(s)
     A = np.zeros((3, 3))  # of fewer rows than three the others are zero, and so are their roots
-    A[:n, :n] = reduced.A
+    A[:n, :n] = system.A
     floor = 0.0  # the least rounding of an entry
-    if np.count_nonzero(reduced.T) != n:  # M is not diagonal: entries of all sizes are mixed
-        floor = reduced.rounding / ENTRY_ROUNDING * float(np.abs(A).max())
+    if np.count_nonzero(system.T) != n:  # M is not diagonal: entries of all sizes are mixed
+        floor = system.relative_error / ENTRY_ROUNDING * float(np.abs(A).max())
     with np.errstate(over="ignore", invalid="ignore"):
         cubic = invariants(A.ravel().tolist(), floor=floor)
     if cubic.vague:
@@ -285,27 +285,27 @@ def _make_complex_pair(s: ComplexArray, rounding: Array, cubic: Cubic) -> NDArra
     return pair
 
 
-def dependence(reduced: Reduced) -> NDArray[np.bool_]:
+def dependence(system: NormalisedSystem) -> NDArray[np.bool_]:
     """Which rows of A and B depend on which unknowns: a mask (n, n), see `matrices.reaches`."""
-    pattern = reduced.A != 0.0
-    if reduced.B is not None:
-        pattern |= reduced.B != 0.0
+    pattern = system.A != 0.0
+    if system.B is not None:
+        pattern |= system.B != 0.0
     return reaches(pattern)
 
 
-def roots_of(reduced: Reduced, reach: NDArray[np.bool_] | None = None) -> Roots:
+def roots_of(system: NormalisedSystem, reach: NDArray[np.bool_] | None = None) -> Roots:
     """The 2n roots lambda (rad/s) of a system, vectors (n, 2n) in mass-normalised coordinates.
 
     Each strong component of the rows is solved by itself: what acts from one on another would cost
     digits and changes no root. Vectors are zero outside of the component of their root. Roots that
     neither grow nor decay have a real part of at most their rounding, without damping of exactly
-    zero. `reach` is `dependence(reduced)`, if it is known. Raises ComputationError if roots are
+    zero. `reach` is `dependence(system)`, if it is known. Raises ComputationError if roots are
     beyond double precision.
     """
     parts = []
-    for rows in components(dependence(reduced) if reach is None else reach):
-        part = _roots_of_component(_part_of(reduced, rows))
-        right = np.zeros((len(reduced.A), len(part.values)), complex)
+    for rows in components(dependence(system) if reach is None else reach):
+        part = _roots_of_component(_part_of(system, rows))
+        right = np.zeros((len(system.A), len(part.values)), complex)
         left = np.zeros_like(right)
         right[rows] = part.right
         left[rows] = part.left
@@ -314,23 +314,23 @@ def roots_of(reduced: Reduced, reach: NDArray[np.bool_] | None = None) -> Roots:
     return Roots._make(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
 
 
-def _part_of(reduced: Reduced, rows: NDArray[np.intp]) -> Reduced:
+def _part_of(system: NormalisedSystem, rows: NDArray[np.intp]) -> NormalisedSystem:
     """The system of some rows (k,), without what acts on them from others."""
     within = np.ix_(rows, rows)
     B = None
-    if reduced.B is not None and reduced.B[within].any():
-        B = reduced.B[within]
-    return Reduced(reduced.A[within], B, reduced.T[within], reduced.rounding)
+    if system.B is not None and system.B[within].any():
+        B = system.B[within]
+    return NormalisedSystem(system.A[within], B, system.T[within], system.relative_error)
 
 
-def _roots_of_component(reduced: Reduced) -> Roots:
+def _roots_of_component(system: NormalisedSystem) -> Roots:
     """As `roots_of`, of a system of one strong component."""
-    if reduced.B is None:
-        roots = _undamped_roots(reduced)
+    if system.B is None:
+        roots = _undamped_roots(system)
     else:
-        n = len(reduced.A)
-        matrix, scale = first_order(reduced.A, reduced.B)
-        standard = _standard_roots(matrix, reduced.rounding, reduced.A)
+        n = len(system.A)
+        matrix, scale = first_order(system.A, system.B)
+        standard = _standard_roots(matrix, system.relative_error, system.A)
         roots = standard._replace(
             values=standard.values * scale,
             right=standard.right[:n],  # of the states (z, z'): the vector itself
@@ -342,11 +342,11 @@ def _roots_of_component(reduced: Reduced) -> Roots:
     return roots
 
 
-def _undamped_roots(reduced: Reduced) -> Roots:
+def _undamped_roots(system: NormalisedSystem) -> Roots:
     """Roots lambda (2n,) of a system without damping: of each -s both square roots, in a row."""
-    squares = _standard_roots(reduced.A, reduced.rounding)
+    squares = _standard_roots(system.A, system.relative_error)
     if len(squares.values) <= 3:
-        _agree_with_invariants(squares.values, squares.rounding, reduced)
+        _agree_with_invariants(squares.values, squares.rounding, system)
     not_decaying, rounding = square_roots(squares.values, squares.rounding)
     return Roots(
         values=np.asarray(np.ravel([not_decaying, -not_decaying], order="F") + 0.0),
@@ -358,7 +358,7 @@ def _undamped_roots(reduced: Reduced) -> Roots:
 
 
 def hides_slow_roots(
-    reduced: Reduced, C: Array | None, K: Array, roots: Roots | None = None
+    system: NormalisedSystem, C: Array | None, K: Array, roots: Roots | None = None
 ) -> bool:
     """True if rounding hides slow roots, as beside a light mass, a stiff spring or a strong damper.
 
@@ -368,7 +368,7 @@ def hides_slow_roots(
 
     Parameters
     ----------
-    reduced : Reduced
+    system : NormalisedSystem
         The system.
     C, K : array (n, n)
         The matrices from which it was made; C may be None.
@@ -376,15 +376,15 @@ def hides_slow_roots(
         Its roots, if they are known.
     """
     zeros = 0  # that follow from ranks
-    for rows in components(dependence(reduced)):
+    for rows in components(dependence(system)):
         block = np.ix_(rows, rows)
         rank = scaled_rank(K[block])
         rank_with_damping = rank
-        if C is not None and reduced.B is not None:
+        if C is not None and system.B is not None:
             rank_with_damping = scaled_rank(np.vstack([K[block], C[block]]))
         # a motion without stiffness is a zero root, without damping of it a double one
         zeros += 2 * len(rows) - rank - rank_with_damping
-    known = roots or roots_of(reduced)
+    known = roots or roots_of(system)
     size = np.abs(known.values)
     has_few_digits = np.any(known.rounding > 0.005 * size, where=size > 0.0)
     return bool(has_few_digits or np.sum(size == 0) != zeros)

@@ -32,7 +32,7 @@ from squeal.linear.steps import (
     may_exchange_partner,
     near_coalescences,
 )
-from squeal.linear.system import SystemFunction, TermSystem
+from squeal.linear.system import System, SystemFunction
 from squeal.linear.verdicts import UnstableCount
 
 Interval = tuple[float, float]
@@ -142,7 +142,7 @@ def _search(continuation: Continuation) -> SearchResult:
     midpoints = _midpoints(continuation, clusters)
     counts = tuple(continuation.at(p).unstable_count for p in midpoints)
     result = SearchResult(tuple(clusters), counts, continuation)
-    if not isinstance(continuation.system, TermSystem):
+    if not isinstance(continuation.system, System):
         return result
     return replace(result, doubts=tuple(_doubts(result, refinement.unresolved)))
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from squeal.errors import InputError
 from squeal.linear.matrices import LARGEST_ASYMMETRY, Matrix
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import System, Term
 
 RPM = 30.0 / math.pi
 """Revolutions a minute of 1 rad/s."""
@@ -22,7 +22,7 @@ class Turning(NamedTuple):
     power: int
 
 
-def turning_parts(system: TermSystem, speed: float) -> Iterable[Turning]:
+def turning_parts(system: System, speed: float) -> Iterable[Turning]:
     """What turns with the shaft: the skew part of those terms of C that are proportional to the
     speed (rad/s), which are gyroscopic; then of those of K, as of damping on the shaft."""
     for terms, power in ((system.C, 1), (system.K, 0)):
@@ -31,7 +31,7 @@ def turning_parts(system: TermSystem, speed: float) -> Iterable[Turning]:
             yield Turning(sum(parts[1:], parts[0]), power)
 
 
-def _skew_part(system: TermSystem, term: Term, speed: float) -> Iterable[Matrix]:
+def _skew_part(system: System, term: Term, speed: float) -> Iterable[Matrix]:
     """The skew part (n, n) of a term if it is proportional to the speed, else nothing."""
     name = system.parameter
     if name not in term.factor.names:
@@ -46,7 +46,7 @@ def _skew_part(system: TermSystem, term: Term, speed: float) -> Iterable[Matrix]
         yield whole * skew
 
 
-def unit_of_parameter(system: TermSystem) -> str:
+def unit_of_parameter(system: System) -> str:
     """rad/s where the free parameter is the speed of a shaft, else "".
 
     It is where a skew term of C is proportional to it, as a gyroscopic one, but for a friction mu,

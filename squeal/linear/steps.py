@@ -301,12 +301,10 @@ def may_exchange_partner(before: SpectrumAtParameter, after: SpectrumAtParameter
     """
     # else a window of three modes that cross at nearly one value would be missed
     span = after.value - before.value
-    if _may_exchange_partner(before, span, side=1):
-        return True
-    return _may_exchange_partner(after, span, side=-1)
+    return _may_exchange_from(before, span, side=1) or _may_exchange_from(after, span, side=-1)
 
 
-def _may_exchange_partner(spectrum: SpectrumAtParameter, span: float, side: int) -> bool:
+def _may_exchange_from(spectrum: SpectrumAtParameter, span: float, side: int) -> bool:
     """True if one end of a step predicts that a root on the line takes the partner of another one.
 
     Between a root i off the line and a root j on it the coupling W moves root i, a distance x into

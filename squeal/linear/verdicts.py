@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError
-from squeal.linear.matrices import Array, Matrix, reduce
+from squeal.linear.matrices import Array, Matrix, normalised_system
 from squeal.linear.roots import roots_of
 
 Codes = NDArray[np.int8]
@@ -127,7 +127,7 @@ def judge(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Judgement:
     >>> judge([[1, 0], [0, 1]], None, [[2, -1], [0.25, 2]]).verdict
     'flutter'
     """
-    roots = roots_of(reduce(M, C, K))
+    roots = roots_of(normalised_system(M, C, K))
     return decide(roots.values, roots.rounding)
 
 

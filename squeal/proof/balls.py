@@ -40,6 +40,11 @@ def magnitude(X: Factors) -> Floats:
     return sizes
 
 
+def divisor(X: Floats) -> Floats:
+    """Numbers to divide by: those that are not above 0 become 1."""
+    return np.where(X > 0.0, X, 1.0)
+
+
 def upper(X: Any, terms: int) -> Any:
     """Upper bounds of sums of so many non-negative products, from their computed values X.
 
@@ -220,7 +225,7 @@ def half_widths(X: NDArray, data: str) -> Floats:
     sizes = np.abs(X)
     # the logarithm of a power of ten may be rounded to just below a whole number; 1e-9 gives such
     # an entry, and those just below, the wider half width
-    leading_power = np.floor(np.log10(np.where(sizes > 0.0, sizes, 1.0)) + 1e-9)
+    leading_power = np.floor(np.log10(divisor(sizes)) + 1e-9)
     last_power = leading_power - int(match[1]) + 1
     # the double lies half an ulp from the decimal number
     widths = 0.5 * 10.0**last_power + np.spacing(sizes) / 2.0

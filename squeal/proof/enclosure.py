@@ -13,7 +13,7 @@ import numpy as np
 from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 
-from squeal.proof.balls import EPS, Balls, Floats, Quadratic, upper
+from squeal.proof.balls import EPS, Balls, Floats, Quadratic, divisor, upper
 from squeal.proof.pieces import (
     INFINITE,
     Failure,
@@ -127,7 +127,7 @@ def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
     # of each coordinate the geometric mean of the largest entries of its column and of its row; a
     # unit multiplies the row and the column, so that it is the root of 1 / size
     sizes = np.sqrt(entries.max(axis=0)) * np.sqrt(entries.max(axis=1))
-    unit_exponents = -np.rint(np.log2(np.where(sizes > 0.0, sizes, 1.0)) / 2.0).astype(int)
+    unit_exponents = -np.rint(np.log2(divisor(sizes)) / 2.0).astype(int)
     exponents = unit_exponents[:, None] + unit_exponents
     scaled_block = replace(
         block,

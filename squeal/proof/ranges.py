@@ -21,6 +21,7 @@ from squeal.proof import AS_GIVEN, HALF_ULP
 from squeal.proof.balls import (
     Balls,
     between,
+    divisor,
     doubles,
     half_widths,
     high_end,
@@ -205,7 +206,7 @@ class Terms:
         for _ in range(4):
             scaled = np.ldexp(sizes, units[:, None] + units)
             largest = np.sqrt(scaled.max(axis=0)) * np.sqrt(scaled.max(axis=1))
-            units = units - np.rint(np.log2(np.where(largest > 0.0, largest, 1.0)) / 2).astype(int)
+            units = units - np.rint(np.log2(divisor(largest)) / 2).astype(int)
         balls: dict[str, list[Balls]] = {"M": [], "C": [], "K": []}
         for name, matrices in self.balls.items():
             for X in matrices:

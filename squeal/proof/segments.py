@@ -23,7 +23,7 @@ import numpy as np
 from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 
-from squeal.proof.balls import EPS, TINY, Balls, Floats, magnitude, row_sums, upper
+from squeal.proof.balls import EPS, TINY, Balls, Floats, divisor, magnitude, row_sums, upper
 from squeal.proof.chains import Chain, find_chains
 from squeal.proof.pieces import Failure, Side, Tally, labels, strong_components
 
@@ -297,9 +297,7 @@ def least_distance(D: NDArray, V: NDArray, half: float) -> Floats:
     line segment that they are."""
     speed_squared = np.abs(V) ** 2
     projection = (D * V.conj()).real
-    nearest_d = np.clip(
-        -projection / np.where(speed_squared > 0.0, speed_squared, 1.0), -half, half
-    )
+    nearest_d = np.clip(-projection / divisor(speed_squared), -half, half)
     rounding = 32.0 * EPS * (np.abs(D) + half * np.abs(V))
     return np.abs(D + nearest_d * V) - rounding - TINY
 
@@ -323,7 +321,7 @@ def moving_discs(S: NearDiagonal, half: float) -> MovingDiscs:
     np.fill_diagonal(separation, np.inf)
     is_isolated = np.all(separation > 0.0, axis=1)
     # shares[i, j] = 2 N_ji / separation_ij, that of disc i which disc j allows
-    shares = 2.0 * off_diagonal.T / np.where(separation > 0.0, separation, 1.0)
+    shares = 2.0 * off_diagonal.T / divisor(separation)
     # above zero, as its inverse multiplies a column
     share = np.clip(upper(np.max(shares, axis=1, initial=0.0), 4), 1e-12, None)
     shrunk = upper(diagonal_errors + share * off_diagonal_sums, 4)

@@ -18,7 +18,7 @@ from squeal.linear import GROWING, CriticalPoint, Crossing, SystemFunction
 from squeal.linear import thresholds as located_thresholds
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.events import EVENT_TOLERANCE
-from squeal.linear.matrices import checked, reduce
+from squeal.linear.matrices import checked, normalised_system
 from squeal.linear.roots import STIFF, ComplexArray, hides_slow_roots
 from squeal.linear.system import TermSystem
 from squeal.queries.options import (
@@ -134,7 +134,7 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
     M, C, K = checked(*system(0.0))
     # `roots_and_verdict` skips this check for a pad with a free coordinate; here it is made for any
     # pad on a branch, that is not for B3
-    if path is not None and hides_slow_roots(reduce(M, C, K), C, K):
+    if path is not None and hides_slow_roots(normalised_system(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
     # a bound of |lambda| without friction and damping, rad/s
     fastest = math.sqrt(float(np.linalg.norm(np.linalg.solve(M, K), 2)))

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.sparse.factor import Factor, factorise_at
-from squeal.sparse.quadratic import Bools, ComplexArray, Quadratic, report
+from squeal.sparse.quadratic import Bools, ComplexArray, ScaledProblem, report
 
 DAMPED_SHARE = 0.25  # a band holds roots whose real part is at most this share of its upper end
 NODE_COUNTS = (8, 16, 32)  # on a circle, until they resolve the quotient
@@ -129,7 +129,7 @@ def band(low_hz: float, high_hz: float) -> Rectangle:
 
 
 def count_roots(
-    problem: Quadratic, disc: Disc, known: ComplexArray, reusable: Factor | None = None
+    problem: ScaledProblem, disc: Disc, known: ComplexArray, reusable: Factor | None = None
 ) -> int | None:
     """The number of roots of P inside a disc by the argument principle, with multiplicity.
 
@@ -139,7 +139,7 @@ def count_roots(
 
     Parameters
     ----------
-    problem : Quadratic
+    problem : ScaledProblem
         P.
     disc : Disc
         Where.

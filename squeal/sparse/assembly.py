@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from squeal.errors import InputError, meant
 from squeal.linear.eigen import Eigenvalue, arrays_of
 from squeal.linear.matrices import Matrix, is_sparse
-from squeal.linear.system import Term, TermSystem, sum_of_terms
+from squeal.linear.system import System, Term, sum_of_terms
 from squeal.linear.verdicts import assumed_rounding
 from squeal.numerics.differentiation import Formula, Parameters
 from squeal.schema import Place
@@ -70,7 +70,7 @@ class Assembly:
     (2, inf, 2)
     """
 
-    system: TermSystem
+    system: System
     components: tuple[Component, ...] = field(repr=False)
     seats: tuple[StaticContact, ...]
     displacements: Array = field(repr=False)
@@ -95,12 +95,12 @@ class Assembly:
             "cutoff_hz": self.cutoff,
         }
 
-    def bounded(self, system: TermSystem, roots: Sequence[Eigenvalue]) -> tuple[Eigenvalue, ...]:
+    def bounded(self, system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenvalue, ...]:
         """Roots of the system with the error that the reduction of the components brings.
 
         Parameters
         ----------
-        system : TermSystem
+        system : System
             That of the assembly, at the values at which its roots were computed.
         roots : sequence of Eigenvalue
             With right and left vectors.
@@ -138,7 +138,7 @@ class Assembly:
         return tuple(bounded)
 
     def _root_errors(
-        self, system: TermSystem, roots: Sequence[Eigenvalue]
+        self, system: System, roots: Sequence[Eigenvalue]
     ) -> dict[complex, _RootError]:
         """The errors of the roots below the cutoff, and of their conjugates, by the roots."""
         top = math.tau * self.cutoff  # rad/s
@@ -290,7 +290,7 @@ def assemble(
     if parameter not in all_parameters:
         hint = meant(parameter, sorted(all_parameters))
         raise InputError(f"parameter: {parameter} is no parameter; {hint}")
-    structure = TermSystem(  # the components side by side, without contact
+    structure = System(  # the components side by side, without contact
         M=_merged(bodies, part=0),
         C=_merged(bodies, part=1),
         K=_merged(bodies, part=2),

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from squeal.errors import InputError
 from squeal.linear.damping import structure_stiffness
 from squeal.linear.matrices import EPS, Matrix, is_sparse, norm_of
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import System, Term
 from squeal.numerics.differentiation import Formula, Parameters
 from squeal.schema import ANY, POSITIVE, Place, refuse_unit
 from squeal.sparse.factor import Factor, factorise
@@ -39,7 +39,7 @@ class Component:
 
     Parameters
     ----------
-    system : TermSystem
+    system : System
         M, C and K (n, n), dense or sparse; its name is the component's.
     nodes : array_like (n,)
         Label of the node of each row; empty where a row belongs to none.
@@ -71,7 +71,7 @@ class Component:
     array([0.44504187, 1.2469796 , 1.80193774])
     """
 
-    system: TermSystem
+    system: System
     nodes: Any = field(repr=False)
     directions: Any = field(repr=False)
     places: Any = field(default=None, repr=False)

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.matrices import EPS, Matrix, divisor, is_sparse
-from squeal.linear.system import TermSystem
+from squeal.linear.system import System
 from squeal.numerics.differentiation import Formula, Parameters
 from squeal.schema import ANY, POSITIVE, Kind, Number, Place, refuse_unit
 from squeal.sparse.components import Component
@@ -442,7 +442,7 @@ def _pair_laws(directions: PairDirections, parameters: Parameters) -> _PairLaws:
 
 
 def seat_contacts(
-    structure: TermSystem, pair_sets: Sequence[PairDirections], bodies: Sequence[Component]
+    structure: System, pair_sets: Sequence[PairDirections], bodies: Sequence[Component]
 ) -> tuple[list[StaticContact], Array]:
     """Each contact under the load of the components, and the displacements (n,) of all rows.
 

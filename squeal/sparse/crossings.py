@@ -32,7 +32,7 @@ from squeal.linear.events import Event, locate_event
 from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.search import search
 from squeal.linear.steps import EventGuess, near_coalescences
-from squeal.linear.system import TermSystem
+from squeal.linear.system import System
 from squeal.linear.verdicts import assumed_rounding
 from squeal.sparse.dispersive import NEAR_INTERVALS, DispersiveReduction, frequencies
 from squeal.sparse.factor import factorise_at
@@ -109,7 +109,7 @@ def _frozen_parts(reduction: DispersiveReduction) -> Iterator[_FrozenPart]:
 
 
 def spectrum_with_slopes(
-    system: TermSystem, name: str, value: float, roots: Roots, lifted: bool = False
+    system: System, name: str, value: float, roots: Roots, lifted: bool = False
 ) -> SpectrumAtParameter:
     """Roots (m,) at a value of the parameter p, their vectors (n, m) and how p moves both.
 
@@ -433,7 +433,7 @@ def _is_same_meeting(one: Event, other: Event) -> bool:
 
 
 def _at_own_frequency(
-    system: TermSystem, start: Event, frozen: float, low: float, high: float
+    system: System, start: Event, frozen: float, low: float, high: float
 ) -> Event | None:
     """The coalescence with matrices at its own frequency, from one with matrices frozen at another.
 

@@ -31,9 +31,9 @@ from squeal.linear.matrices import (
     first_order,
     noise_of,
     norm_of,
+    normalised_system,
     null_spaces,
     rank_of,
-    reduce,
     scaled_rank,
     solver_near_singular,
     zero_roots,
@@ -41,10 +41,10 @@ from squeal.linear.matrices import (
 from squeal.sparse.quadratic import (
     ComplexArray,
     Indices,
-    Quadratic,
     Roots,
+    ScaledProblem,
     eigenvalues_of,
-    quadratic,
+    scaled_problem,
 )
 
 STIFFNESS_ROUNDING = 64 * EPS
@@ -65,19 +65,19 @@ def dense_values(
     """
     damping = _nonzero(C)
     try:
-        reduced = reduce(M, damping, K)
-        A = reduced.A
-        B = reduced.B
-        rounding = reduced.rounding
+        normalised = normalised_system(M, damping, K)
+        A = normalised.A
+        B = normalised.B
+        relative_error = normalised.relative_error
     except InputError:  # a light mass, or one that is not symmetric; complex matrices
         condition = float(np.linalg.cond(equilibrated(M)))
         if 1.0 / condition <= ILL_CONDITIONED:
-            problem = quadratic(M, damping, K)
+            problem = scaled_problem(M, damping, K)
             values, _ = pencil_values(problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
             return values
         A = np.linalg.solve(M, K)
         B = None if damping is None else np.linalg.solve(M, damping)
-        rounding = 4 * EPS * condition
+        relative_error = 4 * EPS * condition
     if B is None:
         is_hermitian = np.array_equal(A, A.conj().T)
         squares = np.linalg.eigvalsh(A) if is_hermitian else np.linalg.eigvals(A)  # -lambda^2
@@ -91,7 +91,7 @@ def dense_values(
     if stiffness is not None:
         zeros = _count_zeros(M, damping, K, STIFFNESS_ROUNDING * stiffness)
     elif np.min(sizes) <= EPS**0.25 * np.max(sizes):  # rounding moves zeros in chains up to here
-        zeros = _count_zeros(np.eye(len(M)), B, A, noise_of(A, rounding))
+        zeros = _count_zeros(np.eye(len(M)), B, A, noise_of(A, relative_error))
     else:
         zeros = 0
     values[np.argsort(sizes)[:zeros]] = 0.0
@@ -263,17 +263,17 @@ def _null_vectors(P: ComplexArray, count: int) -> tuple[ComplexArray, ComplexArr
     """
     solve_near = solver_near_singular(P, EPS / 2 * (float(np.abs(P).max()) or 1.0))
 
-    def solve(b: ComplexArray, trans: int) -> ComplexArray:
-        """P^-1 b (trans 0) or its adjoint's b (trans 2), the columns made orthonormal."""
-        return np.linalg.qr(solve_near(b, trans))[0]
+    def solve(b: ComplexArray, adjoint: bool) -> ComplexArray:
+        """P^-1 b, or if `adjoint` P^-H b, with columns made orthonormal."""
+        return np.linalg.qr(solve_near(b, adjoint))[0]
 
     # the power method with (P^H P)^-1: one vector converges at once, since P is singular to
     # rounding, several in three passes, since their singular values differ in size
     start = np.random.default_rng(len(P)).standard_normal((len(P), 2 * count)).view(complex)
-    y = solve(start, trans=2)
+    y = solve(start, adjoint=True)
     for _ in range(1 if count == 1 else 3):
-        x = solve(y, trans=0)
-        y = solve(x, trans=2)
+        x = solve(y, adjoint=False)
+        y = solve(x, adjoint=True)
     if count > 1:
         residuals = np.linalg.norm(P @ x, axis=0)  # the singular values, the least one first
         # one far above the least, and above 1e-6 of |P|, does not vanish: its vector is no mode
@@ -288,7 +288,7 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
 
     Raises InputError for an empty row, and where every number is a root.
     """
-    problem = quadratic(M, C, K)
+    problem = scaled_problem(M, C, K)
     matrices = (problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
     check_regular(*matrices)
     values, is_unknown = pencil_values(*matrices)
@@ -306,7 +306,7 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
     return tuple(listed)
 
 
-def spectrum_at(problem: Quadratic, values: ComplexArray) -> tuple[Eigenvalue, ...]:
+def spectrum_at(problem: ScaledProblem, values: ComplexArray) -> tuple[Eigenvalue, ...]:
     """Exactly known roots (m,) of a small problem with vectors, backward errors and conditions."""
     matrices = (problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
     return eigenvalues_of(problem, roots_at(*matrices, values, exact=True))

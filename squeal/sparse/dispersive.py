@@ -25,7 +25,7 @@ from squeal.errors import InputError
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import applied
 from squeal.linear.moduli import Modulus
-from squeal.linear.system import TermSystem
+from squeal.linear.system import System
 from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.eigensolver import (
@@ -73,7 +73,7 @@ class ModesAtOwnFrequencies(NamedTuple):
     unsure: int  # roots that the frozen frequency on one side alone led to
 
 
-def frequencies(system: TermSystem, region: Rectangle) -> Array:
+def frequencies(system: System, region: Rectangle) -> Array:
     """The frequencies (rad/s) of a region's band, evenly spaced, at which matrices are frozen.
 
     The region reaches above the real axis. Raises InputError unless the tables of moduli cover its
@@ -93,7 +93,7 @@ def frequencies(system: TermSystem, region: Rectangle) -> Array:
     return np.clip(np.linspace(low, high, FROZEN_FREQUENCIES), 2 * np.pi * least, 2 * np.pi * most)
 
 
-def _tables(system: TermSystem) -> list[str]:
+def _tables(system: System) -> list[str]:
     """Names of the files of moduli over frequency, sorted."""
     names = set()
     for term in system.terms:

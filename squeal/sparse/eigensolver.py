@@ -30,8 +30,8 @@ from squeal.sparse.quadratic import (
     Array,
     Bools,
     ComplexArray,
-    Quadratic,
     Roots,
+    ScaledProblem,
     eigenvalues_of,
     multiply,
     report,
@@ -141,7 +141,7 @@ class BlockArnoldi:
 
 
 def roots_near_shift(
-    problem: Quadratic,
+    problem: ScaledProblem,
     shift: complex,
     radius: float,
     enough: Callable[[ComplexArray, float], bool],
@@ -152,7 +152,7 @@ def roots_near_shift(
 
     Parameters
     ----------
-    problem : Quadratic
+    problem : ScaledProblem
         n rows.
     shift : complex
         rad/s.
@@ -256,7 +256,7 @@ class Modes:
 
 
 def corrected_roots(
-    problem: Quadratic,
+    problem: ScaledProblem,
     factor: Factor,
     basis: Array,
     region: Region,
@@ -270,7 +270,7 @@ def corrected_roots(
 
     Parameters
     ----------
-    problem : Quadratic
+    problem : ScaledProblem
         n rows.
     factor : Factor
         Of P at a value near the roots.
@@ -333,7 +333,7 @@ class Residuals(NamedTuple):
         return np.hstack([right, left])
 
 
-def residuals_of(problem: Quadratic, roots: Roots) -> Residuals:
+def residuals_of(problem: ScaledProblem, roots: Roots) -> Residuals:
     """Residuals of right and left vectors of roots, relative to a bound of |P| at each root."""
     sizes = divisor(problem.size(roots.values))
     return Residuals(
@@ -373,7 +373,7 @@ class _PartRoots(NamedTuple):
 
 
 def modes_in(
-    problem: Quadratic,
+    problem: ScaledProblem,
     region: Rectangle,
     certify: bool = True,
     start: Array | None = None,
@@ -387,7 +387,7 @@ def modes_in(
 
     Parameters
     ----------
-    problem : Quadratic
+    problem : ScaledProblem
         n rows.
     region : Rectangle
         Where.
@@ -466,7 +466,7 @@ def _halves(region: Rectangle) -> list[Rectangle]:
 
 
 def _roots_around(
-    problem: Quadratic, region: Rectangle, certify: bool, start: Array, exact: float
+    problem: ScaledProblem, region: Rectangle, certify: bool, start: Array, exact: float
 ) -> _PartRoots | None:
     """The roots in and around a part of a region, with a count if `certify`.
 
@@ -515,7 +515,7 @@ def _roots_around(
 
 
 def _count_in_disc(
-    problem: Quadratic, disc: Disc, roots: Roots, near: RootsNearShift
+    problem: ScaledProblem, disc: Disc, roots: Roots, near: RootsNearShift
 ) -> int | None:
     """How many roots lie in a disc by the argument principle; None if determinants leave it open.
 
@@ -534,7 +534,7 @@ def _count_in_disc(
     return count_roots(problem, disc, np.append(roots.values, outside), near.factor)
 
 
-def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
+def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Modes:
     """All roots of a disc around zero that holds the `modes` lowest with Im lambda >= 0.
 
     Roots below the real axis come with them, of real matrices the conjugates. A rigid body has two
@@ -580,7 +580,7 @@ def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
     return _lowest_of_squares(problem, modes, largest, certify)
 
 
-def _rigid_limit(problem: Quadratic) -> float:
+def _rigid_limit(problem: ScaledProblem) -> float:
     """The |lambda| (rad/s) up to which a root may be the zero of a rigid body.
 
     Rounding of K moves lambda^2 = 0 by up to `STIFFNESS_ROUNDING` times the square of the frequency
@@ -589,7 +589,7 @@ def _rigid_limit(problem: Quadratic) -> float:
     return 10 * math.sqrt(STIFFNESS_ROUNDING) * problem.frequency_scale
 
 
-def _sizes_of_modes(problem: Quadratic, values: ComplexArray) -> Array:
+def _sizes_of_modes(problem: ScaledProblem, values: ComplexArray) -> Array:
     """The |lambda|, rising, of roots that count as modes: of a pair the upper one, both if they may
     be zero. A real root may lie below the axis by its error."""
     sizes = np.abs(values)
@@ -597,7 +597,7 @@ def _sizes_of_modes(problem: Quadratic, values: ComplexArray) -> Array:
     return np.sort(sizes[counts])
 
 
-def _lowest_frequency_scale(problem: Quadratic) -> float:
+def _lowest_frequency_scale(problem: ScaledProblem) -> float:
     """The median |lambda| (rad/s) of at least four of the lowest roots that no rigid body has; if
     there is none, a small share of the problem's frequency scale."""
     rigid = _rigid_limit(problem)
@@ -623,7 +623,7 @@ def _disc_of_lowest(sizes: Array, modes: int, reach: float) -> Disc:
     return Disc(float(last + beyond) / 2)
 
 
-def _lowest_of_all(problem: Quadratic, modes: int, certify: bool) -> Modes:
+def _lowest_of_all(problem: ScaledProblem, modes: int, certify: bool) -> Modes:
     """The lowest modes of few rows, of which all roots are computed."""
     M = problem.M.toarray()
     C = problem.C.toarray()
@@ -642,7 +642,7 @@ def _lowest_of_all(problem: Quadratic, modes: int, certify: bool) -> Modes:
     return Modes(eigenvalues_of(problem, roots), region, count, roots)
 
 
-def _lowest_of_squares(problem: Quadratic, modes: int, largest: float, certify: bool) -> Modes:
+def _lowest_of_squares(problem: ScaledProblem, modes: int, largest: float, certify: bool) -> Modes:
     """The lowest modes by searching squares around zero, the first of half width about `largest`.
 
     The squares grow until a disc in one of them holds so many. After `MOST_ENLARGEMENTS` the roots

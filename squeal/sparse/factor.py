@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.sparse.quadratic import Quadratic
+from squeal.sparse.quadratic import ScaledProblem
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -249,7 +249,7 @@ def factorise(matrix: csc_array, single: bool = False, reusable: Factor | None =
 
 
 def factorise_at(
-    problem: Quadratic, value: complex, single: bool = False, reusable: Factor | None = None
+    problem: ScaledProblem, value: complex, single: bool = False, reusable: Factor | None = None
 ) -> tuple[complex, Factor]:
     """The value at which P was factorised, and the factor: P(value), or P at a value close by where
     that is exactly singular.

@@ -38,8 +38,8 @@ from squeal.sparse.quadratic import (
     Array,
     Bools,
     ComplexArray,
-    Quadratic,
     Roots,
+    ScaledProblem,
     ScaledSystem,
     eigenvalues_of,
     multiply,
@@ -80,7 +80,7 @@ class Structure:
     `shift` is half the square of the `highest` frequency of the region, rad/s.
     """
 
-    def __init__(self, frictionless_problem: Quadratic, highest: float) -> None:
+    def __init__(self, frictionless_problem: ScaledProblem, highest: float) -> None:
         K = _symmetric_part(frictionless_problem.K)
         self.M = _symmetric_part(frictionless_problem.M)
         for name, matrix in {"K": K, "M": self.M}.items():
@@ -508,7 +508,7 @@ class FirstLook(Reduction):
         )
 
     def _solve(
-        self, problem: Quadratic, region: Rectangle, factor: Factor | None = None
+        self, problem: ScaledProblem, region: Rectangle, factor: Factor | None = None
     ) -> tuple[Eigenvalue, ...]:
         """Roots of the full problem in a region: the basis has them roughly, and a factor of F
         corrects them; by Krylov subspaces without a factor, or where corrections do not converge.

@@ -17,7 +17,7 @@ from squeal.errors import MatrixError
 from squeal.linear.eigen import Eigenvalue, normalised
 from squeal.linear.matrices import EPS, Matrix, divisor, norm_of
 from squeal.linear.roots import ordered, root_rounding
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import System, Term
 from squeal.numerics.differentiation import Parameters
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def report(text: str) -> None:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Quadratic:
+class ScaledProblem:
     """P(lambda) = lambda^2 M + lambda C + K in coordinates z, q = scale z; M may be singular.
 
     M, C, K are CSC arrays (n, n), C of zeros if undamped; `norms` bound their 2-norms.
@@ -101,9 +101,9 @@ class Quadratic:
         """|v|^2 |M| + |v| |C| + |K| for each value, a bound of |P(v)|."""
         return np.polyval(self.norms, np.abs(values))
 
-    def transposed(self) -> Quadratic:
+    def transposed(self) -> ScaledProblem:
         """The problem of the left vectors: P(lambda)' y = 0, y not conjugated."""
-        return Quadratic(M=self.M.T, C=self.C.T, K=self.K.T, scale=self.scale, norms=self.norms)
+        return ScaledProblem(M=self.M.T, C=self.C.T, K=self.K.T, scale=self.scale, norms=self.norms)
 
 
 def multiply(A: Matrix, columns: NDArray) -> ComplexArray:
@@ -121,7 +121,7 @@ class ScaledSystem:
     `terms` are the scaled matrices of M, of C and of K. Raises InputError for an empty row.
     """
 
-    def __init__(self, system: TermSystem) -> None:
+    def __init__(self, system: System) -> None:
         from scipy.sparse import csc_array
 
         self.system = system
@@ -136,7 +136,7 @@ class ScaledSystem:
             columns = np.repeat(np.arange(self.n), np.diff(A.indptr))
             A.data = A.data * self.scale[A.indices] * self.scale[columns]
 
-    def at(self, changes: Parameters | None = None) -> Quadratic:
+    def at(self, changes: Parameters | None = None) -> ScaledProblem:
         """The problem at the system's parameters, some of them changed."""
         p = self.system.values(changes)
         M, C, K = self._sums(lambda term: term.factor.value(p))
@@ -145,7 +145,7 @@ class ScaledSystem:
             raise MatrixError("M: is zero beside K in double precision; M or C must not be")
         if not np.isfinite(norms).all():
             raise MatrixError("M, C and K: all entries must be finite")
-        return Quadratic(M=M, C=C, K=K, scale=self.scale, norms=norms)
+        return ScaledProblem(M=M, C=C, K=K, scale=self.scale, norms=norms)
 
     def slope(self, name: str, changes: Parameters | None, value: complex) -> csc_array:
         """dP(value)/d name as a CSC array."""
@@ -166,16 +166,16 @@ class ScaledSystem:
         return sums
 
 
-def quadratic(M: Matrix, C: Matrix | None, K: Matrix) -> Quadratic:
+def scaled_problem(M: Matrix, C: Matrix | None, K: Matrix) -> ScaledProblem:
     """The scaled problem of M q'' + C q' + K q = 0, matrices (n, n), sparse or dense.
 
     Raises InputError for a row without mass and stiffness, or without any mass.
     """
     damping = () if C is None else (Term(C),)
-    return ScaledSystem(TermSystem((Term(M),), damping, (Term(K),))).at()
+    return ScaledSystem(System((Term(M),), damping, (Term(K),))).at()
 
 
-def _diagonal_scale(system: TermSystem, matrices: list[list[csc_array]]) -> Array:
+def _diagonal_scale(system: System, matrices: list[list[csc_array]]) -> Array:
     """The scale (n,) that gives K + w |C| + w^2 M a unit diagonal, w a median frequency.
 
     `matrices` are those of the terms of M, of C and of K. Raises InputError for an empty row.
@@ -214,7 +214,7 @@ def _first_order_rate(damping: Array, stiffness: Array) -> float:
     return float(np.median(rates[rates > 0.0]))
 
 
-def projected(system: TermSystem, left: NDArray, right: NDArray) -> TermSystem:
+def projected(system: System, left: NDArray, right: NDArray) -> System:
     """The system left^H A right of columns (n, d), every term with its factor."""
 
     def small(term: Term) -> Term:
@@ -255,7 +255,7 @@ class Roots:
         return self.joined(Roots(upper.values.conj(), upper.right.conj(), upper.left.conj()))
 
 
-def eigenvalues_of(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
+def eigenvalues_of(problem: ScaledProblem, roots: Roots) -> tuple[Eigenvalue, ...]:
     """Roots with backward errors, condition numbers and rounding, by rising frequency.
 
     Their vectors are in the coordinates of the system before scaling, with x^H M x = 1 if there is
@@ -282,7 +282,7 @@ def eigenvalues_of(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
     return tuple(eigenvalues)
 
 
-def _conditions(problem: Quadratic, roots: Roots) -> tuple[Array, Array]:
+def _conditions(problem: ScaledProblem, roots: Roots) -> tuple[Array, Array]:
     """Condition numbers (m,): the relative change of each root by relative changes of M, C, K.
 
     (|z|^2 |M| + |z| |C| + |K|) |x| |y| / (|z| |y^H P'(z) x|), infinite where that vanishes; and the
@@ -306,7 +306,7 @@ def _conditions(problem: Quadratic, roots: Roots) -> tuple[Array, Array]:
     return of_norms, of_entries
 
 
-def _is_lost(problem: Quadratic, values: ComplexArray, conditions: Array) -> NDArray[np.bool_]:
+def _is_lost(problem: ScaledProblem, values: ComplexArray, conditions: Array) -> NDArray[np.bool_]:
     """Which roots (m,) may be infinite ones that rounding made finite.
 
     They are faster than the problem's frequency scale, alone, and rounding of entries moves them by
@@ -321,7 +321,7 @@ def _is_lost(problem: Quadratic, values: ComplexArray, conditions: Array) -> NDA
 
 
 def _rounding(
-    problem: Quadratic, values: ComplexArray, residuals: Array, conditions: Array
+    problem: ScaledProblem, values: ComplexArray, residuals: Array, conditions: Array
 ) -> Array:
     """How far rounding may move each root (rad/s); exact zeros by nothing.
 
@@ -365,7 +365,7 @@ def _rounding(
     return np.where(sizes > 0, rounding[: len(values)], 0.0)
 
 
-def _in_unscaled_coordinates(problem: Quadratic, scaled: ComplexArray) -> ComplexArray:
+def _in_unscaled_coordinates(problem: ScaledProblem, scaled: ComplexArray) -> ComplexArray:
     """Vectors (n, m) before scaling, the largest entry real and positive, of unit mass x^H M x;
     vectors without mass have unit length in the scaled coordinates."""
     mass = np.abs(np.sum(scaled.conj() * (problem.M @ scaled), axis=0))

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.linear.matrices import EPS, divisor
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import System, Term
 from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.quadratic import Array, Bools, ComplexArray, Roots, projected, report
@@ -97,7 +97,7 @@ def random_vectors(rows: int, seed: int) -> Array:
     return np.random.default_rng(seed).standard_normal((rows, SKETCH)) / np.sqrt(SKETCH)
 
 
-def term_weights(system: TermSystem, p: Parameters, values: ComplexArray) -> NDArray:
+def term_weights(system: System, p: Parameters, values: ComplexArray) -> NDArray:
     """The weights (terms, m) of the terms of M, C and K in P(values) x: factor times power."""
     weights = []
     for terms, power in zip(system.parts, (2, 1, 0), strict=True):
@@ -181,14 +181,12 @@ class ReducedBasis:
     coordinates of the projection.
     """
 
-    system: TermSystem
+    system: System
     velocities: ComplexArray
     _products: NDArray  # (terms, k, k), left^H X right of each term X of the projection
     _mode_residuals: ResidualSketch  # `residuals` for vectors in the coordinates of the states
 
-    def __init__(
-        self, projection: TermSystem, residuals: ResidualSketch, region: Rectangle
-    ) -> None:
+    def __init__(self, projection: System, residuals: ResidualSketch, region: Rectangle) -> None:
         self.projection = projection
         self.residuals = residuals
         self.region = region

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.matrices import Matrix, norm_of
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.matrices import Matrix, divisor, norm_of
+from squeal.linear.system import System, Term
 from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
@@ -34,8 +34,8 @@ from squeal.sparse.factor import Factor
 from squeal.sparse.quadratic import (
     Array,
     ComplexArray,
-    Quadratic,
     Roots,
+    ScaledProblem,
     ScaledSystem,
     multiply,
     report,
@@ -82,10 +82,10 @@ class Complement:
             inside = np.linalg.solve(self.projected, multiply(self.basis.T, self.matrix @ x))
             x = x - multiply(self.basis, inside)
             size = np.linalg.norm(x, axis=0)
-            x = x / np.where(size > 0, size, 1.0)
+            x = x / divisor(size)
         return float(size.max())  # of three unit vectors, by the last step
 
-    def contraction_in(self, region: Rectangle, problem: Quadratic) -> float:
+    def contraction_in(self, region: Rectangle, problem: ScaledProblem) -> float:
         """The larger contraction of P at the right corners of a region, where roots grow fastest,
         both taken into the upper half plane."""
         corners = (
@@ -114,7 +114,7 @@ class Reduction:
     that the reduced system alone has, over all samples.
     """
 
-    system: TermSystem
+    system: System
     method = "reduced"
 
     def __init__(self, scaled: ScaledSystem, region: Rectangle) -> None:
@@ -184,7 +184,7 @@ class Reduction:
                 self.extend(modes.near.vectors)
         self.extend(np.hstack([roots.right, roots.left]))
 
-    def _corrected(self, problem: Quadratic, region: Rectangle) -> Roots | None:
+    def _corrected(self, problem: ScaledProblem, region: Rectangle) -> Roots | None:
         """Roots in a region from the basis and the first factor; None without that, where the basis
         may miss one, and where corrections do not converge."""
         if self._factorised is None:
@@ -211,7 +211,7 @@ class Reduction:
         return self.vectors.shape[1]
 
     @property
-    def system_with_origin(self) -> TermSystem:
+    def system_with_origin(self) -> System:
         """The reduced system with bounds of the errors of its entries, as a system of its own.
 
         The bounds are those of the entries of the full system, projected. That it approximates

@@ -9,7 +9,7 @@ import pytest
 from squeal.errors import ComputationError, InputError
 from squeal.linear import complex_eigenvalues, judge, sensitivities
 from squeal.linear.eigen import growing
-from squeal.linear.matrices import check_regular, reduce
+from squeal.linear.matrices import check_regular, normalised_system
 from squeal.linear.roots import hides_slow_roots, left_vectors, ordered
 from squeal.queries.systems.roots import system_roots
 from squeal.queries.systems.thresholds import system_thresholds
@@ -140,7 +140,7 @@ def test_roots_beyond_double_precision_are_not_given():
 
 def test_a_cached_factor_cannot_be_written_to():
     with pytest.raises(ValueError, match="read-only"):
-        reduce(np.eye(2), None, np.eye(2)).T[:] = 0.0
+        normalised_system(np.eye(2), None, np.eye(2)).T[:] = 0.0
 
 
 ONES = np.ones((2, 2))
@@ -184,7 +184,7 @@ HIDING = [
 @pytest.mark.parametrize(("C", "K", "expected"), HIDING)
 def test_a_damper_of_a_light_mass_hides_the_root_of_a_free_one(C, K, expected):
     M = np.diag([1.0, 1e-20])
-    assert hides_slow_roots(reduce(M, C, K), C, K) == expected
+    assert hides_slow_roots(normalised_system(M, C, K), C, K) == expected
     if C is not None and C[0, 0] and not K.any():
         found = system_roots(system_of(M, C, K))
         sure = (e for e in found.eigenvalues if e.residual < 1e-6)

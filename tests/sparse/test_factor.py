@@ -8,7 +8,7 @@ from scipy.linalg import lu
 from scipy.sparse import csc_array, csr_array, diags_array
 
 from squeal.sparse import factor
-from squeal.sparse.quadratic import quadratic
+from squeal.sparse.quadratic import scaled_problem
 from tests import large
 
 MAKERS = ("superlu", "pardiso")
@@ -154,7 +154,7 @@ def test_the_parts_of_a_problem_share_a_pattern(rng):
     C = diags_array(rng.uniform(1, 2, 7), offsets=2)
     K = diags_array(rng.uniform(1, 2, 6), offsets=-3)
     K = csc_array(K + M)
-    problem = quadratic(csc_array(M), csc_array(C - K), K)
+    problem = scaled_problem(csc_array(M), csc_array(C - K), K)
     for value in (2.0, 1.0 + 3.0j):
         sums = value**2 * problem.M + value * problem.C + problem.K
         assert np.allclose(problem.at(value).toarray(), sums.toarray(), rtol=1e-14)

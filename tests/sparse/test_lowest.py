@@ -8,7 +8,7 @@ from scipy.sparse import csc_array, diags_array, eye_array, kron, random_array
 import squeal
 from squeal.sparse import eigensolver
 from squeal.sparse.eigensolver import lowest_modes
-from squeal.sparse.quadratic import quadratic
+from squeal.sparse.quadratic import scaled_problem
 
 
 def laminations(count, rows, joined):
@@ -79,7 +79,7 @@ def test_structural_damping_does_not_change_how_many_modes_are_listed(monkeypatc
     if fallback != "none":  # a subspace of so few columns does not reach the lowest roots
         monkeypatch.setattr(eigensolver, "MOST_COLUMNS", 40)
         monkeypatch.setattr(eigensolver, "DENSE_ROWS", 120 if fallback == "all roots" else 0)
-    found = lowest_modes(quadratic(eye_array(120), None, (1 + 0.05j) * K), 6)
+    found = lowest_modes(scaled_problem(eye_array(120), None, (1 + 0.05j) * K), 6)
     listed = found.values[found.values.imag > 0.0]
     assert len(listed) == 6
     listed = listed[np.argsort(listed.imag)]
@@ -92,6 +92,6 @@ def test_a_large_system_grows_its_region_until_it_holds_the_lowest(monkeypatch):
     K, exact = laminations(16, 3, 0.01)
     monkeypatch.setattr(eigensolver, "DENSE_ROWS", 0)
     monkeypatch.setattr(eigensolver, "MOST_COLUMNS", 80)
-    found = lowest_modes(quadratic(eye_array(48), None, K), 20)
+    found = lowest_modes(scaled_problem(eye_array(48), None, K), 20)
     assert upper(found)[:20] == pytest.approx(exact[:20], rel=1e-9)
     assert found.certified

@@ -12,7 +12,7 @@ from squeal.linear.system import Term
 from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots
 from squeal.sparse.eigensolver import ACCEPTED_RESIDUAL, lowest_modes, modes_in
-from squeal.sparse.quadratic import ScaledSystem, quadratic
+from squeal.sparse.quadratic import ScaledSystem, scaled_problem
 from tests import large
 from tests.known import affine
 
@@ -33,7 +33,7 @@ def test_multiple_roots_are_counted_and_listed():
     w = rng.uniform(1.0, 10.0, 60)
     M, C, K = (block_diag([x, x], format="csc") for x in large.blocks(a, w, rng))
     expected = np.tile(np.concatenate([-a + 1j * w, -a - 1j * w]), 2)
-    found = modes_in(quadratic(M, C, K), Rectangle(-1.0, 1.0, 3.0, 5.0))
+    found = modes_in(scaled_problem(M, C, K), Rectangle(-1.0, 1.0, 3.0, 5.0))
     assert found.certified, found.count
     assert_same(found.values, expected[found.region.contains(expected)])
     for e in found.eigenvalues:
@@ -55,7 +55,7 @@ def test_an_acoustic_wave_has_the_roots_of_its_closed_form():
         M = csc_array(diags_array((ones - end / 2) / n))
         C = csc_array(diags_array(end / 0.5))
         K = csc_array(diags_array([-ones, 2 * ones - end, -ones], offsets=[-1, 0, 1], shape=(n, n)))
-        found = modes_in(quadratic(M, C, n * K), Rectangle(-3.0, 1.0, 1.0, 10.0)).values
+        found = modes_in(scaled_problem(M, C, n * K), Rectangle(-3.0, 1.0, 1.0, 10.0)).values
         exact = -np.arctanh(0.5) + 1j * np.pi * np.arange(1, 4)
         assert len(found) == 3
         errors.append(np.abs(np.sort_complex(found * 1j) - np.sort_complex(exact * 1j)).max())
@@ -66,7 +66,7 @@ def test_a_defective_pair_counts_twice():
     jordan = csc_array(np.array([[4.0, 1.0], [0.0, 4.0]]))
     K = csc_array(block_diag([jordan, diags_array(np.arange(9.0, 60.0))]))
     M = csc_array(np.eye(K.shape[0]))
-    found = modes_in(quadratic(M, None, K), Rectangle(-1.0, 1.0, 1.0, 3.5))
+    found = modes_in(scaled_problem(M, None, K), Rectangle(-1.0, 1.0, 1.0, 3.5))
     assert found.certified
     assert_same(found.values, [2j, 2j, 3j, 10**0.5 * 1j, 11**0.5 * 1j, 12**0.5 * 1j], relative=1e-6)
 
@@ -81,7 +81,7 @@ def test_mixed_units_and_a_singular_mass_lose_no_root():
     parts = zip(scaled, (0, 0, 3), strict=True)
     massless = [block_diag([x, [[s]]], format="csc") for x, s in parts]
     expected = np.concatenate([-a + 1j * w, -a - 1j * w])
-    found = modes_in(quadratic(*massless), Rectangle(-1.0, 1.0, 2.0, 6.0))
+    found = modes_in(scaled_problem(*massless), Rectangle(-1.0, 1.0, 2.0, 6.0))
     assert found.certified
     assert_same(found.values, expected[(expected.imag > 2) & (expected.imag < 6)])
 
@@ -90,7 +90,7 @@ def test_rigid_body_roots_are_among_the_lowest():
     n = 60
     ones = np.ones(n)
     K = diags_array([-ones, np.r_[1.0, 2 * ones[2:], 1.0], -ones], offsets=[-1, 0, 1], shape=(n, n))
-    found = lowest_modes(quadratic(csc_array(np.eye(n)), None, csc_array(K)), 5)
+    found = lowest_modes(scaled_problem(csc_array(np.eye(n)), None, csc_array(K)), 5)
     assert found.certified
     exact = 2 * np.sin(np.pi * np.arange(1, 4) / (2 * n))
     assert_same(found.values, [0, 0, *(1j * exact), *(-1j * exact)], relative=1e-5)
@@ -109,7 +109,7 @@ def test_a_missing_root_is_noticed(monkeypatch):
     a = rng.uniform(0.01, 0.1, 40)
     w = np.linspace(1.0, 10.0, 40)
     M, C, K = large.blocks(a, w, rng)
-    problem = quadratic(M, C, K)
+    problem = scaled_problem(M, C, K)
     turn = 2 * np.pi
     complete = eigensolver.corrected_roots
 
@@ -137,7 +137,7 @@ def test_a_disc_around_zero_of_real_matrices_is_counted_by_its_upper_half():
     rng = np.random.default_rng(9)
     a = rng.uniform(0.01, 0.1, 60)
     w = np.linspace(1.0, 20.0, 60)
-    problem = quadratic(*large.blocks(a, w, rng))
+    problem = scaled_problem(*large.blocks(a, w, rng))
     found = lowest_modes(problem, 12)
     assert found.certified
     assert_same(found.values, np.concatenate([-a[:12] + 1j * w[:12], -a[:12] - 1j * w[:12]]))
@@ -155,7 +155,7 @@ def test_far_from_all_roots_nothing_is_counted(n):
     M = csc_array(np.eye(n))
     K = csc_array(diags_array(w**2))
     for damping in (None, csc_array(diags_array(0.004 * w))):
-        found = modes_in(quadratic(M, damping, K), band(1591.5, 3183.1))
+        found = modes_in(scaled_problem(M, damping, K), band(1591.5, 3183.1))
         assert (found.count, found.certified) == (0, True)
 
 
@@ -206,7 +206,7 @@ def test_no_root_left_out_near_the_outline_is_overlooked(rng):
     """Eight determinants leave wide gaps; a count is right, or none is given."""
     damping = rng.uniform(0.1, 0.5, 31)
     frequency = rng.uniform(1.0, 6.0, 31)
-    problem = quadratic(*large.blocks(damping, frequency, rng))
+    problem = scaled_problem(*large.blocks(damping, frequency, rng))
     roots = np.concatenate([-damping + 1j * frequency, -damping - 1j * frequency])
     for angle in np.linspace(0.1, 3.0, 9):
         missing = roots[int(np.argmin(np.abs(roots - 3.5j)))]

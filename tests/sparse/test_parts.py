@@ -14,7 +14,7 @@ from squeal.sparse.crossings import AxisCrossing, _changes_sign, _in_range, _is_
 from squeal.sparse.eigensolver import enlarged, grown, orthogonalise, roots_near_shift
 from squeal.sparse.factor import factorise
 from squeal.sparse.first_look import Structure
-from squeal.sparse.quadratic import Roots, ScaledSystem, eigenvalues_of, quadratic
+from squeal.sparse.quadratic import Roots, ScaledSystem, eigenvalues_of, scaled_problem
 from squeal.sparse.reduced_basis import root_error_bounds
 from squeal.sparse.reduction import Complement
 from tests import large
@@ -54,7 +54,7 @@ def test_rows_are_scaled_to_a_unit_diagonal_by_powers_of_two(rng):
 def test_conditions_and_vectors_of_one_degree_of_freedom_are_those_of_the_closed_form(m, c, k):
     """kappa = (|z|^2 m + |z| c + k) / (|z| |2 z m + c|), x = 1 / sqrt(m)."""
     z = np.roots([m, c, k]).astype(complex)
-    problem = quadratic(np.array([[m]]), np.array([[c]]), np.array([[k]]))
+    problem = scaled_problem(np.array([[m]]), np.array([[c]]), np.array([[k]]))
     x = np.array([[-1j, 2.0]])
     size = abs(z) ** 2 * m + abs(z) * c + k
     order = np.lexsort((z.real, z.imag))
@@ -76,7 +76,7 @@ def test_conditions_and_vectors_of_one_degree_of_freedom_are_those_of_the_closed
 def test_rounding_of_a_slow_root_is_what_rounding_of_the_stiffness_moves(slow, rng):
     """w^2 = q' K q: eight roundings of |K| move it, and w at most by their root."""
     Q = np.linalg.qr(rng.standard_normal((2, 2)))[0]
-    problem = quadratic(np.eye(2), None, Q * [1.0, slow**2] @ Q.T)
+    problem = scaled_problem(np.eye(2), None, Q * [1.0, slow**2] @ Q.T)
     x: Any = Q[:, 1:] / problem.scale[:, None] + 0j
     (found,) = eigenvalues_of(problem, Roots(np.array([1j * slow]), x, x))
     moved = np.sqrt(slow**2 + 8 * np.finfo(float).eps) - slow
@@ -88,7 +88,7 @@ def test_rounding_of_a_free_motion_holds_its_error_however_much_the_others_are_d
     """A free chain with C = c K: its rigid-body motion has the double root zero."""
     ends = np.eye(4, 3) - np.eye(4, 3, -1)
     K = ends * [1.0, 1.3, 1.6] @ ends.T
-    problem = quadratic(np.eye(4), c * K, K)
+    problem = scaled_problem(np.eye(4), c * K, K)
     M, C, K = (matrix.toarray() for matrix in (problem.M, problem.C, problem.K))
     A: Any = np.block([[np.zeros((4, 4)), np.eye(4)], [-np.linalg.solve(M, X) for X in (K, C)]])
     z, left, right = eig(A, left=True)
@@ -126,7 +126,7 @@ def test_roots_around_a_shift_are_all_within_its_reach(single, shift, rng):
     a = rng.uniform(-2.0, 2.0, 90)
     w = rng.uniform(1.0, 20.0, 90)
     every = np.concatenate([-a + 1j * w, -a - 1j * w])
-    problem = quadratic(*large.blocks(a, w, rng))
+    problem = scaled_problem(*large.blocks(a, w, rng))
     asked = []
 
     def enough(values, reach):
@@ -183,7 +183,7 @@ def test_what_a_basis_lacks_contracts_as_the_worst_of_its_directions():
 @pytest.mark.parametrize("n", [5, 80])
 def test_real_modes_reach_as_far_as_is_asked(n):
     w = np.linspace(1.0, 40.0, n)
-    problem = quadratic(
+    problem = scaled_problem(
         np.diag(np.linspace(1.0, 3.0, n)), None, np.diag(np.linspace(1, 3, n) * w**2)
     )
     structure = Structure(problem, 9.7)

@@ -14,7 +14,7 @@ from squeal.results.sources import SystemSource
 from squeal.sparse import reduced_basis
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.first_look import Structure
-from squeal.sparse.quadratic import quadratic
+from squeal.sparse.quadratic import scaled_problem
 from tests.known import known_system
 from tests.sparse.test_first_look import BRAKE, look_at
 
@@ -77,7 +77,7 @@ def test_probes_average_to_the_inverse_of_an_indefinite_structure(monkeypatch, r
     rng = np.random.default_rng(3)
     Q = np.linalg.qr(rng.standard_normal((12, 12)))[0]
     K = (Q * rng.uniform(1.0, 9.0, 12)) @ Q.T
-    structure = Structure(quadratic(np.eye(12), None, K), highest=2.2)
+    structure = Structure(scaled_problem(np.eye(12), None, K), highest=2.2)
     V = np.linalg.qr(rng.standard_normal((12, reached)))[0]
     left, right = structure.probes(V, V.T @ (structure.F @ V))
     inverse = np.linalg.inv(structure.F.toarray())

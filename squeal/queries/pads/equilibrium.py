@@ -20,7 +20,7 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.linear import Judgement, Spectrum, SystemFunction
 from squeal.linear.eigen import spectrum_of
-from squeal.linear.matrices import EPS, checked, reduce
+from squeal.linear.matrices import EPS, checked, normalised_system
 from squeal.linear.roots import STIFF, hides_slow_roots
 from squeal.linear.verdicts import decide
 from squeal.model.contact import State
@@ -229,16 +229,16 @@ def roots_and_verdict(
     eigenvalues. The check is skipped if a coordinate is free: its eigenvalues are zero, not hidden.
     """
     mass, damping, stiffness = checked(M, C, K)
-    reduced = reduce(mass, damping, stiffness)
+    normalised = normalised_system(mass, damping, stiffness)
     # squared frequencies of each coordinate with the others held
-    squares = np.abs(np.diag(reduced.A))
+    squares = np.abs(np.diag(normalised.A))
     # a coordinate that no spring holds has a stiffness of zero to rounding: springs at right angles
     # to the surface, for instance, where k cos^2(90 degrees) is 1e-33 k in doubles. The check below
     # would take the zero eigenvalues of that coordinate for hidden ones
     has_free_coordinate = squares.min() <= EPS**2 * squares.max()
-    if not has_free_coordinate and hides_slow_roots(reduced, damping, stiffness):
+    if not has_free_coordinate and hides_slow_roots(normalised, damping, stiffness):
         raise ComputationError(f"no eigenvalue can be given: {STIFF}")
-    spectrum = spectrum_of(reduced)
+    spectrum = spectrum_of(normalised)
     return spectrum, decide(spectrum.values, spectrum.rounding)
 
 

@@ -442,9 +442,9 @@ def _roots_of_pieces(matrices: Arrays, pieces: Sequence[Piece]) -> EigenvalueTup
     Their rounding is left to what is proved of them.
     """
     from squeal.sparse.dense import spectrum_at  # which pads start without
-    from squeal.sparse.quadratic import quadratic
+    from squeal.sparse.quadratic import scaled_problem
 
-    roots = spectrum_at(quadratic(*matrices), _centres(pieces))
+    roots = spectrum_at(scaled_problem(*matrices), _centres(pieces))
     return tuple(replace(root, rounding=0.0) for root in roots)
 
 

@@ -19,7 +19,7 @@ from squeal.linear.matrices import (
     Matrix,
     SingularTogetherError,
     checked,
-    reduce,
+    normalised_system,
     scaled_rank,
     unit_diagonal,
 )
@@ -53,7 +53,7 @@ from squeal.sparse.dense import dense_spectrum
 from squeal.sparse.dispersive import DispersiveReduction, frequencies, modes_at_own_frequencies
 from squeal.sparse.eigensolver import DENSE_ROWS, lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
-from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
+from squeal.sparse.quadratic import ScaledProblem, ScaledSystem, scaled_problem
 
 REGULAR = 1e8
 """A stiffness (with a unit diagonal) of a smaller condition is regular, and has no root of zero."""
@@ -212,7 +212,7 @@ def system_roots(
     return roots.lowest(modes)
 
 
-def _lowest_roots(problem: Quadratic, modes: int, add_errors: AddErrors | None) -> SystemRoots:
+def _lowest_roots(problem: ScaledProblem, modes: int, add_errors: AddErrors | None) -> SystemRoots:
     """Compute the `modes` lowest roots with Im >= 0 of a large system, and count them."""
     solution = lowest_modes(problem, modes)
     roots = _upper_half(solution.eigenvalues, problem.real)
@@ -224,7 +224,7 @@ def _lowest_roots(problem: Quadratic, modes: int, add_errors: AddErrors | None) 
 
 
 def _roots_of_region(
-    problem: Quadratic, region: Rectangle, add_errors: AddErrors | None
+    problem: ScaledProblem, region: Rectangle, add_errors: AddErrors | None
 ) -> SystemRoots:
     """Compute and count the roots of a large system in a region.
 
@@ -347,11 +347,11 @@ def _roots_of_matrices(
     if data is not None:
         roots, judged, statement = refereed(matrices, roots, judged, data)
     if selection.rectangle is not None:
-        return _part_of_all(quadratic(M, C, K), roots, selection, judged, statement)
+        return _part_of_all(scaled_problem(M, C, K), roots, selection, judged, statement)
     if statement is not None and statement.status == "proved":
         count: int | None = len(roots)
     else:
-        count = _number_of_roots(quadratic(M, C, K), roots)
+        count = _number_of_roots(scaled_problem(M, C, K), roots)
     selected = roots  # all roots of real matrices are listed with their conjugates
     if selection.modes is not None or not real:
         selected = _upper_half(roots, real)
@@ -400,18 +400,18 @@ def _mass_normalised_roots(
         return unsolved
     M, C, K = matrices
     try:
-        reduced = reduce(M, C, K)
-        values = roots_of(reduced)
-        if hides_slow_roots(reduced, C, K, values):
+        normalised = normalised_system(M, C, K)
+        values = roots_of(normalised)
+        if hides_slow_roots(normalised, C, K, values):
             return unsolved
-        roots = spectrum_of(reduced, values).eigenvalues
+        roots = spectrum_of(normalised, values).eigenvalues
         conservative = problem_class_of([checked(M, C, K)]) is not DAMPED
         return roots, judge_roots(roots, conservative=conservative)
     except InputError:  # M is not positive definite
         return unsolved
 
 
-def _number_of_roots(problem: Quadratic, roots: EigenvalueTuple) -> int | None:
+def _number_of_roots(problem: ScaledProblem, roots: EigenvalueTuple) -> int | None:
     """How many finite roots a small system has: the degree of det(z^2 M + z C + K).
 
     It is 2n if M is regular. Else the argument principle counts the roots in a disc about 0, twice
@@ -424,7 +424,7 @@ def _number_of_roots(problem: Quadratic, roots: EigenvalueTuple) -> int | None:
     return _count_in(problem, Disc(2 * max(farthest, problem.frequency_scale)), values)
 
 
-def _count_in(problem: Quadratic, disc: Disc, values: ComplexArray) -> int | None:
+def _count_in(problem: ScaledProblem, disc: Disc, values: ComplexArray) -> int | None:
     """How many roots a disc holds; None if the count fails.
 
     Where rounding of a tiny mass leaves a computed root far out, P is singular there to rounding.
@@ -436,7 +436,7 @@ def _count_in(problem: Quadratic, disc: Disc, values: ComplexArray) -> int | Non
 
 
 def _part_of_all(
-    problem: Quadratic,
+    problem: ScaledProblem,
     roots: EigenvalueTuple,
     selection: EigenvalueSelection,
     judged: VerdictAndCriterion,
@@ -446,7 +446,7 @@ def _part_of_all(
 
     Parameters
     ----------
-    problem : Quadratic
+    problem : ScaledProblem
         The matrices.
     roots : tuple of Eigenvalue
         All roots.
@@ -512,7 +512,7 @@ def _part_of_all(
 
 
 def _none_is_missing(
-    problem: Quadratic, values: ComplexArray, region: Rectangle, statement: Statement | None
+    problem: ScaledProblem, values: ComplexArray, region: Rectangle, statement: Statement | None
 ) -> bool:
     """Whether all roots of a region are among the computed `values` (m,) of the whole plane.
 

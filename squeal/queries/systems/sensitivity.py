@@ -33,7 +33,7 @@ from squeal.results.thresholds import Thresholds
 from squeal.schema import NAME, Place
 from squeal.sparse.assembly import Assembly
 from squeal.sparse.factor import factorise_at
-from squeal.sparse.quadratic import ComplexArray, Quadratic, ScaledSystem
+from squeal.sparse.quadratic import ComplexArray, ScaledProblem, ScaledSystem
 
 Matrices = Mapping[str, Mapping[str, Any]]
 """Names of changes, each with the matrices dM, dC, dK (arrays or files) by the keys M, C, K."""
@@ -443,7 +443,7 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
 
 
 def _residuals_nearby(
-    problem: Quadratic, root: complex, x: ComplexArray, y: ComplexArray
+    problem: ScaledProblem, root: complex, x: ComplexArray, y: ComplexArray
 ) -> NDArray[np.float64]:
     """How large |y^H P x| (k,) is if a root lies `NEAR` |z| away from z, for pairs (n, k) of x, y.
 
