@@ -193,6 +193,11 @@ class SpectrumAtParameter:
             return kinds(1j * self.z, self.rounding)
         return kinds(self.z, self.rounding)
 
+    @property
+    def grows(self) -> Bools:
+        """Which roots (m,) grow by more than rounding."""
+        return self.kinds >= FLUTTER
+
     @cached_property
     def unstable_pairs(self) -> list[int]:
         """Indices of the upper roots of growing pairs, the fastest first."""

@@ -166,8 +166,8 @@ def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenv
       which |dK| moves a root of zero, if this is more.
 
     The `rounding` of a root is raised to its bound, too, but for those of a real undamped system
-    that stay on the imaginary axis within it. `open` says of these others whether the sign of their
-    real part is unknown.
+    that stay on the imaginary axis within it. `sign_is_open` says of these others whether the sign
+    of their real part is unknown.
     """
     if not roots:
         return ()
@@ -204,9 +204,10 @@ def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenv
     known = []
     for k, root in enumerate(roots):
         bound = float(bounds[k])
-        bounded = replace(root, error=bound, open=False)
+        bounded = replace(root, error=bound, sign_is_open=False)
         if may_grow[k]:
             has_unknown_sign = abs(root.value.real) <= bound
-            bounded = replace(bounded, rounding=max(root.rounding, bound), open=has_unknown_sign)
+            rounding = max(root.rounding, bound)
+            bounded = replace(bounded, rounding=rounding, sign_is_open=has_unknown_sign)
         known.append(bounded)
     return tuple(known)

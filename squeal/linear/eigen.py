@@ -45,9 +45,9 @@ class Eigenvalue:
         How far a reduction, or what digits of data leave open, may move it, rad/s; by a proof only
         if that shows in the digits of a table, a millionth of its size or of its real part.
         `rounding` holds less.
-    open : bool
+    sign_is_open : bool
         True if this error leaves open whether it grows.
-    grows : bool
+    proved_to_grow : bool
         True if it is proved to grow, however far rounding may move it.
     """
 
@@ -58,20 +58,20 @@ class Eigenvalue:
     condition: float = field(repr=False)
     rounding: float = field(default=0.0, repr=False)
     error: float | None = field(default=None, repr=False)
-    open: bool = field(default=False, repr=False)
-    grows: bool = field(default=False, repr=False)
+    sign_is_open: bool = field(default=False, repr=False)
+    proved_to_grow: bool = field(default=False, repr=False)
 
     @property
     def kind(self) -> str:
         """The verdict on it alone."""
-        if self.grows:
+        if self.proved_to_grow:
             return "flutter" if self.value.imag != 0.0 else "divergence"
         return VERDICTS[kinds(self.value, self.rounding)]
 
     @property
     def decides(self) -> bool:
         """Whether a verdict may rest on it: it solves the equations, or is proved to grow."""
-        return self.grows or self.residual <= ACCEPTED
+        return self.proved_to_grow or self.residual <= ACCEPTED
 
     @property
     def frequency_hz(self) -> float:

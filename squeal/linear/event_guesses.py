@@ -29,7 +29,7 @@ DIVISION_SHARE = 0.4837
 
 
 def guesses_of(
-    step: Step, is_range_end: tuple[bool, bool]
+    step: Step, starts_range: bool, ends_range: bool
 ) -> tuple[list[EventGuess], float | None]:
     """Where roots may cross the line within a step, and where to divide it if that is in doubt.
 
@@ -37,8 +37,8 @@ def guesses_of(
     ----------
     step : Step
         The step, with its roots matched.
-    is_range_end : (bool, bool)
-        Whether the step begins, and ends, where the whole range does.
+    starts_range, ends_range : bool
+        Whether the step begins, or ends, where the whole range does.
 
     Returns
     -------
@@ -54,14 +54,15 @@ def guesses_of(
     passes_zero = _may_pass_zero(step)
     # a root on the line at one end alone has met another one, unless the range ends there, or it is
     # a real root that passes zero, perhaps with a twin
-    rests_at_range_end = (is_range_end[0] & on_before) | (is_range_end[1] & on_after)
+    rests_at_range_end = (starts_range & on_before) | (ends_range & on_after)
     meets_none = (on_before == on_after) | passes_zero | rests_at_range_end
     # of which roots it is certain which root continues each, and that it has met no other one
     known = step.matched & meets_none
     stays_on_line = on_before & on_after & ~passes_zero
     crosses_nothing = known & (_is_clear_of_line(step, passes_zero) | stays_on_line)
     # of the others one crosses alone if its path is a cubic, else together with a second one
-    change = np.maximum(np.abs((step.ends.later_z - step.ends.z).real), step.highest - step.lowest)
+    change = np.abs((step.ends.later_z - step.ends.z).real)
+    change = np.maximum(change, step.highest_real - step.lowest_real)
     is_cubic = np.abs(step.deviation.real) <= DOUBT * change
     single = known & ~crosses_nothing & is_cubic
     guesses: list[EventGuess] = []
@@ -104,7 +105,7 @@ def _may_pass_zero(step: Step) -> Bools:
         return np.zeros(len(z), dtype=bool)
     rests_at_zero = (np.abs(z) <= step.rounding) & (np.abs(step.ends.later_z) <= step.rounding)
     uncertainty = _path_uncertainty(step)
-    around_zero = (step.lowest - uncertainty <= 0.0) & (step.highest + uncertainty >= 0.0)
+    around_zero = (step.lowest_real - uncertainty <= 0.0) & (step.highest_real + uncertainty >= 0.0)
     return _stays_real(step) & around_zero & ~rests_at_zero
 
 
@@ -116,7 +117,7 @@ def _is_clear_of_line(step: Step, passes_zero: Bools) -> Bools:
     """
     if step.before.problem is DAMPED:
         uncertainty = _path_uncertainty(step)
-        return (step.highest + uncertainty < 0.0) | (step.lowest - uncertainty > 0.0)
+        return (step.highest_real + uncertainty < 0.0) | (step.lowest_real - uncertainty > 0.0)
     distance = np.minimum(np.abs(step.ends.z.imag), np.abs(step.ends.later_z.imag))
     is_far = distance > 2 * np.abs(step.deviation.imag)
     return is_far | (_stays_real(step) & ~passes_zero)
@@ -142,12 +143,12 @@ def _doubtful_turn(step: Step, roots: Bools) -> float | None:
         The share of the step at one such turn; None if there is none.
     """
     # else damping that is negative for a ten-thousandth of the range would be missed
-    c = step.cubic
+    c = step.real_cubic
     with np.errstate(all="ignore"):
         # both zeros of the derivative c1 + 2 c2 t + 3 c3 t^2, without cancellation
         q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
         t = np.stack([q / (3 * c[3]), c[1] / q])
-        deviation = np.maximum(step.highest - step.lowest, np.abs(step.deviation.real))
+        deviation = np.maximum(step.highest_real - step.lowest_real, np.abs(step.deviation.real))
         error = 1.6 * (t * (1 - t)) ** 2 * deviation  # 1.6 / 16: a tenth at t = 1/2
         is_near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= error
     is_near &= roots & (t > 0) & (t < 1) & (error > step.rounding)
@@ -326,7 +327,7 @@ def _meetings_around(
     """
     bend = pair.d_bend.real
     slope = pair.d_slope.real
-    if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.noise:
+    if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.d_noise:
         return
     for offset in np.array([centre - half_width, centre + half_width]):
         if abs(offset) <= length:

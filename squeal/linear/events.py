@@ -314,7 +314,7 @@ def _coalescing_roots(problem: ProblemClass, zero: _Zero, crosses: bool) -> _Ext
     roots = zero.roots
     z = roots.mean + zero.move * roots.mean_slope
     # half the difference of the two is sqrt(d), of which rounding leaves sqrt(noise)
-    is_zero = abs(z) <= 2 * math.sqrt(abs(roots.noise)) + roots.mean_noise
+    is_zero = abs(z) <= 2 * math.sqrt(abs(roots.d_noise)) + roots.mean_noise
     if crosses and problem is UNDAMPED and z.real < 0:
         return None  # two divergent roots, z < 0, join to a pair
     if problem is GYROSCOPIC and abs(z.imag) > abs(z.real) and not is_zero:
@@ -358,7 +358,7 @@ def _crossing_root_of_two(zero: _Zero) -> _Extrapolated | None:
     half_difference = complex(root_of_d) or 1e-300  # a divisor
     half_slope = (roots.d_slope + 2 * move * roots.d_bend) / (2 * half_difference)
     root = mean + half_difference
-    noise = roots.mean_noise + abs(roots.noise / (2 * half_difference))
+    noise = roots.mean_noise + abs(roots.d_noise / (2 * half_difference))
     noise = max(noise, 1e-9 * (abs(mean) + abs(half_difference)))  # at least that of their size
     return _Extrapolated(
         root=root,

@@ -66,7 +66,7 @@ class LocalRoots(NamedTuple):
         d and its derivative by the parameter.
     d_bend : complex
         Half of the second derivative of d, by the coupling of the two roots alone.
-    noise : float
+    d_noise : float
         How far rounding moves d.
     right, left : array (N, 1) or (N, 2)
         Orthonormal bases of the right and the left invariant subspace.
@@ -83,7 +83,7 @@ class LocalRoots(NamedTuple):
     d: complex
     d_slope: complex
     d_bend: complex
-    noise: float
+    d_noise: float
     right: NDArray
     left: NDArray
     is_resolved: bool
@@ -136,12 +136,12 @@ class LocalRoots(NamedTuple):
         if self.is_single:
             return EventFunction(m, dm, bend=0.0, noise=self.mean_noise)
         if coalesces:
-            return EventFunction(d.real, dd.real, self.d_bend.real, self.noise)
+            return EventFunction(d.real, dd.real, self.d_bend.real, self.d_noise)
         value = m**2 * d.real + d.imag**2 / 4 - m**4
         slope = 2 * m * dm * d.real + m**2 * dd.real + d.imag * dd.imag / 2 - 4 * m**3 * dm
         # the derivatives of the function by m and by d, times the noise of each
         noise = abs(2 * m * d.real - 4 * m**3) * self.mean_noise
-        noise = noise + (m**2 + abs(d.imag) / 2) * self.noise
+        noise = noise + (m**2 + abs(d.imag) / 2) * self.d_noise
         return EventFunction(value, slope, bend=0.0, noise=noise)
 
 
@@ -219,7 +219,7 @@ def roots_near(
         d_slope=complex(np.trace(2 * deviator @ deviator_slope) / 2),
         d_bend=complex(np.trace(deviator_slope @ deviator_slope) / 2),
         # d changes by tr(deviator change) + tr(change^2) / 2 with a change of the block
-        noise=float(np.linalg.norm(np.abs(deviator.T) * error) + np.linalg.norm(error) ** 2),
+        d_noise=float(np.linalg.norm(np.abs(deviator.T) * error) + np.linalg.norm(error) ** 2),
         right=_embedded(X, rows, N),
         left=_embedded(Y, rows, N),
         is_resolved=bool(np.linalg.norm(subspace_error) <= np.linalg.norm(entry_error)),

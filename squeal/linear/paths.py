@@ -26,7 +26,6 @@ from squeal.linear.roots import ComplexArray, assigned, ordered
 from squeal.linear.steps import ROOT_TOLERANCE, Step, closest_pairs, squared_ends
 from squeal.linear.system import SystemFunction, matrices_at
 from squeal.linear.thresholds import Thresholds
-from squeal.linear.verdicts import FLUTTER
 
 Indices = NDArray[np.intp]
 
@@ -385,7 +384,7 @@ def onsets(result: Thresholds, mu: float) -> Iterator[Onset]:
     path = _spectra_away_from_crossings(result, mu)
     low = result.searched[0].continuation.low
     _, last = path[-1]
-    for k in np.flatnonzero(last.kinds >= FLUTTER).tolist():
+    for k in np.flatnonzero(last.grows).tolist():
         exponent = last.exponents[k]
         onset = _onset_before(path, k, result)
         if onset is not None and not onset - low > 1e-9 * (mu - low):
@@ -439,7 +438,7 @@ def _onset_before(path: Sequence[_SpectrumOnPath], k: int, result: Thresholds) -
             k = int(np.argsort(order)[k])  # the inverse of `order`: the index before
         else:  # beyond a jump
             k = int(np.argmin(np.abs(before.exponents - after.exponents[k])))
-        if before.kinds[k] < FLUTTER:
+        if not before.grows[k]:
             return _nearest_crossing(result.crossings, before.value, after.value, hertz)
     return None
 

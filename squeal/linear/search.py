@@ -199,7 +199,8 @@ class _AdaptiveRefinement:
         before = continuation.at(low)
         after = continuation.at(high)
         step = Step(before, after)
-        guesses, division = guesses_of(step, (low == continuation.low, high == continuation.high))
+        starts_range = low == continuation.low
+        guesses, division = guesses_of(step, starts_range, high == continuation.high)
         meetings = list(near_coalescences(before, after))
         is_bent = any(bends_within(continuation, step, factor) for factor in self.factors)
         # more than one pair meets (each gives up to two meetings, seen from both ends), or third

@@ -406,10 +406,10 @@ class Step:
         The greater of how far rounding moves each root at both ends.
     matched : array of bool (m,)
         Whether the deviation is small enough for the match to be believed.
-    cubic : array (4, m)
+    real_cubic : array (4, m)
         Coefficients, by rising powers of the share t of the step, of cubics through the real parts
         and slopes at both ends.
-    lowest, highest : array (m,)
+    lowest_real, highest_real : array (m,)
         Extremes of these cubics within the step.
     """
 
@@ -436,12 +436,12 @@ class Step:
         allowed = np.maximum(DOUBT * np.abs(later_z - z), ROOT_TOLERANCE * np.abs(z))
         self.matched = np.abs(self.deviation) <= allowed + 4 * self.rounding
         self.matched &= self.order >= 0
-        self.cubic = hermite_cubic(z.real, dz.real, later_z.real, later_dz.real)
-        c = self.cubic
+        self.real_cubic = hermite_cubic(z.real, dz.real, later_z.real, later_dz.real)
+        c = self.real_cubic
         t = np.linspace(0.0, 1.0, 17)[:, None]
         values = c[0] + t * (c[1] + t * (c[2] + t * c[3]))
-        self.lowest = values.min(axis=0)
-        self.highest = values.max(axis=0)
+        self.lowest_real = values.min(axis=0)
+        self.highest_real = values.max(axis=0)
 
     @cached_property
     def same_mode(self) -> Bools:

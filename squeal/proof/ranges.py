@@ -332,13 +332,13 @@ class CountBounds(NamedTuple):
     doubtful: int
     reason: str = "what grows cannot be told from what does not"
 
-    def allow(self, unstable: int) -> bool:
+    def allow(self, growing: int) -> bool:
         """True if so many roots may grow."""
-        return self.least <= unstable <= self.most
+        return self.least <= growing <= self.most
 
-    def prove(self, unstable: int) -> bool:
+    def prove(self, growing: int) -> bool:
         """True if so many roots grow for certain, and others by no more than the rate."""
-        return not self.doubtful and self.least == unstable <= self.most
+        return not self.doubtful and self.least == growing <= self.most
 
 
 def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountBounds:
@@ -473,7 +473,7 @@ class RangeProof:
         self.intervals_left = 0.0  # `prove` sets this, and the rate of `CountBounds`, 1/s
         self.growth_below = 0.0
 
-    def between(self, low: float, high: float, unstable: Sequence[int]) -> Proof:
+    def between(self, low: float, high: float, growing: Sequence[int]) -> Proof:
         """The proof that so many roots of each component grow at all values of a gap.
 
         A component that is not proved over the whole gap is proved by steps from both ends, where
@@ -483,16 +483,16 @@ class RangeProof:
         for number, component in enumerate(self.components):
             if self.intervals_left <= 0.0:
                 return self.open_at(middle, SPENT)
-            if self._bounds_of(component, low, high).prove(unstable[number]):
+            if self._bounds_of(component, low, high).prove(growing[number]):
                 continue
             for start in (low, high):
-                problem = self._problem_by_steps(number, start, middle, unstable)
+                problem = self._problem_by_steps(number, start, middle, growing)
                 if problem is not None:
                     return problem
         return Proof("proved", "enclosure", self.growth_below, data=self.data)
 
     def _problem_by_steps(
-        self, number: int, start: float, end: float, unstable: Sequence[int]
+        self, number: int, start: float, end: float, growing: Sequence[int]
     ) -> Proof | None:
         """What is open or refuted of one component from `start` to `end`, which lies above or below
         `start`; None if all is proved.
@@ -507,11 +507,11 @@ class RangeProof:
             The index of the component.
         start, end : float
             Values of the parameter.
-        unstable : sequence of int
+        growing : sequence of int
             How many roots of each component have to grow all along, conjugates counted.
         """
         component = self.components[number]
-        count = unstable[number]
+        count = growing[number]
         narrowest = NARROWEST * max(abs(end - start), abs(start), abs(end))
         length = abs(end - start)
         if start not in self.ends:  # beside a threshold
@@ -528,7 +528,7 @@ class RangeProof:
                 return self.open_at(middle, SPENT)
             bounds = self._bounds_of(component, min(reached, step_end), max(reached, step_end))
             if not bounds.allow(count):
-                return self._where_another_count(middle, unstable)
+                return self._where_another_count(middle, growing)
             if bounds.prove(count):
                 if step_end == end:
                     return None
@@ -542,11 +542,11 @@ class RangeProof:
             if length < narrowest:
                 value = self._refuting_value(component, reached, end, count)
                 if value is not None:
-                    return self._where_another_count(value, unstable)
+                    return self._where_another_count(value, growing)
                 return self.open_at(middle, bounds.reason)
 
     def _refuting_value(
-        self, component: Terms, reached: float, end: float, unstable: int
+        self, component: Terms, reached: float, end: float, growing: int
     ) -> float | None:
         """A value beyond where no step succeeds at which another number of roots grows for certain.
 
@@ -556,16 +556,16 @@ class RangeProof:
         for _ in range(MOST_VALUES_BEYOND):
             share /= NEARER
             value = reached + share * (end - reached)
-            if not self._bounds_of(component, value, value).allow(unstable):
+            if not self._bounds_of(component, value, value).allow(growing):
                 return value
         return None
 
-    def _where_another_count(self, where: float, unstable: Sequence[int]) -> Proof:
+    def _where_another_count(self, where: float, growing: Sequence[int]) -> Proof:
         """The proof where a component has, at a value, another number of growing roots.
 
         Refuted, or open if the other components may make up for it.
         """
-        expected = sum(unstable)
+        expected = sum(growing)
         bounds = total(self.bounds(where, where))
         if bounds.allow(expected):
             return self.open_at(where, CANCELS)
@@ -575,11 +575,11 @@ class RangeProof:
         """No answer, as of a value of the parameter the discs do not tell enough."""
         return Proof("open", by="enclosure", data=self.data, reason=reason, where=where)
 
-    def refuted(self, bounds: CountBounds, unstable: int, where: float) -> Proof:
+    def refuted(self, bounds: CountBounds, growing: int, where: float) -> Proof:
         """Another number of roots grows for certain at a value, or near it."""
-        reason = f"{bounds.least} to {bounds.most} roots grow, not {unstable}"
+        reason = f"{bounds.least} to {bounds.most} roots grow, not {growing}"
         if bounds.least == bounds.most:
-            reason = f"{bounds.least} roots grow, not {unstable}"
+            reason = f"{bounds.least} roots grow, not {growing}"
         return Proof("refuted", by="enclosure", data=self.data, reason=reason, where=where)
 
     def bounds(self, low: float, high: float) -> list[CountBounds]:
@@ -663,15 +663,15 @@ class RangeProof:
                 where = gap_start + ASIDE_SHARE * (gap_end - gap_start)
                 return Proof("refuted", by="enclosure", data=self.data, reason=reason, where=where)
         # then whether it is the same at every value of each gap
-        for (a, b), unstable in zip(gaps, counts, strict=True):
+        for (a, b), growing in zip(gaps, counts, strict=True):
             # over a whole gap at once `growth_below` may leave room for what a single value refutes
             for value in (a, b):
                 bounds = total(self.bounds(value, value))
-                if not bounds.allow(sum(unstable)):
+                if not bounds.allow(sum(growing)):
                     # half way to where the roots were counted
                     beside = (value + a + INSIDE_SHARE * (b - a)) / 2.0
-                    return self.refuted(bounds, sum(unstable), beside)
-            proof = self.between(a, b, unstable)
+                    return self.refuted(bounds, sum(growing), beside)
+            proof = self.between(a, b, growing)
             if proof.status != "proved":
                 return proof
         # last whether more begins and ends to grow within an interval: that changes no count beside

@@ -169,7 +169,7 @@ class Eigenvalues(Answer):
     def open(self) -> str:
         """Which modes the error of a reduction, or the digits of files, leave open, in words; empty
         if none."""
-        numbers = sorted({number for number, root in self.of_modes if root.open})
+        numbers = sorted({number for number, root in self.of_modes if root.sign_is_open})
         if not numbers:
             return ""
         mode = "mode" if len(numbers) == 1 else "modes"

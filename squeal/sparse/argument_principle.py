@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.sparse.factor import Factor, factorise_at
-from squeal.sparse.quadratic import Bools, ComplexArray, ScaledProblem, report
+from squeal.sparse.quadratic import Bools, ComplexArray, ScaledProblem, report_progress
 
 DAMPED_SHARE = 0.25  # a band holds roots whose real part is at most this share of its upper end
 NODE_COUNTS = (8, 16, 32)  # on a circle, until they resolve the quotient
@@ -174,7 +174,7 @@ def count_roots(
             for k in range(0, end, step):
                 if not np.isnan(logarithms[k]):  # computed for fewer nodes already
                     continue
-                report(f"counting the roots: determinant of {nodes}")
+                report_progress(f"counting the roots: determinant of {nodes}")
                 node = disc.centre + disc.radius * cmath.exp(2j * math.pi * k / finest)
                 # z is the node, or a value next to it where P is singular at the node
                 z, factor = factorise_at(problem, node, precision == "single", factor)

@@ -134,7 +134,7 @@ class Assembly:
             if error is not None and growth_error > 0.0:
                 is_sign_open = abs(root.value.real) <= error
             rounding = max(root.rounding, growth_error)
-            bounded.append(replace(root, error=error, rounding=rounding, open=is_sign_open))
+            bounded.append(replace(root, error=error, rounding=rounding, sign_is_open=is_sign_open))
         return tuple(bounded)
 
     def _root_errors(

@@ -74,12 +74,12 @@ class AxisCrossing(Event):
     """A pair or a real root (omega 0) of the full system on the imaginary axis.
 
     `interval` holds the parameter's value with rounding taken into account, `residual` is the
-    backward error there, `slope` is d Re lambda / dp (1/s per unit of p), `vector` (n,) the mode
-    and `left` (n,) its left vector in the scaled coordinates, of unit length.
+    backward error there, `slope` is d Re lambda / dp (1/s per unit of p), `right` and
+    `left` (n,) are its vectors in the scaled coordinates, of unit length.
     """
 
     slope: float = math.nan
-    vector: ComplexArray = field(default_factory=lambda: np.zeros(0, complex), repr=False)
+    right: ComplexArray = field(default_factory=lambda: np.zeros(0, complex), repr=False)
     left: ComplexArray = field(default_factory=lambda: np.zeros(0, complex), repr=False)
 
 
@@ -297,7 +297,7 @@ class CrossingSearch:
                 # Newton's method may have gone to a crossing outside of the step, by more than a
                 # quarter of it
                 if abs(crossing.value - middle) <= 3 * span / 4:
-                    vectors = crossing.vector, crossing.left
+                    vectors = crossing.right, crossing.left
                     guesses.append(CrossingGuess(crossing.value, crossing.omega, *vectors))
         if not guesses and _changes_sign(start, end):
             return None
@@ -421,7 +421,7 @@ def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[flo
                 continue
             meeting = _at_own_frequency(reduction.system, event, part.omega, low, high)
             if meeting and not any(_is_same_meeting(meeting, other) for other in meetings):
-                meetings.append(replace(meeting, residual=reduction.worst))
+                meetings.append(replace(meeting, residual=reduction.worst_residual))
     return sorted(meetings, key=lambda meeting: meeting.value)
 
 
@@ -495,7 +495,7 @@ def _is_same(one: AxisCrossing, other: AxisCrossing) -> bool:
     return bool(
         abs(one.value - other.value) <= distance
         and abs(one.omega - other.omega) <= SAME_SHARE * max(one.omega, other.omega)
-        and abs(np.vdot(one.vector, other.vector)) > 0.5
+        and abs(np.vdot(one.right, other.right)) > 0.5
     )
 
 
@@ -600,7 +600,7 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
         interval=(new_p - half_width, new_p + half_width),
         residual=float(np.linalg.norm(image) / size),
         slope=slope,
-        vector=x,
+        right=x,
         left=guess.left,
     )
     return _NewtonStep(crossing, bool(is_small or abs(step) <= uncertain))

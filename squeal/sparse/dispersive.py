@@ -42,7 +42,7 @@ from squeal.sparse.quadratic import (
     Roots,
     eigenvalues_of,
     multiply,
-    report,
+    report_progress,
 )
 from squeal.sparse.reduction import Reduction
 
@@ -256,7 +256,7 @@ def modes_at_own_frequencies(
     middle = system.frequency((max(region.low_imag, 0.0) + region.high_imag) / 2)
     # at the centre or next to it: any value near the roots serves
     _, factor = factorise_at(scaled.at({**changes, **middle}), region.centre)
-    report("solving for the roots at their own frequencies")
+    report_progress("solving for the roots at their own frequencies")
     repeated = roots_at_own_frequencies(reduction, changes)
     grid = frequencies(system, region)
     worst_before = np.inf

@@ -34,7 +34,7 @@ from squeal.sparse.quadratic import (
     ScaledProblem,
     eigenvalues_of,
     multiply,
-    report,
+    report_progress,
 )
 
 # What a search for roots may cost, and the errors with which it ends
@@ -56,7 +56,7 @@ ENLARGEMENT = 1.5  # of a region around zero until it holds the lowest roots
 MOST_ENLARGEMENTS = 12  # at most
 
 
-class RootsNearShift(NamedTuple):
+class RoughRoots(NamedTuple):
     """Roots around a shift, roughly: all within `reach` of it, and some beyond."""
 
     values: ComplexArray  # (m,) by distance from the shift
@@ -140,14 +140,14 @@ class BlockArnoldi:
         return RitzPairs(theta, vectors, residuals)
 
 
-def roots_near_shift(
+def rough_roots_near(
     problem: ScaledProblem,
     shift: complex,
     radius: float,
     enough: Callable[[ComplexArray, float], bool],
     seed: int = 0,
     single: bool = False,
-) -> RootsNearShift:
+) -> RoughRoots:
     """Roots near a shift, by block Arnoldi on the companion form with P(shift)^-1.
 
     Parameters
@@ -167,7 +167,7 @@ def roots_near_shift(
         Compute in single precision, at half the time and memory.
     """
     n = problem.n
-    report(f"factorising {n} rows at {shift:.6g}")
+    report_progress(f"factorising {n} rows at {shift:.6g}")
     # where P(shift) is singular another shift close by serves
     used_shift, factor = factorise_at(problem, shift, single)
     if problem.real and used_shift.imag == 0.0:
@@ -202,7 +202,7 @@ def roots_near_shift(
     # x from theta x or from x of a state: the longer one has the smaller error
     vectors = np.where(np.abs(theta) >= 1.0, states[:n] @ chosen, states[n:] @ chosen)
     vectors /= np.linalg.norm(vectors, axis=0)
-    return RootsNearShift(values, vectors, reach, used_shift, factor)
+    return RoughRoots(values, vectors, reach, used_shift, factor)
 
 
 def orthogonalise(basis: NDArray, columns: NDArray) -> tuple[NDArray, NDArray]:
@@ -241,7 +241,7 @@ class Modes:
     count: int | None  # None if the roots were not counted, or no count was reached
     roots: Roots = field(repr=False)  # the same in scaled coordinates
     # what one shift showed, if it served the whole region and nothing was counted
-    near: RootsNearShift | None = field(default=None, repr=False)
+    rough: RoughRoots | None = field(default=None, repr=False)
     rough_values: tuple[complex, ...] = field(default=(), repr=False)  # also outside the region
 
     @property
@@ -369,7 +369,7 @@ class _PartRoots(NamedTuple):
 
     roots: Roots
     missing: int | None  # how many more a count finds; None if there is no count
-    near: RootsNearShift  # the rough roots that they were corrected from
+    rough: RoughRoots  # from which they were corrected
 
 
 def modes_in(
@@ -423,7 +423,7 @@ def modes_in(
         if is_uncounted and part.radius > UNCOUNTED_PART * region.radius:
             pending += _halves(part)  # a count of a smaller part may succeed
             continue
-        rough_values += of_part.near.values.tolist()
+        rough_values += of_part.rough.values.tolist()
         if of_part.missing is None or _any_on_border(of_part.roots, part, inner):
             missing = None  # and stays so
         elif missing is not None:
@@ -436,7 +436,7 @@ def modes_in(
                 region=region,
                 count=None if missing is None else len(roots.values) + missing,
                 roots=roots,
-                near=of_part.near if shows_all else None,
+                rough=of_part.rough if shows_all else None,
                 rough_values=tuple(rough_values),
             )
     raise ComputationError(
@@ -483,7 +483,7 @@ def _roots_around(
     basis = start
     latest: _PartRoots | None = None
     for attempt in range(MOST_ATTEMPTS):
-        near = roots_near_shift(
+        rough = rough_roots_near(
             problem,
             shift,
             region.radius,
@@ -491,23 +491,23 @@ def _roots_around(
             seed=attempt,
             single=attempt == 0,
         )
-        reach = near.reach - offset  # from the centre
+        reach = rough.reach - offset  # from the centre
         if reach < 1.02 * region.radius:  # no disc a little larger than the part is known
             if attempt == 0 and reach <= 0.3 * region.radius:
                 continue  # so little may be due to single precision: once more, in double
             return None
-        basis = enlarged(basis, near.vectors, dropped=1e-6)
-        disc = disc_around(region, near.values, reach)
+        basis = enlarged(basis, rough.vectors, dropped=1e-6)
+        disc = disc_around(region, rough.values, reach)
         # a count needs all roots of the disc; without a count the region and its border are enough
         around = disc if certify else region.widened(1e-6)
-        roots = corrected_roots(problem, near.factor, basis, around, exact)
+        roots = corrected_roots(problem, rough.factor, basis, around, exact)
         if roots is None:
             continue
-        count = _count_in_disc(problem, disc, roots, near) if certify else None
+        count = _count_in_disc(problem, disc, roots, rough) if certify else None
         missing = None if count is None else count - len(roots.values)
-        latest = _PartRoots(roots, missing, near)
+        latest = _PartRoots(roots, missing, rough)
         # one per cent inside: rough roots close to the border may lie on its other side
-        expected = np.sum(region.widened(-0.01).contains(near.values))
+        expected = np.sum(region.widened(-0.01).contains(rough.values))
         is_complete = missing == 0 if certify else expected <= len(roots.values)
         if is_complete:
             break
@@ -515,14 +515,14 @@ def _roots_around(
 
 
 def _count_in_disc(
-    problem: ScaledProblem, disc: Disc, roots: Roots, near: RootsNearShift
+    problem: ScaledProblem, disc: Disc, roots: Roots, rough: RoughRoots
 ) -> int | None:
     """How many roots lie in a disc by the argument principle; None if determinants leave it open.
 
-    The count divides by all known roots: `roots` in the disc, and rough ones `near` it, whose
+    The count divides by all known roots: `roots` in the disc, and `rough` ones near it, whose
     factor lends its memory and solves nothing afterwards.
     """
-    outside = near.values[~disc.contains(near.values)]
+    outside = rough.values[~disc.contains(rough.values)]
     # conjugates are roots too; around a centre on the real axis they are known already
     if problem.real and disc.centre.imag:
         known = np.concatenate([roots.values, outside])
@@ -531,7 +531,7 @@ def _count_in_disc(
         # a rough value within a thousandth of a conjugate is the same root
         is_new = distances > 1e-3 * np.abs(conjugates)
         outside = np.append(outside, conjugates[is_new])
-    return count_roots(problem, disc, np.append(roots.values, outside), near.factor)
+    return count_roots(problem, disc, np.append(roots.values, outside), rough.factor)
 
 
 def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Modes:
@@ -560,19 +560,19 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
     basis = np.zeros((problem.n, 0))
     largest = scale  # |lambda| of the requested roots as far as the subspaces show them
     for attempt in range(MOST_ATTEMPTS):
-        near = roots_near_shift(problem, complex(shift), scale, enough, seed=attempt)
-        basis = enlarged(basis, near.vectors, dropped=1e-6)
-        sizes = _sizes_of_modes(problem, near.values)
+        rough = rough_roots_near(problem, complex(shift), scale, enough, seed=attempt)
+        basis = enlarged(basis, rough.vectors, dropped=1e-6)
+        sizes = _sizes_of_modes(problem, rough.values)
         largest = max(largest, float(np.max(sizes[:modes], initial=0.0)))
-        reach = near.reach - shift  # from zero
+        reach = rough.reach - shift  # from zero
         reached = sizes[sizes < reach]
         if len(reached) < min(modes, problem.n):
             break  # the subspace does not reach so far
         region = _disc_of_lowest(reached, modes, reach)
-        roots = corrected_roots(problem, near.factor, basis, region)
+        roots = corrected_roots(problem, rough.factor, basis, region)
         if roots is None:
             continue
-        count = _count_in_disc(problem, region, roots, near) if certify else None
+        count = _count_in_disc(problem, region, roots, rough) if certify else None
         if count is None or count <= len(roots.values):  # no count shows a missing one
             return Modes(eigenvalues_of(problem, roots), region, count, roots)
     if problem.n <= DENSE_ROWS:
@@ -606,8 +606,8 @@ def _lowest_frequency_scale(problem: ScaledProblem) -> float:
     def enough(values: ComplexArray, _: float) -> bool:
         return int(np.sum(np.abs(values) > rigid)) >= 4
 
-    near = roots_near_shift(problem, complex(shift), shift, enough)
-    sizes = np.abs(near.values)
+    rough = rough_roots_near(problem, complex(shift), shift, enough)
+    sizes = np.abs(rough.values)
     if not np.any(sizes > rigid):
         return shift
     return float(np.median(sizes[sizes > rigid]))

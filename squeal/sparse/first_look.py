@@ -43,7 +43,7 @@ from squeal.sparse.quadratic import (
     ScaledSystem,
     eigenvalues_of,
     multiply,
-    report,
+    report_progress,
 )
 from squeal.sparse.reduced_basis import (
     COARSE_ERROR,
@@ -232,7 +232,7 @@ class FirstLook(Reduction):
     def build(self) -> FirstLook:
         """Fill the basis with real modes and their corrections at the samples, and train the
         `reduced_basis` of few modes; returns itself."""
-        report(f"real modes of {self.scaled.n} rows")
+        report_progress(f"real modes of {self.scaled.n} rows")
         middle = len(self.structures) // 2
         self.extend(self.structures[middle].modes(self.reach), DROPPED_PART)
         for _ in range(MOST_ROUNDS):
@@ -251,8 +251,8 @@ class FirstLook(Reduction):
                 shares.append(np.max(estimated.errors / sizes, initial=0.0))
                 residuals.append(np.max(estimated.residuals, initial=0.0))
             self.error = float(max(shares))
-            self.worst = float(max(residuals))
-            report(f"{self.size} vectors, errors up to {self.error:.2g} of |lambda|")
+            self.worst_residual = float(max(residuals))
+            report_progress(f"{self.size} vectors, errors up to {self.error:.2g} of |lambda|")
             self.extend(np.hstack(corrections), DROPPED_PART)
             if self.error <= ONE_ROUND_ERROR:
                 break
@@ -260,7 +260,7 @@ class FirstLook(Reduction):
         if len(self.structures) == 1:  # one sample serves: that of the largest error in this round
             tested = (self.samples[int(np.argmax(shares))],)
         self.contraction = max(self._contraction(changes) for changes in tested)
-        if self.holds and len(self.trained) > len(self.samples) and self.system.C:
+        if self.is_complete and len(self.trained) > len(self.samples) and self.system.C:
             basis = ReducedBasis(self.system, self._residual_sketch(), self.region)
             basis.train(self.trained, self._modes_at)
             self.reduced_basis = basis if basis.size else None
@@ -380,17 +380,18 @@ class FirstLook(Reduction):
     @property
     def converged(self) -> bool:
         """True if the last corrections were of small errors and the basis misses no root."""
-        return self.error <= ONE_ROUND_ERROR and self.holds
+        return self.error <= ONE_ROUND_ERROR and self.is_complete
 
     @property
-    def holds(self) -> bool:
-        """True if T contracts: directions outside of the basis have no root in the region."""
+    def is_complete(self) -> bool:
+        """True if the basis misses no root of the region: T contracts, so that directions outside
+        of the basis have none."""
         return self.contraction < LARGEST_CONTRACTION
 
     @property
     def _series(self) -> float:
         """q / (1 - q), a bound of the further terms of the series in T as a multiple of its first
-        one; finite also where T does not contract, and it bounds nothing (`holds` is False)."""
+        one; finite also where T does not contract, and it bounds nothing (not `is_complete`)."""
         return self.contraction / max(1.0 - self.contraction, 1.0 - LARGEST_CONTRACTION)
 
     def _projected_values(self, changes: Parameters) -> ComplexArray:
@@ -476,7 +477,7 @@ class FirstLook(Reduction):
         )
         may_be_inside = distances <= errors
         is_coarse = errors > COARSE_ERROR * np.abs(z)
-        if not self.holds or np.any(may_be_inside & is_coarse):  # the basis may miss a root
+        if not self.is_complete or np.any(may_be_inside & is_coarse):
             return self._with_solved(estimated, self.region, self._solve(problem, self.region))
         is_sign_open = is_inside & ~projected.stay_on_axis & (errors >= np.abs(z.real))
         is_on_border = np.abs(distances) <= errors

@@ -38,7 +38,7 @@ PROGRESS: ContextVar[Progress] = ContextVar("progress", default=lambda _: None)
 """What is called with a line about each step of a long computation."""
 
 
-def report(text: str) -> None:
+def report_progress(text: str) -> None:
     """Say what a long computation does next."""
     PROGRESS.get()(text)
 

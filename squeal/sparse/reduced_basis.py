@@ -26,7 +26,7 @@ from squeal.linear.matrices import EPS, divisor
 from squeal.linear.system import System, Term
 from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.quadratic import Array, Bools, ComplexArray, Roots, projected, report
+from squeal.sparse.quadratic import Array, Bools, ComplexArray, Roots, projected, report_progress
 
 SKETCH = 48  # random vectors that estimate a residual within a factor of two
 DROPPED_SHARE = 1e-8  # of the largest singular value of a pencil: smaller ones are left out
@@ -231,7 +231,7 @@ class ReducedBasis:
             ratios = [estimate.shares_of_allowed() for estimate in estimates]
             largest = [float(np.max(of_point, initial=0.0)) for of_point in ratios]
             k = int(np.argmax(largest))
-            report(f"{self.size} states, errors up to {largest[k]:.2g} of allowed")
+            report_progress(f"{self.size} states, errors up to {largest[k]:.2g} of allowed")
             if largest[k] <= 1.0:
                 return
             is_missed = ratios[k] > ADDED_SHARE * largest[k]

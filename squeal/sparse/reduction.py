@@ -38,7 +38,7 @@ from squeal.sparse.quadratic import (
     ScaledProblem,
     ScaledSystem,
     multiply,
-    report,
+    report_progress,
 )
 from squeal.sparse.reduced_basis import (
     SKETCH,
@@ -109,9 +109,9 @@ class Reduction:
 
     `vectors` (n, d) are orthonormal, `system` is dense (d, d) with the parameters of the full one;
     both grow with each sample. `reduce_system` sets three attributes at its end, which are empty,
-    infinite and 0 until then: `samples` are where the full problem was solved, `worst` is the
-    largest backward error in the full problem of a root, over all values; `spurious` counts roots
-    that the reduced system alone has, over all samples.
+    infinite and 0 until then: `samples` are where the full problem was solved, `worst_residual` is
+    the largest backward error in the full problem of a root, over all values; `spurious` counts
+    roots that the reduced system alone has, over all samples.
     """
 
     system: System
@@ -125,7 +125,7 @@ class Reduction:
         # there
         self._factorised: tuple[Parameters, complex, Factor] | None = None
         self.samples: tuple[Parameters, ...] = ()
-        self.worst = np.inf
+        self.worst_residual = np.inf
         self.spurious = 0
         # the matrices of M, then of C, then of K
         self._matrices = list(itertools.chain(*scaled.terms))
@@ -175,13 +175,13 @@ class Reduction:
                 problem, region, certify=False, start=self.vectors, exact=ACCEPTED_RESIDUAL
             )
             roots = modes.roots
-            # `near` are the rough roots around one shift, with P factorised there; None where the
+            # `rough` are the roots around one shift, with P factorised there; None where the
             # region was halved, so that no one shift serves it. With their vectors in the basis
             # 1 - P^-1 P' of other parameters contracts in the directions outside, see `Complement`,
             # so that later samples can use the factor
-            if self._factorised is None and modes.near is not None and len(roots.values):
-                self._factorised = (changes, modes.near.shift, modes.near.factor)
-                self.extend(modes.near.vectors)
+            if self._factorised is None and modes.rough is not None and len(roots.values):
+                self._factorised = (changes, modes.rough.shift, modes.rough.factor)
+                self.extend(modes.rough.vectors)
         self.extend(np.hstack([roots.right, roots.left]))
 
     def _corrected(self, problem: ScaledProblem, region: Rectangle) -> Roots | None:
@@ -247,7 +247,7 @@ class Reduction:
     @property
     def converged(self) -> bool:
         """True if all roots at all values meet the full problem to the tolerance."""
-        return self.worst <= RESIDUAL_TOLERANCE
+        return self.worst_residual <= RESIDUAL_TOLERANCE
 
     def replaced(self, changes: Parameters) -> Reduction:
         """The same basis with other values of some parameters as the system's own."""
@@ -322,8 +322,8 @@ def reduce_system(
     Reduction
         Its basis starts from the right and left modes of the full system at the middle, the first
         and the last value. Then, again and again, the value at which a root has the largest
-        residual in the full problem adds its modes. `worst` exceeds the tolerance if 20 such
-        samples do not suffice.
+        residual in the full problem adds its modes. `worst_residual` exceeds the tolerance if 20
+        such samples do not suffice.
 
     Raises
     ------
@@ -337,7 +337,7 @@ def reduce_system(
 
     def sample(k: int, where: Rectangle, certify: bool = False) -> None:
         texts = [f"{name} = {value:.6g}" for name, value in values[k].items()]
-        report(f"sample {len(sampled) + 1} at {', '.join(texts) or 'the parameters'}")
+        report_progress(f"sample {len(sampled) + 1} at {', '.join(texts) or 'the parameters'}")
         reduction.sample(values[k], where, certify)
         if k not in sampled:
             sampled.append(k)
@@ -367,7 +367,7 @@ def reduce_system(
             break
         sample(worst_index, wide)
     reduction.samples = tuple(values[k] for k in sampled)
-    reduction.worst = float(worst.max())
+    reduction.worst_residual = float(worst.max())
     reduction.spurious = sum(spurious.values())
     return reduction
 

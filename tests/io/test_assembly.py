@@ -193,7 +193,9 @@ def test_a_growth_within_its_error_is_open_in_the_first_line(brake):
     for mu in squeal.thresholds(small, 1.0, band=GROWS).crossings:
         at = squeal.eigenvalues(small, mu.mu, band=GROWS)
         (near,) = (
-            e for e in at.eigenvalues if abs(e.frequency_hz - mu.frequency_hz) < 1 and e.open
+            e
+            for e in at.eigenvalues
+            if abs(e.frequency_hz - mu.frequency_hz) < 1 and e.sign_is_open
         )
         assert near.kind == "marginal"
         assert at.verdict in (None, "flutter")

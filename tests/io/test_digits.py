@@ -162,7 +162,9 @@ def test_free_motions_of_ten_digits_neither_grow_nor_decay(tmp_path, name, form)
     assert answer.verdict is None
     assert not answer.unstable
     assert "10 digits of" in answer.criterion
-    flexible = [root for root in answer.eigenvalues if not root.open and root.value.imag > 0.0]
+    flexible = [
+        root for root in answer.eigenvalues if not root.sign_is_open and root.value.imag > 0.0
+    ]
     assert len(answer.eigenvalues) - 2 * len(flexible) == 2 * FREE[name]
     for root, omega in zip(flexible, exact, strict=True):
         assert abs(root.value - 1j * omega) <= 1e-6 * omega

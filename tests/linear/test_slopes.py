@@ -42,7 +42,7 @@ def test_slopes_are_those_of_differences(form, n, rng):
 def _between(matrices, low, high):
     along = Continuation(matrices, -9.0, 9.0)
     step = Step(along.at(low), along.at(high))
-    return along, guesses_of(step, (False, False))[0]
+    return along, guesses_of(step, False, False)[0]
 
 
 @pytest.mark.parametrize("low", [-0.7, -0.2])

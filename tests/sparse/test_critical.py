@@ -54,7 +54,7 @@ def test_crossings_are_found_and_located(rng):
     crossing, reduction = assert_the_crossing(*known, region, values)
     assert crossing.interval[1] - crossing.interval[0] < 1e-8
     assert crossing.residual < 1e-14
-    guess = CrossingGuess(mu + 1e-4, crossing.omega, crossing.vector, crossing.left)
+    guess = CrossingGuess(mu + 1e-4, crossing.omega, crossing.right, crossing.left)
     found, _ = crossings_along(reduction, "mu", values, [guess, guess])
     assert len(found) == 1  # known from elsewhere, perhaps twice, and located from the reduced one
     reduction.region = Rectangle(-2.0, -1.0, 1.0, 2.0)

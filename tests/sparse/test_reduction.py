@@ -56,7 +56,7 @@ def test_residuals_are_those_of_the_full_problem(scaled, reduction):
 
 
 def test_the_tolerance_is_met(reduction):
-    assert reduction.worst <= RESIDUAL_TOLERANCE
+    assert reduction.worst_residual <= RESIDUAL_TOLERANCE
 
 
 def test_a_region_without_roots_has_the_basis_of_those_around(scaled):

@@ -58,7 +58,7 @@ def _with_both_errors(reduced: EigenvalueTuple, by_digits: EigenvalueTuple) -> E
                 root,
                 error=root.error + (root_by_digits.error or 0.0),
                 rounding=rounding,
-                open=root.open or root_by_digits.open or has_unknown_sign,
+                sign_is_open=root.sign_is_open or root_by_digits.sign_is_open or has_unknown_sign,
             )
         known.append(root)
     return tuple(known)
@@ -164,7 +164,8 @@ def open_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:
 
     Empty if they do not.
     """
-    sign_open = [root for root in roots if root.open]  # their errors hide the sign of growth
+    # their errors hide the sign of growth
+    sign_open = [root for root in roots if root.sign_is_open]
     if not sign_open or not file.system.digits:
         return ""
     farthest = max(root.error or 0.0 for root in sign_open)
@@ -180,7 +181,7 @@ def accuracy_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:
 
     Empty where the files hold all digits, or where no root has both an error and a decided sign.
     """
-    decided = [root for root in roots if root.error is not None and not root.open]
+    decided = [root for root in roots if root.error is not None and not root.sign_is_open]
     if not decided or not file.system.digits:
         return ""
     share = max((root.error or 0.0) / abs(root.value) for root in decided if root.value)

@@ -433,7 +433,7 @@ def _with_match(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
         rounding = max(root.rounding, distance)
     is_hidden = not (root.decides and growth > rounding)
     grows = is_hidden and all(piece.side == "grows" for piece in match)
-    return replace(root, value=value, rounding=rounding, error=error, grows=grows)
+    return replace(root, value=value, rounding=rounding, error=error, proved_to_grow=grows)
 
 
 def _roots_of_pieces(matrices: Arrays, pieces: Sequence[Piece]) -> EigenvalueTuple:

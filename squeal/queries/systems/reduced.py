@@ -109,7 +109,7 @@ def reduced_for(
     if not reduction.converged:
         warnings.warn(
             f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "
-            f"root has a residual of {reduction.worst:.2g} in the full problem, "
+            f"root has a residual of {reduction.worst_residual:.2g} in the full problem, "
             f"{RESIDUAL_TOLERANCE:g} is wanted; a narrower band or range is required",
             InputWarning,
             stacklevel=3,
@@ -246,7 +246,7 @@ def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dic
     entry |= {
         "rows": reduction.scaled.n,
         "samples": [dict(changes) for changes in reduction.samples],
-        "residual": reduction.worst,
+        "residual": reduction.worst_residual,
         "contraction": None,
         "real_modes_hz": None,
         "growth_limit": growth_limit(selection, reduction.region),

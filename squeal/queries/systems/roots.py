@@ -340,7 +340,7 @@ def _roots_of_matrices(
         # the verdict is decided anew with the errors; a root without a bound decides nothing
         finite = tuple(root for root in of_motions if root.rounding < math.inf)
         # where the errors leave the sign of a root open only growth of another root is a verdict
-        judged = judge_roots(finite, complete=not any(root.open for root in finite))
+        judged = judge_roots(finite, complete=not any(root.sign_is_open for root in finite))
     elif judged is None:
         judged = judge_roots(of_motions)
     statement: Statement | None = None

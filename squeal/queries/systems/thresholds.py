@@ -358,7 +358,7 @@ def _located_on_reduction(
     else:  # undamped: coalescences of the reduced system, which are not located on the full one
         searched = search(reduction.system, values[0], values[-1])
         on_reduced = _events_inside([searched], region)
-        events = [replace(event, residual=reduction.worst) for event in on_reduced]
+        events = [replace(event, residual=reduction.worst_residual) for event in on_reduced]
     continuation = BandContinuation(system, values[0], values[-1], reduction.values)
     comparison = _compare(continuation, events, values, selection.words())
     if isinstance(reduction, FirstLook):
