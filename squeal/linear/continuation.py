@@ -230,6 +230,11 @@ class SpectrumAtParameter:
         )
 
     @property
+    def verdict(self) -> str:
+        """flutter or divergence, whichever grows faster, or quiet."""
+        return self.unstable_count.verdict
+
+    @property
     def growing_roots(self) -> int:
         """How many roots lambda grow by more than rounding, two for a pair."""
         return self.unstable_count.growing_roots

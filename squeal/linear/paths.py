@@ -96,7 +96,8 @@ def links(
         yield Link(before, after, order, order >= 0, [])
         return
     step = Step(before, after)
-    rows = np.flatnonzero(~step.same_mode.any(axis=1))  # roots of unknown mode before
+    known = np.asarray(step.same_mode.any(axis=1))
+    rows = np.flatnonzero(~known)  # roots of unknown mode before
     columns = np.flatnonzero(~step.same_mode.any(axis=0))  # and after
     is_doubtful = len(rows) > 0 and len(columns) > 0
     if is_doubtful and depth:
@@ -108,7 +109,6 @@ def links(
             yield from links(at, a, middle, budget, depth - 1)
             yield from links(at, middle, b, budget, depth - 1)
             return
-    known = np.asarray(step.same_mode.any(axis=1))
     order[known] = step.same_mode.argmax(axis=1)[known]
     meeting: list[list[int]] = []
     if is_doubtful:

@@ -81,15 +81,16 @@ def required_crossings(
     return pair_crossings + real_crossings
 
 
-def counts_consistent(events: Sequence[Event], below: UnstableCount, above: UnstableCount) -> bool:
+def counts_consistent(events: Sequence[Event], below: int, above: int) -> bool:
     """True if the events between two values explain the change of the number of growing roots.
 
-    Divergent roots that join to a growing pair, or come from one, cross nothing and change no sum.
+    below, above: that number at the two values. Divergent roots that join to a growing pair, or
+    come from one, cross nothing and change no sum.
     """
     rise = 0
     for event in events:
         rise += event.rise
-    return above.growing_roots - below.growing_roots == rise
+    return above - below == rise
 
 
 @dataclass(frozen=True)
@@ -300,7 +301,7 @@ class _AdaptiveRefinement:
             p = (events[k - 1].value + events[k].value) / 2
             if any(event.interval[0] <= p <= event.interval[1] for event in events):
                 continue
-            below, between, above = (self.continuation.at(x).unstable_count for x in (a, p, b))
+            below, between, above = (self.continuation.at(x).growing_roots for x in (a, p, b))
             lower_agree = counts_consistent(events[:k], below, between)
             if lower_agree and counts_consistent(events[k:], between, above):
                 parts.append(tuple(events[start:k]))
@@ -372,15 +373,15 @@ class _AdaptiveRefinement:
         if events:
             first = events[0].value
             last = events[-1].value
-        at_a = continuation.at(a).unstable_count
-        at_b = continuation.at(b).unstable_count
+        at_a = continuation.at(a).growing_roots
+        at_b = continuation.at(b).growing_roots
         below_is_steady = _is_steady(continuation, a, first, at_a)
         return below_is_steady and _is_steady(continuation, last, b, at_b)
 
     def _is_consistent(self, events: list[Event], a: float, b: float) -> bool:
         """True if events from a to b explain the change of the number of growing roots."""
-        below = self.continuation.at(a).unstable_count
-        above = self.continuation.at(b).unstable_count
+        below = self.continuation.at(a).growing_roots
+        above = self.continuation.at(b).growing_roots
         if counts_consistent(events, below, above):
             return True
         # the count at the end of the range does not show yet what crosses there
@@ -649,12 +650,12 @@ def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[E
     return sorted(events, key=rate, reverse=True)
 
 
-def _is_steady(continuation: Continuation, low: float, high: float, count: UnstableCount) -> bool:
-    """True if in each spectrum from low to high as many roots grow, as far as rounding tells."""
+def _is_steady(continuation: Continuation, low: float, high: float, growing: int) -> bool:
+    """True if in each spectrum from low to high so many roots grow, as far as rounding tells."""
     for spectrum in continuation.spectra:
         if low < spectrum.value < high:
             least, most = spectrum.count_bounds
-            if not least <= count.growing_roots <= most:
+            if not least <= growing <= most:
                 return False
     return True
 
@@ -670,8 +671,8 @@ def _doubts(result: SearchResult, is_unresolved: bool) -> Iterator[str]:
         yield "the search ran out of values; a narrower range needs fewer"
     widest = WIDEST_INTERVAL * (continuation.high - continuation.low)
     for k, cluster in enumerate(result.clusters):
-        # below and above the cluster
-        if not counts_consistent(cluster, counts[k], counts[k + 1]):
+        below = counts[k].growing_roots
+        if not counts_consistent(cluster, below, counts[k + 1].growing_roots):
             yield f"what grows changes otherwise than by what crosses at {cluster[0].value:.9g}"
         for event in cluster:
             if event.width > widest:

@@ -163,7 +163,7 @@ def points_and_crossings(part: SearchResult) -> tuple[list[CriticalPoint], list[
         responsible = [fastest for change, fastest in changes if change.cluster == k]
         for event in cluster:
             changes_verdict = any(
-                event in fastest or fastest == (None, None) for fastest in responsible
+                event in fastest or fastest.are_unknown for fastest in responsible
             )
             spectrum = part.continuation.at(event.value)
             members = 2 if event.coalesces else 1
@@ -177,8 +177,8 @@ def _points_at_jump(
     mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
 ) -> list[CriticalPoint]:
     """The change of verdict at a breakpoint mu, from the spectra on both sides; empty if none."""
-    before = below.unstable_count.verdict
-    after = above.unstable_count.verdict
+    before = below.verdict
+    after = above.verdict
     if before == after:
         return []
     kind = "restabilised"
@@ -186,7 +186,7 @@ def _points_at_jump(
     if after in GROWING:
         kind = after
         unstable = above
-    omega = _leading_omega(unstable) if unstable.unstable_count.verdict == "flutter" else 0.0
+    omega = _leading_omega(unstable) if unstable.verdict == "flutter" else 0.0
     hertz = omega / (2 * math.pi)
     return [CriticalPoint(mu, kind, hertz, interval=(mu, mu), converged=True)]
 
@@ -195,7 +195,7 @@ def _crossings_at_jump(
     mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
 ) -> list[Crossing]:
     """The crossings of the axis at a breakpoint mu, from the spectra on both sides."""
-    changes_verdict = below.unstable_count.verdict != above.unstable_count.verdict
+    changes_verdict = below.verdict != above.verdict
     crossings = []
     for omega, direction in required_crossings(below, above):
         unstable = above if direction > 0 else below
@@ -281,10 +281,9 @@ def _known_verdicts(part: SearchResult) -> list[_VerdictAt]:
         high = edges[k + 1]
         inner = []
         for spectrum in spectra:
-            if low <= spectrum.value <= high and count.growing_roots:
-                growth = spectrum.unstable_count
-                if growth.growing_roots == count.growing_roots:
-                    inner.append(_VerdictAt(spectrum.value, growth.verdict))
+            grows_inside = low <= spectrum.value <= high and count.growing_roots
+            if grows_inside and spectrum.growing_roots == count.growing_roots:
+                inner.append(_VerdictAt(spectrum.value, spectrum.verdict))
         if not inner:
             inner = [_VerdictAt((low + high) / 2, count.verdict)]
         if k:  # cluster k - 1 lies below this interval
@@ -361,7 +360,7 @@ def _exchanges(
         continuation.at(a.value), continuation.at(b.value), a.verdict
     ):
         middle = (a.value + b.value) / 2
-        between = _VerdictAt(middle, continuation.at(middle).unstable_count.verdict)
+        between = _VerdictAt(middle, continuation.at(middle).verdict)
         # all growth ends at clusters alone, and none is between a and b: what grows in a quiet
         # middle is lost in rounding, and with it which kind grows faster
         if between.verdict != "quiet":
@@ -425,7 +424,7 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
         # of low, these two and high the first with the verdict of b is the new high, and the one
         # before it the new low
         for value in sorted({middle, zero}):
-            if continuation.at(value).unstable_count.verdict == b.verdict:
+            if continuation.at(value).verdict == b.verdict:
                 high = value
                 break
             low = value
@@ -447,7 +446,7 @@ def _meeting_on_real_axis(
     if continuation.problem is GYROSCOPIC:
         return None  # there z = -i lambda, so that no pair becomes real where lambda does
     spectra = [continuation.at(p) for p in (low, high)]
-    flutter = [spectrum for spectrum in spectra if spectrum.unstable_count.verdict == "flutter"]
+    flutter = [spectrum for spectrum in spectra if spectrum.verdict == "flutter"]
     if not flutter:
         return None
     spectrum = flutter[0]  # at the end where the pair is complex
@@ -519,6 +518,11 @@ class _FastestEvents(NamedTuple):
 
     ending: Event | None
     beginning: Event | None
+
+    @property
+    def are_unknown(self) -> bool:
+        """True if nothing tells which events of the cluster make the change."""
+        return self == (None, None)
 
 
 def _fastest_events(part: SearchResult, change: VerdictChange) -> _FastestEvents:

@@ -358,14 +358,15 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
     B = M
     if not terms.is_undamped:
         A, B = _first_order_form(M, C, K)
-    pencils = [(A, B)]
+    pencils = [_Pencil(A, B)]
     infinite = 0
     if terms.is_real and not M.pattern.any(axis=0).all():
         infinite = infinite_roots(A, B)
-        pencils.insert(0, (B, A))  # of inverse roots, among which infinite ones are zero
+        # the inverses of infinite roots are zero
+        pencils.insert(0, _Pencil(B, A, of_inverses=True))
     with np.errstate(all="ignore"):
         for pencil, basis in _pencils_and_bases(pencils):
-            S = near_diagonal(*pencil, half, basis)
+            S = near_diagonal(pencil.A, pencil.B, half, basis)
             if isinstance(S, Failure):
                 best = best._replace(reason=S.reason)
                 continue
@@ -376,7 +377,7 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
                 if terms.is_undamped:
                     by_part = tallies_of_squares(S, half)
                 tallies = list(itertools.chain(*by_part))
-                if pencil[1] is A:
+                if pencil.of_inverses:
                     tallies = tallies_of_inverses(S, half, by_part, infinite, terms.is_undamped)
             least, most = growing_of(tallies)
             doubtful = 0
@@ -393,14 +394,20 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
     return best
 
 
-def _pencils_and_bases(
-    pencils: Sequence[tuple[Expansion, Expansion]],
-) -> Iterator[tuple[tuple[Expansion, Expansion], Basis]]:
+class _Pencil(NamedTuple):
+    """A - s B (n, n), whose eigenvalues s are roots or their squares, or the inverses of these."""
+
+    A: Expansion
+    B: Expansion
+    of_inverses: bool = False
+
+
+def _pencils_and_bases(pencils: Sequence[_Pencil]) -> Iterator[tuple[_Pencil, Basis]]:
     """Each pencil with each of its bases; without those that cannot be computed."""
-    for A, B in pencils:
+    for pencil in pencils:
         with suppress(LinAlgError):
-            for basis in bases(A.value.mid, B.value.mid):
-                yield (A, B), basis
+            for basis in bases(pencil.A.value.mid, pencil.B.value.mid):
+                yield pencil, basis
 
 
 def infinite_roots(A: Expansion, B: Expansion) -> int:

@@ -109,9 +109,9 @@ class Assembly:
         -------
         tuple of Eigenvalue
             The same roots. `error` is that of the reduction, at least rounding; `rounding` is
-            raised to the error of the growth rate; `open` is True where the error leaves the sign
-            of the growth rate open, False for a root that is known to stay on the axis. Above the
-            cutoff `error` is None, `rounding` infinite and `open` False.
+            raised to the error of the growth rate; `sign_is_open` is False for a root that is known
+            to stay on the axis. Above the cutoff `error` is None, `rounding` infinite and
+            `sign_is_open` False.
 
         Examples
         --------

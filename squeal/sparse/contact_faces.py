@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 Array: TypeAlias = NDArray[np.float64]
 Labels: TypeAlias = NDArray[np.str_]
 
-INSIDE = 1e-6  # by which a point may lie beyond a face, of the face's reference length
-STEPS = 20  # of Newton's method for a projection; flat faces take one or two
-FAR = 10.0  # reference coordinates beyond which no projection is followed
-SETTLED = 1e-10  # change of reference coordinates at which it ends
+INSIDE_TOLERANCE = 1e-6  # by which a point may lie beyond a face, of the face's reference length
+NEWTON_STEPS = 20  # of Newton's method for a projection; flat faces take one or two
+FARTHEST_COORDINATE = 10.0  # reference coordinates beyond which no projection is followed
+SETTLED_CHANGE = 1e-10  # change of reference coordinates at which it ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -372,15 +372,15 @@ def _feet_on_face(nodes: Array, places: Array, normals: Array) -> tuple[Array, A
 
     Returns reference coordinates (r, s) (m, 2), which may lie beyond the face, and heights (m,)
     along the normals. By Newton's method on face(r, s) - height normal - place = 0; NaN where that
-    does not settle in `STEPS` steps: also where a line meets the face beyond `FAR`, or runs
-    parallel to it at some step.
+    does not settle in `NEWTON_STEPS` steps: also where a line meets the face beyond
+    `FARTHEST_COORDINATE`, or runs parallel to it at some step.
     """
     shape = SHAPES[len(nodes)]
     unknowns = np.zeros((len(places), 3))  # r, s and height; a quadrilateral has its middle at 0, 0
     if len(nodes) in (3, 6):  # a triangle has it at 1/3, 1/3
         unknowns[:, :2] = 1.0 / 3.0
     is_lost = np.zeros(len(places), dtype=bool)
-    for _ in range(STEPS):
+    for _ in range(NEWTON_STEPS):
         values, slopes = shape(unknowns[:, :2])
         residuals = values @ nodes - unknowns[:, 2:] * normals - places
         tangents = np.einsum("mkt,kx->mxt", slopes, nodes)
@@ -390,8 +390,8 @@ def _feet_on_face(nodes: Array, places: Array, normals: Array) -> tuple[Array, A
         residuals[is_lost] = 0.0
         change = np.linalg.solve(jacobians, residuals[:, :, None])[:, :, 0]
         unknowns = unknowns - change
-        unknowns[:, :2] = np.clip(unknowns[:, :2], -FAR, FAR)
-        is_moving = np.abs(change[:, :2]).max(axis=1) > SETTLED
+        unknowns[:, :2] = np.clip(unknowns[:, :2], -FARTHEST_COORDINATE, FARTHEST_COORDINATE)
+        is_moving = np.abs(change[:, :2]).max(axis=1) > SETTLED_CHANGE
         if not is_moving.any():
             break
     unknowns[is_lost | is_moving] = np.nan
@@ -401,8 +401,10 @@ def _feet_on_face(nodes: Array, places: Array, normals: Array) -> tuple[Array, A
 def _is_inside(coordinates: Array, is_triangle: bool) -> NDArray[np.bool_]:
     """Whether reference coordinates (m, 2) lie on the face; False for NaN."""
     if is_triangle:
-        return np.all(coordinates >= -INSIDE, axis=1) & (coordinates.sum(axis=1) <= 1.0 + INSIDE)
-    return np.all(np.abs(coordinates) <= 1.0 + INSIDE, axis=1)
+        return np.all(coordinates >= -INSIDE_TOLERANCE, axis=1) & (
+            coordinates.sum(axis=1) <= 1.0 + INSIDE_TOLERANCE
+        )
+    return np.all(np.abs(coordinates) <= 1.0 + INSIDE_TOLERANCE, axis=1)
 
 
 def contact_between_faces(

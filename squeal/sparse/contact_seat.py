@@ -403,8 +403,8 @@ class _PairLaws(NamedTuple):
     bonded: Bools
     tangential: Array  # stiffness across the normal
 
-    def forces(self, approach: Array) -> tuple[Array, Array]:
-        """Normal forces (m,) and their derivatives by the approach (m,), both without the factor.
+    def unit_forces(self, approach: Array) -> tuple[Array, Array]:
+        """Normal forces (m,) at a factor of 1, and their derivatives by the approach (m,).
 
         The stiffness grows with a power of the force, dF/du = k (F / R)^e: integrated from 0,
         F = (1 - e) k u (F / R)^e with (F / R)^e = ((1 - e) k u / R)^(e / (1 - e)). u is the
@@ -459,7 +459,7 @@ def seat_contacts(
     _, _, K = structure.at()
     joined = _JoinedPairs.of(pair_sets, structure.parameters)
     seat = _seat(K.real, load, joined)  # imaginary parts are structural damping, which is at rest
-    normal_forces = seat.closed * joined.laws.factor * seat.forces
+    normal_forces = seat.closed * joined.laws.factor * seat.unit_forces
     contacts = []
     start = 0
     for pairs in pair_sets:
@@ -471,7 +471,7 @@ def seat_contacts(
                 closed=seat.closed[of_contact],
                 forces=normal_forces[of_contact],
                 pressures=normal_forces[of_contact] / pairs.area,
-                stiffness=seat.closed[of_contact] * seat.slopes[of_contact],
+                stiffness=seat.closed[of_contact] * seat.unit_slopes[of_contact],
                 constant=not pairs.contact.exponent,
             )
         )
@@ -513,8 +513,8 @@ class _Seat(NamedTuple):
     """The equilibrium under the load."""
 
     closed: Bools  # (m,), pairs that touch
-    forces: Array  # (m,), normal forces without the factor
-    slopes: Array  # (m,), their derivatives by the approach, without the factor
+    unit_forces: Array  # (m,), normal forces at a factor of 1
+    unit_slopes: Array  # (m,), their derivatives by the approach
     displacements: Array  # (n,)
 
 
@@ -537,29 +537,29 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
     closed = np.ones(len(laws.gap), dtype=bool)
     # at first all pairs touch, with springs as at the reference
     approach = -laws.gap
-    forces = laws.stiffness * approach
-    slopes = laws.stiffness
+    unit_forces = laws.stiffness * approach
+    unit_slopes = laws.stiffness
     visited: set[bytes] = set()  # sets of closed pairs for which a step was solved
     one_at_a_time = False
     for _ in range(100 + len(laws.gap)):
-        springs = closed * laws.factor * slopes
+        springs = closed * laws.factor * unit_slopes
         tangential = np.tile(closed * laws.tangential, 2)  # one after the other, as `across`
         A = K + pairs.push @ pairs.normal.multiply(springs[:, None])
         A = A + pairs.across.T @ pairs.across.multiply(tangential[:, None])
         # the law of each pair is replaced by its tangent: springs, and the force that is left at
         # no displacement, where the approach is -gap
-        preload = closed * laws.factor * (forces - slopes * (approach + laws.gap))
+        preload = closed * laws.factor * (unit_forces - unit_slopes * (approach + laws.gap))
         displacements = _solve(A, load + pairs.push @ preload)
         previous = approach
         approach = -laws.gap - pairs.normal @ displacements
-        forces, slopes = laws.forces(approach)
+        unit_forces, unit_slopes = laws.unit_forces(approach)
         now_closed = (approach > 0.0) | laws.bonded
         if not now_closed.any():
             raise InputError("all pairs open under the load; it must press the components together")
         changed = np.flatnonzero(now_closed != closed)
         is_settled = not is_nonlinear or np.allclose(approach, previous, rtol=1e-11, atol=0.0)
         if not len(changed) and is_settled:
-            return _Seat(closed, forces, slopes, displacements)
+            return _Seat(closed, unit_forces, unit_slopes, displacements)
         if len(changed) and now_closed.tobytes() in visited:
             one_at_a_time = True
         if one_at_a_time and not is_nonlinear:

@@ -73,7 +73,7 @@ def dense_values(
         condition = float(np.linalg.cond(equilibrated(M)))
         if 1.0 / condition <= ILL_CONDITIONED:
             problem = scaled_problem(M, damping, K)
-            values, _ = pencil_values(problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
+            values, _ = pencil_values(*problem.arrays())
             return values
         A = np.linalg.solve(M, K)
         B = None if damping is None else np.linalg.solve(M, damping)
@@ -289,7 +289,7 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
     Raises InputError for an empty row, and where every number is a root.
     """
     problem = scaled_problem(M, C, K)
-    matrices = (problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
+    matrices = problem.arrays()
     check_regular(*matrices)
     values, is_unknown = pencil_values(*matrices)
     if problem.real:
@@ -308,5 +308,5 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
 
 def spectrum_at(problem: ScaledProblem, values: ComplexArray) -> tuple[Eigenvalue, ...]:
     """Exactly known roots (m,) of a small problem with vectors, backward errors and conditions."""
-    matrices = (problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
+    matrices = problem.arrays()
     return eigenvalues_of(problem, roots_at(*matrices, values, exact=True))

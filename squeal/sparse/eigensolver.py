@@ -625,9 +625,7 @@ def _disc_of_lowest(sizes: Array, modes: int, reach: float) -> Disc:
 
 def _lowest_of_all(problem: ScaledProblem, modes: int, certify: bool) -> Modes:
     """The lowest modes of few rows, of which all roots are computed."""
-    M = problem.M.toarray()
-    C = problem.C.toarray()
-    K = problem.K.toarray()
+    M, C, K = problem.arrays()
     all_values = dense_values(M, C, K)
     values = all_values
     if problem.real:  # the lower roots follow as conjugates

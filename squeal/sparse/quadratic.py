@@ -74,6 +74,10 @@ class ScaledProblem:
             return stiffness / damping
         return math.sqrt(stiffness / mass)
 
+    def arrays(self) -> tuple[NDArray, NDArray, NDArray]:
+        """M, C and K as NumPy arrays."""
+        return self.M.toarray(), self.C.toarray(), self.K.toarray()
+
     def at(self, value: complex) -> csc_array:
         """P(value), a CSC array; real where both are."""
         root = value.real if value.imag == 0.0 else value
