@@ -136,8 +136,7 @@ def _may_meet_on_line(spectrum: SpectrumAtParameter, pulls: Array) -> bool:
     """
     z = spectrum.z
     distances = np.abs(z[:, None] - z)
-    conjugate = np.abs(z[:, None] - z.conj()) <= np.add.outer(spectrum.rounding, spectrum.rounding)
-    pairs = (spectrum.on_line[:, None] & spectrum.on_line) | conjugate
+    pairs = (spectrum.on_line[:, None] & spectrum.on_line) | spectrum.conjugate
     return bool(np.any(pairs & ~spectrum.close & (4 * pulls > distances)))
 
 

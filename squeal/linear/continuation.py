@@ -181,7 +181,17 @@ class SpectrumAtParameter:
         """Which roots (m, m) rounding does not separate. The bound holds twice: rounding moves the
         squared difference of two roots by twice that difference times itself."""
         distances = np.abs(self.z[:, None] - self.z)
-        return distances <= 2 * np.add.outer(self.rounding, self.rounding)
+        return distances <= 2 * self.unresolved
+
+    @property
+    def unresolved(self) -> Array:
+        """How far two roots z (m, m) have to differ so that they are not one to rounding."""
+        return np.add.outer(self.rounding, self.rounding)
+
+    @property
+    def conjugate(self) -> Bools:
+        """Which two z (m, m) are conjugate, as far as rounding tells."""
+        return np.abs(self.z[:, None] - self.z.conj()) <= self.unresolved
 
     @cached_property
     def kinds(self) -> Codes:
@@ -281,9 +291,8 @@ class SpectrumAtParameter:
         W = self.coupling
         slopes = self.slopes
         differences = z[:, None] - z
-        # roots that differ by no more than this are one to rounding
-        unresolved = np.add.outer(self.rounding, self.rounding)
-        conjugate = np.abs(z[:, None] - z.conj()) <= unresolved
+        unresolved = self.unresolved
+        conjugate = self.conjugate
         if self.problem is DAMPED:
             may_meet = z.imag >= -self.rounding
         else:

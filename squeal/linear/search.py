@@ -30,6 +30,7 @@ from squeal.linear.steps import (
     EventGuess,
     Step,
     may_exchange_partner,
+    meeting_at,
     near_coalescences,
 )
 from squeal.linear.system import System, SystemFunction
@@ -595,14 +596,7 @@ def _meetings_at_end(continuation: Continuation) -> Iterator[EventGuess]:
     # real s below zero too: `locate_event` leaves out those that join without a crossing
     on_line = spectrum.z_is_real if spectrum.problem is UNDAMPED else spectrum.on_line
     for pair in np.argwhere(np.triu(on_line & on_line[:, None] & spectrum.close, 1)):
-        yield EventGuess(
-            value=spectrum.value,
-            z=complex(spectrum.z[pair].mean()),
-            right=spectrum.right[:, pair],
-            left=spectrum.left[:, pair],
-            coalesces=True,
-            width=1e-6 * (continuation.high - continuation.low),
-        )
+        yield meeting_at(spectrum, pair, width=1e-6 * (continuation.high - continuation.low))
 
 
 def _rests_at_start(continuation: Continuation, omega: float) -> bool:

@@ -68,6 +68,18 @@ class EventGuess:
     doubtful: bool = False
 
 
+def meeting_at(spectrum: SpectrumAtParameter, pair: NDArray[np.intp], width: float) -> EventGuess:
+    """The guess that two roots, given by their indices, meet at the value of a spectrum."""
+    return EventGuess(
+        value=spectrum.value,
+        z=complex(spectrum.z[pair].mean()),
+        right=spectrum.right[:, pair],
+        left=spectrum.left[:, pair],
+        coalesces=True,
+        width=width,
+    )
+
+
 def near_coalescences(
     before: SpectrumAtParameter, after: SpectrumAtParameter
 ) -> Iterator[EventGuess]:

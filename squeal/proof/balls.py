@@ -95,6 +95,11 @@ class Balls:
         return not self.rad.any()
 
     @property
+    def has_all_digits(self) -> bool:
+        """True if no radius exceeds half a unit in the last place of its midpoint."""
+        return not np.any(self.rad > half_widths(self.mid, HALF_ULP))
+
+    @property
     def is_finite(self) -> bool:
         """True if all midpoints and radii are finite."""
         return bool(np.isfinite(self.mid).all() and np.isfinite(self.rad).all())

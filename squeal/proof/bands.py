@@ -125,11 +125,12 @@ def judge_modes(
         sizes = np.abs(piece.centres) * (1.0 + 8.0 * EPS)  # upper bounds, rounding included
         # the piece lies in the searched disc, so that its count is certain
         is_counted = bool(np.all(sizes + piece.radii < band.radius))
+        reason = ""
         if is_counted and listed > piece.count:
             reason = "a root is listed that is none"
-            return Proof("refuted", by="enclosure", reason=reason, where=centre, errors=errors)
-        if is_counted and listed < piece.count and _overlap(piece, low, high, rate).all:
+        elif is_counted and listed < piece.count and _overlap(piece, low, high, rate).all:
             reason = "a root is missing"
+        if reason:
             return Proof("refuted", by="enclosure", reason=reason, where=centre, errors=errors)
         if not is_counted or listed < piece.count:
             open_reason = "a root may lie on either side of the band's end"

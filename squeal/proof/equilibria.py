@@ -144,14 +144,14 @@ class _Neighbourhood:
         one = flint.arb_mat(3, 3, [int(i == j) for i in range(3) for j in range(3)])
         radii = [2 * abs(shift[i, 0]).upper() + 2.0**-BITS * self.sizes[i] for i in range(3)]
         for _ in range(MOST_BOXES):
-            around = [u + flint.arb(0, r) for u, r in zip(place, radii, strict=True)]
+            around = _box(place, radii)
             contraction = one - Y * _slopes(self.loads(around, state))
             image = []
             for i in range(3):
                 moved = sum((abs(contraction[i, j]) * radii[j] for j in range(3)), flint.arb(0))
                 image.append((abs(shift[i, 0]) + moved).upper())
             if all(new < old for new, old in zip(image, radii, strict=True)):
-                return [u + flint.arb(0, r) for u, r in zip(place, image, strict=True)]
+                return _box(place, image)
             radii = [4 * r for r in radii]
         return None
 
@@ -174,6 +174,11 @@ class _Neighbourhood:
         reaction = float(flint.arb(R_n).mid())
         K = in_doubles((-slopes).tolist())
         return EnclosedEquilibrium((x, y, theta), state, reaction, K, in_doubles(C.tolist()))
+
+
+def _box(place: Sequence[Ball], radii: Sequence[Ball]) -> list[Ball]:
+    """Balls with some middles and radii."""
+    return [u + flint.arb(0, r) for u, r in zip(place, radii, strict=True)]
 
 
 def _slopes(loads: Sequence[Jet]) -> Matrix:

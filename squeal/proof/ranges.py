@@ -17,7 +17,7 @@ import numpy as np
 from numpy.linalg import LinAlgError
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.proof import AS_GIVEN, HALF_ULP
+from squeal.proof import AS_GIVEN
 from squeal.proof.balls import (
     Balls,
     between,
@@ -123,10 +123,21 @@ class Terms:
         return len(self.balls["M"][0].mid)
 
     @property
+    def matrices(self) -> list[Balls]:
+        """The matrices of all terms of M, of C and of K."""
+        return list(itertools.chain(*self.balls.values()))
+
+    def mapped(self, change: Callable[[Balls], Balls]) -> Terms:
+        """The terms with a map of each matrix."""
+        balls: dict[str, list[Balls]] = {}
+        for name, matrices in self.balls.items():
+            balls[name] = list(map(change, matrices))
+        return replace(self, balls=balls)
+
+    @property
     def is_real(self) -> bool:
         """True if no entry is complex."""
-        matrices = itertools.chain(*self.balls.values())
-        return not any(np.iscomplexobj(X.mid) for X in matrices)
+        return not any(np.iscomplexobj(X.mid) for X in self.matrices)
 
     @property
     def is_undamped(self) -> bool:
@@ -147,16 +158,11 @@ class Terms:
         those of the diagonal blocks.
         """
         pattern = np.zeros((self.n, self.n), dtype=bool)
-        for X in itertools.chain(*self.balls.values()):
+        for X in self.matrices:
             pattern |= X.pattern
         components = []
         for rows in strong_components(pattern):
-            balls: dict[str, list[Balls]] = {"M": [], "C": [], "K": []}
-            for name, matrices in self.balls.items():
-                for X in matrices:
-                    block = X.block(rows)
-                    balls[name].append(replace(block, mid=_real_if_possible(block.mid)))
-            components.append(replace(self, balls=balls))
+            components.append(self.mapped(functools.partial(_block_of, rows)))
         return components
 
     def separated(self) -> Terms:
@@ -168,12 +174,10 @@ class Terms:
         within the data, or where nothing is without mass.
         """
         mass, *others = self.M
-        every = list(itertools.chain(*self.balls.values()))
         if others or mass.factor is not None or not self.is_real:
             return self
-        for X in every:
-            if np.any(X.rad > half_widths(X.mid, HALF_ULP)):
-                return self
+        if not all(X.has_all_digits for X in self.matrices):
+            return self
         M = _rational(self.balls["M"][0].mid)
         right, rank = _null_vectors_last(M)
         if rank == self.n:
@@ -187,19 +191,18 @@ class Terms:
         separate = self
         used = np.count_nonzero(right.entries() + left.entries())
         if used > 2 * self.n:  # else both only sort coordinates: they are separate already
-            balls: dict[str, list[Balls]] = {}
-            for name, matrices in self.balls.items():
-                balls[name] = []
-                for X in matrices:
-                    product = left.transpose() * _rational(X.mid) * right
-                    balls[name].append(in_doubles(np.vectorize(flint.arb)(product.tolist())))
-            separate = replace(self, balls=balls, data=AS_GIVEN)
+
+            def in_coordinates(X: Balls) -> Balls:
+                product = left.transpose() * _rational(X.mid) * right
+                return in_doubles(np.vectorize(flint.arb)(product.tolist()))
+
+            separate = replace(self.mapped(in_coordinates), data=AS_GIVEN)
         return separate._balanced()
 
     def _balanced(self) -> Terms:
         """The terms in units of coordinates, powers of 2, in which largest entries are alike."""
         sizes = np.zeros((self.n, self.n))
-        for X in itertools.chain(*self.balls.values()):
+        for X in self.matrices:
             bound = X.bound()
             sizes = np.maximum(sizes, bound / max(bound.max(), 1e-300))
         units = np.zeros(self.n, dtype=int)
@@ -207,11 +210,7 @@ class Terms:
             scaled = np.ldexp(sizes, units[:, None] + units)
             largest = np.sqrt(scaled.max(axis=0)) * np.sqrt(scaled.max(axis=1))
             units = units - np.rint(np.log2(divisor(largest)) / 2).astype(int)
-        balls: dict[str, list[Balls]] = {"M": [], "C": [], "K": []}
-        for name, matrices in self.balls.items():
-            for X in matrices:
-                balls[name].append(X.scaled(units[:, None] + units))
-        return replace(self, balls=balls)
+        return self.mapped(lambda X: X.scaled(units[:, None] + units))
 
     def expanded(self, low: float, high: float) -> tuple[Expansion, Expansion, Expansion]:
         """M, C and K about `middle_and_half` of two values of the parameter.
@@ -302,6 +301,12 @@ def _below_ones(count: int, Q: Rational) -> Rational:
 def _real_if_possible(X: NDArray) -> NDArray:
     """The entries as real numbers where no imaginary part is other than zero."""
     return X if X.imag.any() else X.real
+
+
+def _block_of(rows: NDArray[np.intp], X: Balls) -> Balls:
+    """Some rows and columns of X, real if they are."""
+    block = X.block(rows)
+    return replace(block, mid=_real_if_possible(block.mid))
 
 
 def middle_and_half(low: float, high: float) -> tuple[float, float]:

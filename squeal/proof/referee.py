@@ -10,8 +10,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.proof import AS_GIVEN, HALF_ULP
-from squeal.proof.balls import Floats, Quadratic, half_widths, upper
+from squeal.proof import AS_GIVEN
+from squeal.proof.balls import Floats, Quadratic, upper
 from squeal.proof.enclosure import Guess, components, enclose, scaled
 from squeal.proof.free import with_free_motions
 from squeal.proof.pieces import (
@@ -205,11 +205,8 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
     Unless the data are known to the last digit the given doubles mean nothing by themselves, and
     the finding stays as it is.
     """
-    if not system.is_real:
+    if not (system.is_real and all(X.has_all_digits for X in system.parts)):
         return finding
-    for X in system.parts:
-        if np.any(X.rad > half_widths(X.mid, HALF_ULP)):
-            return finding
     from squeal.proof.exact import exact_roots  # here, since few systems need python-flint
 
     parts = list(finding.parts)

@@ -31,7 +31,7 @@ from squeal.linear.continuation import (
 from squeal.linear.events import Event, locate_event
 from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.search import search
-from squeal.linear.steps import EventGuess, near_coalescences
+from squeal.linear.steps import meeting_at, near_coalescences
 from squeal.linear.system import System
 from squeal.linear.verdicts import assumed_rounding
 from squeal.sparse.dispersive import NEAR_INTERVALS, DispersiveReduction, frequencies
@@ -449,14 +449,7 @@ def _at_own_frequency(
         continuation = Continuation(system.frozen(omega), low, high)
         spectrum = continuation.at(event.value)  # its roots are omega^2, of the undamped system
         pair = np.argsort(np.abs(spectrum.z - event.omega**2))[:2]
-        guess = EventGuess(
-            value=event.value,
-            z=complex(spectrum.z[pair].mean()),
-            right=spectrum.right[:, pair],
-            left=spectrum.left[:, pair],
-            coalesces=True,
-            width=high - low,
-        )
+        guess = meeting_at(spectrum, pair, width=high - low)
         meeting = locate_event(continuation, guess)
         if meeting is None or not meeting.omega:
             return None
