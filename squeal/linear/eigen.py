@@ -21,7 +21,7 @@ from squeal.linear.matrices import (
     normalised_system,
     solver_near_singular,
 )
-from squeal.linear.roots import ComplexArray, Roots, dependence, ordered, roots_of
+from squeal.linear.roots import ComplexArray, RootsWithRounding, dependence, ordered, roots_of
 from squeal.linear.verdicts import ACCEPTED, GROWING, VERDICTS, kinds
 
 
@@ -202,7 +202,7 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
     return spectrum_of(normalised_system(M, C, K))
 
 
-def spectrum_of(system: NormalisedSystem, roots: Roots | None = None) -> Spectrum:
+def spectrum_of(system: NormalisedSystem, roots: RootsWithRounding | None = None) -> Spectrum:
     """All eigenvalues of a system in mass-normalised coordinates, see `complex_eigenvalues`.
 
     roots: what `roots_of` gives of it, if that is known.

@@ -124,7 +124,7 @@ def square_roots(s: ComplexArray, rounding: Array) -> tuple[ComplexArray, Array]
     return np.sqrt(-s), np.where(is_zero, np.sqrt(rounding), rounding * slope)
 
 
-class Roots(NamedTuple):
+class RootsWithRounding(NamedTuple):
     """Eigenvalues (m,) and what is known of them.
 
     right, left: vectors as columns, of any length; condition: condition numbers; rounding: how far
@@ -169,7 +169,9 @@ def left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> Complex
     return np.asarray(left / np.linalg.norm(left, axis=0), dtype=complex)
 
 
-def _standard_roots(A: Array, relative_error: float, stiffness: Array | None = None) -> Roots:
+def _standard_roots(
+    A: Array, relative_error: float, stiffness: Array | None = None
+) -> RootsWithRounding:
     """Eigenvalues of a real matrix with their vectors and rounding.
 
     Zero roots are counted by rank, set to exactly zero and given the vectors of the null spaces.
@@ -205,7 +207,7 @@ def _standard_roots(A: Array, relative_error: float, stiffness: Array | None = N
     # to their rounding
     if stiffness is not None:
         rounding_of_roots[smallest] = 0.0
-    return Roots(values, right, left, condition, rounding_of_roots)
+    return RootsWithRounding(values, right, left, condition, rounding_of_roots)
 
 
 def _agree_with_invariants(s: ComplexArray, rounding: Array, system: NormalisedSystem) -> None:
@@ -293,7 +295,7 @@ def dependence(system: NormalisedSystem) -> NDArray[np.bool_]:
     return reaches(pattern)
 
 
-def roots_of(system: NormalisedSystem, reach: NDArray[np.bool_] | None = None) -> Roots:
+def roots_of(system: NormalisedSystem, reach: NDArray[np.bool_] | None = None) -> RootsWithRounding:
     """The 2n roots lambda (rad/s) of a system, vectors (n, 2n) in mass-normalised coordinates.
 
     Each strong component of the rows is solved by itself: what acts from one on another would cost
@@ -311,7 +313,9 @@ def roots_of(system: NormalisedSystem, reach: NDArray[np.bool_] | None = None) -
         left[rows] = part.left
         parts.append(part._replace(right=right, left=left))
     # side by side: the last axis of each array is that of the roots
-    return Roots._make(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
+    return RootsWithRounding._make(
+        np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)
+    )
 
 
 def _part_of(system: NormalisedSystem, rows: NDArray[np.intp]) -> NormalisedSystem:
@@ -323,7 +327,7 @@ def _part_of(system: NormalisedSystem, rows: NDArray[np.intp]) -> NormalisedSyst
     return NormalisedSystem(system.A[within], B, system.T[within], system.relative_error)
 
 
-def _roots_of_component(system: NormalisedSystem) -> Roots:
+def _roots_of_component(system: NormalisedSystem) -> RootsWithRounding:
     """As `roots_of`, of a system of one strong component."""
     if system.B is None:
         roots = _undamped_roots(system)
@@ -342,13 +346,13 @@ def _roots_of_component(system: NormalisedSystem) -> Roots:
     return roots
 
 
-def _undamped_roots(system: NormalisedSystem) -> Roots:
+def _undamped_roots(system: NormalisedSystem) -> RootsWithRounding:
     """Roots lambda (2n,) of a system without damping: of each -s both square roots, in a row."""
     squares = _standard_roots(system.A, system.relative_error)
     if len(squares.values) <= 3:
         _agree_with_invariants(squares.values, squares.rounding, system)
     not_decaying, rounding = square_roots(squares.values, squares.rounding)
-    return Roots(
+    return RootsWithRounding(
         values=np.asarray(np.ravel([not_decaying, -not_decaying], order="F") + 0.0),
         right=np.repeat(squares.right, 2, axis=1),
         left=np.repeat(squares.left, 2, axis=1),
@@ -358,7 +362,7 @@ def _undamped_roots(system: NormalisedSystem) -> Roots:
 
 
 def hides_slow_roots(
-    system: NormalisedSystem, C: Array | None, K: Array, roots: Roots | None = None
+    system: NormalisedSystem, C: Array | None, K: Array, roots: RootsWithRounding | None = None
 ) -> bool:
     """True if rounding hides slow roots, as beside a light mass, a stiff spring or a strong damper.
 
@@ -372,7 +376,7 @@ def hides_slow_roots(
         The system.
     C, K : array (n, n)
         The matrices from which it was made; C may be None.
-    roots : Roots, optional
+    roots : RootsWithRounding, optional
         Its roots, if they are known.
     """
     zeros = 0  # that follow from ranks

@@ -103,6 +103,14 @@ class EstimatedModes(NamedTuple):
     spurious: int  # roots of the reduced system alone, which are left out
 
 
+class _FactorisedSample(NamedTuple):
+    """P, factorised at a value near its roots (rad/s), at changed parameters."""
+
+    changes: Parameters
+    shift: complex
+    factor: Factor
+
+
 class Reduction:
     """A growing basis, the system that it reduces to, and how far its roots in a region are from
     satisfying the full one.
@@ -121,9 +129,7 @@ class Reduction:
         self.scaled = scaled
         self.region = region
         self.vectors: Array = np.zeros((scaled.n, 0))
-        # of the first sample with a root: its parameters, a value near its roots, and P factorised
-        # there
-        self._factorised: tuple[Parameters, complex, Factor] | None = None
+        self._factorised: _FactorisedSample | None = None  # the first sample with a root
         self.samples: tuple[Parameters, ...] = ()
         self.worst_residual = np.inf
         self.spurious = 0
@@ -180,8 +186,9 @@ class Reduction:
             # 1 - P^-1 P' of other parameters contracts in the directions outside, see `Complement`,
             # so that later samples can use the factor
             if self._factorised is None and modes.rough is not None and len(roots.values):
-                self._factorised = (changes, modes.rough.shift, modes.rough.factor)
-                self.extend(modes.rough.vectors)
+                rough = modes.rough
+                self._factorised = _FactorisedSample(changes, rough.shift, rough.factor)
+                self.extend(rough.vectors)
         self.extend(np.hstack([roots.right, roots.left]))
 
     def _corrected(self, problem: ScaledProblem, region: Rectangle) -> Roots | None:
