@@ -258,17 +258,17 @@ class _RootAtEvent(NamedTuple):
 
 
 class _Extrapolated(NamedTuple):
-    """A root z at an event, extrapolated by the last step of Newton's method.
+    """A root at an event, extrapolated by the last step of Newton's method.
 
-    root: z at the event; computed: z before that step, or of two roots their mean before it plus
-    the half difference at the event; slope: of the real part of z, or of d where two meet; is_real:
-    whether lambda is known to be real.
+    z: at the event; z_before: before that step, or of two roots their mean before it plus the half
+    difference at the event; slope: of the real part of z, or of d where two meet; lambda_is_real:
+    whether that is known.
     """
 
-    root: complex
-    computed: complex
+    z: complex
+    z_before: complex
     slope: float
-    is_real: bool
+    lambda_is_real: bool
 
 
 def _root_at_event(
@@ -289,13 +289,13 @@ def _root_at_event(
     if at_event is None:
         return None
     is_complex = problem is DAMPED and np.iscomplexobj(A)
-    if is_complex and not at_event.is_real and at_event.root.imag < 0.0:
+    if is_complex and not at_event.lambda_is_real and at_event.z.imag < 0.0:
         return None  # of complex matrices only roots above the real axis mean something
     omega = 0.0
-    if not at_event.is_real:
-        z = np.array(at_event.root)
+    if not at_event.lambda_is_real:
+        z = np.array(at_event.z)
         omega = abs(problem.exponents(z, continuation.frequency_scale).item().imag)
-    residual = A @ roots.right - at_event.computed * roots.right
+    residual = A @ roots.right - at_event.z_before * roots.right
     # of two roots the residual of that combination of their vectors which satisfies A x = z x best
     smallest = float(np.linalg.svd(residual, compute_uv=False)[-1])
     slope_sign = 1 if at_event.slope > 0 else -1
@@ -320,8 +320,8 @@ def _coalescing_roots(problem: ProblemClass, zero: _Zero, crosses: bool) -> _Ext
     if problem is GYROSCOPIC and abs(z.imag) > abs(z.real) and not is_zero:
         return None  # off the real axis, where both grow or decay
     # undamped, z = -lambda^2, the sign of z tells whether lambda is real, see `exponents`
-    is_real = is_zero and problem is not UNDAMPED
-    return _Extrapolated(z, roots.mean, zero.function.slope, is_real)
+    lambda_is_real = is_zero and problem is not UNDAMPED
+    return _Extrapolated(z, roots.mean, zero.function.slope, lambda_is_real)
 
 
 def _single_root(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapolated | None:
@@ -336,8 +336,8 @@ def _single_root(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapola
         return None
     z = roots.mean + zero.move * roots.mean_slope
     # without damping only a real root z crosses by itself, where it passes zero
-    is_real = problem is not DAMPED or abs(z.imag) <= 4 * roots.mean_noise
-    return _Extrapolated(z, roots.mean, zero.function.slope, is_real)
+    lambda_is_real = problem is not DAMPED or abs(z.imag) <= 4 * roots.mean_noise
+    return _Extrapolated(z, roots.mean, zero.function.slope, lambda_is_real)
 
 
 def _crossing_root_of_two(zero: _Zero) -> _Extrapolated | None:
@@ -357,14 +357,14 @@ def _crossing_root_of_two(zero: _Zero) -> _Extrapolated | None:
         root_of_d = -root_of_d
     half_difference = complex(root_of_d) or 1e-300  # a divisor
     half_slope = (roots.d_slope + 2 * move * roots.d_bend) / (2 * half_difference)
-    root = mean + half_difference
+    z = mean + half_difference
     noise = roots.mean_noise + abs(roots.d_noise / (2 * half_difference))
     noise = max(noise, 1e-9 * (abs(mean) + abs(half_difference)))  # at least that of their size
     return _Extrapolated(
-        root=root,
-        computed=roots.mean + half_difference,
+        z=z,
+        z_before=roots.mean + half_difference,
         slope=(roots.mean_slope + half_slope).real,
-        is_real=abs(root.imag) <= noise,
+        lambda_is_real=abs(z.imag) <= noise,
     )
 
 

@@ -340,22 +340,22 @@ class _AdaptiveRefinement:
         is_exhausted = len(continuation.spectra) > 2 * self.budget
         if is_exhausted or (is_consistent and division is None):
             return inside
-        changes = required_crossings(continuation.at(a), continuation.at(b))
-        located = [self._located_event(change, a, b) for change in changes]
+        required = required_crossings(continuation.at(a), continuation.at(b))
+        located = [self._located_event(crossing, a, b) for crossing in required]
         if division is None:
-            required = []
-            for change, located_event in zip(changes, located, strict=True):
-                event = located_event or self._event_from_count(change, a, b, limits)
+            events = []
+            for crossing, located_event in zip(required, located, strict=True):
+                event = located_event or self._event_from_count(crossing, a, b, limits)
                 if event is not None:
-                    required.append(event)
-            return required
+                    events.append(event)
+            return events
         coincide = bool(inside) and inside[-1].value - inside[0].value <= self.merge_distance
         if coincide and not is_consistent:
             rescanned = self._rescan_beside(a, b, inside, limits)
             if rescanned is not None:
                 return rescanned
             twins = [event for event in located if event is not None]
-            if changes and len(twins) == len(changes):  # of equal subsystems, all at one place
+            if required and len(twins) == len(required):  # of equal subsystems, all at one place
                 return twins
         if is_coarse:  # a finer range was refined within a coarse one: it is only divided
             self.refine(a, division)
@@ -447,7 +447,7 @@ class _AdaptiveRefinement:
         at_b = self.continuation.at(b).growing_roots
         return min(at_a, at_b), max(at_a, at_b)
 
-    def _located_event(self, change: RequiredCrossing, a: float, b: float) -> Event | None:
+    def _located_event(self, crossing: RequiredCrossing, a: float, b: float) -> Event | None:
         """The located event from a to b of the frequency and direction of a required crossing.
 
         Of several it is the narrowest, with an interval that holds all: equal subsystems may cross
@@ -459,7 +459,7 @@ class _AdaptiveRefinement:
         candidates = []
         for event in self.located:
             is_near = low <= event.value <= high
-            if is_near and _has_frequency(event, change.omega, change.direction, tolerance):
+            if is_near and _has_frequency(event, crossing.omega, crossing.direction, tolerance):
                 candidates.append(event)
         if not candidates:
             return None
@@ -467,7 +467,7 @@ class _AdaptiveRefinement:
         return replace(narrowest, interval=hull(candidates))
 
     def _event_from_count(
-        self, change: RequiredCrossing, a: float, b: float, limits: Interval
+        self, crossing: RequiredCrossing, a: float, b: float, limits: Interval
     ) -> Event | None:
         """An event of which the counts of growing roots at a and b alone tell.
 
@@ -475,7 +475,7 @@ class _AdaptiveRefinement:
         about the count, or fills the `limits`.
         """
         continuation = self.continuation
-        direction = change.direction
+        direction = crossing.direction
         fewer, more = self._counts_at_ends(a, b)
 
         def sign(p: float) -> int:
@@ -492,7 +492,7 @@ class _AdaptiveRefinement:
         if bracket is not None:
             low, high, _ = bracket
         interval = beyond_ends(continuation, low, high)
-        event = Event((a + b) / 2, change.omega, direction, interval, converged=False)
+        event = Event((a + b) / 2, crossing.omega, direction, interval, converged=False)
         return self.snap_to_range_start(event)
 
 
