@@ -273,20 +273,23 @@ def window_guesses(
     """
     problem = continuation.problem
     pair = roots_near(continuation, meeting.value, meeting.z, meeting.right, meeting.left)
+    approach = pair.closest_approach(problem)
     for _ in range(3):  # go to the closest approach itself
-        # centre: an offset from pair.value; half_width: half the window of growth around it
-        centre, half_width = pair.closest_approach(problem)
+        if approach is None:
+            return
+        centre, half_width = approach
         # the window is well extrapolated from within a few widths of it, and one of an eighth of
         # the step is too wide to be missed
         if abs(centre) <= 4 * half_width or half_width >= length / 8:
             break
-        if abs(centre) > length:  # in another step, or inf: the two come close nowhere
+        if abs(centre) > length:  # in another step
             return
         p = float(np.clip(pair.value + centre, continuation.low, continuation.high))
         pair = pair.at(continuation, p)
-    centre, half_width = pair.closest_approach(problem)
-    if half_width == 0.0:  # they come close nowhere, or touch without a window
+        approach = pair.closest_approach(problem)
+    if approach is None or approach.half_width == 0.0:  # they touch without a window
         return
+    centre, half_width = approach
     if problem is DAMPED:
         events = _crossings_around(pair, centre, half_width, length)
     else:

@@ -48,6 +48,14 @@ class EventFunction(NamedTuple):
     noise: float
 
 
+class ClosestApproach(NamedTuple):
+    """The middle of the two values of the parameter at which two roots would be one, as an offset
+    from where they are known, and half the distance of these values."""
+
+    centre: float
+    half_width: float
+
+
 class LocalRoots(NamedTuple):
     """One root, or two that are close, at a value of the parameter, by quantities that are smooth.
 
@@ -98,20 +106,16 @@ class LocalRoots(NamedTuple):
         d = self.d + step * self.d_slope + step**2 * self.d_bend
         return self.mean + step * self.mean_slope, d
 
-    def closest_approach(self, problem: ProblemClass) -> tuple[float, float]:
-        """Where two roots come closest, and half the length of the interval of close approach.
-
-        That is the middle of the two zeros of the parabola d, as an offset from `value`, and half
-        their distance, both in units of the parameter. inf and 0 where d is no parabola.
-        """
+    def closest_approach(self, problem: ProblemClass) -> ClosestApproach | None:
+        """Where two roots come closest, by the zeros of the parabola d; None where d is none."""
         coefficients = np.array([self.d_bend, self.d_slope, self.d])
         if problem is not DAMPED:  # of two that may meet on the line d is real, up to rounding
             coefficients = coefficients.real
         zeros = np.roots(coefficients)
         if len(zeros) < 2:  # d is straight or constant, as that of one root
-            return np.inf, 0.0
+            return None
         centre = float(zeros.real.mean())
-        return centre, float(np.abs(zeros - centre).max())
+        return ClosestApproach(centre, float(np.abs(zeros - centre).max()))
 
     def at(self, continuation: Continuation, p: float) -> LocalRoots:
         """The roots at p that continue these."""

@@ -114,6 +114,11 @@ class Part(NamedTuple):
     det_K_is_open: bool = False
 
     @property
+    def is_open(self) -> bool:
+        """True if a sign is open, so that what grows is not known."""
+        return self.growing is None
+
+    @property
     def friction(self) -> Ball:
         """The friction over all t of the part."""
         return self.cell.at(between(self.low, self.high))[FRICTION]
@@ -225,7 +230,7 @@ class _BranchComparison:
         seam: Ball | None = None
         for cell in self.branch.cells():
             for part in self._parts_between(cell, cell.start, cell.end, NARROWINGS):
-                if part.growing is None:
+                if part.is_open:
                     open_parts.append(part)
                     continue
                 if count is None and open_parts:
@@ -341,7 +346,7 @@ class _BranchComparison:
         """
         refined: list[Part] = []
         for part in self._parts_by_signs(cell, low, high):
-            if part.growing is not None:
+            if not part.is_open:
                 refined.append(part)
                 continue
             narrowings_left = narrowings - 1
@@ -381,7 +386,7 @@ class _BranchComparison:
                 values = [coefficient(middle) for coefficient in coefficients]
                 count = _growing_count(values, sign_of_pairs, is_damped)
                 parts.append(Part(cell, left, right, count))
-            elif parts and parts[-1].growing is None:  # neighbouring open parts are one
+            elif parts and parts[-1].is_open:  # neighbouring open parts are one
                 is_open = parts[-1].det_K_is_open or det_K_is_open
                 parts[-1] = parts[-1]._replace(high=right, det_K_is_open=is_open)
             else:
