@@ -44,6 +44,15 @@ def without_progress(monkeypatch):
     monkeypatch.setattr("squeal.cli.streams.SILENCE", math.inf)
 
 
+@pytest.fixture(scope="module")
+def coarse_charts():
+    """Charts of few points, where a report is made and its text is at stake."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("squeal.queries.sweep.DRAWN_OF_SYSTEMS", 13)
+        patched.setattr("squeal.queries.sweep.DRAWN_OF_PADS", 13)
+        yield
+
+
 def _refuse_connections(event: str, arguments: tuple[Any, ...]) -> None:
     if event != "socket.connect" or isinstance(arguments[1], (str, bytes)):  # of a path
         return

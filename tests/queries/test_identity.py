@@ -37,7 +37,7 @@ def squares(sweep, number):
     return np.ravel(found)
 
 
-@pytest.mark.parametrize("others", [0, 60])
+@pytest.mark.parametrize("others", [0, 40])
 @pytest.mark.parametrize("method", [None, "reduced"])
 @pytest.mark.parametrize("count", [4, 12])
 def test_modes_that_cross_go_on_and_modes_that_veer_keep_their_branch(others, method, count):
@@ -91,10 +91,13 @@ def test_modes_that_come_near_do_not_meet_before_they_do(method, count):
                 assert lower < upper
 
 
-def test_a_large_system_learns_onsets_from_a_sweep_or_from_thresholds():
-    coupled = {k: np.pad(np.array(X, float), (0, 60)) for k, X in COUPLED.items()}
-    coupled["1"] += np.diag([0.0, 0.0, *(50.0 + np.arange(60))])
-    system = squeal.System(np.eye(62), K=coupled, parameters={"mu": 0.8})
+@pytest.mark.usefixtures("coarse_charts")
+def test_a_large_system_learns_onsets_from_a_sweep_or_from_thresholds(monkeypatch):
+    """Six rows count as large."""
+    monkeypatch.setattr("squeal.queries.systems.eigenvalues.ONSET_ROWS", 5)
+    coupled = {k: np.pad(np.array(X, float), (0, 4)) for k, X in COUPLED.items()}
+    coupled["1"] += np.diag([0.0, 0.0, *(50.0 + np.arange(4))])
+    system = squeal.System(np.eye(6), K=coupled, parameters={"mu": 0.8})
     here = squeal.eigenvalues(system)
     assert [mode.onset for mode in here.unstable] == [None]
     sweep = squeal.sweep(system, np.linspace(0.1, 1.5, 8).tolist())  # and at the own value
@@ -107,7 +110,7 @@ def test_a_large_system_learns_onsets_from_a_sweep_or_from_thresholds():
 
 def test_what_leaves_the_band_ends_and_what_enters_begins():
     system = two(0.0, 60)
-    found = squeal.sweep(system, np.linspace(0.0, 2.0, 21).tolist(), band=(0.0, 0.2251))
+    found = squeal.sweep(system, np.linspace(0.0, 2.0, 11).tolist(), band=(0.0, 0.2251))
     kinds = {(loss.kind, loss.modes) for loss in found.losses}  # the band ends above p = 1
     assert kinds == {("end", (1,)), ("begin", (2,))}
 
