@@ -86,8 +86,8 @@ WIDE = [(seed, True) for seed in (50008, 50109, 71064, 73620)]
 
 @pytest.mark.parametrize(("seed", "wide"), [*((k, False) for k in range(4)), *WIDE])
 def test_random_pads_agree_with_50_digits_through_the_whole_chain(seed, wide):
-    # `python -m benchmarks.random_pads` examines 1000 of them
-    found = examine(seed, wide)
+    # `python -m benchmarks.random_pads` examines 1000 of them, and what the referee says
+    found = examine(seed, wide, prove=False)
     assert found.verdicts > 0
     assert not found.wrong
     assert max(found.equilibrium, found.stiffness) < 1e-12
