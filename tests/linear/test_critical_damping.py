@@ -25,8 +25,9 @@ FACTORS = {
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("critical_at", [0.0, 0.25, 1.5])  # where c^2 f^2 = 4 k
-@pytest.mark.parametrize("rows", [1, 2])
+@pytest.mark.parametrize(  # critical_at: where c^2 f^2 = 4 k
+    ("rows", "critical_at"), [(1, 0.0), (2, 0.25), (1, 1.5)]
+)
 @pytest.mark.parametrize("factor", FACTORS)
 def test_damping_that_touches_zero_or_begins_critical(factor, rows, critical_at):
     c = 2.0
@@ -49,17 +50,14 @@ def test_damping_that_touches_zero_or_begins_critical(factor, rows, critical_at)
 
 
 @pytest.mark.parametrize(
-    ("factor", "directions"),
+    ("stiffness", "factor", "directions"),
     [
-        ("(1 - mu)**3", {1.0: "up"}),
-        ("(mu - 1)**3", {1.0: "down"}),
-        ("(1 - mu)**3*(2 - mu)", {1.0: "up", 2.0: "down"}),
-        ("(1 - mu)**2*(2 - mu)**3", {2.0: "up"}),
-        ("(1 - mu)*(2 - mu)**2", {1.0: "up"}),
-        ("(2 - mu)**4", {}),
+        ([1.0, 1.0, 3.0], "(mu - 1)**3", {1.0: "down"}),
+        ([1.0, 1.0, 3.0], "(1 - mu)**3*(2 - mu)", {1.0: "up", 2.0: "down"}),
+        ([1.0, 1.0, 1.0, 2.0], "(1 - mu)*(2 - mu)**2", {1.0: "up"}),
+        ([1.0, 1.0, 1.0, 2.0], "(2 - mu)**4", {}),
     ],
 )
-@pytest.mark.parametrize("stiffness", [[1.0, 1.0, 3.0], [1.0, 1.0, 1.0, 2.0]])
 def test_rotated_modes_cross_once_each_where_rounding_hides_what_grows(
     stiffness, factor, directions
 ):

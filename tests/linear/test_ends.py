@@ -38,8 +38,7 @@ def omegas_of(result):
     return [2 * np.pi * c.frequency_hz for c in result.crossings]
 
 
-@pytest.mark.parametrize("which", [0, 1])
-@pytest.mark.parametrize("power", [1, 2])
+@pytest.mark.parametrize(("power", "which"), [(1, 0), (2, 1)])
 @pytest.mark.parametrize(("rates", "mix"), STARTS)
 def test_each_pair_that_grows_from_the_start_is_listed_once_the_fastest_first(
     rates, mix, power, which
@@ -57,7 +56,7 @@ def test_each_pair_that_grows_from_the_start_is_listed_once_the_fastest_first(
     assert result.certified is not False
 
 
-@pytest.mark.parametrize("seed", [0, 9, 12, 18])
+@pytest.mark.parametrize("seed", [9, 18])
 def test_pairs_of_one_frequency_that_grow_from_the_start_are_all_listed(seed):
     """Of a double root no eigenvector is known, and Newton's method not sure."""
     rng = np.random.default_rng(seed)
@@ -69,9 +68,8 @@ def test_pairs_of_one_frequency_that_grow_from_the_start_are_all_listed(seed):
     assert result.certified is not False
 
 
-@pytest.mark.parametrize("which", [0, 1])
 @pytest.mark.parametrize("rates", [(0.5, 1.0, -0.5), (0.3, -0.01, -0.6, 0.0, 0.9)])
-@pytest.mark.parametrize("end", [1.0, 0.3, 7.0])
+@pytest.mark.parametrize(("end", "which"), [(1.0, 0), (0.3, 1)])
 def test_damped_thresholds_exactly_at_the_end_are_listed(end, rates, which):
     """As coalescences without damping are; where the range ends a little before, none is there."""
     system = oscillators(rates, at=end)[which]
@@ -153,10 +151,9 @@ def test_what_is_at_rest_at_the_start_diverges_there_or_not_at_all(damping, stif
     assert [(p.mu, p.kind) for p in found.points] == [each[:2] for each in expected]
 
 
-@pytest.mark.parametrize("beyond", [1e-8, 1e-11, 1e-15])
+@pytest.mark.parametrize("beyond", [1e-8, 1e-15])
 @pytest.mark.parametrize("end", ["low", "high"])
-@pytest.mark.parametrize("damping", [1.0, 100.0, 1e4])
-@pytest.mark.parametrize("stiffness", [1e-7, 1e-4, 1e-1])
+@pytest.mark.parametrize(("stiffness", "damping"), [(1e-7, 1e4), (1e-7, 1.0), (1e-1, 100.0)])
 def test_the_interval_of_a_threshold_holds_one_just_beyond_the_end(stiffness, damping, end, beyond):
     """One row, k (value - mu) with heavy damping: rounding hides on which side of the end it is."""
     value = 0.3 * (1.0 - beyond) if end == "low" else 1.7 * (1.0 + beyond)

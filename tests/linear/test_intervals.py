@@ -32,9 +32,7 @@ def flat_system(kind: str, n: int, power: int, mixed: bool):
     return system
 
 
-@pytest.mark.parametrize(
-    ("n", "power", "mixed"), [(2, 3, False), (2, 5, True), (3, 3, True), (4, 3, True), (4, 5, True)]
-)
+@pytest.mark.parametrize(("n", "power", "mixed"), [(2, 3, False), (3, 5, True)])
 @pytest.mark.parametrize("kind", ["damping", "stiffness", "coalescence"])
 def test_intervals_hold_a_threshold_of_no_slope(kind, n, power, mixed):
     (one,) = thresholds(flat_system(kind, n, power, mixed), 1.0).crossings
@@ -45,7 +43,7 @@ def test_intervals_hold_a_threshold_of_no_slope(kind, n, power, mixed):
     assert high - low < 0.02 or power == 5
 
 
-@pytest.mark.parametrize("tiny", [1e-8, 1e-10, 1e-12, 1e-14, 1e-16])
+@pytest.mark.parametrize("tiny", [1e-10, 1e-12, 1e-14])
 def test_growth_that_is_not_listed_is_less_than_what_is_proved(tiny):
     """Damping 2 tiny (0.7 - mu) of the first of three mixed modes: up to 1.3 tiny of growth."""
     T = np.eye(3) + 0.3 * np.random.default_rng(1).normal(size=(3, 3))
@@ -84,7 +82,7 @@ def test_two_damped_modes_flutter_in_a_window_known_in_closed_form(most):
     assert [x.mu for x in crossings] == pytest.approx(expected, rel=1e-11)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 def test_windows_of_two_modes_that_only_a_third_one_couples_are_found(seed):
     """They end where the discriminant of the characteristic cubic vanishes, here in fractions."""
     rng = np.random.default_rng([seed, 6])
@@ -156,9 +154,9 @@ def at_any(rng):
 
 @pytest.mark.parametrize(
     ("seed", "spread"),
-    [(seed, at_one_of_two) for seed in (0, 2, 4, 8, 12, 18, 35, 120)]
+    [(seed, at_one_of_two) for seed in (0, 18, 35)]
     # a pair changes its partner within a window; a third root is near where two meet
-    + [(seed, at_any) for seed in (159, 261, 361, 708, 804, 876, 1136, 1768, 2642)],
+    + [(seed, at_any) for seed in (159, 261, 361, 804, 1768, 2642)],
 )
 def test_windows_where_three_modes_cross_at_nearly_one_place(seed, spread):
     K0, K1, F = crossing_modes(np.random.default_rng([seed, 79]), 3, spread)
@@ -182,7 +180,7 @@ def test_a_search_that_runs_out_of_values_is_not_certified(monkeypatch):
         assert found.certified == ([x.mu for x in found.crossings] == known)
 
 
-@pytest.mark.parametrize("seed", [3, 47, 80])
+@pytest.mark.parametrize("seed", [47, 80])
 def test_growth_of_five_modes_at_many_values_follows_from_the_thresholds(seed):
     rng = np.random.default_rng([seed, 1126])
     n = 5
@@ -211,7 +209,7 @@ def test_growth_of_five_modes_at_many_values_follows_from_the_thresholds(seed):
 def test_growth_that_begins_and_soon_turns_back_by_itself(eps, damped, rng):
     """Damping, or without damping the stiffness, (mu - a)^2 - eps^2: growth for |mu - a| < eps."""
     X = np.eye(4) + 0.3 * rng.normal(size=(4, 4))
-    for at in rng.uniform(0.05, 0.95, 3):
+    for at in rng.uniform(0.05, 0.95, 1):
 
         def system(mu, at=at):
             passing = np.diag([(mu - at) ** 2 - eps**2, 0.1, 0.2, 0.1])
@@ -283,7 +281,7 @@ def twins(kind, apart):
     return system, sorted((1 + 2 * Fraction(c) ** 2) / Fraction(x) for x in k)
 
 
-@pytest.mark.parametrize("power", range(6, 15))
+@pytest.mark.parametrize("power", [6, 9, 12, 14])
 @pytest.mark.parametrize("kind", ["flutter", "damped flutter", "damping"])
 def test_each_of_two_thresholds_that_are_almost_one_lies_in_its_interval(kind, power):
     for apart in (10.0**-power, -(10.0**-power)):
@@ -297,7 +295,7 @@ def test_each_of_two_thresholds_that_are_almost_one_lies_in_its_interval(kind, p
         assert not found.certified or point.interval[0] <= expected[0] <= point.interval[1]
 
 
-@pytest.mark.parametrize("power", range(6, 12))
+@pytest.mark.parametrize("power", [6, 11])
 def test_a_window_of_stability_that_rounding_resolves_changes_the_verdict(power):
     """One mode's damping passes zero upwards at 1, another one's downwards a little above."""
     C1 = np.diag([0.01, -0.01 / (1 + 10.0**-power)])

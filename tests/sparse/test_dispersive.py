@@ -190,8 +190,7 @@ def test_tables_must_cover_the_band(band, covered):
         squeal.eigenvalues(_brake(Modulus(table=SHORT)), band=band)
 
 
-@pytest.mark.parametrize("slope", [0.0, 0.1, -0.05, 0.4])
-@pytest.mark.parametrize("beside", [0, 3])
+@pytest.mark.parametrize(("slope", "beside"), [(0.0, 0), (-0.05, 0), (0.4, 3)])
 def test_frequencies_that_meet_without_damping_flutter(slope, beside):
     """diag(1, 1.2) (1 + slope omega) + 0.2 mu J: they meet at 0.5 (1 + slope omega), where omega^2
     is 1.1 (1 + slope omega)."""
