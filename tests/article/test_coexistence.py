@@ -21,7 +21,7 @@ from tests.conftest import ROOT, needs_heyoka
 
 pytestmark = needs_heyoka
 ASIDE = 0.06  # relative distance in modal damping from a fold, at which motions are compared
-STEPS = 100  # of Runge and Kutta's method a period
+STEPS = 60  # of Runge and Kutta's method a period
 PERIODS = 90  # after which a motion above a fold has come to rest
 AFTER_DISTURBANCE = 0.015  # s, after which a motion has come to rest or lasts
 FACTORS = np.array([0.8, 0.9, 0.97, 1.0005, 1.001, 1.002, 1.003, 1.005])  # of the least one
@@ -156,8 +156,8 @@ def test_cycles_exist_on_one_side_of_their_folds(lasting):
     assert not above.any()
 
 
-@pytest.mark.parametrize("motion", ["b1-d", "b2-d-integral"])
-def test_least_disturbance_is_computed_again(motion):
+def test_least_disturbance_is_computed_again():
+    motion = "b1-d"  # the rates of each motion are compared above
     rows = [one for one in stored(motion).least if one.disturbance and one.norm == "displacement"]
     one = rows[np.random.default_rng(3).integers(len(rows))]
     again = least_at(scene(motion), one.a, one.zeta, one.norm)
@@ -171,17 +171,11 @@ def test_least_disturbance_leads_to_loss_of_contact_by_hand(lasting):
     assert np.count_nonzero(after_disturbance[FACTORS > 1.0]) >= 2
 
 
-@pytest.mark.parametrize(
-    ("motion", "period", "multiplier"),
-    [("b1-d", 0.216865, 0.966929), ("b2-d-integral", 0.353789, 0.958096)],
-)
-def test_a_cycle_hardly_damped_in_the_contact_has_a_known_period_and_multiplier(
-    motion, period, multiplier
-):
+def test_a_cycle_hardly_damped_in_the_contact_has_a_known_period_and_multiplier():
     """The values are those of modal damping alone by a shooting program without squeal."""
-    cycle = find_cycle(scene(motion), FAMILIES[motion][0]._replace(a=1e-8))
-    assert 1e3 * cycle.period == pytest.approx(period, abs=1e-6)
-    assert abs(cycle.multipliers[0]) == pytest.approx(multiplier, abs=2e-6)
+    cycle = find_cycle(scene("b1-d"), FAMILIES["b1-d"][0]._replace(a=1e-8))
+    assert 1e3 * cycle.period == pytest.approx(0.216865, abs=1e-6)
+    assert abs(cycle.multipliers[0]) == pytest.approx(0.966929, abs=2e-6)
 
 
 def test_multipliers_of_a_fold_are_those_by_hand():

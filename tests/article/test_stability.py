@@ -129,13 +129,14 @@ def test_the_modes_figure_draws_rigid_pads_that_moved_by_the_shape(record):
 
 
 def test_the_map_of_equilibria_is_that_of_single_ones(monkeypatch):
-    monkeypatch.setattr(angle_study, "CELLS", 6)
-    monkeypatch.setattr(angle_study, "COARSE", 6)
+    cells = 4
+    monkeypatch.setattr(angle_study, "CELLS", cells)
+    monkeypatch.setattr(angle_study, "COARSE", cells)
     record = angle_study.study([SCENES / "b2-c.yaml"])
     scene = scene_of("b2-c")
     codes = []
-    for a in angle_axes(6)[0].values.tolist():
-        for b in angle_axes(6)[1].values.tolist():
+    for a in angle_axes(cells)[0].values.tolist():
+        for b in angle_axes(cells)[1].values.tolist():
             one = scene.replace(alpha1=a, alpha2=b)
             path = Path.of(one.pad_model, one.pad.mu)
             if path.mu_end < one.pad.mu:
@@ -145,7 +146,7 @@ def test_the_map_of_equilibria_is_that_of_single_ones(monkeypatch):
             quiet = verdict(*at_equilibrium(one.pad_model, at)) in ("stable", "marginal")
             full = angle_study.STABLE if all(at.state) else angle_study.PARTIAL
             codes.append(full if quiet else angle_study.UNSTABLE)
-    shares = np.bincount(codes, minlength=4) / 36
+    shares = np.bincount(codes, minlength=4) / cells**2
     assert record.share.exists == pytest.approx(shares[1:].sum(), abs=0.08)
     assert record.share.quiet == pytest.approx(shares[2:].sum(), abs=0.08)
     assert record.share.quiet_full == pytest.approx(shares[3], abs=0.08)

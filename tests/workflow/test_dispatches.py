@@ -26,6 +26,8 @@ from squeal.article.studies._scenes import read_scenes
 if sys.argv[1] == "otherwise":
     from workflow.trials.dispatches import otherwise
     otherwise()
+onset.STARTS_UNSTABLE = 5  # of 25
+onset.REPEATS = 1  # of 3
 scenes = read_scenes([Path(file) for file in sys.argv[2:]], HISTORY_FIGURES)
 scene = onset.under_both_laws(scenes)["b2-b-mean"]
 row, _ = onset.after(scene, onset.RATIOS[0])
