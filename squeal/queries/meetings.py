@@ -6,10 +6,10 @@ y' M x = 0 and x' M x = 1. Real modes at which the modes of a chart that meet be
 then pairs of the three that take part most in the growing mode: the first with which most is known
 to stop all. A real mode behind several growing ones gets the largest of what these need.
 
-Amounts are the least at some values of the parameter, of more than `DENSE_ROWS` rows on a basis of
-modes. Then they are rounded up and confirmed as they are told: for all modes at once, with the full
-matrices, at the present value and at all lower ones. Where something grows lower down that value is
-taken along.
+What is just enough is the least at the present value of the parameter, of more than `DENSE_ROWS`
+rows on a basis of modes. What is advised is a tenth more at least, and enough for a tenth more of
+the parameter. It is confirmed as it is told: for all modes at once, with the full matrices, at
+all values up to there. Where something grows at one of these that value is taken along.
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ from squeal.queries.remedies import (
     Effect,
     growing_within,
     loss_of,
+    roots_at,
     rounded,
     upper_growing,
 )
@@ -94,12 +95,15 @@ class Meeting:
     indices : tuple of k int
         Which they are among the real modes behind all growing ones.
     cures : mapping
-        What stops all growing modes, if each of them gets the same kind: of `APART` how much
-        further apart the two must be, Hz, of the others how much more damping is needed, as a share
-        of critical damping; 0 where the cures of other modes stop this one too. What is not
-        confirmed up to `MOST` is missing.
+        What just stops all growing modes at the present value of the parameter, if each of them
+        gets the same kind: of `APART` how much further apart the two must be, Hz, of the others how
+        much more damping is needed, as a share of critical damping; 0 where the cures of other
+        modes stop this one too. What is not enough up to `MOST` is missing.
+    advised : mapping
+        `IN_HAND` times as much or more of each kind that is confirmed for all values up to
+        `IN_HAND` times the present one, else up to that one, else at that value.
     at_value_alone : frozenset of Cure
-        Those with which something grows at a value of the parameter below the present one.
+        Those with which, as advised, something grows at a value below the present one.
     is_of_chart : bool
         Whether the modes of the chart that meet begin at these frequencies.
     """
@@ -108,6 +112,7 @@ class Meeting:
     is_upper: Array
     indices: tuple[int, ...]
     cures: Mapping[Cure, float]
+    advised: Mapping[Cure, float]
     at_value_alone: frozenset[Cure] = frozenset()
     is_of_chart: bool = False
 
@@ -134,8 +139,8 @@ class Meeting:
             if count > 1:  # of one frequency, where any direction in their plane is a mode
                 continue
             reaches_as_far = side not in self.at_value_alone or Cure.BOTH in self.at_value_alone
-            if side in self.cures and reaches_as_far:
-                sides[side] = self.cures[side]
+            if side in self.advised and reaches_as_far:
+                sides[side] = self.advised[side]
         return min(sides, key=sides.__getitem__, default=None)
 
     def unit(self, cure: Cure) -> float:
@@ -150,23 +155,12 @@ class Meeting:
         return 2.0 * amount * self.omega * np.array(DAMPED[cure])[self.is_upper.astype(int)]
 
 
-@dataclass(frozen=True, eq=False)
-class Treatment(Effect):
-    """What one kind of cure of all growing modes does, `IN_HAND` times as much as is just enough.
-
-    amounts: so much, by the numbers of these modes, in the units of
-    `Meeting.cures`.
-    """
-
-    amounts: Mapping[int, float]
-
-
 class MeetingSearch(NamedTuple):
     """The real modes behind growing modes, by the numbers of these, and what each kind of cure does
-    that is known to stop all."""
+    that is known to stop all, as advised."""
 
     meetings: Mapping[int, Meeting]
-    treatments: Mapping[Cure, Treatment]
+    treatments: Mapping[Cure, Effect]
 
 
 def find_meetings(
@@ -195,9 +189,9 @@ def find_meetings(
         The modes of a chart, with the numbers of those of `spectrum`: which of them meet.
     """
     meetings: dict[int, Meeting] = {}
-    treatments: dict[Cure, Treatment] = {}
+    treatments: dict[Cure, Effect] = {}
     with suppress(InputError, ComputationError), one_thread():
-        problem = _Problem(spectrum, options, low)
+        problem = _Problem(spectrum, options, low, max(high, spectrum.value))
         candidates: dict[int, list[Meeting]] = {}
         for mode in spectrum.unstable:
             number_of_mode = spectrum.mode_of(mode)
@@ -211,10 +205,9 @@ def find_meetings(
         if candidates and len(candidates) == len(spectrum.unstable):
             meetings = problem.cured(candidates)
             for cure in (Cure.APART, Cure.BOTH):
-                if not problem.knows(cure):
-                    continue
-                with suppress(InputError, ComputationError):  # the other kind may be known
-                    treatments[cure] = problem.treatment(cure, max(high, spectrum.value))
+                if problem.knows(cure):
+                    with suppress(InputError, ComputationError):  # the other kind may be known
+                        treatments[cure] = problem.effect(cure)
     return MeetingSearch(meetings, treatments)
 
 
@@ -224,13 +217,27 @@ Amounts = Mapping[int, float]
 """How much of that, in Hz or as a share of critical damping."""
 
 
+class _Confirmed(NamedTuple):
+    """How much of a kind of cure is just enough at the present value, and how much is advised; the
+    thresholds with that, None where none were searched; whether it is advised at that value alone.
+    """
+
+    enough: Amounts
+    advised: Amounts
+    answer: Thresholds | None
+    is_alone: bool
+
+
 class _Problem:
     """Matrices over the own parameter, the structure without friction and its modes."""
 
-    def __init__(self, spectrum: Eigenvalues, options: Mapping[str, object], low: float) -> None:
+    def __init__(
+        self, spectrum: Eigenvalues, options: Mapping[str, object], low: float, high: float
+    ) -> None:
         self.spectrum = spectrum
         self.options = options
         self.low = low
+        self.high = high
         source = spectrum.source
         assert source is not None
         self.band: Band | None = None
@@ -248,7 +255,9 @@ class _Problem:
                 raise InputError("the mass is complex")
             self.structure, _ = structure_stiffness(system)
         self.is_reduced = self.structure.shape[0] > DENSE_ROWS
+        self.searches_thresholds = low < spectrum.value and spectrum.depends
         self.meetings: dict[int, Meeting] = {}
+        self.searched: dict[Cure, _Confirmed] = {}
         self.forces: list[Array] = []  # of each real mode behind a growing one
         self.basis: Array | None = None
         self.shapes: list[Array] = []  # columns (n, k) of real modes around growing ones
@@ -301,7 +310,7 @@ class _Problem:
         if is_upper[leading[0]]:  # of one frequency, where no direction of motion is one mode's own
             is_upper = np.zeros(len(omega), dtype=bool)
         indices = tuple(self._index(forces[:, k]) for k in behind.tolist())
-        return Meeting(omega[behind], is_upper[behind], indices, {})
+        return Meeting(omega[behind], is_upper[behind], indices, {}, {})
 
     def _index(self, force: Array) -> int:
         """The number of a real mode, which another growing mode may have too."""
@@ -320,6 +329,7 @@ class _Problem:
         value counts twice as much as one at that value alone.
         """
         best: dict[int, Meeting] = {}
+        searched: dict[Cure, _Confirmed] = {}
         most = -1
         tried: set[tuple[tuple[int, ...], ...]] = set()
         for choice in range(max(map(len, candidates.values()))):
@@ -329,24 +339,22 @@ class _Problem:
             if indices in tried:
                 continue
             tried.add(indices)
-            self.basis = self._basis()
-            self.projected = {}
-            self.outside = {}
+            self._start_anew()
             are_pairs = all(meeting.is_pair for meeting in self.meetings.values())
             self._take(dict.fromkeys(candidates, Cure.BOTH))
             if are_pairs:
                 self._take(dict.fromkeys(candidates, Cure.APART))
             meeting = next(iter(self.meetings.values()))  # all have the same kinds
-            known = 2 * len(meeting.cures) - len(meeting.at_value_alone)
+            known = 2 * len(meeting.advised) - len(meeting.at_value_alone)
             if known > most:
                 most = known
                 best = dict(self.meetings)
+                searched = self.searched
             if known == 4:
                 break
         self.meetings = best
-        self.basis = self._basis()
-        self.projected = {}
-        self.outside = {}
+        self._start_anew()
+        self.searched = searched
         if all(meeting.is_pair for meeting in best.values()):
             if len(best) == 1:
                 for side in SIDES:
@@ -355,38 +363,44 @@ class _Problem:
                 self._take(self._sides())
         return self.meetings
 
+    def _start_anew(self) -> None:
+        """Make the basis of the present meetings, with nothing known on it."""
+        self.basis = self._basis()
+        self.projected = {}
+        self.outside = {}
+        self.searched = {}
+
     def knows(self, cure: Cure) -> bool:
         """Whether a cure of all growing modes is known."""
-        return all(cure in meeting.cures for meeting in self.meetings.values())
+        return all(cure in meeting.advised for meeting in self.meetings.values())
 
-    def treatment(self, cure: Cure, high: float) -> Treatment:
-        """What `IN_HAND` times as much of a cure does as is just enough.
-
-        high: up to where of the parameter the next loss of stability is searched.
-        """
-        amounts = {}
-        for mode, meeting in self.meetings.items():
-            amounts[mode] = float(rounded(IN_HAND * meeting.cures[cure], 2, math.ceil))
-        of_stiffness = cure is Cure.APART
-        largest = self._added(dict.fromkeys(amounts, cure), amounts)[0]
-        columns = self._columns(largest)
-        loss = None
-        if self.spectrum.depends:
-            loss = loss_of(self._thresholds(columns, of_stiffness, high), high)
-        changed = self._changed(columns, of_stiffness)
-        computed = eigenvalues(changed, prove=False, **self.options)  # type: ignore[arg-type]
-        return Treatment(computed, loss, amounts)
+    def effect(self, cure: Cure) -> Effect:
+        """What as much of a cure as is advised does."""
+        _, advised, answer, _ = self.searched[cure]
+        added = self._added(dict.fromkeys(advised, cure), advised)[0]
+        changed = self._changed(self._columns(added), cure is Cure.APART)
+        present = self.spectrum.value
+        roots = roots_at(answer, changed, present, self.options)
+        loss = None if answer is None else loss_of(answer, answer.high)
+        return Effect(self.spectrum, present, roots, loss)
 
     def _take(self, cures: Cures) -> None:
         """Take cures into the meetings, where they are confirmed."""
-        amounts, is_up_to = self._confirmed(cures)
-        for mode, amount in amounts.items():
+        confirmed = self._confirmed(cures)
+        if confirmed is None:
+            return
+        for mode, cure in cures.items():
+            self.searched[cure] = confirmed
             meeting = self.meetings[mode]
             alone = meeting.at_value_alone
-            if not is_up_to:
-                alone |= {cures[mode]}
-            known = {**meeting.cures, cures[mode]: amount}
-            self.meetings[mode] = replace(meeting, cures=known, at_value_alone=alone)
+            if confirmed.is_alone:
+                alone |= {cure}
+            self.meetings[mode] = replace(
+                meeting,
+                cures={**meeting.cures, cure: confirmed.enough[mode]},
+                advised={**meeting.advised, cure: confirmed.advised[mode]},
+                at_value_alone=alone,
+            )
 
     def _sides(self) -> dict[int, Cure]:
         """Which of two modes is damped alone: for one growing mode after another that which needs
@@ -404,34 +418,66 @@ class _Problem:
                 return {}
         return chosen
 
-    def _confirmed(self, cures: Cures) -> tuple[dict[int, float], bool]:
-        """How much of cures stops all, rounded up, and whether it does so at all values up to the
-        present one, or at that one alone; empty if nothing is known to.
+    def _confirmed(self, cures: Cures) -> _Confirmed | None:
+        """How much of cures is just enough at the present value, and how much is confirmed, up to
+        as many values as possible; None if nothing is known to be enough."""
+        present = self.spectrum.value
+        shares = self._least(cures, [present])
+        # by rounding nothing may grow on the basis even without cures: no share says enough
+        if math.inf in shares.values() or not any(shares.values()):
+            return None
+        enough = self._rounded(cures, shares)
+        ends = [present]
+        if self.searches_thresholds and present > 0.0:
+            ends.insert(0, IN_HAND * present)
+        at_present: _Confirmed | None = None
+        for end in ends:
+            with suppress(InputError, ComputationError, ArithmeticError):  # no brake at the end
+                confirmed = self._confirmed_up_to(end, cures, enough)
+                if confirmed is not None and not confirmed.is_alone:
+                    return confirmed
+                at_present = at_present or confirmed
+        return at_present
 
-        Amounts are the least at `values`. If with these something grows at another one it joins
-        them, at one of them (by rounding, or beside the basis) all amounts are raised by 5 % more.
+    def _confirmed_up_to(self, end: float, cures: Cures, enough: Amounts) -> _Confirmed | None:
+        """How much of cures is confirmed at all values up to an end, the present one or above, else
+        at the present one alone.
+
+        Amounts are the least at `values`, and `IN_HAND` times what is just enough. If with these
+        something grows at another one it joins them, at one of them (by rounding, or beside the
+        basis) all amounts are raised by 5 % more.
         """
-        values = [self.spectrum.value]
-        at_present: dict[int, float] = {}  # the first amounts with which nothing grows there
+        present = self.spectrum.value
+        values = list(dict.fromkeys((present, end)))
+        at_present: _Confirmed | None = None
         more = 1.0
         for _ in range(RETRIES):
             shares = self._least(cures, values)
-            # by rounding nothing may grow on the basis even without cures: no share says enough
-            if math.inf in shares.values() or not any(shares.values()):
+            if math.inf in shares.values():
                 break
-            amounts = {}
-            for mode, share in shares.items():
-                amount = more * share * self.meetings[mode].unit(cures[mode])
-                amounts[mode] = float(rounded(amount, 2, math.ceil))
-            value = self._growing_at(cures, amounts)
-            if value is None:
-                return amounts, True
-            if value in values:
+            for mode, amount in enough.items():
+                least = IN_HAND * amount / self.meetings[mode].unit(cures[mode])
+                shares[mode] = max(shares[mode], least)
+            advised = self._rounded(cures, shares, more)
+            refuted_at, answer = self._refuted(cures, advised, values)
+            confirmed = _Confirmed(enough, advised, answer, is_alone=refuted_at is not None)
+            if refuted_at is None:
+                return confirmed
+            if refuted_at in values:
                 more += 0.05
-            else:  # a lower one: nothing grows at the present value
-                at_present = at_present or amounts
-                values.append(value)
-        return at_present, False
+                continue
+            values.append(refuted_at)
+            if at_present is None and not self._grows_in_full(cures, advised):
+                at_present = confirmed
+        return at_present
+
+    def _rounded(self, cures: Cures, shares: Amounts, more: float = 1.0) -> dict[int, float]:
+        """The amounts of `more` times so many shares, rounded up to two digits."""
+        amounts = {}
+        for mode, share in shares.items():
+            amount = more * share * self.meetings[mode].unit(cures[mode])
+            amounts[mode] = float(rounded(amount, 2, math.ceil))
+        return amounts
 
     def _least(self, cures: Cures, values: Sequence[float]) -> dict[int, float]:
         """The least share of each cure with which nothing grows at some values: the same share of
@@ -534,27 +580,40 @@ class _Problem:
         assert source is not None
         return source.file.system.at({self.spectrum.parameter: value})
 
-    def _growing_at(self, cures: Cures, amounts: Amounts) -> float | None:
-        """A value at which something grows with cures, with the full matrices: the present one, or
-        one below; None if nothing does."""
-        present = self.spectrum.value
+    def _refuted(
+        self, cures: Cures, amounts: Amounts, values: Sequence[float]
+    ) -> tuple[float | None, Thresholds | None]:
+        """A value at which something grows with cures, with the full matrices: one of some values,
+        or one below; None if nothing does. Then the thresholds, None where none were searched."""
         of_stiffness = Cure.APART in cures.values()
+        refuted_at: float | None = None
+        answers = []
         for added in self._added(cures, amounts):
-            if self._grows(present, of_stiffness, added):
-                return present
-            columns = self._columns(added)
-            if self.is_reduced:
-                changed = self._changed(columns, of_stiffness)
-                if eigenvalues(changed, **self.options).unstable:  # type: ignore[arg-type]
-                    return present
-            if self.low >= present or not self.spectrum.depends:
+            for value in values:
+                if self._grows(value, of_stiffness, added):
+                    return value, None
+            if not self.searches_thresholds:
                 continue
-            answer = self._thresholds(columns, of_stiffness, present)
-            for middle in growing_within(answer, present):
+            answer = self._thresholds(self._columns(added), of_stiffness, max(self.high, *values))
+            answers.append(answer)
+            for middle in growing_within(answer, max(values)):
                 # so little growth as rounding could make of undamped modes is none
                 if self.is_reduced or self._grows(middle, of_stiffness, added):
-                    return middle
-        return None
+                    refuted_at = middle
+        if not answers and self._grows_in_full(cures, amounts):
+            refuted_at = self.spectrum.value
+        return refuted_at, next(iter(answers), None)
+
+    def _grows_in_full(self, cures: Cures, amounts: Amounts) -> bool:
+        """Whether something grows at the present value with cures in a system of many rows."""
+        if not self.is_reduced:
+            return False
+        of_stiffness = Cure.APART in cures.values()
+        for added in self._added(cures, amounts):
+            changed = self._changed(self._columns(added), of_stiffness)
+            if eigenvalues(changed, prove=False, **self.options).unstable:  # type: ignore[arg-type]
+                return True
+        return False
 
     def _columns(self, added: Array) -> Array:
         """U (n, k) of the change U U' with the factors (k,) of M x x' M of all real modes."""

@@ -24,7 +24,9 @@ from squeal.io.system import SystemFile
 from squeal.io.writing import number
 from squeal.linear import GROWING
 from squeal.linear.eigen import values_of
+from squeal.linear.roots import ComplexArray
 from squeal.linear.shaft import name_of_kind
+from squeal.linear.system import TermSystem
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.mode_paths import is_growing
 from squeal.queries.options import Band
@@ -42,6 +44,7 @@ STEPS = (1, 2, 3, 4, 6, 8, 10, 13, 16, 20, MOST_STEPS)
 FEW_STEPS = (1, 2, 4, 8, 16, MOST_STEPS)  # where each costs much
 MORE = 1.3  # ratio of steps from the least change to one with a margin
 WIDE_STEPS = (35, 50, 75, 150, 200, 300)  # where none of these stops all
+NO_WAY = 90.0  # %: nobody takes the free parameter back by more
 TO_A_QUARTER = 75  # percent: less is left of a part that might as well be taken out
 QUARTER_TURN = 90  # degrees: no angle is turned by more
 IN_HAND = 1.1  # times the free parameter's value: up to there nothing is to grow
@@ -50,6 +53,7 @@ BISECTIONS = 10  # to a thousandth of what lies between two steps
 RETRIES = 4  # of a change that the full system does not confirm, each time a larger one
 WIDER = 0.15  # of the ends of a band: a mode that a change moves out of it has not stopped
 NOTHING = 1e-9  # of |lambda|: a step that moves no root by more has no effect
+WORTH = 0.9  # of the fastest growth: a change that leaves more is no choice
 BETTER = 1.02  # times: how much less grows, or later is lost, with a change worth naming
 MOST_REMEDIES = 4  # that are computed on the full system, and of parts of a cure
 FEW_REMEDIES = 2  # where each costs much
@@ -135,34 +139,75 @@ class Change:
 
 @dataclass(frozen=True, eq=False)
 class Effect:
-    """What a change does: the eigenvalues with it at the present value of the free parameter, and
-    where stability is lost first with it, None where modes grow."""
+    """What a change does at a value of the free parameter, and beyond.
 
-    computed: Eigenvalues
+    before: the eigenvalues without the change, at the present value; value: that of the effect, the
+    present one unless the free parameter is what changes; roots (m,): those of the selection with
+    the change, rad/s; loss: where stability is lost first with it, None where modes grow or nothing
+    depends on the parameter.
+    """
+
+    before: Eigenvalues
+    value: float
+    roots: ComplexArray
     loss: Loss | None
 
     @property
     def limit(self) -> float:
-        """The value of the free parameter up to which nothing grows; 0 where modes grow."""
+        """The value of the free parameter up to which nothing grows; 0 where that is not known."""
         return self.loss.limit() if self.loss else 0.0
+
+    @property
+    def leaves_window(self) -> bool:
+        """Whether something grows at a smaller value of the free parameter."""
+        return self.loss is not None and self.limit <= self.value
+
+    @property
+    def in_hand(self) -> str:
+        """How much more of the free parameter leaves nothing that grows, in %, rounded down; a dash
+        where that is not known, or where something grows at less."""
+        if self.loss is None or self.leaves_window or self.value <= 0.0:
+            return "-"
+        end = self.loss.high if self.loss.value is None else self.loss.value
+        percent = f"{math.floor(100.0 * (end / self.value - 1.0))}"
+        return percent if self.loss.value is not None else f"over {percent}"
 
     @property
     def damping_left(self) -> float:
         """The least damping ratio of the modes that vibrate with the change; NaN without one."""
-        roots = [root for root in self.computed.eigenvalues if root.value.imag > 0.0]
-        return min((root.damping_ratio for root in roots), default=math.nan)
+        vibrating = self.roots[self.roots.imag > 0.0]
+        ratios = -vibrating.real / np.abs(vibrating) + 0.0  # no negative zero
+        return float(ratios.min(initial=np.inf)) if len(ratios) else math.nan
 
-    def shift_hz(self, before: Eigenvalues) -> float:
+    @property
+    def shift_hz(self) -> float:
         """How far frequencies move with the change, at least one of them so far; NaN where there
         are fewer or more than before, as in a band that a mode leaves."""
         frequencies = []
-        for spectrum in (before, self.computed):
-            imaginary = spectrum.values.imag
-            frequencies.append(np.sort(imaginary[imaginary > 0.0]) / math.tau)
+        for roots in (self.before.values, self.roots):
+            frequencies.append(np.sort(roots.imag[roots.imag > 0.0]) / math.tau)
         if len(frequencies[0]) != len(frequencies[1]):
             return math.nan
         # of all ways to pair them this has the least largest distance
         return float(np.max(np.abs(frequencies[1] - frequencies[0]), initial=0.0))
+
+    def words(self, first_cost: str = "") -> str:
+        """Up to where nothing grows with the change, what follows, and what it costs."""
+        parameter = self.before.parameter
+        text = "nothing grows"
+        if self.leaves_window:
+            text += f" at {parameter} = {number(self.value, 4)}; below, stability is lost"
+            text += f" from {parameter} = {rounded(self.limit, 4, math.floor)} on"
+        elif self.loss is not None:
+            text += f" {self.loss.words(parameter, unit_of(self.before.source))}"
+        costs = [first_cost] if first_cost else []
+        if np.all(np.abs(self.roots.real) <= NOTHING * np.abs(self.roots)):
+            costs.append("nothing damps this model")
+        elif not math.isnan(self.damping_left):
+            costs.append(f"the least damping left is {number(100.0 * self.damping_left, 2)} %")
+        if self.shift_hz > 0.0:  # false of NaN
+            costs.append(f"frequencies move by up to {number(self.shift_hz, 3)} Hz")
+        return f"{text}; {', '.join(costs)}" if costs else text
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,21 +216,16 @@ class Remedy(Effect):
 
     Its effect is that of `take`, else of `change`.
 
-    change: rounded up to two digits; take: the change after which nothing grows up to `IN_HAND`
-    times the free parameter, None where none leaves so much; is_at_value_alone: whether something
-    grows with `change` at a smaller value of the free parameter than the present one; rise: the
-    fastest growth rate with a smaller change, 1/s, 0 where growth does not first rise.
+    computed: the eigenvalues of its effect; change: rounded up to two digits; take: the change
+    after which nothing grows up to `IN_HAND` times the free parameter, None where none leaves so
+    much; rise: the fastest growth rate with a smaller change, 1/s, 0 where growth does not first
+    rise.
     """
 
+    computed: Eigenvalues
     change: Change
     take: Change | None = None
-    is_at_value_alone: bool = False
     rise: float = 0.0
-
-    @property
-    def leaves_window(self) -> bool:
-        """Whether something grows at a smaller value of the free parameter than the present one."""
-        return self.limit <= self.computed.value
 
     @property
     def is_small(self) -> bool:
@@ -197,42 +237,37 @@ class Remedy(Effect):
         """The change with a margin, else the least one."""
         return self.take or self.change
 
-    def sentence(self, meaning: str, before: Eigenvalues) -> str:
+    def sentence(self, meaning: str) -> str:
         """What to change, by how much, what that does and what it costs, of a remedy that stops all
-        that grows.
-
-        meaning: what the parameter is, in brackets after a space, or empty; before: the eigenvalues
-        without the change.
-        """
+        that grows; meaning: what the parameter is, in brackets after a space, or empty."""
         change = self.advised
-        parameter = self.computed.parameter
-        text = f"{change.verb.capitalize()} {change.parameter}{meaning} by {change.size}, "
-        text += f"{change.values}: nothing grows"
-        assert self.loss is not None
-        if self.leaves_window:
-            text += f" at {parameter} = {number(self.computed.value, 4)}; below, stability is lost"
-            text += f" from {parameter} = {rounded(self.limit, 4, math.floor)} on"
-        else:
-            text += f" {self.loss.words(parameter, unit_of(self.computed.source))}"
-        costs = []
+        rises = ""
         if self.rise:
-            costs.append(f"on the way growth first rises to {number(self.rise, 3)} 1/s")
-        if self.computed.verdict == "marginal":
-            costs.append("nothing damps this model")
-        elif not math.isnan(self.damping_left):
-            costs.append(f"the least damping left is {number(100.0 * self.damping_left, 2)} %")
-        shift = self.shift_hz(before)
-        if shift > 0.0:  # false of NaN
-            costs.append(f"frequencies move by up to {number(shift, 3)} Hz")
-        text += f"; {', '.join(costs)}." if costs else "."
+            rises = f"on the way growth first rises to {number(self.rise, 3)} 1/s"
+        text = f"{change.verb.capitalize()} {change.parameter}{meaning} by {change.size}, "
+        text += f"{change.values}: {self.words(rises)}."
         if not self.is_small:
             text += f" No parameter does it with up to {change.of(MOST_STEPS).size}."
         return text
 
 
+@dataclass(frozen=True, eq=False)
+class Bound(Effect):
+    """The value of the free parameter below which nothing grows; its effect is that of `take`.
+
+    below: that value, rounded down; change: to it; take: to a value that leaves 10 % in hand;
+    reservations: what it does not hold for, in words.
+    """
+
+    below: str
+    change: Change
+    take: Change
+    reservations: Sequence[str]
+
+
 class RemedySearch(NamedTuple):
     """Remedies, the best first; without one the changes with which least grows, `without_effect`
-    the parameters of which no change up to a factor of 4 helps."""
+    the parameters of which no change up to a factor of 4 takes a tenth of the fastest growth."""
 
     remedies: tuple[Remedy, ...]
     partial: tuple[Remedy, ...] = ()
@@ -240,7 +275,7 @@ class RemedySearch(NamedTuple):
 
 
 Values: TypeAlias = Mapping[str, float]
-GrowingRoots: TypeAlias = Callable[[Values], NDArray[np.complex128]]
+GrowingRoots: TypeAlias = Callable[[Values], ComplexArray]
 """The growing roots with Im >= 0 at changed parameters."""
 
 
@@ -299,12 +334,14 @@ def find_remedies(
     partial: list[Remedy] = []
     without_effect: list[str] = []
     for change in search.least_growth():
-        if change.count == 0.0:
+        if search.growth(change) > WORTH * spectrum.unstable[0].growth_rate:
             without_effect.append(change.parameter)
         elif len(partial) < search.most_remedies:
             changed = replaced(spectrum.source, change)
             computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
-            partial.append(Remedy(computed, None, change))
+            partial.append(
+                Remedy(spectrum, spectrum.value, computed.values, None, computed, change)
+            )
     return RemedySearch((), tuple(partial), tuple(sorted(without_effect)))
 
 
@@ -324,7 +361,7 @@ class _Search:
                 self.steps = FEW_STEPS
                 self.most_remedies = FEW_REMEDIES
         self.lower: list[float] = []  # times the free parameter: where else nothing is to grow
-        self.known: dict[tuple[str, float, float], NDArray[np.complex128] | None] = {}
+        self.known: dict[tuple[str, float, float], ComplexArray | None] = {}
         self._prepare(MOST_STEPS)
 
     def _prepare(self, most: int) -> None:
@@ -339,7 +376,7 @@ class _Search:
         at_present = self.growing({})
         self.others = len(at_present) - len(in_band(at_present, self.band))  # how many
 
-    def roots(self, change: Change, factor: float = 1.0) -> NDArray[np.complex128] | None:
+    def roots(self, change: Change, factor: float = 1.0) -> ComplexArray | None:
         """The growing roots with a change, and with so many times the free parameter; None where
         there is no such brake."""
         key = (change.parameter, change.count, factor)
@@ -486,7 +523,7 @@ def _growing_roots(
     if isinstance(source, PadSource):
         scene = source.scene
 
-        def roots_of_pad(values: Values) -> NDArray[np.complex128]:
+        def roots_of_pad(values: Values) -> ComplexArray:
             spectrum = analyse(scene.replace(**values)).spectrum
             return upper_growing(spectrum.values, spectrum.rounding)
 
@@ -496,7 +533,7 @@ def _growing_roots(
     system = source.file.system
     if is_small(system):
 
-        def roots_of_system(values: Values) -> NDArray[np.complex128]:
+        def roots_of_system(values: Values) -> ComplexArray:
             changed = system.replace(values)  # no parameter that seats contact is among them
             roots = roots_of_all(changed, EigenvalueSelection(), {})
             return upper_growing(roots, rounding_of(changed, roots))
@@ -518,7 +555,7 @@ def _growing_roots(
         warnings.simplefilter("ignore")  # what it finds is computed on the full system
         reduction = reduced_for(system, selection, existing, "modal")
 
-    def roots_of_reduced(values: Values) -> NDArray[np.complex128]:
+    def roots_of_reduced(values: Values) -> ComplexArray:
         found = estimated_roots(reduction, values)
         roots = values_of(found)
         return upper_growing(roots, np.array([root.rounding for root in found]))
@@ -526,9 +563,7 @@ def _growing_roots(
     return roots_of_reduced
 
 
-def upper_growing(
-    roots: NDArray[np.complex128], rounding: NDArray[np.float64]
-) -> NDArray[np.complex128]:
+def upper_growing(roots: ComplexArray, rounding: NDArray[np.float64]) -> ComplexArray:
     """The roots with Im >= 0 that grow by more than rounding may move them."""
     return roots[is_growing(roots, rounding) & (roots.imag >= 0.0)]
 
@@ -547,25 +582,24 @@ def _computed(
     that stability is lost no earlier than at `IN_HAND` times the free parameter. Where it is lost
     at a value that the search did not look at, that value joins those of the search.
     """
-    source = search.spectrum.source
-    present = search.spectrum.value
+    spectrum = search.spectrum
+    source = spectrum.source
+    present = spectrum.value
     for change in _rounded_up(least):
         with suppress(InputError, ComputationError):  # there may be no such brake
             computed = eigenvalues(replaced(source, change), **options)  # type: ignore[arg-type]
             if computed.unstable:
                 continue
-            answer = _thresholds(source, change, high, options)
-            loss = loss_of(answer, high)
-            is_alone = bool(growing_within(answer, present))
             for take in search.takes(least, with_margin):
                 answer = _thresholds(source, take, high, options)
-                loss_of_take = loss_of(answer, high)
-                if loss_of_take.limit() >= IN_HAND * present:
+                loss = loss_of(answer, high)
+                if loss.limit() >= IN_HAND * present:
                     computed = eigenvalues(replaced(source, take), **options)  # type: ignore[arg-type]
-                    yield Remedy(computed, loss_of_take, change, take, is_alone)
+                    yield Remedy(spectrum, present, computed.values, loss, computed, change, take)
                     return
                 search.lower += [value / present for value in growing_within(answer, present)]
-            yield Remedy(computed, loss, change, None, is_alone)
+            loss = loss_of(_thresholds(source, change, high, options), high)
+            yield Remedy(spectrum, present, computed.values, loss, computed, change)
             return
 
 
@@ -594,6 +628,83 @@ def _thresholds(
 ) -> Thresholds:
     """The thresholds of a changed brake."""
     return thresholds(replaced(source, change), high, prove=False, **options)  # type: ignore[arg-type]
+
+
+def keep_below(
+    spectrum: Eigenvalues,
+    losses: Thresholds,
+    outside: Thresholds | None,
+    options: Mapping[str, object],
+) -> Bound | None:
+    """The value of the free parameter below which nothing grows of all that was looked at; None if
+    stability is lost later, or far below the present value.
+
+    Parameters
+    ----------
+    spectrum, losses : Eigenvalues, Thresholds
+        Of the brake as it is.
+    outside : Thresholds, optional
+        Of what grows outside of a band, which may be lost earlier.
+    options : mapping
+        Of `eigenvalues`: band, memory, progress.
+    """
+    value = spectrum.value
+    first = losses.first
+    source = losses.source
+    if not spectrum.unstable or losses.verdict in GROWING or first is None:
+        return None
+    if not 0.0 < first.mu < value:
+        return None
+    lost = first
+    extent = spectrum.extent
+    is_large = isinstance(source, SystemSource) and not is_small(source.file.system)
+    is_of_band_alone = bool(extent) and is_large
+    reservations = []
+    if outside is not None:
+        other = outside.first
+        of_band = f"{number(first.mu, 4)} for {extent}"
+        if outside.verdict in GROWING:
+            reservations.append(f"for {extent} alone: something outside grows at any")
+        elif other is not None and is_of_band_alone:
+            lost = min(first, other, key=lambda point: point.mu)
+            hertz = number(other.frequency_hz or 0.0, 4)
+            reservations.append(f"{of_band}, {number(other.mu, 4)} for {hertz} Hz, seen outside")
+        elif other is not None and other.mu < first.mu:
+            lost = other
+            reservations.append(f"{of_band} alone")
+    if is_of_band_alone:
+        reservations.append(f"nothing else than {extent} was searched")
+    changes = []
+    for limit in (lost.mu, lost.mu / IN_HAND):
+        below = rounded(limit, 4, math.floor)
+        less = 100.0 * (1.0 - float(below) / value)
+        to_limit = Change(spectrum.parameter, value, value / 100.0, "%", -less, unit_of(source))
+        changes.append(to_limit)
+    change, take = changes
+    if abs(take.count) > NO_WAY:
+        return None
+    roots = roots_at(losses, replaced(source, take), take.after, options)
+    loss = Loss(lost.mu, lost.kind, lost.frequency_hz, losses.high)
+    below = rounded(lost.mu, 4, math.floor)
+    return Bound(spectrum, take.after, roots, loss, below, change, take, reservations)
+
+
+def roots_at(
+    searched: Thresholds | None,
+    subject: Scene | TermSystem | SystemFile,
+    value: float,
+    options: Mapping[str, object],
+) -> ComplexArray:
+    """The roots of the selection (m,), rad/s, at a value of the free parameter: of the reduced
+    system on which thresholds were searched, where there is one, else of the subject, which has
+    that value."""
+    reduction = getattr(searched and searched.source, "reduction", None)
+    if reduction is None:
+        return eigenvalues(subject, prove=False, **options).values  # type: ignore[arg-type]
+    from squeal.queries.systems.reduced import roots_of_reduction
+
+    assert searched is not None
+    return roots_of_reduction(reduction, {searched.parameter: value}).values
 
 
 def loss_of(answer: Thresholds, high: float) -> Loss:

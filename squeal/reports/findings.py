@@ -20,7 +20,7 @@ from squeal.queries.energy import Energy
 from squeal.queries.meetings import MOST, Cure, Meeting, MeetingSearch
 from squeal.queries.mode_paths import Paths
 from squeal.queries.ranges import DISAGREES
-from squeal.queries.remedies import BETTER, Effect, Remedy, RemedySearch, rounded
+from squeal.queries.remedies import BETTER, Bound, Change, Effect, Remedy, RemedySearch
 from squeal.queries.systems.all_roots import is_small
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
@@ -31,8 +31,6 @@ from squeal.results.thresholds import Thresholds
 ROUNDED = {"frequency_hz", "growth_rate", "damping_ratio"}  # columns of the page in four digits
 GROWS = 1e-3  # of its frequency: growth of a mode that is looked for at a crossing
 NAMED = 3  # modes or parameters in a sentence
-WORTH = 0.9  # of the fastest growth: a change that leaves more is no choice
-NO_WAY = 90.0  # %: nobody takes the parameter back by more
 TIMES = 3.0  # from which on a value is so many times another one, not so many % above it
 STATIONARY = (
     " This damping must be stationary, as that of bearings: of the turning shaft it feeds forward "
@@ -74,10 +72,9 @@ class Findings(Answer):
     the eigenvalues; onset: sensitivity of the first loss of stability, None where several modes are
     lost at once; check: what the matrices are, None of a scene; energy: what feeds each mode;
     search: the changes of a parameter that stop all modes that grow; cures: the real modes behind
-    these, and what separation and damping do; outside: thresholds of what grows outside of a band,
-    where that is known; chart: the eigenvalue paths, by whose start modes are numbered in all of
-    these; subject: the scene or system; critical: critical speeds where the parameter is that of a
-    shaft.
+    these, and what separation and damping do; bound: the value below which nothing grows; chart:
+    the eigenvalue paths, by whose start modes are numbered in all of these; subject: the scene or
+    system; critical: critical speeds where the parameter is that of a shaft.
     """
 
     panel = Panel("frequency_hz", "growth_rate")
@@ -91,7 +88,7 @@ class Findings(Answer):
     energy: Energy
     search: RemedySearch
     cures: MeetingSearch
-    outside: Thresholds | None
+    bound: Bound | None
     chart: Sweep
     subject: Any = field(repr=False)
     critical: CriticalSpeeds | None = None
@@ -231,7 +228,7 @@ class Findings(Answer):
         # a small change stands before separation and damping, a large one behind them
         size = -1.0 if best.is_small else MOST
         for remedy in changes:
-            sentence = remedy.sentence(self._meaning(remedy.change.parameter), self.eigenvalues)
+            sentence = remedy.sentence(self._meaning(remedy.change.parameter))
             yield _Way(sentence, remedy.leaves_window, size)
 
     def _with_aim(self, sentence: str) -> str:
@@ -296,18 +293,15 @@ class Findings(Answer):
 
     def _share(self, cure: Cure) -> float:
         """The largest share of the upper frequency, or of critical damping, of a cure."""
-        return max(meeting.cures[cure] / meeting.unit(cure) for meeting in self.meetings.values())
+        return max(meeting.advised[cure] / meeting.unit(cure) for meeting in self.meetings.values())
 
     def _measure(self, cure: Cure) -> str:
-        """How much further apart, or more damped, the real modes behind each growing one must be
-        just enough."""
+        """How much further apart, or more damped, the real modes behind each growing one shall be,
+        what that does and what it costs."""
         words: list[str] = []
         percents: list[float] = []
-        for mode in self.eigenvalues.unstable:
-            meeting = self.meeting_of(mode)
-            if meeting is None or not meeting.cures[cure]:
-                continue  # the cures of other modes stop this one too
-            amount = meeting.cures[cure]
+        for mode, meeting in self._treated(cure):
+            amount = meeting.advised[cure]
             percent = 100.0 * amount / meeting.unit(cure)
             percents.append(percent)
             if cure is Cure.APART:
@@ -315,17 +309,25 @@ class Findings(Answer):
                 words.append(f"{text}{number(percent, 2)} % of its frequency")
             else:
                 both = "both " * (len(meeting.omega) == 2)
-                words.append(f"of {both}{self._pair(mode)} by at least {number(percent, 3)} %")
+                words.append(f"of {both}{self._pair(mode)} by {number(percent, 3)} %")
         more = len(words) - NAMED
         if more > 0:  # the others are summed up
             largest = number(max(percents[NAMED:]), 3)
             words[NAMED:] = [f"those of {_others(more)} by up to {largest} %"]
+        effect = self.cures.treatments[cure].words()
         if cure is Cure.APART:
-            return f"Move further apart {'; '.join(words)}, {self._reach(cure)}."
+            return f"Move further apart {'; '.join(words)}: {effect}."
         words[0] += " of critical damping"
-        text = f"Raise the damping {', '.join(words)}, {self._reach(cure)}"
         whirl = self.whirl(self.eigenvalues.value, self.eigenvalues.unstable[0].root)
-        return f"{text}{self._of_one_alone()}.{STATIONARY * bool(whirl)}"
+        text = f"Raise the damping {', '.join(words)}: {effect}{self._of_one_alone()}."
+        return f"{text}{STATIONARY * bool(whirl)}"
+
+    def _treated(self, cure: Cure) -> Iterator[tuple[UnstableMode, Meeting]]:
+        """The growing modes that a cure is of; those of other modes stop the rest too."""
+        for mode in self.eigenvalues.unstable:
+            meeting = self.meeting_of(mode)
+            if meeting is not None and meeting.advised[cure]:
+                yield mode, meeting
 
     def _of_one_alone(self) -> str:
         """How much damping one mode of each pair needs alone; empty of modes that grow alone."""
@@ -339,69 +341,29 @@ class Findings(Answer):
             if side is None:
                 return "; of one of both alone no amount is known to be enough"
             sides.add(side)
-            needed = max(needed, meeting.cures[side])
+            needed = max(needed, meeting.advised[side])
         which = "one of both"
         if len(sides) == 1:
             which = "the upper one" if Cure.UPPER in sides else "the lower one"
         return f"; of {which} alone it takes up to {number(100.0 * needed, 3)} %"
 
-    def _reach(self, cure: Cure) -> str:
-        """At which values of the parameter a cure is enough."""
-        spectrum = self.eigenvalues
-        value = f"{spectrum.parameter} = {number(spectrum.value, 4)}"
-        if not spectrum.depends:
-            return "just enough"
-        if self._is_at_value_alone(cure):
-            return f"just enough at {value} alone"
-        return f"just enough up to {value}"
-
     def _bound(self) -> Iterator[_Way]:
-        """Below which value of the parameter nothing grows of all that was looked at; none if
-        stability is lost later, or far below the present value."""
-        value = self.eigenvalues.value
-        first = self.thresholds.first
-        if self.thresholds.verdict in GROWING or first is None or not 0.0 < first.mu < value:
+        """Below which value of the parameter nothing grows, if that is known."""
+        bound = self.bound
+        if bound is None:
             return
-        limit, reservations = self._limit(first)
-        below = rounded(limit, 4, math.floor)
-        less = 100.0 * (1.0 - float(below) / value)
-        if less > NO_WAY:
-            return
-        speed = speed_words(float(below), unit_of(self.thresholds.source))
-        text = f"Keep {self.eigenvalues.parameter} below {below}{speed}"
-        if reservations:
-            text += f" ({', '.join(reservations)})"
-        text += f", {number(less, 3)} % less than {number(value, 4)}"
-        if self.eigenvalues.parameter == "mu":
-            more = number(100.0 * (value / float(below) - 1.0), 3)
+        spectrum = self.eigenvalues
+        unit = unit_of(self.thresholds.source)
+        text = f"Keep {spectrum.parameter} below {bound.below}"
+        text += speed_words(float(bound.below), unit)
+        if bound.reservations:
+            text += f" ({', '.join(bound.reservations)})"
+        less = number(abs(bound.change.count), 3)
+        text += f", {less} % less than {number(spectrum.value, 4)}"
+        if spectrum.parameter == "mu":
+            more = number(100.0 * (spectrum.value / float(bound.below) - 1.0), 3)
             text += f": as much less friction force, or {more} % more normal force for the same"
         yield _Way(f"{text}.", False, math.inf)
-
-    def _limit(self, first: CriticalPoint) -> tuple[float, list[str]]:
-        """The value below which nothing grows, and what that value does not hold for, in words.
-
-        first: the first loss of stability in the band. What grows outside may be lost earlier.
-        """
-        extent = self.eigenvalues.extent
-        reservations = []
-        limit = first.mu
-        if self.outside is not None:
-            other = self.outside.first
-            of_band = f"{number(first.mu, 4)} for {extent}"
-            if self.outside.verdict in GROWING:
-                reservations.append(f"for {extent} alone: something outside grows at any")
-            elif other is not None and self._is_of_band_alone():
-                limit = min(limit, other.mu)
-                hertz = number(other.frequency_hz or 0.0, 4)
-                reservations.append(
-                    f"{of_band}, {number(other.mu, 4)} for {hertz} Hz, seen outside"
-                )
-            elif other is not None and other.mu < first.mu:
-                limit = other.mu
-                reservations.append(f"{of_band} alone")
-        if self._is_of_band_alone():
-            reservations.append(f"nothing else than {extent} was searched")
-        return limit, reservations
 
     def meeting_of(self, mode: UnstableMode) -> Meeting | None:
         """The two real modes behind a growing one, None where they are not known.
@@ -453,7 +415,7 @@ class Findings(Answer):
         tried = {Cure.APART: "moving their real modes further apart", Cure.BOTH: "damping them"}
         failed = []
         for cure, words in tried.items():
-            if not all(cure in meeting.cures for meeting in self.meetings.values()):
+            if not all(cure in meeting.advised for meeting in self.meetings.values()):
                 failed.append(words)
         if failed:
             lines.append(
@@ -461,24 +423,13 @@ class Findings(Answer):
             )
         if self.remedy is not None:
             return lines
-        idle = [*self.search.without_effect]
-        idle += [one.change.parameter for one in self.search.partial if one not in self._partial]
+        idle = self.search.without_effect
         if idle:
             words = "by up to a factor of 4 takes less than a tenth of the growth"
             lines.append(f"Changing {' or '.join(idle)} {words}.")
-        if {*idle, *(one.change.parameter for one in self._partial)} <= OF_CONTACT:
+        if {*idle, *(one.change.parameter for one in self.search.partial)} <= OF_CONTACT:
             lines.append(HINT)
         return lines
-
-    @property
-    def _partial(self) -> list[Remedy]:
-        """Changes of one parameter that stop not all that grows but a good part of it."""
-        partial = []
-        for remedy in self.search.partial:
-            growth = max(mode.growth_rate for mode in remedy.computed.unstable)
-            if growth <= WORTH * self.eigenvalues.unstable[0].growth_rate:
-                partial.append(remedy)
-        return partial
 
     @property
     def remedies(self) -> Table:
@@ -487,6 +438,8 @@ class Findings(Answer):
         unit = unit_of(self.thresholds.source)
 
         def growth_left(row: _Row) -> str:
+            if not isinstance(row.effect, Remedy):
+                return "none"
             for mode in row.effect.computed.unstable[:1]:
                 nearest = abs(spectrum.values - mode.root).argmin()
                 name = _name(int(spectrum.modes[nearest]), mode.frequency_hz)
@@ -502,7 +455,7 @@ class Findings(Answer):
             words = loss.words(spectrum.parameter, unit)
             return words.removeprefix("up to ").replace(", then", ":")
 
-        rows = self._rows()
+        rows = list(self._rows())
         at_value = f"at {spectrum.parameter} = {number(spectrum.value, 4)}"
         columns = [
             Column("change", shown=lambda row: row.name),
@@ -510,56 +463,54 @@ class Findings(Answer):
             Column("least", shown=lambda row: row.least, words=f"just stops {at_value}"),
             Column("growth_left", shown=growth_left, words="growth left"),
             Column(
+                "in_hand",
+                shown=lambda row: row.effect.in_hand,
+                words=f"{spectrum.parameter} in hand, %",
+            ),
+            Column(
                 "damping_left",
                 shown=lambda row: _cell(100.0 * row.effect.damping_left),
                 words="least damping, %",
             ),
             Column(
                 "shift",
-                shown=lambda row: _cell(row.effect.shift_hz(spectrum)),
+                shown=lambda row: _cell(row.effect.shift_hz),
                 words="frequencies move by, Hz",
             ),
             Column("next_loss", shown=next_loss, words="next loss"),
         ]
-        if not self._partial:
+        if not self.search.partial:
             del columns[3]  # nothing that grows is left
         title = "what to change, of parameters the best first; degrees count as %"
-        if self.cures.treatments:
-            title += "; of separation and damping a tenth more than just stops"
-        if any(row.least.startswith("(") for row in rows):
-            title += f"; in brackets: {at_value} alone"
+        if spectrum.depends:
+            title += f"; amounts leave 10 % of {spectrum.parameter} in hand where they can"
+        if any(row.advised.startswith("(") for row in rows):
+            title += f"; in brackets: something grows at a lower {spectrum.parameter}"
         return Table(columns, rows, title)
 
-    def _rows(self) -> list[_Row]:
-        """The changes of one parameter, then separation and damping."""
-        rows = []
-        for remedy in self.search.remedies or self._partial:
-            change = remedy.advised
-            is_alone = remedy.is_at_value_alone
-            least = f"({remedy.change.size})" if is_alone else remedy.change.size
-            if remedy.loss is None:  # growth is left
-                least = "-"
-            name = f"{change.parameter}{self._meaning(change.parameter)}"
-            advised = f"{change.verb} by {change.size}, {change.values}"
-            rows.append(_Row(name, advised, least, remedy))
-        for cure, treatment in self.cures.treatments.items():
+    def _rows(self) -> Iterator[_Row]:
+        """The changes of one parameter, then separation and damping, and the free parameter."""
+        for remedy in self.search.remedies or self.search.partial:
+            name = f"{remedy.change.parameter}{self._meaning(remedy.change.parameter)}"
+            # a partial one just stops nothing
+            least = remedy.change.size if self.search.remedies else "-"
+            yield _row_of(name, remedy.advised, least, remedy)
+        for cure, effect in self.cures.treatments.items():
             pairs = []
             enough = []
-            amounts = []
-            for mode in self.eigenvalues.unstable:
-                meeting = self.meeting_of(mode)
-                if meeting is None or not meeting.cures[cure]:
-                    continue  # the cures of other modes stop this one too
+            advised = []
+            for mode, meeting in self._treated(cure):
                 pairs.append(self._pair(mode))
                 enough.append(meeting.cures[cure])
-                amounts.append(treatment.amounts[self.eigenvalues.mode_of(mode) or 0])
-            least = self._cells(cure, enough)
-            if self._is_at_value_alone(cure):
-                least = f"({least})"
+                advised.append(meeting.advised[cure])
+            amount = self._cells(cure, advised)
+            if effect.leaves_window:
+                amount = f"({amount})"
             name = "separation" if cure is Cure.APART else "damping"
-            advised = self._cells(cure, amounts)
-            rows.append(_Row(f"{name} of {'; '.join(pairs)}", advised, least, treatment))
-        return rows
+            yield _Row(f"{name} of {'; '.join(pairs)}", amount, self._cells(cure, enough), effect)
+        bound = self.bound
+        if bound is not None:
+            yield _row_of(bound.change.parameter, bound.take, bound.change.size, bound)
 
     def _cells(self, cure: Cure, amounts: Iterable[float]) -> str:
         """Amounts of a cure in a cell, in Hz or %."""
@@ -685,8 +636,10 @@ class Findings(Answer):
         for mode, meeting in self.meetings.items():
             entry: dict[str, Any] = {"mode": mode, "frequencies_hz": list(meeting.hertz)}
             entry["at_value_alone"] = []
+            entry["just_enough"] = {}
             for cure in Cure:
-                entry[cure.name.lower()] = meeting.cures.get(cure)
+                entry[cure.name.lower()] = meeting.advised.get(cure)
+                entry["just_enough"][cure.name.lower()] = meeting.cures.get(cure)
                 if cure in meeting.at_value_alone:
                     entry["at_value_alone"].append(cure.name.lower())
             meetings.append(entry)
@@ -716,6 +669,14 @@ class Findings(Answer):
             "check": self.check and self.check.to_dict(),
             "critical_speeds": critical,
         }
+
+
+def _row_of(name: str, advised: Change, least: str, effect: Effect) -> _Row:
+    """The row of a changed parameter."""
+    amount = f"{advised.verb} by {advised.size}, {advised.values}"
+    if effect.leaves_window:
+        amount = f"({amount})"
+    return _Row(name, amount, least, effect)
 
 
 def _name(number_of_mode: int | None, frequency_hz: float) -> str:
@@ -757,7 +718,7 @@ def _remedy_entry(remedy: Remedy) -> dict[str, Any]:
     """A remedy as JSON holds it."""
     entry: dict[str, Any] = picked(remedy.change, "parameter before after")
     entry["with_margin"] = remedy.take and remedy.take.after
-    entry["at_value_alone"] = remedy.is_at_value_alone
+    entry["at_value_alone"] = remedy.leaves_window
     entry["verdict_line"] = remedy.computed.conclusion
     entry["first_loss"] = remedy.loss and remedy.loss._asdict()
     return entry

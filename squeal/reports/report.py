@@ -18,7 +18,7 @@ from squeal.queries.energy import energy
 from squeal.queries.meetings import find_meetings
 from squeal.queries.mode_paths import Paths
 from squeal.queries.options import Subject, upper_end
-from squeal.queries.remedies import find_remedies
+from squeal.queries.remedies import find_remedies, keep_below
 from squeal.queries.sensitivity import sensitivity
 from squeal.queries.sweep import eigenvalue_paths
 from squeal.queries.systems.all_roots import is_small
@@ -127,9 +127,11 @@ def report(
     of_onset = None
     with suppress(ComputationError):  # several modes are lost at once
         of_onset = sensitivity(subject, of="threshold", known=losses)
+    spectrum = spectrum.with_onsets(losses)
+    outside = _thresholds_outside(subject, spectrum, end, options)
     return Report(
         name=spectrum.name,
-        eigenvalues=spectrum.with_onsets(losses),
+        eigenvalues=spectrum,
         thresholds=losses,
         sensitivity=of_modes,
         onset=of_onset,
@@ -137,7 +139,7 @@ def report(
         energy=energy(spectrum, parts),
         search=find_remedies(spectrum, of_modes, end, options),
         cures=find_meetings(spectrum, options, losses.low, end, paths),
-        outside=_thresholds_outside(subject, spectrum, end, options),
+        bound=keep_below(spectrum, losses, outside, options),
         chart=chart,
         subject=subject,
         critical=rotor,
