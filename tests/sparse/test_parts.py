@@ -11,7 +11,7 @@ from scipy.sparse import csc_array, diags_array
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.sparse.crossings import AxisCrossing, _changes_sign, _in_range, _is_same
-from squeal.sparse.eigensolver import enlarged, grown, orthogonalise, roots_near_shift
+from squeal.sparse.eigensolver import enlarged, grown, orthogonalise, rough_roots_near
 from squeal.sparse.factor import factorise
 from squeal.sparse.first_look import Structure
 from squeal.sparse.quadratic import Roots, ScaledSystem, eigenvalues_of, scaled_problem
@@ -133,7 +133,7 @@ def test_roots_around_a_shift_are_all_within_its_reach(single, shift, rng):
         asked.append(reach)
         return reach > 3.0
 
-    near = roots_near_shift(problem, shift, 3.0, enough, single=single)
+    near = rough_roots_near(problem, shift, 3.0, enough, single=single)
     assert near.reach > 3.0 >= max([0.0, *asked[:-1]])
     sure = near.values[abs(near.values - near.shift) < near.reach]
     exact = every[abs(every - near.shift) < near.reach]
@@ -197,7 +197,7 @@ def test_real_modes_reach_as_far_as_is_asked(n):
 
 
 def crossing(value=1.0, omega=2.0, way=1, interval=(0.9, 1.1), vector=(1.0, 0.0)):
-    return AxisCrossing(value, omega, way, interval, 0.0, vector=np.array(vector, complex))
+    return AxisCrossing(value, omega, way, interval, 0.0, right=np.array(vector, complex))
 
 
 def test_crossings_at_the_ends_of_a_range():

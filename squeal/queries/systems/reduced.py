@@ -88,7 +88,7 @@ def reduced_for(
     if method == "modal" and not system.follows:
         with one_thread():
             first_look = FirstLook(scaled, region, values).build()
-        if not first_look.holds:
+        if not first_look.is_complete:
             warnings.warn(
                 f"real modes up to {first_look.reach / math.tau:.4g} Hz and their corrections may "
                 f"lose roots of the band (what they lack contracts by "
