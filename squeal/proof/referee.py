@@ -257,9 +257,11 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
     if proof.status == "refuted":
         return proof
     # without a listed verdict the possible ones are narrowed down to one, and whether a motion
-    # that is free within the data is free exactly shows in the given doubles
-    has_free_motions = any(p.side == "free" for p in finding.pieces)
-    if proof.status == "proved" and len(proof.verdicts) == 1 and not has_free_motions:
+    # that is free or neither grows nor decays within the data does so shows in the given doubles
+    sides = {piece.side for piece in finding.pieces}
+    has_free_motions = "free" in sides
+    is_settled = len(proof.verdicts) == 1 and not sides & {"free", "unknown"}
+    if proof.status == "proved" and is_settled:
         return proof
     exact = _made_exact(system, finding)
     exact_proof = judge_finding(exact, answer)
