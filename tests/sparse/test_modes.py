@@ -9,7 +9,7 @@ from scipy.sparse import block_diag, csc_array, diags_array
 
 from squeal.errors import ComputationError
 from squeal.linear.system import Term
-from squeal.sparse import eigensolver
+from squeal.sparse import argument_principle, eigensolver
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots
 from squeal.sparse.eigensolver import ACCEPTED_RESIDUAL, lowest_modes, modes_in
 from squeal.sparse.quadratic import ScaledSystem, scaled_problem
@@ -157,6 +157,31 @@ def test_far_from_all_roots_nothing_is_counted(n):
     for damping in (None, csc_array(diags_array(0.004 * w))):
         found = modes_in(scaled_problem(M, damping, K), band(1591.5, 3183.1))
         assert (found.count, found.certified) == (0, True)
+
+
+def test_eight_determinants_count_a_band_among_many_roots_and_show_each_hidden_one(monkeypatch):
+    """Ritz values stand for roots that are not known; where each root lies, the blocks say."""
+    rng = np.random.default_rng(9)
+    a = rng.uniform(0.01, 0.1, 300)
+    w = np.linspace(1.0, 600.0, 300)
+    problem = scaled_problem(*large.blocks(a, w, rng))
+    region = Rectangle(-15.0, 15.0, 300.0, 330.0)
+    counts = []
+
+    def count(problem, disc, known, reusable=None):
+        counts.append((disc, known))
+        return count_roots(problem, disc, known, reusable)
+
+    monkeypatch.setattr(eigensolver, "count_roots", count)
+    monkeypatch.setattr(argument_principle, "NODES", (8,))
+    found = modes_in(problem, region)
+    assert (found.count, found.certified) == (int(np.sum((w > 300.0) & (w < 330.0))), True)
+    assert len(counts) == 1
+    disc, known = counts[0]
+    inside = np.flatnonzero(disc.contains(known))
+    assert len(known) > 2 * len(inside)
+    for hidden in inside:
+        assert count_roots(problem, disc, np.delete(known, hidden)) in (len(inside), None)
 
 
 # Modes corrected from single precision against dense solutions; the basis that they share
