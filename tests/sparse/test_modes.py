@@ -173,7 +173,7 @@ def test_eight_determinants_count_a_band_among_many_roots_and_show_each_hidden_o
         return count_roots(problem, disc, known, reusable)
 
     monkeypatch.setattr(eigensolver, "count_roots", count)
-    monkeypatch.setattr(argument_principle, "NODES", (8,))
+    monkeypatch.setattr(argument_principle, "NODE_COUNTS", (8,))
     found = modes_in(problem, region)
     assert (found.count, found.certified) == (int(np.sum((w > 300.0) & (w < 330.0))), True)
     assert len(counts) == 1
