@@ -55,7 +55,7 @@ class Link(NamedTuple):
         The index after of each root before; -1 where it has none.
     known : array of bool (m,)
         Which of these are certain.
-    meet : list of pairs of int
+    indistinct : list of pairs of int
         Roots, by their indices before, that are known to become two after, but not which is which.
     """
 
@@ -63,7 +63,7 @@ class Link(NamedTuple):
     after: SpectrumAtParameter
     order: Indices
     known: NDArray[np.bool_]
-    meet: list[list[int]]
+    indistinct: list[list[int]]
 
 
 def links(
@@ -110,7 +110,7 @@ def links(
             yield from links(at, middle, b, budget, depth - 1)
             return
     order[known] = step.same_mode.argmax(axis=1)[known]
-    meeting: list[list[int]] = []
+    indistinct: list[list[int]] = []
     if is_doubtful:
         # the others are assigned by slopes, which is certain only of two that came close: their
         # mean is smooth, and the sign of their difference tells which is which, unless they meet
@@ -119,12 +119,12 @@ def links(
         for pair in _pairs_with_smooth_mean(step, order, rows.tolist()):
             keeps_order = _keeps_order(step, pair, order)
             if keeps_order is None:
-                meeting.append(pair)
+                indistinct.append(pair)
                 continue
             known[pair] = True
             if not keeps_order:
                 order[pair] = order[pair[::-1]]
-    yield Link(before, after, order, known, meeting)
+    yield Link(before, after, order, known, indistinct)
 
 
 def _keeps_order(step: Step, pair: list[int], order: Indices) -> bool | None:
@@ -251,7 +251,7 @@ class _ModeTracker:
         before = self.numbers
         after = np.zeros(len(link.after.z), dtype=np.intp)  # 0: without a number yet
         after[link.order[link.known]] = before[link.known]
-        for pair in link.meet:
+        for pair in link.indistinct:
             after[link.order[pair]] = before[pair]
             modes = set(before[pair].tolist())
             if len(modes) > 1:

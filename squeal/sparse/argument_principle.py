@@ -158,7 +158,7 @@ def count_roots(
     finest = NODE_COUNTS[-1]
     end = finest
     # det P of real matrices on a circle around a real centre: the lower half follows from the upper
-    mirrored = problem.real and disc.centre.imag == 0.0
+    mirrored = problem.is_real and disc.centre.imag == 0.0
     if mirrored:
         end = finest // 2 + 1
     precisions = ["double"]

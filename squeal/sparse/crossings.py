@@ -175,8 +175,8 @@ class CrossingSearch:
             raise InputError(f"region {region}: must hold a part of the upper imaginary axis")
         # roots of real matrices come in pairs: the upper ones serve, and below this (rad/s) their
         # imaginary part is taken for zero
-        self.real = REAL_SHARE * region.high_imag if reduction.system.real else 0.0
-        self.region = replace(region, low_imag=max(region.low_imag, -self.real))
+        self.imag_rounding = REAL_SHARE * region.high_imag if reduction.system.real else 0.0
+        self.region = replace(region, low_imag=max(region.low_imag, -self.imag_rounding))
         self._spectra: dict[float, SpectrumAtParameter] = {}
 
     def at(self, value: float) -> SpectrumAtParameter:
@@ -310,7 +310,7 @@ class CrossingSearch:
         omega = abs(root.imag)
         return CrossingGuess(
             value=value,
-            omega=0.0 if omega <= self.real else omega,
+            omega=0.0 if omega <= self.imag_rounding else omega,
             right=spectrum.right[:, k] / self.scaled.scale,
             left=spectrum.left[:, k] / self.scaled.scale,
         )

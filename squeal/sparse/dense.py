@@ -292,7 +292,7 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
     matrices = problem.arrays()
     check_regular(*matrices)
     values, is_unknown = pencil_values(*matrices)
-    if problem.real:
+    if problem.is_real:
         upper = roots_at(*matrices, values[values.imag >= 0.0]).with_conjugates()
         roots = eigenvalues_of(problem, upper)
     else:

@@ -173,7 +173,7 @@ def rough_roots_near(
     report_progress(f"factorising {n} rows at {shift:.6g}")
     # where P(shift) is singular another shift close by serves
     used_shift, factor = factorise_at(problem, shift, single)
-    if problem.real and used_shift.imag == 0.0:
+    if problem.is_real and used_shift.imag == 0.0:
         dtype = np.dtype(np.float32 if single else np.float64)
     else:
         dtype = np.dtype(np.complex64 if single else np.complex128)
@@ -533,7 +533,7 @@ def _count_in_disc(
     outside = rough.values[~disc.contains(rough.values)]
     distant = rough.unconverged[np.abs(rough.unconverged - disc.centre) > DISTANT * disc.radius]
     # conjugates are roots too; around a centre on the real axis they are known already
-    if problem.real and disc.centre.imag:
+    if problem.is_real and disc.centre.imag:
         known = np.concatenate([roots.values, outside])
         conjugates = known.conj()[~disc.contains(known.conj())]
         distances = np.abs(conjugates[:, None] - known).min(axis=1, initial=np.inf)
@@ -641,13 +641,13 @@ def _lowest_of_all(problem: ScaledProblem, modes: int, certify: bool) -> Modes:
     M, C, K = problem.arrays()
     all_values = dense_values(M, C, K)
     values = all_values
-    if problem.real:  # the lower roots follow as conjugates
+    if problem.is_real:  # the lower roots follow as conjugates
         values = values[values.imag >= 0.0]
     sizes = _sizes_of_modes(problem, values)
     beyond_all = 2 * float(np.max(sizes, initial=0.0))  # where the disc of all roots may end
     region = _disc_of_lowest(sizes, modes, beyond_all)
     roots = roots_at(M, C, K, values[region.contains(values)])
-    if problem.real:
+    if problem.is_real:
         roots = roots.with_conjugates()
     count = count_roots(problem, region, all_values) if certify else None
     return Modes(eigenvalues_of(problem, roots), region, count, roots)
@@ -662,11 +662,11 @@ def _lowest_of_squares(problem: ScaledProblem, modes: int, largest: float, certi
     half_width = 1.02 * largest  # the largest root itself lies well inside
     for _ in range(MOST_ENLARGEMENTS):
         # with the real axis; of complex matrices the lower roots are no conjugates
-        low = -1e-6 * half_width if problem.real else -half_width
+        low = -1e-6 * half_width if problem.is_real else -half_width
         square = Rectangle(-half_width, half_width, low, half_width)
         in_square = modes_in(problem, square, certify)
         roots = in_square.roots
-        if problem.real:  # the lower roots follow as conjugates
+        if problem.is_real:  # the lower roots follow as conjugates
             roots = roots.select(roots.values.imag >= 0.0)
         sizes = _sizes_of_modes(problem, roots.values)
         sizes = sizes[sizes < half_width]
@@ -675,7 +675,7 @@ def _lowest_of_squares(problem: ScaledProblem, modes: int, largest: float, certi
         half_width *= ENLARGEMENT
     region = _disc_of_lowest(sizes, modes, half_width)
     roots = roots.select(region.contains(roots.values))
-    if problem.real:
+    if problem.is_real:
         roots = roots.with_conjugates()
     count = len(roots.values) if in_square.certified else None
     return Modes(eigenvalues_of(problem, roots), region, count, roots)

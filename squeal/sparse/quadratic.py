@@ -62,7 +62,7 @@ class ScaledProblem:
         return len(self.scale)
 
     @property
-    def real(self) -> bool:
+    def is_real(self) -> bool:
         """True if all matrices are real, so that roots come in conjugate pairs."""
         return not any(np.iscomplexobj(A.data) for A in (self.M, self.C, self.K))
 
@@ -358,7 +358,7 @@ def _rounding(
         # c of the docstring
         scaled_conditions = np.minimum(conditions, 1 / EPS) * sizes / scales
     # a root may meet its conjugate, also where that is not listed: it is added for the call
-    is_unpaired = problem.real & (values.imag != 0) & ~np.isin(values.conj(), values)
+    is_unpaired = problem.is_real & (values.imag != 0) & ~np.isin(values.conj(), values)
     rounding = root_rounding(
         np.append(values, values[is_unpaired].conj()),
         condition=np.append(scaled_conditions, scaled_conditions[is_unpaired]),

@@ -215,7 +215,7 @@ def system_roots(
 def _lowest_roots(problem: ScaledProblem, modes: int, add_errors: AddErrors | None) -> SystemRoots:
     """Compute the `modes` lowest roots with Im >= 0 of a large system, and count them."""
     solution = lowest_modes(problem, modes)
-    roots = _upper_half(solution.eigenvalues, problem.real)
+    roots = _upper_half(solution.eigenvalues, problem.is_real)
     count = _count_of_upper(solution.count, solution.eigenvalues, roots)
     if add_errors is not None:
         roots = add_errors(roots)
@@ -479,7 +479,7 @@ def _part_of_all(
     # of complex matrices roots with Im < 0 are no motions; of real ones they are conjugates, which
     # a region below the real axis holds
     of_motions = roots
-    if not problem.real:
+    if not problem.is_real:
         of_motions = _upper_half(roots, real=False)
     inside = []
     others = []
