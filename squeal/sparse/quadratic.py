@@ -266,9 +266,9 @@ def eigenvalues_of(problem: ScaledProblem, roots: Roots) -> tuple[Eigenvalue, ..
     mass, and the largest entry positive.
     """
     residuals = problem.backward_errors(roots.values, roots.right)
-    conditions, of_entries = _conditions(problem, roots)
+    conditions = _conditions(problem, roots)
     rounding = _rounding(problem, roots.values, residuals, conditions)
-    rounding = np.where(_is_lost(problem, roots.values, of_entries), np.abs(roots.values), rounding)
+    rounding = np.where(_is_lost(problem, roots), np.abs(roots.values), rounding)
     right = _in_unscaled_coordinates(problem, roots.right)
     left = _in_unscaled_coordinates(problem, roots.left)
     eigenvalues = []
@@ -286,42 +286,44 @@ def eigenvalues_of(problem: ScaledProblem, roots: Roots) -> tuple[Eigenvalue, ..
     return tuple(eigenvalues)
 
 
-def _conditions(problem: ScaledProblem, roots: Roots) -> tuple[Array, Array]:
+def _conditions(problem: ScaledProblem, roots: Roots) -> Array:
     """Condition numbers (m,): the relative change of each root by relative changes of M, C, K.
 
-    (|z|^2 |M| + |z| |C| + |K|) |x| |y| / (|z| |y^H P'(z) x|), infinite where that vanishes; and the
-    same of relative changes of their entries, with absolute values for norms.
+    (|z|^2 |M| + |z| |C| + |K|) |x| |y| / (|z| |y^H P'(z) x|), infinite where that vanishes.
     """
-    values = roots.values
-    right = roots.right
-    left = roots.left
-    sizes = np.abs(values)
-    of_mass, of_damping, of_stiffness = (
-        np.sum(np.abs(left) * (abs(X) @ np.abs(right)), axis=0)
-        for X in (problem.M, problem.C, problem.K)
-    )
-    of_entries = sizes * (sizes * of_mass + of_damping) + of_stiffness
-    image = multiply(problem.M, right * (2 * values)) + multiply(problem.C, right)  # P' x
-    product = sizes * np.abs(np.sum(left.conj() * image, axis=0))
-    lengths = np.linalg.norm(right, axis=0) * np.linalg.norm(left, axis=0)
-    changes = np.array([problem.size(values) * lengths, of_entries])
-    conditions = np.full(changes.shape, np.inf)
-    of_norms, of_entries = np.divide(changes, product, out=conditions, where=product != 0)
-    return of_norms, of_entries
+    slopes = _slopes(problem, roots)
+    lengths = np.linalg.norm(roots.right, axis=0) * np.linalg.norm(roots.left, axis=0)
+    sizes = problem.size(roots.values) * lengths
+    return np.divide(sizes, slopes, out=np.full(len(sizes), np.inf), where=slopes != 0)
 
 
-def _is_lost(problem: ScaledProblem, values: ComplexArray, conditions: Array) -> NDArray[np.bool_]:
+def _slopes(problem: ScaledProblem, roots: Roots) -> Array:
+    """|z| |y^H P'(z) x| (m,) of each root: what a relative change of z does to y^H P(z) x."""
+    image = multiply(problem.M, roots.right * (2 * roots.values))
+    image += multiply(problem.C, roots.right)
+    return np.abs(roots.values) * np.abs(np.sum(roots.left.conj() * image, axis=0))
+
+
+def _is_lost(problem: ScaledProblem, roots: Roots) -> NDArray[np.bool_]:
     """Which roots (m,) may be infinite ones that rounding made finite.
 
-    They are faster than the problem's frequency scale, alone, and rounding of entries moves them by
-    their size, as `conditions` (m,) of entries say. Roots of a light mass are not among them.
+    They are faster than the problem's frequency scale, alone, and moved by a share `LOST` of their
+    size by rounding of each entry and by what their vectors leave of the equations. Roots of a
+    light mass are not among them.
     """
+    values = roots.values
     sizes = np.abs(values)
     distances = np.abs(values[:, None] - values)
     np.fill_diagonal(distances, np.inf)
     is_alone = distances.min(axis=1, initial=np.inf) > ALONE * sizes
     is_fast = sizes > problem.frequency_scale
-    return is_fast & is_alone & (LEAST_BACKWARD_ERROR * conditions > LOST)
+    inertia = multiply(problem.M, roots.right * values) + multiply(problem.C, roots.right)
+    remainders = np.abs(inertia * values + multiply(problem.K, roots.right))
+    shapes = np.abs(roots.right)
+    terms = sizes * (sizes * (abs(problem.M) @ shapes) + abs(problem.C) @ shapes)
+    terms += abs(problem.K) @ shapes
+    changes = np.sum(np.abs(roots.left) * (remainders + LEAST_BACKWARD_ERROR * terms), axis=0)
+    return is_fast & is_alone & (changes > LOST * _slopes(problem, roots))
 
 
 def _rounding(
