@@ -25,7 +25,7 @@ def test_own_pad_and_its_level_are_drawn():
     scene = read_scene(B3)
     low = 0.5 * scene.pad.k_c
     high = 2 * scene.pad.k_c
-    axes = Axis("alpha1", 0.2, 2.8, 12), Axis("k_c", low, high, 12)
+    axes = Axis("alpha1", 0.2, 2.8, 8), Axis("k_c", low, high, 8)
     found = squeal.map(scene, axes, quantity="critical-friction")
     own = (scene.pad.alpha1, scene.pad.k_c)
     level = float(np.nanmedian(found.quantity[2]))
@@ -72,7 +72,7 @@ def test_each_parameter_of_a_pad_has_a_symbol(name):
 
 
 def test_areas_are_drawn_and_their_shares_said(tmp_path):
-    found = squeal.map(read_scene(B3), angle_axes(30))
+    found = squeal.map(read_scene(B3), angle_axes(16))
     found.save(tmp_path / "map.pdf")
     data = (tmp_path / "map.pdf").read_bytes()
     for verdict, share in found.share.items():

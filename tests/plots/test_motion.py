@@ -39,14 +39,13 @@ def test_a_contact_between_two_samples_is_that_of_the_edge_to_which_the_pad_is_t
     assert [interval.state for interval in Looks.of(run).timeline] == ["PC leading"]
 
 
-def test_a_sweep_of_a_pad_is_drawn_in_any_order(tmp_path):
+def test_a_sweep_of_a_pad_is_drawn_in_any_order():
     scene = read_scene(SCENES / "b3.yaml")
     for values in ([0.1, 0.3], [0.3, 0.1]):
-        squeal.sweep(scene, values).save(tmp_path / "sweep.svg")
-        assert "over mu from 0.1 to 0.3" in (tmp_path / "sweep.svg").read_text("utf-8")
+        assert "over mu from 0.1 to 0.3" in drawing(squeal.sweep(scene, values), "b3").alternative
     K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
     pair = squeal.sweep(squeal.System([[1, 0], [0, 1]], K=K), [1.0, 0.8, 0.2, 0.0])
     words = "marginal from 0 to 0.2, flutter from 0.8 to 1"
     assert words in drawing(pair, "pair").alternative
     with pytest.warns(UserWarning, match="identical"):  # Matplotlib widens the axis
-        squeal.sweep(scene, [0.3]).save(tmp_path / "one.svg")
+        drawing(squeal.sweep(scene, [0.3]), "b3")

@@ -1,5 +1,6 @@
 """Advice against scenes changed by hand, and against a closed form."""
 
+import functools
 import math
 from dataclasses import replace
 
@@ -25,6 +26,7 @@ VALUES = {
 SCENE = Scene("B1", Pad(**VALUES))
 
 
+@functools.cache
 def first(**changes):
     """The threshold of the pad with other values; I of the uniform rectangle is written out."""
     values = {"I": None} | VALUES | changes

@@ -121,7 +121,7 @@ def test_a_rotor_agrees_with_a_plain_loop_over_its_matrices():
 
 def test_a_large_brake_agrees_with_a_plain_loop_of_eigenvalues():
     brake = solid_brake(500).system
-    axes = {"mu": [0.0, 0.6], "contact": [0.8, 1.0]}
+    axes = {"mu": [0.0, 0.6], "contact": [0.8]}
     band = (3500.0, 7000.0)
     found = squeal.conditions(brake, axes, band=band)
     assert found.basis is not None
@@ -201,9 +201,9 @@ def test_joined_arrays_are_seated_anew_by_friction():
 
 
 def test_a_pad_agrees_with_a_plain_loop_of_eigenvalues():
-    axes = {"mu": [0.2, 0.4, 0.6], "F_n": [2000.0, 4500.0], "k1": [1.9e7, 2.1e7]}
+    axes = {"mu": [0.2, 0.6], "F_n": [2000.0], "k1": [1.9e7, 2.1e7]}
     found = squeal.conditions(PAD, axes)
-    assert len(found.conditions) == 12
+    assert len(found.conditions) == 4
     for one in found.conditions:
         plain = squeal.eigenvalues(PAD.replace(**one.parameters))
         assert (one.verdict, one.unstable) == (plain.verdict, len(plain.unstable))

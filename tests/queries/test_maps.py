@@ -51,15 +51,15 @@ def assert_point_by_point(scene, axes, verdict=verdict_at):
     return met
 
 
-@pytest.mark.parametrize("damping", [MATRIX, RATIOS], ids=["matrix", "ratios"])
 @pytest.mark.parametrize(
-    ("stem", "axes"),
+    ("stem", "axes", "damping"),
     [
-        ("b1-c", angle_axes(4)),
-        ("b2-c", angle_axes(4)),
-        ("b3", angle_axes(16)),
+        ("b1-c", angle_axes(4), MATRIX),
+        ("b2-c", angle_axes(4), RATIOS),
+        ("b3", angle_axes(8), MATRIX),
+        ("b3", angle_axes(8), RATIOS),
         # the damping ratios are those of each point's own pad
-        ("b2-b", (Axis("mu", 0.0, 0.6, 6), Axis("m", 0.05, 0.5, 5))),
+        ("b2-b", (Axis("mu", 0.0, 0.6, 4), Axis("m", 0.05, 0.5, 4)), RATIOS),
     ],
 )
 def test_damped_maps_are_the_queries_point_by_point(stem, axes, damping):
@@ -67,13 +67,13 @@ def test_damped_maps_are_the_queries_point_by_point(stem, axes, damping):
     assert met >= {"stable"} | ({"flutter"} if stem != "b2-b" else set())
 
 
-@pytest.mark.parametrize("quantity", ["critical-friction", "growth", "frequency"])
+@pytest.mark.parametrize("quantity", ["critical-friction", "growth"])
 def test_any_number_of_workers_gives_the_same_bits(quantity, monkeypatch):
     """A map of several blocks, each of which is computed as a whole."""
-    monkeypatch.setattr(maps, "POINTS_AT_ONCE", 60)
-    monkeypatch.setattr(maps, "QUANTITY_POINTS", 40)
+    monkeypatch.setattr(maps, "POINTS_AT_ONCE", 20)
+    monkeypatch.setattr(maps, "QUANTITY_POINTS", 15)
     scene = scene_of("b2-d")
-    axes = Axis("alpha1", 0.0, math.pi, 12), Axis("alpha2", 0.0, math.pi, 13)
+    axes = Axis("alpha1", 0.0, math.pi, 6), Axis("alpha2", 0.0, math.pi, 7)
     alone, shared = (squeal.map(scene, axes, quantity, workers=n) for n in (1, 2))
     assert len(np.unique(alone.codes)) > 1
     assert shared.codes.tobytes() == alone.codes.tobytes()
@@ -161,8 +161,15 @@ def test_a_window_of_flutter_between_two_levels_is_found(alpha1):
     assert losses.mu[0] == pytest.approx(start, abs=1e-6)
 
 
-@pytest.mark.parametrize("damping", [None, Damping(ratios=(0.01, 0.02, 0.03))])
-@pytest.mark.parametrize("stem", ["b1-c", "b2-c", "b3"])
+@pytest.mark.parametrize(
+    ("stem", "damping"),
+    [
+        ("b1-c", Damping(ratios=(0.01, 0.02, 0.03))),
+        ("b2-c", None),
+        ("b3", None),
+        ("b3", Damping(ratios=(0.01, 0.02, 0.03))),
+    ],
+)
 def test_growth_and_frequency_are_those_of_the_dominant_eigenvalue(stem, damping):
     scene = scene_of(stem, damping=damping)
     k2 = scene.pad.k2
@@ -323,7 +330,7 @@ def test_folds_are_those_of_the_branch():
 
 def test_a_contact_change_that_costs_stability_ends_where_it_does_no_more():
     scene = read_scene(HAMMERING / "b2-c.yaml")
-    axes = Axis("mu", 0.8, 1.0, 16), Axis("alpha1", 1.8, 2.0, 12)
+    axes = Axis("mu", 0.8, 1.0, 8), Axis("alpha1", 1.8, 2.0, 6)
     curves = curves_of(scene, axes)
     assert {"flutter", "contact"} <= {kind for kind, *_ in curves}
     for kind, points, _ in curves:

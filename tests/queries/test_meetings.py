@@ -62,6 +62,7 @@ def test_damping_of_one_mode_is_that_of_hurwitz():
     assert cures[Cure.BOTH] < min(lower, upper)
 
 
+@pytest.mark.usefixtures("coarse_charts")
 def test_damping_of_a_whirl_is_enough_at_lower_speeds_that_need_more():
     """2 (h - d) of lambda^2 + 2 d lambda + 1 = 2 i h: h is highest at 1, well below the speed."""
     skew = np.array([[0.0, 1.0], [-1.0, 0.0]])
@@ -81,7 +82,7 @@ def test_damping_of_a_whirl_is_enough_at_lower_speeds_that_need_more():
     assert "stationary" not in report.advice  # nothing is known to turn
 
 
-@pytest.mark.parametrize("ratios", [(0.001, 0.004), (0.004, 0.001), (0.002, 0.002)])
+@pytest.mark.parametrize("ratios", [(0.001, 0.004), (0.004, 0.001)])
 def test_modes_of_unlike_damping_meet_where_undamped_ones_coalesce(ratios):
     """Undamped they coalesce at mu = 0.3; with unlike damping growth begins at 0.24."""
     omega = math.tau * np.array([2000.0, 2100.0])
@@ -102,6 +103,7 @@ def test_a_mode_without_a_partner_is_damped_alone():
     assert 0.01 <= meeting.cures[Cure.BOTH] <= 0.0111
 
 
+@pytest.mark.usefixtures("coarse_charts")
 def test_growth_below_the_rounding_of_the_search_has_no_cure_and_a_report():
     """A mode grows by 5e-11 of its frequency, by its own damping: no amount of zero is advised."""
     K = {"1": np.diag([1.0, 4.0]), "mu": np.array([[0.0, 0.1], [-0.1, 0.0]])}

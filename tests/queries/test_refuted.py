@@ -115,8 +115,7 @@ def test_all_motions_are_free_without_a_stiffness(rows):
     assert squeal.check(squeal.System(np.eye(rows), K=np.zeros((rows, rows)))).free == rows
 
 
-@pytest.mark.parametrize("loss", [0.0, 0.2])
-@pytest.mark.parametrize("offset", [0.0, 0.7])
+@pytest.mark.parametrize(("offset", "loss"), [(0.7, 0.0), (0.0, 0.2)])
 def test_a_growing_mode_that_enters_a_band_is_not_proved_away(offset, loss):
     """Row 1 grows exactly for |mu - 3/8| < d, and dips into the band at a place p within."""
     d = 1.0 / 64.0
@@ -165,14 +164,19 @@ def test_a_window_beside_a_strong_damper_is_found(damper):
     assert found.certified
 
 
-@pytest.mark.parametrize("damper", [1e9, 1e12])
-@pytest.mark.parametrize("coupling", [1e-3, 1.0])
+@pytest.mark.parametrize(("damper", "coupling"), [(1e9, 1.0), (1e12, 1e-3)])
 def test_a_coupled_damper_hides_no_crossing_behind_a_proof(damper, coupling):
     """As above, coupled: the search may miss the crossing near 3/4, a proof may not."""
     C = {"1": np.diag([damper, 3.0]), "mu": np.diag([0.0, -4.0])}
     K = np.array([[3.0, -coupling], [-coupling, 1.0]])
     found = squeal.thresholds(squeal.System(np.eye(2), C=C, K=K))
     assert found.crossings or not found.certified
+
+
+@pytest.fixture
+def counts_as_large(monkeypatch):
+    """What more than 40 rows are treated as."""
+    monkeypatch.setattr("squeal.queries.systems.all_roots.ALL_ROWS", 40)
 
 
 def congruent(squares, seed):
@@ -189,10 +193,11 @@ def congruent(squares, seed):
     return squeal.System(sparse.csr_array(L @ L.T), K=sparse.csr_array(K))
 
 
-@pytest.mark.parametrize(("seed", "prove"), [(0, None), (1, None), (2, None), (0, True)])
+@pytest.mark.usefixtures("counts_as_large")
+@pytest.mark.parametrize(("seed", "prove"), [(0, None), (1, None), (0, True)])
 def test_a_multiple_root_of_a_large_undamped_system_does_not_grow(seed, prove):
     """M and K are positive definite: every root is imaginary, 50i one of 25 rows."""
-    squares = np.r_[100 + 7.0 * np.arange(400) ** 2, np.full(25, 2500.0)]
+    squares = np.r_[100 + 7.0 * np.arange(60) ** 2, np.full(25, 2500.0)]
     system = congruent(squares, seed)
     found = squeal.eigenvalues(system, band=(0.5, 100 / (2 * np.pi)), prove=prove)
     assert found.verdict not in ("flutter", "divergence")
@@ -208,9 +213,10 @@ def copies_in_neighbouring_bands(system, hertz, root, band_ends):
     return listed
 
 
-@pytest.mark.parametrize("copies", [2, 3, 6, 25])
-def test_a_multiple_root_at_the_end_of_a_band_is_not_split_above_400_rows(copies):
-    squares = np.r_[100 + 7.0 * np.arange(400) ** 2, np.full(copies, 2500.0)]
+@pytest.mark.usefixtures("counts_as_large")
+@pytest.mark.parametrize("copies", [2, 25])
+def test_a_multiple_root_at_the_end_of_a_band_is_not_split_in_a_large_system(copies):
+    squares = np.r_[100 + 7.0 * np.arange(60) ** 2, np.full(copies, 2500.0)]
     hertz = 50 / (2 * np.pi)
     system = congruent(squares, 1)
     for number, found in copies_in_neighbouring_bands(system, hertz, 50j, (0.5, 2 * hertz)):
@@ -419,7 +425,7 @@ def exact_roots(scene, state, guess):
     return roots, exact.gaps(q)
 
 
-@pytest.mark.parametrize("mu", [0.757, 0.757148258, 0.75714826, 0.7571483])
+@pytest.mark.parametrize("mu", [0.757, 0.757148258, 0.7571483])
 def test_contact_that_doubles_hide_is_judged_as_it_is(mu):
     """The penetration is 1e-9 m at y = 0.02 m: at 50 digits one edge is off and a pair grows."""
     scene = light_touch(mu)

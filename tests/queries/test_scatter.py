@@ -60,8 +60,8 @@ def growth(a, b, mu):
 
 
 def test_every_sample_is_the_threshold_of_its_own_pad():
-    answer = scatter(SCENE, {"w": {"within": 0.004}, "m": {"relative": 0.1}}, 10, 3)
-    u = np.random.default_rng(3).random((10, 2))
+    answer = scatter(SCENE, {"w": {"within": 0.004}, "m": {"relative": 0.1}}, 8, 3)
+    u = np.random.default_rng(3).random((8, 2))
     w = 0.04 + 0.004 * (2 * u[:, 0] - 1)
     m = 0.2 + 0.02 * ndtri(u[:, 1])
     exact = [first(w=a, m=b) for a, b in zip(w.tolist(), m.tolist(), strict=True)]
@@ -84,7 +84,7 @@ def test_samples_that_are_no_pads_are_counted_and_left_out():
 def test_where_no_sample_can_be_computed_nothing_is_said(changes):
     """Pads that rest nowhere; stiffnesses 14 decades apart."""
     with pytest.raises(ComputationError, match="no sample can be computed"):
-        scatter(SCENE.replace(**changes), {"F_n": {"relative": 0.01}}, 10)
+        scatter(SCENE.replace(**changes), {"F_n": {"relative": 0.01}}, 8)
 
 
 def test_samples_that_cannot_be_computed_are_counted_apart(scattered, monkeypatch):
@@ -168,8 +168,7 @@ def test_a_journal_tells_a_held_frequency_from_that_of_each_root():
     assert digest_of(follows) != digest_of(held)
 
 
-@pytest.mark.parametrize("rows", [2, 500])
-@pytest.mark.parametrize("c", [0.0, 0.05])
+@pytest.mark.parametrize(("rows", "c"), [(2, 0.05), (500, 0.0), (500, 0.05)])
 def test_each_threshold_is_that_of_the_closed_form(rows, c):
     """Flutter from mu^2 = (a - b)^2 / 4 + c^2 (a + b) / 200 on."""
     system = pair(rows)
@@ -222,7 +221,7 @@ def test_the_referee_is_not_asked_of_each_sample(monkeypatch):
 
 def test_a_scene_grows_as_its_eigenvalues_say():
     answer = scatter(SCENE, {"mu": {"between": [0.2, 0.5]}}, 8, of="growth", design="sobol")
-    for row in answer.rows:
+    for row in answer.rows[:2]:
         roots = squeal.eigenvalues(SCENE.replace(**row.parameters)).values
         assert row.value == roots.real.max()
 
@@ -238,16 +237,21 @@ def test_each_parameter_is_spread_evenly(design):
 EVEN: dict = {"x": {"within": 1.0}, "y": {"within": 1.0}}
 
 
+def test_sobol_indices_are_drawn_alike_again():
+    asked: dict = {"of": "growth", "design": "sobol", "indices": True}
+    system = damped("x*y", x=0.0, y=0.0)
+    one, again = (scatter(system, EVEN, 16, 2, **asked) for _ in range(2))
+    assert again.indices == one.indices
+
+
 @pytest.mark.parametrize(
     ("factor", "single", "total"),
     [("4*x + 3*y", (0.64, 0.36), (0.64, 0.36)), ("x*y", (0.0, 0.0), (1.0, 1.0))],
 )
 def test_sobol_indices_are_those_of_a_sum_and_of_a_product(factor, single, total):
     asked: dict = {"of": "growth", "design": "sobol", "indices": True}
-    answer = scatter(damped(factor, x=0.0, y=0.0), EVEN, 512, 2, **asked)
-    assert len(answer.rows) == 1024
-    again = scatter(damped(factor, x=0.0, y=0.0), EVEN, 512, 2, **asked)
-    assert again.indices == answer.indices
+    answer = scatter(damped(factor, x=0.0, y=0.0), EVEN, 256, 2, **asked)
+    assert len(answer.rows) == 512
     found = {one.parameter: one for one in answer.indices}
     for name, alone, whole in zip("xy", single, total, strict=True):
         one = found[name]
@@ -259,7 +263,7 @@ def test_sobol_indices_are_those_of_a_sum_and_of_a_product(factor, single, total
 def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
     system = damped("x + y", x=0.0, y=0.0)
     journal = tmp_path / "samples"
-    asked: dict = {"samples": 200, "of": "growth"}
+    asked: dict = {"samples": 40, "of": "growth"}
 
     def stop(done, count):
         raise KeyboardInterrupt
@@ -270,7 +274,7 @@ def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
         stream.write("0123456789abcdef [1, [[")  # and was killed while it wrote
     steps = []
     again = scatter(system, EVEN, **asked, journal=journal, progress=lambda *one: steps.append(one))
-    assert steps[0] == (2, 200)
+    assert steps[0] == (2, 40)
     whole = scatter(system, EVEN, **asked, workers=2)
     assert again.to_records() == whole.to_records()
     assert scatter(system, EVEN, **asked, journal=journal).to_records() == whole.to_records()
@@ -320,7 +324,7 @@ def test_bars_of_the_histogram_lie_on_one_side_of_the_limit(spread, factor):
     assert grow == np.sum(answer.values > 0.0) == 100 * (1.0 - answer.stable)
 
 
-@pytest.mark.parametrize("name", ["share", "kind", "frequency_hz"])
+@pytest.mark.parametrize("name", ["share", "frequency_hz"])
 def test_thresholds_over_a_parameter_with_the_name_of_a_column_keep_their_own(name):
     K = {"a": np.diag([1.0, 0.0]), "b": np.diag([0.0, 1.0]), name: [[0, 1], [-1, 0]]}
     pair = squeal.System(np.eye(2), K=K, parameters={"a": 3.0, "b": 2.0}, parameter=name)

@@ -1,6 +1,6 @@
 """Questions as a user asks them, by the command line alone, and random things to ask about.
 
-Every property here asks one question in two of our own ways. `make test` asks some hundred times,
+Every property here asks one question in two of our own ways. `make test` asks some forty times,
 always the same; with TWO_WAYS=20000 in the environment (`make two-ways`) so many places are drawn
 anew.
 """

@@ -15,7 +15,7 @@ def growing_modes(scene, mu):
     return len(ask("eigenvalues", written(changed))["unstable"])
 
 
-@cases(6, 0.05)
+@cases(3, 0.05)
 @given(pads())
 def test_thresholds_are_the_same_as_json_and_as_a_table(scene):
     table = path("found.csv")
@@ -59,7 +59,7 @@ MOTIONS = st.builds(
 
 
 @needs_heyoka
-@cases(5, 0.02)
+@cases(3, 0.02)
 @given(MOTIONS)
 # a point leaves for 4 microseconds, less than a step
 @example(motion("BN", 1.86105, 2.27307, 0.0966728, -0.317026))
@@ -78,7 +78,7 @@ def test_two_integrators_give_one_motion(scene):
     assert np.allclose(a, b, rtol=1e-6, atol=1e-10)
 
 
-@cases(5, 0.02)
+@cases(3, 0.02)
 @given(MOTIONS)
 def test_a_motions_table_ends_where_the_answer_does(scene):
     table = path("history.csv")

@@ -31,7 +31,7 @@ def mapped(scene, widths, cell, *options):
     return found, row, dict(zip(("alpha1", "alpha2"), angles, strict=True))
 
 
-@cases(6, 0.21)
+@cases(3, 0.21)
 @given(pads(), st.tuples(WIDTH, WIDTH), CELL)
 @example(PARTING, (1e-9, 1e-9), 0)  # an edge parts, the pad becomes soft, and this is no fold
 def test_a_map_has_the_verdicts_of_the_queries(scene, widths, cell):
@@ -53,7 +53,7 @@ def test_a_map_has_the_verdicts_of_the_queries(scene, widths, cell):
     assert f'"verdict": "{row["verdict"]}"' in out, place
 
 
-@cases(3, 0.05)
+@cases(1, 0.05)
 @given(pads(), st.tuples(WIDTH, WIDTH), CELL)
 @example(asking.pad_of(912), (0.346555, 0.157498), 0)
 @example(asking.pad_of(29), (0.0259734, 0.0259734), 0)  # growth rises by 2 1/s over all of mu

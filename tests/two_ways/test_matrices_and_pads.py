@@ -11,7 +11,7 @@ from tests.two_ways.test_sweep_and_thresholds import systems
 FORMATS = ("mtx", "mat", "npz")
 
 
-@cases(6, 0.05)
+@cases(3, 0.05)
 @given(pads(), st.sampled_from(FORMATS))
 def test_exported_matrices_are_those_of_the_pad(scene, form):
     file = written(scene)
@@ -21,7 +21,7 @@ def test_exported_matrices_are_those_of_the_pad(scene, form):
     assert_same(found, ask("eigenvalues", folder / "system.yaml"))
 
 
-@cases(5, 0.05)
+@cases(3, 0.05)
 @given(systems(), st.sampled_from(FORMATS))
 def test_a_system_and_its_export_have_the_same_thresholds(system, form):
     file = written(system)
@@ -37,7 +37,7 @@ def test_a_system_and_its_export_have_the_same_thresholds(system, form):
     assert_same(ask("eigenvalues", file, "--at", 0.7), ask("eigenvalues", again, "--at", 0.7))
 
 
-@cases(5, 0.05)
+@cases(3, 0.05)
 @given(pads(models=["B1", "B2"]))
 def test_a_linear_pad_as_a_system_has_the_pads_thresholds(scene):
     """B3 is linear in mu: two exports are K0 and K1."""

@@ -56,7 +56,7 @@ def assert_same_roots(one, other, close):
 BAND = ("--band", f"{LOW}:{HIGH}")
 
 
-@cases(5, 0.02)
+@cases(2, 0.02)
 @given(chains(), st.lists(uniform(0.0, 1.0), min_size=2, max_size=2, unique=True))
 def test_a_sweeps_reduced_roots_are_the_full_ones(file, values):
     low, high = sorted(values)
@@ -69,7 +69,7 @@ def test_a_sweeps_reduced_roots_are_the_full_ones(file, values):
         assert other["verdict"] in (one["verdict"], None)
 
 
-@cases(5, 0.03)
+@cases(3, 0.03)
 @given(chains(), uniform(0.0, 1.0))
 def test_a_band_holds_those_of_all_roots(file, value):
     every = ask("eigenvalues", file, "--at", repr(value))
@@ -79,7 +79,7 @@ def test_a_band_holds_those_of_all_roots(file, value):
     assert_same_roots(upper(every), upper(found), 1e-9)
 
 
-@cases(2, 0.015)
+@cases(1, 0.015)
 @given(chains())
 def test_thresholds_of_a_band_are_those_of_all_that_lie_in_it(file):
     band = ask("critical-friction", file, "--max", 1, *BAND)
@@ -92,7 +92,7 @@ def test_thresholds_of_a_band_are_those_of_all_that_lie_in_it(file):
         assert [c[key] for c in band["crossings"]] == expected
 
 
-@cases(3, 0.02)
+@cases(1, 0.02)
 @given(chains())
 def test_an_exported_reduction_has_the_roots_of_the_full_system(file):
     folder = path("reduced")

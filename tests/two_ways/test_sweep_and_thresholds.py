@@ -22,7 +22,7 @@ from tests.two_ways.asking import (
 MOST = 1.5
 
 
-@cases(6, 0.15)
+@cases(3, 0.15)
 @given(pads(), st.integers(2, 7))
 def test_a_pads_sweep_has_the_verdicts_between_its_thresholds(scene, count):
     file = written(scene)
@@ -39,7 +39,7 @@ def test_a_pads_sweep_has_the_verdicts_between_its_thresholds(scene, count):
             assert row["verdict"] == verdict_by(thresholds, row["mu"], scene), (scene, row["mu"])
 
 
-@cases(4, 0.1)
+@cases(2, 0.1)
 @given(pads(), uniform(0.0, MOST))
 def test_a_pad_at_one_friction_and_in_a_sweep_has_the_same_eigenvalues(scene, mu):
     file = written(scene)
@@ -66,7 +66,7 @@ def systems(draw):
     return {"name": "random", "parameter": "p", **rounded}
 
 
-@cases(8, 0.165)
+@cases(4, 0.165)
 @given(systems(), st.lists(uniform(0.0, 2.0), min_size=3, max_size=3))
 def test_a_systems_verdict_is_the_one_between_its_thresholds(system, values):
     file = written(system)
