@@ -411,16 +411,16 @@ def test_a_damped_pad_over_friction_has_the_terms_of_each_value(capsys, monkeypa
     assert main(["example", "pad"]) == 0
     capsys.readouterr()
     typed = ["eigenvalues", "pad.yaml", "--set", "damping.ratios=[0.02, 0.02, 0.02]"]
-    assert main([*typed, "--sweep", "0.2:0.4:3", "--energy", "--json"]) == 0
+    assert main([*typed, "--sweep", "0.2:0.4:2", "--energy", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert {row["mu"] for row in found["energy_sweep"]} == {0.2, 0.2 + 0.2 / 2, 0.4}
+    assert {row["mu"] for row in found["energy_sweep"]} == {0.2, 0.4}
     own = sorted((row["growth"], row["term"]) for row in found["energy"])
     last = [row for row in found["energy_sweep"] if row["mu"] == 0.4]
     same = sorted((row["growth"], row["term"]) for row in last)
     for (growth, term), (other, name) in zip(own, same, strict=True):
         assert term == name
         assert growth == pytest.approx(other, abs=1e-6)
-    assert main([*typed, "--sweep", "0.2:0.4:3", "--energy"]) == 0
+    assert main([*typed, "--sweep", "0.2:0.4:2", "--energy"]) == 0
     text = capsys.readouterr().out
     assert "what each term does to mode 1 over mu, 1/s" in text
 

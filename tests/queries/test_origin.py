@@ -97,8 +97,9 @@ def shaft():
     )
 
 
-@pytest.mark.parametrize("method", ["reduced", "modal"])
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize(
+    ("suffix", "method"), [*((suffix, "reduced") for suffix in FORMATS), (FORMATS[0], "modal")]
+)
 def test_a_reduced_system_that_was_exported_is_not_certified(tmp_path, method, suffix):
     folder = tmp_path / "full"
     write_system(folder, shaft(), suffix)

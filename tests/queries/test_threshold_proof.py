@@ -252,7 +252,6 @@ NEARBY = 0.75 * (1.0 + 1e-13)
     [
         ([("flutter", 1, 0.75), ("divergence", 1, NEARBY)], "several kinds or directions"),
         ([("divergence", 1, 0.75), ("divergence", -1, NEARBY), ("flutter", 1, 0.75)], "cancel"),
-        ([("divergence", -1, 0.75), ("flutter", 1, NEARBY), ("flutter", -1, 0.75)], "cancel"),
         ([("divergence", 1, 0.75), ("undamped flutter", -1, NEARBY), ("flutter", 1, 0.75)], ""),
     ],
 )
