@@ -97,6 +97,8 @@ def root_rounding(
     rounding = np.minimum(isolated, bound)
     # only eigenvalues with others within reach share the error with these
     crowded = np.flatnonzero(rounding > 1e-3 * distances.min(axis=1, initial=np.inf))
+    if not crowded.size:
+        return rounding
     with np.errstate(divide="ignore"):
         log_R = np.log(isolated[crowded])
         log_r = np.log(rounding[crowded])
