@@ -150,8 +150,7 @@ def test_cause_and_remedy_name_the_real_modes_that_the_amounts_are_of():
     assert near == pytest.approx(0.474, abs=0.01)  # to a step of the chart
 
 
-def test_a_cure_that_leaves_a_window_is_told_of_the_present_value_and_not_first(monkeypatch):
-    monkeypatch.setattr("squeal.queries.sweep.DRAWN_OF_SYSTEMS", 121)  # the chart chooses the pair
+def test_a_cure_that_leaves_a_window_is_told_of_the_present_value_and_not_first():
     report = reported(0.12 * np.eye(3), (100.0, 102.0, 174.0), WINDOW)
     assert report.opening["Remedy"].startswith("Keep mu below 0.2541, ")
     # cause, cure and chart name one pair, though others have larger shares
