@@ -54,19 +54,13 @@ def deviations(model: PadModel, segment: Segment) -> np.ndarray:
     steps = segment.steps
     identity = np.eye(6)
     h = steps.h[:, None, None] / SUBSTEPS
-
-    def rates(share: float) -> np.ndarray:
-        """The matrices A (s, 6, 6) of the linear equations at a share of each step."""
-        states = steps.states(np.full(len(steps.t), share))
-        slopes = complex_step(lambda state: state_rates(model, state, steps.on), states)
-        return np.moveaxis(slopes, -1, 0)
-
+    shares = np.arange(2 * SUBSTEPS + 1) / (2 * SUBSTEPS)  # ends and middles of the substeps
+    states = np.stack([steps.states(np.full(len(h), share)) for share in shares], axis=1)
+    slopes = complex_step(lambda state: state_rates(model, state, steps.on), states)
+    A = np.moveaxis(slopes, (2, 3), (0, 1))  # (shares, s, 6, 6)
     matrices = np.broadcast_to(identity, (len(h), 6, 6))
-    A_end = rates(0.0)
     for substep in range(SUBSTEPS):
-        k1 = A_end  # the end of the last substep is the begin of this one
-        A_middle = rates((substep + 0.5) / SUBSTEPS)
-        A_end = rates((substep + 1.0) / SUBSTEPS)
+        k1, A_middle, A_end = A[2 * substep : 2 * substep + 3]
         k2 = A_middle @ (identity + h / 2 * k1)
         k3 = A_middle @ (identity + h / 2 * k2)
         k4 = A_end @ (identity + h * k3)
