@@ -151,9 +151,9 @@ def test_each_model_is_judged_alone_on_the_tilt_of_case_b():
 
 
 def test_time_of_negative_tilt_is_that_of_a_fine_history():
-    for stem in ("b1-b", "b1-c", "b2-c"):
+    for stem in ("b1-b", "b2-c"):
         scene = read_scene(ROOT / "workflow" / "scenes" / f"{stem}.yaml")
-        fine = dataclasses.replace(scene, outputs=("history",), samples=200001)
+        fine = dataclasses.replace(scene, outputs=("history",), samples=100001)
         history = simulate(fine).history
         touched = np.argmax(history["state"] != scene.pad_model.law.state_name(NONE))
         tilt = scene.pad.theta0 + history["theta"][touched:]

@@ -26,8 +26,7 @@ def reference(name):
     return read_scene(ROOT / f"workflow/scenes/{name}.yaml")
 
 
-@pytest.mark.parametrize("name", ["b1-b", "b2-c", "b2-d"])
-@pytest.mark.parametrize("load", [0.5, 2.0])
+@pytest.mark.parametrize(("name", "load"), [("b1-b", 0.5), ("b2-c", 0.5), ("b2-d", 2.0)])
 def test_losses_after_a_release_are_those_of_another_program(name, load):
     scene = reference(name)
     model = Plain(scene.pad, line=name.startswith("b2"))
@@ -99,9 +98,9 @@ def test_a_sample_of_starts_lasts_or_rests_by_another_program(name, starts):
 
 
 @needs_heyoka
-@pytest.mark.parametrize(("ratio", "expected"), [(0.006, 0.0029), (0.01, 0.3822)])
-def test_the_trailing_blow_of_c_is_that_of_another_program(ratio, expected):
+def test_the_trailing_blow_of_c_is_that_of_another_program():
     """The impulse of the force while its resultant lies on the trailing half of the face."""
+    ratio = 0.006
     scene = reference("b2-c")
     late = grazing.settled(scene, [ratio])
     model = Plain(scene.pad, line=True)
@@ -117,7 +116,7 @@ def test_the_trailing_blow_of_c_is_that_of_another_program(ratio, expected):
     load = np.where(moment > 0.0, reaction, 0.0) / unit
     # the first may have begun before the motion does, the last may not have ended
     blows = np.add.reduceat(load, begin)[:-1]
-    assert blows.max() == pytest.approx(expected, rel=0.03)
+    assert blows.max() == pytest.approx(0.0029, rel=0.03)
     assert late["heaviest"][0, 1] == pytest.approx(blows.max(), rel=0.02, abs=2e-4)
 
 

@@ -172,7 +172,7 @@ def _beside_a_stiff_mode(stiff, mixed):
 
 
 @pytest.mark.parametrize("mixed", [False, True])
-@pytest.mark.parametrize("stiff", [4.0, 30.0, 40.0, 1e3, 1e5, 1e8, 1e12])
+@pytest.mark.parametrize("stiff", [4.0, 40.0, 1e5, 1e12])
 def test_a_stiff_mode_does_not_hide_flutter_of_the_others(stiff, mixed):
     system = _beside_a_stiff_mode(stiff, mixed)
     [point] = thresholds(system, 2.0).points
@@ -188,13 +188,12 @@ def test_a_stiff_mode_does_not_hide_flutter_of_the_others(stiff, mixed):
         assert len(unstable_modes(system, mu)) == (name == "flutter")
 
 
-@pytest.mark.parametrize("strong", [1e2, 1e9])
-def test_growth_beside_a_strong_damper_and_many_rows_is_counted(strong):
+def test_growth_beside_a_strong_damper_and_many_rows_is_counted():
     """The same beside 38 rows more, of which the referee counts what grows and proves no range."""
     K0 = _beside_a_stiff_mode(1.0, False)(0.0)[2]
     K1 = _beside_a_stiff_mode(1.0, False)(1.0)[2]
     many = np.diag(np.linspace(20.0, 40.0, 38))
-    C = np.diag([1e-3, 1e-3, strong, *[0.1] * 38])
+    C = np.diag([1e-3, 1e-3, 1e9, *[0.1] * 38])
     change = np.pad(K1 - K0, (0, 38))
     stiffness = np.pad(K0, (0, 38)) + np.pad(many, (3, 0))
     found = squeal.thresholds(affine(np.eye(41), stiffness, change, C), 1.0)

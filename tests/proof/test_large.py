@@ -96,9 +96,8 @@ def sliding(seed: int, rows: int = 600) -> tuple[csc_array, csc_array, csc_array
     return M, csc_array(C), csc_array(K)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_friction_and_dashpots_agree_with_lapack(seed):
-    M, C, K = sliding(seed)
+def test_friction_and_dashpots_agree_with_lapack():
+    M, C, K = sliding(0)
     n = M.shape[0]
     inverse = np.linalg.inv(M.toarray())
     lower = np.hstack([-inverse @ K.toarray(), -inverse @ C.toarray()])

@@ -71,7 +71,7 @@ def test_separations_much_shorter_than_a_step_are_found(share):
     assert result.shares["1"] == pytest.approx(1 - lost, abs=1e-3 * lost + 1e-12)
 
 
-@pytest.mark.parametrize("share", [0.0, 1e-15, 1e-12, 1e-6])
+@pytest.mark.parametrize("share", [0.0, 1e-12])
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_grazing_from_below_is_no_separation(backend, share):
     pad = upright()

@@ -93,8 +93,7 @@ def test_growth_of_one_degree_of_freedom_is_that_of_the_closed_form(mu_s, mu_k):
     assert abs(mode.imag) == pytest.approx(math.sqrt(4e5 - growth**2), rel=1e-4)
 
 
-@pytest.mark.parametrize("name", ["b1-c", "b2-c"])
-@pytest.mark.parametrize("damped", [False, True])
+@pytest.mark.parametrize(("name", "damped"), [("b1-c", True), ("b2-c", False)])
 def test_motion_is_that_of_the_equations_written_out(name, damped):
     damping = DAMPED if damped else None
     one = scene(name, outputs=("history",), samples=6, tolerance=1e-13, damping=damping)

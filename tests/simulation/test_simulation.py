@@ -57,7 +57,7 @@ def test_first_contact_follows_the_first_motion(F_n, rate, state):
     assert state_of(first_contact(model, start)) == state
 
 
-@pytest.mark.parametrize("stem", CASES)
+@pytest.mark.parametrize("stem", ["b1-a", "b1-d", "b2-b", "b2-c"])
 @needs_heyoka
 def test_scipy_and_quad_precision_agree(stem):
     scene = read_scene(SCENES / f"{stem}.yaml")

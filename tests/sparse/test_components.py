@@ -97,7 +97,7 @@ def test_a_reduced_brake_has_the_roots_of_the_full_one():
 
     from squeal.examples.brake import parts, solid_brake
 
-    brake = solid_brake(600)
+    brake = solid_brake(600, around=12)
     bodies, contact = parts(brake)
     joint = replace(contact, bonded=True)
     whole = squeal.assemble(bodies, [joint], {"mu": 0.4}).system
