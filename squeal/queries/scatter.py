@@ -276,7 +276,7 @@ def scatter(
     >>> import squeal
     >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
     >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
-    >>> answer = squeal.scatter(pair, {"a": {"within": 0.1}}, samples=64)
+    >>> answer = squeal.scatter(pair, {"a": {"within": 0.1}}, samples=16)
 
     Flutter begins at (a - b) / 2:
 

@@ -137,7 +137,7 @@ class Scatter(Answer):
     >>> import squeal
     >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
     >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
-    >>> found = squeal.scatter(pair, {"a": {"within": 0.1}}, samples=16)  # mu = (a - b) / 2
+    >>> found = squeal.scatter(pair, {"a": {"within": 0.1}}, samples=8)  # mu = (a - b) / 2
     >>> bool(0.45 <= found.values.min() <= found.values.max() <= 0.55)
     True
     """
@@ -231,8 +231,8 @@ class Scatter(Answer):
         >>> import squeal
         >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
         >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
-        >>> len(squeal.scatter(pair, {"a": {"within": 0.1}}, samples=16).table().rows)
-        16
+        >>> len(squeal.scatter(pair, {"a": {"within": 0.1}}, samples=8).table().rows)
+        8
         """
         results = ["kind", "frequency_hz"]
         if self.of == "growth":

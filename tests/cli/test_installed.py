@@ -91,7 +91,7 @@ def bare(program, tmp_path_factory):
     short = tmp_path_factory.mktemp("scenes")  # SciPy takes half a minute for the article's times
     for scene in (ROOT / "workflow" / "scenes").glob("*.yaml"):
         text = scene.read_text(encoding="utf-8")
-        text = text.replace("stop: 0.003162278, samples: 4001", "stop: 0.0002, samples: 321")
+        text = text.replace("stop: 0.003162278, samples: 4001", "stop: 0.0001, samples: 161")
         (short / scene.name).write_text(text, encoding="utf-8")
     commands = {name: [name, *given, "--json"] for name, given in ANSWERS.items()} | REFUSED
     for name in ("claims", "findings"):
