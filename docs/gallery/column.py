@@ -36,7 +36,7 @@ print(f"{found.first.kind} from P = {found.first.mu:.4f} on, Beck and others: 20
 # %%
 # The two lowest frequencies meet there, and one of two modes grows:
 
-loads = np.linspace(0.0, 30.0, 121)
+loads = np.linspace(0.0, 30.0, 61)
 roots = np.array([step.roots for step in squeal.sweep(column, loads).steps])
 figure, (above, below) = plt.subplots(2, 1, sharex=True, layout="constrained")
 above.plot(loads, roots.imag, "k.", markersize=2)

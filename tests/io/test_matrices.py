@@ -603,7 +603,7 @@ def test_a_full_that_its_reader_does_not_survive_is_refused(full, content, reaso
 @pytest.mark.parametrize("form", FILES)
 def test_a_brake_written_as_a_program_would_has_the_same_matrices(tmp_path, form):
     """Halves, labels and all digits; punch files hold ten of them."""
-    brake = solid_brake(500)
+    brake = solid_brake(500, around=12)
     write_brake(tmp_path / form, brake, form)
     found = read_system(tmp_path / form / "system.yaml").system  # without a warning
     for read, own in zip(found.at(), brake.system.at(), strict=True):
