@@ -323,7 +323,6 @@ class _Advance(NamedTuple):
     end: np.ndarray  # (k,), `BranchEnd`: how each branch ends there, or `GOING`
 
 
-NO_EVENT = -1
 AT_END = 1e-12
 """Of the range of mu: a step that comes so close to its end goes there."""
 ALONG_MU = np.eye(4)[:, 3:]
@@ -332,12 +331,19 @@ MOST_NEWTON_STEPS = 12
 """To an equilibrium between two nodes, from the cubic that joins them."""
 
 
+class Event(IntEnum):
+    """What ends a step. A change of contact has the number of its point, from 0 on."""
+
+    RANGE_END = -1  # and
+    TILTED = -2  # past 90 degrees: the last two rows of `Statics.event_functions`
+    FOLD = -3  # mu turns back
+    NONE = -4
+
+
 class _Front(NamedTuple):
     """Present ends of k branches. Vectors and lengths along branches are those of scale * z.
 
-    A step ends at the first event on it, where an event function changes sign. Events have numbers:
-    the gap of each contact point, the tilt past 90 degrees, mu past the end of the range, and last
-    a fold.
+    A step ends at the first `Event` on it, where an event function changes sign.
     """
 
     statics: Statics  # of the pads of these branches
@@ -349,21 +355,6 @@ class _Front(NamedTuple):
     scale: np.ndarray  # (4, k)
     mu_max: np.ndarray  # (k,), ends of the range
     determinant_sign: np.ndarray  # (k,), see `Statics`
-
-    @property
-    def tilted(self) -> int:
-        """Number of the event that the pad turns past 90 degrees; contact changes come before."""
-        return len(self.touching)
-
-    @property
-    def range_end(self) -> int:
-        """Number of the event that mu reaches the end of the range."""
-        return len(self.touching) + 1
-
-    @property
-    def fold(self) -> int:
-        """Number of the event that mu turns back."""
-        return len(self.touching) + 2
 
     def pick(self, i: np.ndarray) -> _Front:
         """Some of the branches, by numbers or bools."""
@@ -452,12 +443,15 @@ class _Front(NamedTuple):
             is_behind = passed(middle).any(axis=0)
             before = np.where(is_behind, before, middle)
             behind = np.where(is_behind, middle, behind)
-        event = np.argmax(passed(behind), axis=0)
+        events_behind = passed(behind)
+        event = np.argmax(events_behind, axis=0)
+        is_change = event < len(self.touching)
+        event = np.where(is_change, event, event - len(events_behind))
         guess = polyval(behind, curve, tensor=False)
         surface = None if fold else self._event_surface(event, guess)
         z, tangent, slope, good = self.corrected(guess, surface)
         if fold:
-            event = np.full(event.size, self.fold)
+            event = np.full(event.size, Event.FOLD)
         else:
             # where another event is passed already, this one is not the first
             others = self.statics.events_behind(z, 1.0 * self.touching, self.mu_max)
@@ -465,10 +459,9 @@ class _Front(NamedTuple):
             # a gap has to pass zero in the sense that changes the contact: the event function,
             # whose derivative by z is `slope`, rises along the tangent
             rate = (slope * tangent / self.scale).sum(axis=0)
-            is_gap = event < self.tilted
-            good &= ~others.any(axis=0) & ((rate > 0.0) | ~is_gap)
+            good &= ~others.any(axis=0) & ((rate > 0.0) | ~is_change)
             # to the last digit
-            z[3] = np.where(event == self.range_end, self.mu_max, z[3])
+            z[3] = np.where(event == Event.RANGE_END, self.mu_max, z[3])
         good &= self._lies_on_step(z, new, options)
         return _Corrected(z, tangent, slope, good), event
 
@@ -481,26 +474,26 @@ class _Front(NamedTuple):
         """
         pad = self.statics.model.pad
         surface = self.no_surface()
-        weights = surface[: self.tilted]
-        normal = surface[self.tilted : -1]
+        weights = surface[:-5]
+        normal = surface[-5:-1]
         offset = surface[-1]
         # event functions rise through zero: the gap of a point that touches, or minus the gap of
         # one that does not
-        is_gap_of = event == np.arange(self.tilted)[:, None]
+        is_gap_of = event == np.arange(len(weights))[:, None]
         weights[:] = is_gap_of * np.where(self.touching, 1.0, -1.0)
         # sense (theta0 + z_2 / w) = pi / 2, where z_2 = w theta
-        is_tilt = event == self.tilted
+        is_tilt = event == Event.TILTED
         sense = np.sign(self.statics.tilt(z))
         normal[2, is_tilt] = (sense / pad.w)[is_tilt]
         offset[is_tilt] = (math.pi / 2 - sense * pad.theta0)[is_tilt]
-        is_end = event == self.range_end
+        is_end = event == Event.RANGE_END
         normal[3, is_end] = 1.0
         offset[is_end] = self.mu_max[is_end]
         return surface
 
     def no_surface(self) -> np.ndarray:
         """Zeros (points + 5, k) for conditions, see `Statics.surface_step`."""
-        return np.zeros((self.tilted + 5, self.owner.size))
+        return np.zeros((len(self.touching) + 5, self.owner.size))
 
     def _lies_on_step(self, z: np.ndarray, new: np.ndarray, options: BranchOptions) -> np.ndarray:
         """Whether (k,) places z (4, k) lie between the present places and the ends `new` (4, k) of
@@ -541,7 +534,7 @@ class _Front(NamedTuple):
         normal = np.where(is_last, ALONG_MU, self.ahead * self.scale)
         guess[3] = np.where(is_last, self.mu_max, guess[3])
         plane = self.no_surface()
-        plane[self.tilted : -1] = normal
+        plane[-5:-1] = normal
         plane[-1] = (normal * guess).sum(axis=0)
         z, tangent, slope, good = self.corrected(guess, plane)
         z[3] = np.where(is_last, self.mu_max, z[3])
@@ -557,14 +550,13 @@ class _Front(NamedTuple):
     ) -> tuple[_Corrected, np.ndarray]:
         """The steps, each cut off at the first event on it, and the events' numbers (k,).
 
-        The number is `NO_EVENT` without one. A step with an event that cannot be located may not be
-        taken.
+        A step with an event that cannot be located may not be taken.
         """
         z = np.where(corrected.good, corrected.z, self.z)
         tangent = corrected.tangent.copy()
         slope = corrected.slope.copy()
         good = corrected.good.copy()
-        event = np.full(good.size, NO_EVENT)
+        event = np.full(good.size, Event.NONE)
         shares = np.linspace(0.0, 1.0, options.checks + 1)
         # first cut off at a fold, then at the other events on the way to it
         for fold in (True, False):
@@ -586,7 +578,7 @@ class _Front(NamedTuple):
             slope[:, i] = located.slope
             good[i] = located.good
         # a step that goes just to the end of the range has not passed it
-        event[good & (event == NO_EVENT) & (z[3] == self.mu_max)] = self.range_end
+        event[good & (event == Event.NONE) & (z[3] == self.mu_max)] = Event.RANGE_END
         return _Corrected(z, tangent, slope, good), event
 
     def up_to_range_end(self, options: BranchOptions) -> _Front:
@@ -604,9 +596,9 @@ class _Front(NamedTuple):
         corrected, event = self._up_to_event(self._stepped(options), options)
         good = corrected.good
         z = np.where(good, corrected.z, self.z)
-        is_change = (event != NO_EVENT) & (event < self.tilted)
+        is_change = event >= 0
         kind = np.full(event.size, NodeKind.POINT)
-        kind[event == self.fold] = NodeKind.FOLD
+        kind[event == Event.FOLD] = NodeKind.FOLD
         kind[is_change] = NodeKind.CONTACT_CHANGE
         ahead, touching, separated = self._behind_changes(
             changed=np.flatnonzero(good & is_change),
@@ -685,9 +677,9 @@ class _Front(NamedTuple):
         far = np.max(np.abs(z[:2]), axis=0) > options.farthest * (pad.L1 + pad.L2)
         reasons = {
             BranchEnd.SEPARATED: separated,
-            BranchEnd.REACHED: event == self.range_end,
-            BranchEnd.FOLD: (event == self.fold) | (ahead[3] < 0.0),
-            BranchEnd.TILTED: event == self.tilted,
+            BranchEnd.REACHED: event == Event.RANGE_END,
+            BranchEnd.FOLD: (event == Event.FOLD) | (ahead[3] < 0.0),
+            BranchEnd.TILTED: event == Event.TILTED,
             BranchEnd.UNBOUNDED: far,
             BranchEnd.INTERRUPTED: self.statics.unresolved(z),
         }
