@@ -102,8 +102,6 @@ class Meeting:
     advised : mapping
         `IN_HAND` times as much or more of each kind that is confirmed for all values up to
         `IN_HAND` times the present one, else up to that one, else at that value.
-    at_value_alone : frozenset of Cure
-        Those with which, as advised, something grows at a value below the present one.
     is_of_chart : bool
         Whether the modes of the chart that meet begin at these frequencies.
     """
@@ -113,7 +111,6 @@ class Meeting:
     indices: tuple[int, ...]
     cures: Mapping[Cure, float]
     advised: Mapping[Cure, float]
-    at_value_alone: frozenset[Cure] = frozenset()
     is_of_chart: bool = False
 
     @property
@@ -131,15 +128,13 @@ class Meeting:
 
     @property
     def alone(self) -> Cure | None:
-        """Which mode, damped alone, stops growth at as many values as both do; None if neither is
-        known to. Of two that do it is the one that needs less."""
+        """Which mode, damped alone, is known to stop growth; None if neither is. Of two that do it
+        is the one that needs less."""
         sides = {}
         upper = int(np.sum(self.is_upper))
         for side, count in ((Cure.LOWER, len(self.omega) - upper), (Cure.UPPER, upper)):
-            if count > 1:  # of one frequency, where any direction in their plane is a mode
-                continue
-            reaches_as_far = side not in self.at_value_alone or Cure.BOTH in self.at_value_alone
-            if side in self.advised and reaches_as_far:
+            # of one frequency any direction in their plane is a mode
+            if count == 1 and side in self.advised:
                 sides[side] = self.advised[side]
         return min(sides, key=sides.__getitem__, default=None)
 
@@ -344,8 +339,7 @@ class _Problem:
             self._take(dict.fromkeys(candidates, Cure.BOTH))
             if are_pairs:
                 self._take(dict.fromkeys(candidates, Cure.APART))
-            meeting = next(iter(self.meetings.values()))  # all have the same kinds
-            known = 2 * len(meeting.advised) - len(meeting.at_value_alone)
+            known = sum(2 - confirmed.is_alone for confirmed in self.searched.values())
             if known > most:
                 most = known
                 best = dict(self.meetings)
@@ -355,11 +349,11 @@ class _Problem:
         self.meetings = best
         self._start_anew()
         self.searched = searched
-        if all(meeting.is_pair for meeting in best.values()):
+        if all(meeting.is_pair for meeting in best.values()) and self.knows(Cure.BOTH):
             if len(best) == 1:
                 for side in SIDES:
                     self._take(dict.fromkeys(best, side))
-            elif self.knows(Cure.BOTH):
+            else:
                 self._take(self._sides())
         return self.meetings
 
@@ -385,21 +379,21 @@ class _Problem:
         return Effect(self.spectrum, present, roots, loss)
 
     def _take(self, cures: Cures) -> None:
-        """Take cures into the meetings, where they are confirmed."""
+        """Take cures into the meetings, where they are confirmed: of one mode of each pair if they
+        stop growth at as many values as damping of both does."""
         confirmed = self._confirmed(cures)
         if confirmed is None:
+            return
+        of_both = self.searched.get(Cure.BOTH, confirmed)
+        if Cure.APART not in cures.values() and confirmed.is_alone > of_both.is_alone:
             return
         for mode, cure in cures.items():
             self.searched[cure] = confirmed
             meeting = self.meetings[mode]
-            alone = meeting.at_value_alone
-            if confirmed.is_alone:
-                alone |= {cure}
             self.meetings[mode] = replace(
                 meeting,
                 cures={**meeting.cures, cure: confirmed.enough[mode]},
                 advised={**meeting.advised, cure: confirmed.advised[mode]},
-                at_value_alone=alone,
             )
 
     def _sides(self) -> dict[int, Cure]:

@@ -168,9 +168,8 @@ class Effect:
         where that is not known, or where something grows at less."""
         if self.loss is None or self.leaves_window or self.value <= 0.0:
             return "-"
-        end = self.loss.high if self.loss.value is None else self.loss.value
-        percent = f"{math.floor(100.0 * (end / self.value - 1.0))}"
-        return percent if self.loss.value is not None else f"over {percent}"
+        percent = math.floor(100.0 * (min(self.limit, self.loss.high) / self.value - 1.0))
+        return f"{'over ' * math.isinf(self.limit)}{percent}"
 
     @property
     def damping_left(self) -> float:

@@ -207,8 +207,8 @@ class Findings(Answer):
         if not self.eigenvalues.unstable:
             return [self._without_growth()]
         ways = [*self._changes_in_words(), *self._bound()]
-        for cure in self.cures.treatments:
-            ways.append(_Way(self._measure(cure), self._is_at_value_alone(cure), self._share(cure)))
+        for cure, effect in self.cures.treatments.items():
+            ways.append(_Way(self._measure(cure), effect.leaves_window, self._share(cure)))
         if not ways:
             return ["No way out is known to this page."]
         ways.sort(key=lambda way: (way.grows_below, way.size))
@@ -286,10 +286,6 @@ class Findings(Answer):
         if not self.eigenvalues.extent:
             return False
         return not is_small(getattr(self.subject, "system", self.subject))
-
-    def _is_at_value_alone(self, cure: Cure) -> bool:
-        """Whether something grows at lower values of the parameter with a cure."""
-        return any(cure in meeting.at_value_alone for meeting in self.meetings.values())
 
     def _share(self, cure: Cure) -> float:
         """The largest share of the upper frequency, or of critical damping, of a cure."""
@@ -633,15 +629,18 @@ class Findings(Answer):
     def to_dict(self) -> dict[str, Any]:
         remedies = [_remedy_entry(remedy) for remedy in self.search.remedies]
         meetings = []
+        alone = []  # sides are known to stop as much as both
+        for cure, effect in self.cures.treatments.items():
+            if effect.leaves_window:
+                alone.append(cure.name.lower())
+                alone += ["lower", "upper"] * (cure is Cure.BOTH)
         for mode, meeting in self.meetings.items():
             entry: dict[str, Any] = {"mode": mode, "frequencies_hz": list(meeting.hertz)}
-            entry["at_value_alone"] = []
+            entry["at_value_alone"] = alone
             entry["just_enough"] = {}
             for cure in Cure:
                 entry[cure.name.lower()] = meeting.advised.get(cure)
                 entry["just_enough"][cure.name.lower()] = meeting.cures.get(cure)
-                if cure in meeting.at_value_alone:
-                    entry["at_value_alone"].append(cure.name.lower())
             meetings.append(entry)
         of_thresholds = self.thresholds.to_dict()
         critical = self.critical and self.critical.table().records()
