@@ -343,7 +343,7 @@ class Continuation:
     >>> import numpy as np
     >>> K = lambda p: np.array([[2.0, -1.0 + 4 * p / 3], [-1.0, 2.0]])
     >>> continuation = Continuation(lambda p: (np.eye(2), None, K(p)), 0.0, 2.0)
-    >>> continuation.problem.value, continuation.at(0.75).roots.real.round(6).tolist()
+    >>> continuation.problem.value, continuation.at(0.75).z.real.round(6).tolist()
     ('undamped', [2.0, 2.0])
     """
 
