@@ -41,7 +41,6 @@ from squeal.sparse.quadratic import (
     ComplexArray,
     Roots,
     eigenvalues_of,
-    multiply,
     report_progress,
 )
 from squeal.sparse.reduction import Reduction
@@ -261,12 +260,7 @@ def modes_at_own_frequencies(
     grid = frequencies(system, region)
     worst_before = np.inf
     for _ in range(MOST_CORRECTIONS):
-        reduced_roots = vectors_of(reduction, changes, repeated)
-        full = Roots(
-            values=reduced_roots.values,
-            right=multiply(reduction.vectors, reduced_roots.right),
-            left=multiply(reduction.vectors, reduced_roots.left),
-        )
+        full = vectors_of(reduction, changes, repeated).expanded(reduction.vectors)
         single_roots = [full.select(np.array([k])) for k in range(len(full.values))]
         problems = [scaled.at({**changes, **system.frequency(z.imag)}) for z in full.values]
         residuals = Residuals(np.zeros_like(full.right), np.zeros_like(full.right))

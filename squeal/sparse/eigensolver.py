@@ -33,7 +33,6 @@ from squeal.sparse.quadratic import (
     Roots,
     ScaledProblem,
     eigenvalues_of,
-    multiply,
     report_progress,
 )
 
@@ -299,10 +298,7 @@ def corrected_roots(
     for _ in range(MOST_CORRECTIONS):
         values = dense_values(M, C, K, stiffness=stiffness)
         values = values[region.contains(values)]
-        ritz = roots_at(M, C, K, values, stiffness)
-        roots = Roots(
-            values=ritz.values, right=multiply(V, ritz.right), left=multiply(V, ritz.left)
-        )
+        roots = roots_at(M, C, K, values, stiffness).expanded(V)
         residuals = residuals_of(problem, roots)
         errors = np.linalg.norm(residuals.right, axis=0)
         # left vectors enter conditions and derivatives alone: an error of `accepted` in them counts

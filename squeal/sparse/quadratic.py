@@ -253,6 +253,11 @@ class Roots:
             left=np.hstack([self.left, other.left]),
         )
 
+    def expanded(self, basis: NDArray) -> Roots:
+        """The roots with vectors of all rows, from those in the coordinates of a basis (n, d)."""
+        right = multiply(basis, self.right)
+        return Roots(self.values, right, multiply(basis, self.left))
+
     def with_conjugates(self) -> Roots:
         """These roots, then the conjugates of those above the real axis."""
         upper = self.select(self.values.imag > 0.0)
