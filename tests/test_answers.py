@@ -58,6 +58,7 @@ GRIDS = {
     "map of a quantity": ["k1", "k2"],
     "simulation": ["t"],
 }
+pytestmark = pytest.mark.usefixtures("coarse_charts")
 each = pytest.mark.parametrize("name", ANSWERS)
 answer = functools.cache(lambda name: ANSWERS[name]())
 

@@ -173,6 +173,7 @@ def test_an_answer_prints_and_saves_what_it_holds(tmp_path):
             answer.save("table.txt")
 
 
+@pytest.mark.usefixtures("coarse_charts")
 def test_answers_draw_themselves(tmp_path):
     for answer in (squeal.eigenvalues(PAD), squeal.thresholds(SYSTEM)):
         answer.save(tmp_path / "figure.png")

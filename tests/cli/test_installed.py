@@ -46,7 +46,8 @@ for package in ("squeal.cli", "squeal.article.commands"):
 print(json.dumps(told))
 """
 ANSWERS: dict = {
-    "cycles": [B1, "--set", "damping.ratios=[0.1, 0.1, 0.1]", "--windows", "1"], "simulate": [B1, "--set", "stop=1e-3"],
+    "cycles": [B1, "--set", "damping.ratios=[0.1, 0.1, 0.1]", "--windows", "1"],
+    "simulate": [B1, "--set", "stop=1e-3"],
     "eigenvalues": [B2], "thresholds": [B2], "sliding": [B2], "advise": [B3], "cite": [],
     "map": [B3, "--n", "10"], "export": [B2, "--output", "matrices"], "claims": [], "findings": [],
 }  # fmt: skip

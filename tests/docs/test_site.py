@@ -48,6 +48,7 @@ PRINTED = {  # what the examples say, each known otherwise
 }
 
 
+@pytest.mark.usefixtures("coarse_charts")
 @pytest.mark.parametrize("name", sorted(path.stem for path in (DOCS / "gallery").glob("*.py")))
 def test_examples_run_and_say_what_is_known(name, capsys, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "Agg")
