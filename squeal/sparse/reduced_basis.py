@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.linear.matrices import EPS, divisor
-from squeal.linear.system import System, Term
+from squeal.linear.system import Matrix, System, Term
 from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.quadratic import Array, Bools, ComplexArray, Roots, projected, report_progress
@@ -276,9 +276,10 @@ class ReducedBasis:
 
     def roots(self, changes: Parameters) -> Roots:
         """The roots in the region with right and left vectors (k, m) of the small system."""
-        return self._roots_in(self.region, changes)
+        _, B, A = self.system.at(changes)
+        return self._roots_in(self.region, B, A)
 
-    def _roots_in(self, region: Rectangle, changes: Parameters) -> Roots:
+    def _roots_in(self, region: Rectangle, B: Matrix, A: Matrix) -> Roots:
         """The roots in a region whose states have velocities lambda times their displacements, as
         every mode has.
 
@@ -287,7 +288,6 @@ class ReducedBasis:
         """
         from scipy.linalg import eig
 
-        _, B, A = self.system.at(changes)
         at_shift = self.shift * B + A
         theta, left, right = eig(np.linalg.solve(at_shift, B), left=True)
         sizes = np.abs(theta)
@@ -316,7 +316,8 @@ class ReducedBasis:
     def estimate(self, changes: Parameters, deciding: bool = False) -> ModesWithErrors:
         """Roots in and around the region, with estimated errors and residuals in the full problem;
         if `deciding`, the roots alone on which stability may depend."""
-        roots = self._roots_in(self.estimated_region, changes)
+        _, B, A = self.system.at(changes)
+        roots = self._roots_in(self.estimated_region, B, A)
         if deciding and len(roots.values):
             roots = roots.select(near_axis(roots.values, decay=COARSE_ERROR, gap=COARSE_ERROR))
         values = roots.values
@@ -336,7 +337,7 @@ class ReducedBasis:
         share = UNCERTAINTY + sketch.series  # of the product of both norms
         bounds = root_error_bounds(
             values,
-            slope=left.T @ self.system.at(changes)[1] @ right,
+            slope=left.T @ B @ right,
             truncation=S.T @ R - inside,
             uncertainty=share * np.outer(np.linalg.norm(S, axis=0), np.linalg.norm(R, axis=0)),
         )
