@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -223,14 +223,18 @@ def _on_branch(answer: Thresholds, scene: Scene, path: Path) -> Thresholds:
     )
 
 
-def _judged(
-    scene: Scene, path: Path | None, answer: Thresholds, fastest: float
-) -> tuple[Thresholds, float | None]:
+class _Refereed(NamedTuple):
+    """Thresholds with what the referee says of them."""
+
+    answer: Thresholds
+    refuted_at: float | None  # value of the parameter at which it refutes them; None: it does not
+
+
+def _judged(scene: Scene, path: Path | None, answer: Thresholds, fastest: float) -> _Refereed:
     """Let the referee judge the thresholds of a pad.
 
     fastest: a bound of |lambda| without friction and damping, rad/s, the scale of the growth that
-    the proof cannot exclude. Returns the answer with the referee's statement, and the friction at
-    which the referee refutes it, None if it does not.
+    the proof cannot exclude.
     """
     from squeal.queries.ranges import pad_statement  # here, since few answers need it
 
@@ -245,7 +249,7 @@ def _judged(
     statement, intervals = pad_statement(
         damped_model(scene), start, answer.crossings, answer.high, first_loss, fastest, fold
     )
-    return with_statement(answer, statement, intervals), statement.refuted_at
+    return _Refereed(with_statement(answer, statement, intervals), statement.refuted_at)
 
 
 def with_statement(
@@ -473,7 +477,7 @@ def _proved_system(
     answer: Thresholds,
     all_crossings: Sequence[Crossing],
     at_any_cost: bool,
-) -> tuple[Thresholds, float | None]:
+) -> _Refereed:
     """Let the referee prove the thresholds of a small system on their whole range.
 
     The referee counts all roots: of a band nothing is proved while others grow, which may enter it.
@@ -490,13 +494,6 @@ def _proved_system(
         All crossings of the system, of which the answer may list those of a band or region.
     at_any_cost : bool
         Whether the proof was requested, however long it takes.
-
-    Returns
-    -------
-    answer : Thresholds
-        The thresholds with the referee's statement.
-    refuted_at : float or None
-        The value of the parameter at which the referee refutes them; None if it does not.
     """
     from squeal.queries.ranges import system_statement
     from squeal.queries.systems.all_roots import motion_rates, roots_of_all
@@ -515,7 +512,7 @@ def _proved_system(
     if statement.status == "proved" and doubts:
         words = "; ".join(doubts)
         statement = replace(statement, status="open", growth_below=None, reason=words)
-    return with_statement(answer, statement, intervals), statement.refuted_at
+    return _Refereed(with_statement(answer, statement, intervals), statement.refuted_at)
 
 
 def _number_growing(system: TermSystem, roots: ComplexArray) -> int:
@@ -526,16 +523,13 @@ def _number_growing(system: TermSystem, roots: ComplexArray) -> int:
     return int(np.count_nonzero(grows & (roots.imag >= 0.0)))
 
 
-def _counted_system(
-    system: TermSystem, answer: Thresholds, is_complete: bool
-) -> tuple[Thresholds, float | None]:
+def _counted_system(system: TermSystem, answer: Thresholds, is_complete: bool) -> _Refereed:
     """Withdraw the certificate of a small system's thresholds if counts of growing roots differ.
 
     The referee counts the growing roots at some values. A count that it cannot decide withdraws the
     certificate too; counts that agree give none.
 
-    is_complete: whether the list holds all thresholds, not only those of a band or region. Returns
-    the answer, and the value of the parameter at which the counts refute it, None if they do not.
+    is_complete: whether the list holds all thresholds, not only those of a band or region.
     """
     from squeal.queries.ranges import doubt_of_counts
 
@@ -543,6 +537,6 @@ def _counted_system(
         system, answer.crossings, answer.low, answer.high, is_complete
     )
     if not doubt:
-        return answer, None
+        return _Refereed(answer, None)
     details = {**answer.details, "doubts": [*answer.doubts, doubt]}
-    return replace(answer, certified=False, details=details), refuted_at
+    return _Refereed(replace(answer, certified=False, details=details), refuted_at)

@@ -328,7 +328,7 @@ class Sliding:
 
     def __init__(self, speed: float) -> None:
         self._speed = speed
-        self.lost: float | None = None
+        self.lost_at: float | None = None
 
     def _excess(self, _c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
         return np.asarray(states[3] - self._speed)
@@ -338,7 +338,7 @@ class Sliding:
 
         At samples of each step and at the peaks of its speed between them.
         """
-        if self.lost is not None:
+        if self.lost_at is not None:
             return
         grid = Grid(segment)
         steps = segment.steps
@@ -360,7 +360,7 @@ class Sliding:
             else:
                 low = middle
             middle = low + (high - low) / 2
-        self.lost = float(high)
+        self.lost_at = float(high)
 
 
 @dataclass(frozen=True)

@@ -338,9 +338,9 @@ def simulate(
     end = integrate(model, solver, units, start, stop, observe, dense)
     results: dict[str, Any] = {name: each.result() for name, each in observers.items()}
     if sliding is not None:
-        results["sliding_holds"] = sliding.lost is None
-        if sliding.lost is not None:
-            results["sliding_lost_at"] = sliding.lost * units.time
+        results["sliding_holds"] = sliding.lost_at is None
+        if sliding.lost_at is not None:
+            results["sliding_lost_at"] = sliding.lost_at * units.time
     return Simulation(
         model=scene.model,
         final=(end.t * units.time, *units.to_si(end.state).tolist()),

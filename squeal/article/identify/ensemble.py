@@ -250,3 +250,24 @@ def simulate_many(
     motions = partial(_motions, tolerance=tolerance, measure=measure, events=events)
     chunks = list(mapped(motions, tasks, workers))
     return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}
+
+
+def simulate_damped(
+    pads: Sequence[PadModel],
+    states: np.ndarray,
+    stop: float | np.ndarray,
+    tolerance: float,
+    measure: Measure | None = None,
+) -> Arrays:
+    """Simulate damped pads of one model and formulation, see `simulate_many`."""
+    first = pads[0]
+    return simulate_many(
+        first.name,
+        stack([each.pad for each in pads]),
+        states,
+        stop,
+        tolerance,
+        first.formulation,
+        measure,
+        damping=np.array([each.damping for each in pads]),
+    )

@@ -16,7 +16,7 @@ import numpy as np
 from squeal.article.cases import CASES
 from squeal.article.claims.motions import measures
 from squeal.article.identify import population
-from squeal.article.identify.ensemble import Arrays, simulate_many, stack
+from squeal.article.identify.ensemble import simulate_damped
 from squeal.article.identify.population import (
     NOT_APPLICABLE,
     OFF,
@@ -84,20 +84,6 @@ def initial_states(model: PadModel, place: np.ndarray) -> np.ndarray:
     return np.append(place, np.zeros(3)) + reach * random
 
 
-def _run(pads: Sequence[PadModel], states: np.ndarray, stop: float, measured: bool) -> Arrays:
-    one = pads[0]
-    return simulate_many(
-        one.name,
-        stack([each.pad for each in pads]),
-        states,
-        stop,
-        TOLERANCE,
-        one.formulation,
-        measure=measures if measured else None,
-        damping=np.array([each.damping for each in pads]),
-    )
-
-
 def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:
     """Whether (n,) contact still changes after a long time, while the lower face stays slower than
     the surface.
@@ -109,13 +95,15 @@ def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:
     for before in (LATE, LONGER - LATE):
         if not lasting.size:
             break
-        ends = _run([pads[i] for i in lasting.tolist()], states, before * STOP, False)
+        lasting_pads = [pads[i] for i in lasting.tolist()]
+        ends = simulate_damped(lasting_pads, states, before * STOP, TOLERANCE)
         lasting = lasting[ends["valid"]]
         states = ends["final"][ends["valid"]]
         if not lasting.size:
             break
         # the next stretch begins where this look begins, too
-        late = _run([pads[i] for i in lasting.tolist()], states, SEEN * STOP, True)
+        lasting_pads = [pads[i] for i in lasting.tolist()]
+        late = simulate_damped(lasting_pads, states, SEEN * STOP, TOLERANCE, measures)
         goes_on = np.zeros(len(lasting), dtype=bool)
         for k in np.flatnonzero(late["valid"] & (late["changes"] > 0)).tolist():
             speed = float(late["face"][k]) * LENGTH / TIME  # in m/s

@@ -16,7 +16,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, hammers
-from squeal.article.identify.ensemble import Arrays, Measure, simulate_many, stack
+from squeal.article.identify.ensemble import Arrays, Measure, simulate_damped
 from squeal.article.records import Missing, Moved, Record, Result
 from squeal.article.studies._heyoka import without_heyoka
 from squeal.article.studies._scenes import compression, read_scenes
@@ -210,17 +210,8 @@ def damped(scene: Scene, ratio: float) -> Scene:
 
 def run(begun: Sequence[Begun], stop: float | np.ndarray, measure: Measure | None = None) -> Arrays:
     """Motions of one model and formulation, all over one time or each over its own (n,)."""
-    model = begun[0].model
-    return simulate_many(
-        model.name,
-        stack([each.model.pad for each in begun]),
-        np.array([each.state for each in begun]),
-        stop,
-        TOLERANCE,
-        model.formulation,
-        measure=measure,
-        damping=np.array([np.array(each.model.damping) for each in begun]),
-    )
+    states = np.array([each.state for each in begun])
+    return simulate_damped([each.model for each in begun], states, stop, TOLERANCE, measure)
 
 
 class ForcePeaks(NamedTuple):
