@@ -31,6 +31,7 @@ from squeal.linear.matrices import (
     components,
     divisor,
     first_order,
+    has_symmetry,
     is_regular,
     norm_of,
     normalised_system,
@@ -629,16 +630,11 @@ def problem_class_of(samples: Sequence[tuple[Array, Array | None, Array]]) -> Pr
             return DAMPED
         if C is not None and C.any():
             has_damping = True
-            is_gyroscopic &= _has_symmetry(C, -1)
-        is_gyroscopic &= _has_symmetry(M, 1) and _has_symmetry(K, 1)
+            is_gyroscopic &= has_symmetry(C, -1)
+        is_gyroscopic &= has_symmetry(M, 1) and has_symmetry(K, 1)
     if not has_damping:
         return UNDAMPED
     return GYROSCOPIC if is_gyroscopic else DAMPED
-
-
-def _has_symmetry(X: Array, sign: int) -> bool:
-    """True if X (n, n) is symmetric (sign 1) or skew (-1), to rounding."""
-    return bool(np.abs(X - sign * X.T).max() <= 4 * EPS * len(X) * np.abs(X).max())
 
 
 def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:

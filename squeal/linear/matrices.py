@@ -408,6 +408,15 @@ def norm_of(A: Matrix) -> float:
     return float(np.sqrt(largest_column * largest_row))
 
 
+def has_symmetry(X: Matrix, sign: int) -> bool:
+    """True if X (n, n), an array or sparse array, is symmetric (sign 1) or skew (-1), to rounding.
+
+    >>> has_symmetry(np.array([[1.0, 2.0], [2.0, 3.0]]), 1), has_symmetry(np.eye(2), -1)
+    (True, False)
+    """
+    return bool(abs(X - sign * X.T).max() <= 4 * EPS * X.shape[0] * abs(X).max())
+
+
 def noise_of(A: NDArray, relative_error: float = ENTRY_ROUNDING) -> float:
     """Singular values of A (n, n) up to this are rounding, by the relative error of its entries."""
     return 2 * len(A) * relative_error * float(np.linalg.norm(A, 2))

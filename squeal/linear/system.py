@@ -29,6 +29,7 @@ from squeal.linear.matrices import (
     dense,
     dense_matrices,
     given_matrix,
+    has_symmetry,
     is_sparse,
 )
 from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
@@ -415,10 +416,16 @@ class System:
                 return False
         return True
 
-    @property
+    @cached_property
     def undamped(self) -> bool:
-        """True if C has no terms and the others are real; nothing damps at any frequency."""
-        return not self.C and self._real_terms
+        """True if nothing damps at any parameters or frequency, so that roots leave the imaginary
+        axis in pairs: the terms are real, and those of C zero, or skew beside symmetric ones."""
+        if not self._real_terms:
+            return False
+        if not any(abs(term.matrix).max() for term in self.C):
+            return True
+        are_symmetric = all(has_symmetry(term.matrix, 1) for term in (*self.M, *self.K))
+        return are_symmetric and all(has_symmetry(term.matrix, -1) for term in self.C)
 
     def mapped(self, change: Callable[[Term], Term], labels: Iterable[Label]) -> System:
         """The system with a change of each term, on rows of these labels.

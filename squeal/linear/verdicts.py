@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError
-from squeal.linear.matrices import Array, Matrix, normalised_system
+from squeal.linear.matrices import Array, Matrix, has_symmetry, normalised_system
 from squeal.linear.roots import roots_of
 
 Codes = NDArray[np.int8]
@@ -39,12 +39,16 @@ def assumed_rounding(values: ArrayLike, undamped: bool = False) -> Array:
     return share * np.abs(values)
 
 
-def is_undamped(C: Matrix | None, K: Matrix) -> bool:
-    """Whether nothing damps real matrices: C is None, or skew as of gyroscopic forces. Of terms
-    `System.undamped` tells it."""
+def is_undamped(M: Matrix, C: Matrix | None, K: Matrix) -> bool:
+    """Whether roots leave the imaginary axis in pairs: real matrices without damping, or symmetric
+    ones with gyroscopic forces alone. Of terms `System.undamped` tells it."""
     if np.iscomplexobj(K):  # structural damping
         return False
-    return C is None or not abs(C + C.T).max()
+    if C is None or not abs(C).max():
+        return True
+    if np.iscomplexobj(C):
+        return False
+    return has_symmetry(C, -1) and has_symmetry(M, 1) and has_symmetry(K, 1)
 
 
 def kinds(values: ArrayLike, rounding: ArrayLike) -> Codes:

@@ -551,7 +551,7 @@ class _Problem:
         """The matrices at a value of the parameter, of many rows projected onto the basis."""
         if value not in self.projected:
             M, C, K = self._matrices_at(value)
-            self.is_undamped[value] = is_undamped(C, K)
+            self.is_undamped[value] = is_undamped(M, C, K)
             if C is not None:
                 C = self._on_basis(C)
             self.projected[value] = (self._on_basis(M), C, self._on_basis(K))

@@ -56,11 +56,17 @@ def test_verdicts_hold_on_both_sides_of_a_coalescence_and_of_divergence(rng, n):
 
 def test_gyroscopic_forces_do_not_damp_and_structural_damping_does():
     skew = np.array([[0.0, 1.0], [-1.0, 0.0]])
-    assert is_undamped(None, I2)
-    assert is_undamped(0.0 * I2, I2)
-    assert is_undamped(skew, I2)
-    assert not is_undamped(skew + 1e-9 * I2, I2)
-    assert not is_undamped(None, (1.0 + 0.01j) * I2)
+    for C, K, undamped in [
+        (None, I2, True),
+        (None, I2 + skew, True),
+        (0.0 * I2, I2 + skew, True),
+        (skew, I2, True),
+        (skew, I2 + skew, False),  # each root leaves the axis by itself
+        (skew + 1e-9 * I2, I2, False),
+        (None, (1.0 + 0.01j) * I2, False),
+    ]:
+        assert is_undamped(I2, C, K) == undamped
+        assert squeal.System(I2, C, K).undamped == undamped
 
 
 def test_a_small_damping_decides():

@@ -103,6 +103,21 @@ def test_a_mode_without_a_partner_is_damped_alone():
     assert 0.01 <= meeting.cures[Cure.BOTH] <= 0.0111
 
 
+def test_slow_whirl_that_nothing_damps_is_stopped_by_damping():
+    """z'' - i g z' + (1 - i k) z = 0: gyroscopic forces beside cross-coupled stiffness of 2e-8 are
+    not undamped, and growth of 8e-9 of the frequency is growth."""
+    skew = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    rotor = squeal.System(np.eye(2), 0.5 * skew, np.eye(2) + 2e-8 * skew)
+    spectrum = squeal.eigenvalues(rotor)
+    (mode,) = spectrum.unstable
+    (meeting,) = find_meetings(spectrum, {}).meetings.values()
+    growth = np.roots([1.0, -0.5j, 1.0 - 2e-8j]).real.max()
+    assert mode.growth_rate == pytest.approx(growth, rel=1e-3)
+    share = meeting.cures[Cure.BOTH]
+    assert np.roots([1.0, 2.0 * share - 0.5j, 1.0 - 2e-8j]).real.max() < 0.0
+    assert share <= 2.0**-17 / 250.0  # no smaller share is told apart
+
+
 @pytest.mark.usefixtures("coarse_charts")
 def test_growth_below_the_rounding_of_the_search_has_no_cure_and_a_report():
     """A mode grows by 5e-11 of its frequency, by its own damping: no amount of zero is advised."""

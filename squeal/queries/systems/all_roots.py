@@ -109,7 +109,7 @@ def motion_rates(system: TermSystem, changes: Parameters) -> MotionRates:
             inverses = dense_values(K[block], damping, M[block])
             roots = 1.0 / inverses[inverses != 0.0]
         sizes = np.abs(roots)
-        rounding = assumed_rounding(roots, is_undamped(damping, K[block]))
+        rounding = assumed_rounding(roots, is_undamped(M[block], damping, K[block]))
         oscillates = np.abs(roots.imag) > rounding
         oscillating += sizes[oscillates].tolist()
         moving += sizes[sizes > 0.0].tolist()

@@ -350,7 +350,7 @@ def _located_on_reduction(
             reduction.extend(np.column_stack([guess.right, guess.left]))
     PROGRESS.get()("following the roots of the reduced system")
     events: Sequence[Event]
-    if isinstance(reduction, DispersiveReduction) and system.undamped:
+    if isinstance(reduction, DispersiveReduction) and system.undamped and not system.C:
         # each root at its own frequency stays on the axis until two coalesce
         events = coalescences(reduction, name, values)
     elif not system.real or problem_class_of(matrices_of(reduction.system, values)) == "damped":
