@@ -54,10 +54,10 @@ def deviations(model: PadModel, segment: Segment) -> np.ndarray:
     steps = segment.steps
     identity = np.eye(6)
     h = steps.h[:, None, None] / SUBSTEPS
-    shares = np.arange(2 * SUBSTEPS + 1) / (2 * SUBSTEPS)  # ends and middles of the substeps
+    shares = np.linspace(0.0, 1.0, 2 * SUBSTEPS + 1)  # ends and middles of the substeps
     states = np.stack([steps.states(np.full(len(h), share)) for share in shares], axis=1)
     slopes = complex_step(lambda state: state_rates(model, state, steps.on), states)
-    A = np.moveaxis(slopes, (2, 3), (0, 1))  # (shares, s, 6, 6)
+    A = slopes.transpose(2, 3, 0, 1)  # (shares, s, 6, 6)
     matrices = np.broadcast_to(identity, (len(h), 6, 6))
     for substep in range(SUBSTEPS):
         k1, A_middle, A_end = A[2 * substep : 2 * substep + 3]
