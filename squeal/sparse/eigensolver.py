@@ -537,7 +537,7 @@ def _count_in_disc(
         is_new = distances > 1e-3 * np.abs(conjugates)
         outside = np.append(outside, conjugates[is_new])
         distant = distant[distant.imag > 0.0]  # the conjugates stand for the lower half
-    elif rough.shift.imag:  # the count takes the lower half from the upper one: Ritz values differ
+    elif problem.is_real and rough.shift.imag:  # the lower half is counted by the upper one alone
         distant = distant[:0]
     known = np.concatenate([roots.values, outside, distant])
     return count_roots(problem, disc, known, rough.factor)

@@ -159,12 +159,16 @@ def test_far_from_all_roots_nothing_is_counted(n):
         assert (found.count, found.certified) == (0, True)
 
 
-def test_eight_determinants_count_a_band_among_many_roots_and_show_each_hidden_one(monkeypatch):
+@pytest.mark.parametrize("loss", [1.0, 1.0 + 0.001j], ids=["real", "complex"])
+def test_eight_determinants_count_a_band_among_many_roots_and_show_each_hidden_one(
+    loss, monkeypatch
+):
     """Ritz values stand for roots that are not known; where each root lies, the blocks say."""
     rng = np.random.default_rng(9)
     a = rng.uniform(0.01, 0.1, 300)
     w = np.linspace(1.0, 600.0, 300)
-    problem = scaled_problem(*large.blocks(a, w, rng))
+    M, C, K = large.blocks(a, w, rng)
+    problem = scaled_problem(M, C, loss * K)
     region = Rectangle(-15.0, 15.0, 300.0, 330.0)
     counts = []
 
