@@ -12,14 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from squeal.article.cases import CASES, HISTORY_FIGURES
-from squeal.article.claims.measures import Case, case_of, lost_share, measure
-from squeal.article.claims.motions import LEVELS, measures
+from squeal.article.claims.measures import Case, lost_share, measure
+from squeal.article.claims.motions import LEVELS
 from squeal.article.claims.rules import LEVEL, TOUCH, TURNS, hammering_cases, hammers
-from squeal.article.identify.ensemble import simulate_many
 from squeal.article.records import Record, Result
 from squeal.article.studies._heyoka import has_heyoka
 from squeal.article.studies._scenes import compression, read_scenes
-from squeal.article.studies.starts import TOLERANCE
+from squeal.article.studies.starts import measured_cases
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
 from squeal.io.scene import Scene
 from squeal.model.contact import FULL, NONE, State
@@ -100,23 +99,10 @@ def motion(case: Case, in_equilibrium: State | None) -> Motion:
 def _lose_contact(scene: Scene, equilibrium: Equilibrium, heights: np.ndarray) -> list[bool]:
     """Whether an edge separates within the longest time, from rest at heights (n,) above the
     equilibrium, over the static compression."""
-    assert scene.stop is not None
     starts = np.tile([*equilibrium.q, 0.0, 0.0, 0.0], (len(heights), 1))
     starts[:, 1] += heights * compression(scene)
-    motions = simulate_many(
-        scene.model,
-        scene.pad,
-        starts,
-        WINDOWS[-1] * scene.stop,
-        TOLERANCE,
-        scene.formulation,
-        measures,
-    )
-    lost = []
-    for i in range(len(starts)):
-        invalid = not motions["valid"][i]
-        lost.append(bool(invalid or case_of(motions, i).losses))
-    return lost
+    cases = measured_cases(scene, starts, WINDOWS[-1])
+    return [case is None or bool(case.losses) for case in cases]
 
 
 def least_height(scene: Scene) -> float | None:

@@ -97,8 +97,30 @@ def grid() -> tuple[np.ndarray, np.ndarray]:
     return height.ravel(), tilt.ravel()
 
 
-def kind(case: Case) -> int:
-    """The index of a motion's kind: hammering, or how many different edges separate (0, 1, 2)."""
+def measured_cases(scene: Scene, states: np.ndarray, windows: int) -> list[Case | None]:
+    """The measures of motions of a scene from states (n, 6) over so many observation times; None
+    of a motion that leaves the model."""
+    assert scene.stop is not None
+    motions = simulate_many(
+        scene.model,
+        scene.pad,
+        states,
+        windows * scene.stop,
+        TOLERANCE,
+        scene.formulation,
+        measures,
+    )
+    cases = []
+    for i, valid in enumerate(motions["valid"].tolist()):
+        cases.append(case_of(motions, i) if valid else None)
+    return cases
+
+
+def kind(case: Case | None) -> int:
+    """The index of a motion's kind: invalid, hammering, or how many different edges separate (0, 1,
+    2)."""
+    if case is None:
+        return KINDS.index("invalid simulation")
     if hammers(case).margin > 0.0:
         return KINDS.index("hammering")
     return len(set(case.losses))
@@ -107,23 +129,10 @@ def kind(case: Case) -> int:
 def _map(scene: Scene, equilibrium: np.ndarray, windows: int) -> Map:
     """The map of a scene about its equilibrium (3,), over so many observation times."""
     height, tilt = grid()
-    assert scene.stop is not None
     starts = plane(scene, equilibrium, height, tilt)
-    motions = simulate_many(
-        scene.model,
-        scene.pad,
-        np.append(starts, [scene.initial], axis=0),  # the reference one last
-        windows * scene.stop,
-        TOLERANCE,
-        scene.formulation,
-        measures,
-    )
-    kinds = []
-    for i, valid in enumerate(motions["valid"].tolist()):
-        if valid:
-            kinds.append(kind(case_of(motions, i)))
-        else:
-            kinds.append(KINDS.index("invalid simulation"))
+    # the reference one last
+    cases = measured_cases(scene, np.append(starts, [scene.initial], axis=0), windows)
+    kinds = list(map(kind, cases))
     of_map = np.array(kinds[:-1])
     is_equilibrium = (height == 0.0) & (tilt == 0.0)
     others = of_map[~is_equilibrium]
