@@ -212,8 +212,7 @@ class Condensation:
         for X in matrices:
             product = self._left @ X @ self._right
             terms = np.abs(self._left) @ np.abs(X) @ np.abs(self._right)
-            product[np.abs(product) <= 4 * EPS * len(X) * terms] = 0.0  # rounding
-            transformed.append(terms if of_terms else product)
+            transformed.append(terms if of_terms else _beyond_rounding(product, terms))
         transformed[0][self._heavy_rows :] = 0.0
         transformed[0][:, self._heavy :] = 0.0
         return transformed
@@ -242,13 +241,18 @@ class Condensation:
             R = np.linalg.qr(np.linalg.solve(shifted, E @ R))[0]
             L = np.linalg.qr(np.linalg.solve(shifted.T, E.T @ L))[0]
         R = R @ np.linalg.inv(self._reference @ R)
+        R = _beyond_rounding(R, np.abs(R).max(axis=0))
+        L = _beyond_rounding(L, np.abs(L).max(axis=0))
         L = np.linalg.solve(L.T @ E @ R, L.T)
         of_followed = L @ F @ R - sigma * np.eye(self.size)
         sign = np.linalg.slogdet(shifted)[0] * np.linalg.slogdet(of_followed)[0]
         return Subspaces(L, R, float(sign))
 
-    def problem(self, matrices: MCK, slopes: MCK) -> FiniteProblem:
-        """The eigenproblem of the followed roots for M, C and K with derivatives dM, dC and dK."""
+    def problem(self, matrices: MCK, slopes: MCK, value: float) -> FiniteProblem:
+        """The eigenproblem of the followed roots for M, C and K with derivatives dM, dC and dK.
+
+        value: of the parameter; rounding of what it multiplies shows where terms cancel.
+        """
         pencil = self._pencil(matrices)
         try:
             subspaces = self._subspaces(pencil)
@@ -259,11 +263,17 @@ class Condensation:
         if not self._fast_roots_decay(pencil, subspaces):
             raise FastRootGrowsError(THROUGH_INFINITY)
         L, R, _ = subspaces
-        A = L @ pencil.F @ R
+        M, C, K = (abs(X) + abs(value * dX) for X, dX in zip(matrices, slopes, strict=True))
+        terms = self._pencil((M, C, K), of_terms=True)
+        abs_R = np.abs(R)
+        F_sizes = np.abs(L) @ np.abs(terms.F) @ abs_R
+        A = _beyond_rounding(L @ pencil.F @ R, F_sizes)  # roots of rounding would cross the axis
+        sizes = F_sizes + np.abs(L) @ terms.E @ abs_R @ np.abs(A)
         dF, dE = self._pencil(slopes, is_derivative=True)
-        derivative = L @ (dF @ R - dE @ R @ A)
-        terms = self._pencil(matrices, of_terms=True)
-        sizes = np.abs(L) @ (np.abs(terms.F) @ np.abs(R) + terms.E @ np.abs(R) @ np.abs(A))
+        derivative = _beyond_rounding(
+            L @ (dF @ R - dE @ R @ A),
+            np.abs(L) @ (np.abs(dF) @ abs_R + np.abs(dE) @ abs_R @ np.abs(A)),
+        )
         unit = self.frequency_scale**2 if self._undamped else 1.0
         return FiniteProblem(unit * A, unit * derivative, unit * sizes)
 
@@ -296,6 +306,11 @@ def _balancing(matrices: Sequence[NDArray]) -> tuple[Array, Array]:
             largest = (factors[0] * size * factors[1]).max(axis=1 - k, keepdims=True)
             factors[k] = factors[k] * 0.5 ** np.round(np.log2(divisor(largest)))
     return factors[0], factors[1]
+
+
+def _beyond_rounding(products: NDArray, terms: Array) -> NDArray:
+    """Sums of products (n, n), with zeros where `terms`, sums of their sizes, leave no digit."""
+    return np.where(np.abs(products) > 4 * EPS * len(products) * terms, products, 0.0)
 
 
 def _shift(pencil: Pencil) -> tuple[float, float]:

@@ -410,8 +410,12 @@ class Continuation:
         """All spectra so far, by rising value."""
         return [self._spectra[p] for p in sorted(self._spectra)]
 
-    def _standard_problem(self, matrices: MCK, slopes: MCK) -> StandardProblem:
+    def _standard_problem(
+        self, matrices: MCK, slopes: MCK, value: float = 0.0
+    ) -> StandardProblem:
         """The standard eigenproblem of M, C and K, and its derivative for slopes dM, dC and dK.
+
+        value: of the parameter, if the slopes are by it.
 
         With L M R = 1 it is that of A = L K R and B = L C R. As d(M^-1) = -M^-1 dM M^-1 their
         derivatives are L dK R - (L dM R) A and the like. What one strong component of the rows does
@@ -423,7 +427,7 @@ class Continuation:
         M, C, K = (self._projected(X) for X in matrices)
         dM, dC, dK = (self._projected(X) for X in slopes)
         if self._condensation is not None:
-            A, dA, sizes = self._condensation.problem((M, C, K), (dM, dC, dK))
+            A, dA, sizes = self._condensation.problem((M, C, K), (dM, dC, dK), value)
         else:
             A, dA, sizes = self._regular_problem((M, C, K), (dM, dC, dK))
         if self.problem is GYROSCOPIC:
@@ -479,7 +483,10 @@ class Continuation:
     def _standard_problems(self, ps: Sequence[float]) -> list[StandardProblem]:
         """The standard eigenproblem at each value."""
         at_values = with_slopes(self.system, ps, self.low, self.high)
-        return [self._standard_problem(matrices, slopes) for matrices, slopes in at_values]
+        problems = []
+        for value, (matrices, slopes) in zip(ps, at_values, strict=True):
+            problems.append(self._standard_problem(matrices, slopes, value))
+        return problems
 
     def standard_problem(self, p: float) -> StandardProblem:
         """The standard eigenproblem at p; the last one is kept."""

@@ -100,13 +100,11 @@ def _may_pass_zero(step: Step) -> Bools:
 
     These are real roots s = -lambda^2 of a system without damping; none of any other.
     """
-    z = step.ends.z
     if step.before.problem is not UNDAMPED:
-        return np.zeros(len(z), dtype=bool)
-    rests_at_zero = (np.abs(z) <= step.rounding) & (np.abs(step.ends.later_z) <= step.rounding)
+        return np.zeros_like(step.matched)
     uncertainty = _path_uncertainty(step)
     around_zero = (step.lowest_real - uncertainty <= 0.0) & (step.highest_real + uncertainty >= 0.0)
-    return _stays_real(step) & around_zero & ~rests_at_zero
+    return _stays_real(step) & around_zero & ~step.rests_at_zero
 
 
 def _is_clear_of_line(step: Step, passes_zero: Bools) -> Bools:

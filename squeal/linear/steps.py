@@ -416,6 +416,8 @@ class Step:
         How far each root is from where the mean of its slopes at both ends leads.
     rounding : array (m,)
         The greater of how far rounding moves each root at both ends.
+    rests_at_zero : array of bool (m,)
+        Which roots are zero at both ends, as far as rounding tells.
     matched : array of bool (m,)
         Whether the deviation is small enough for the match to be believed.
     real_cubic : array (4, m)
@@ -436,15 +438,15 @@ class Step:
         # hundredth of the change of slope decides
         self.mismatch = mismatch + 0.01 * np.abs(length * slope_changes)
         self.order = assigned(self.mismatch)
-        self.ends = StepEnds(
-            z=before.z,
-            dz=length * before.slopes,
-            later_z=after.z[self.order],
-            later_dz=length * after.slopes[self.order],
-        )
-        z, dz, later_z, later_dz = self.ends
-        self.deviation = later_z - z - (dz + later_dz) / 2
         self.rounding = np.maximum(before.rounding, after.rounding[self.order])
+        z = before.z
+        later_z = after.z[self.order]
+        self.rests_at_zero = np.maximum(np.abs(z), np.abs(later_z)) <= self.rounding
+        lengths = np.where(self.rests_at_zero, 0.0, length)  # slopes of zeros are rounding
+        dz = lengths * before.slopes
+        later_dz = lengths * after.slopes[self.order]
+        self.ends = StepEnds(z, dz, later_z, later_dz)
+        self.deviation = later_z - z - (dz + later_dz) / 2
         allowed = np.maximum(DOUBT * np.abs(later_z - z), ROOT_TOLERANCE * np.abs(z))
         self.matched = np.abs(self.deviation) <= allowed + 4 * self.rounding
         self.matched &= self.order >= 0

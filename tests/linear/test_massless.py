@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import squeal
+from squeal.linear import thresholds
 
 TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
@@ -192,3 +193,22 @@ def test_a_constraint_of_velocities_beside_a_light_mass_leaves_motions(light):
     found = squeal.thresholds(squeal.System(M, C, {"1": K, "mu": friction}), high=3.0)
     assert [crossing.mu for crossing in found.crossings] == pytest.approx([2.0, 32 / 15])
     assert found.crossings[0].frequency_hz == pytest.approx(np.sqrt(2.0) / (2.0 * np.pi))
+
+
+@pytest.mark.parametrize("high", [0.5, 2.0])
+@pytest.mark.parametrize("seed", [None, 1, 2, 6])
+def test_a_root_that_is_zero_throughout_takes_no_search(high, seed):
+    """det P = -z at every mu, in coordinates as given or mixed."""
+    rng = np.random.default_rng(seed)
+    S = np.eye(2)
+    T = np.eye(2)
+    if seed is not None:
+        T = rng.standard_normal((2, 2))
+        S = rng.standard_normal((2, 2))
+    M = S @ np.diag([1.0, 0.0]) @ T
+    C = S @ np.array([[0.0, 0.0], [1.0, 0.0]]) @ T
+    K = S @ np.array([[1.0, 1.0], [0.0, 0.0]]) @ T
+    spring = S @ np.diag([1.0, 0.0]) @ T
+    found = thresholds(lambda mu: (M, C, K + mu * spring), high)
+    assert not found.crossings
+    assert len(found.searched[0].continuation.spectra) < 50
