@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import MatrixError
 from squeal.linear.matrices import EPS, MCK, Array, SingularTogetherError, divisor, norm_of
+from squeal.linear.roots import ComplexArray
 
 EXACT_ROWS = 40
 """Rows up to which motions without mass are found in exact arithmetic."""
@@ -152,17 +153,18 @@ class Condensation:
         self._right = self._right * columns
         pencils = list(map(self._pencil, samples))
         self._middle = pencils[len(pencils) // 2]
-        sizes, powers = zip(*map(_finite_roots, pencils), strict=True)
-        self.size: int = sizes[0]
+        roots, powers = zip(*map(_finite_roots, pencils), strict=True)
+        sizes = list(map(len, roots))
+        self.size: int = min(sizes)
         self._powers: int = max(powers)
-        self.left_out = 0
         if not any(sizes):
             raise MatrixError("M, C and K: no motion satisfies them, so that none begins to grow")
-        if len(set(sizes)) > 1:
+        if not all_roots:
+            self._leave_fast_roots(roots)
+        self.left_out = max(sizes) - self.size
+        if self.left_out and (all_roots or not self.size):
             raise MatrixError(THROUGH_INFINITY)
         self._fix_subspaces()
-        if not all_roots:
-            self._leave_fast_roots(pencils)
 
     def _fix_subspaces(self) -> None:
         """Take the subspaces of one pencil for the first approximation at others."""
@@ -172,39 +174,36 @@ class Condensation:
         self._start = self._subspaces(self._middle)
         self._reference = self._start.left @ self._middle.E
 
-    def _leave_fast_roots(self, pencils: Sequence[Pencil]) -> None:
-        """Leave out the roots that are far greater than all others, if there are any that decay."""
-        L, R, _ = self._start
-        sizes = np.sort(np.abs(np.linalg.eigvals(L @ self._middle.F @ R)))
+    def _leave_fast_roots(self, samples: Sequence[ComplexArray]) -> None:
+        """Leave out the roots that are far greater than all others, if there are any that decay.
+
+        samples: the finite roots, by size, at some values; rounding hides the greatest at some.
+        """
+        sizes = np.abs(samples[len(samples) // 2][: self.size + 1])
         gaps = sizes[1:] / np.maximum(sizes[:-1], 1.0)  # roots near zero are no others
         gap = np.max(gaps, initial=1.0)
         if gap < (GAP_OF_SQUARES if self._undamped else GAP):
             return
-        followed = self.size, self._powers
-        self.size = int(np.argmax(gaps)) + 1
-        self.left_out = followed[0] - self.size
-        self._powers += math.ceil(math.log(EPS) / -math.log(gap))
-        self._fix_subspaces()
-        if not all(self._fast_roots_decay(p, self._subspaces(p)) for p in pencils):
-            self.size, self._powers = followed
-            self.left_out = 0
-            self._fix_subspaces()
+        followed = int(np.argmax(gaps)) + 1
+        if all(self._decay(roots[followed:]) for roots in samples):
+            self.size = followed
+            self._powers += math.ceil(math.log(EPS) / -math.log(gap))
 
-    def _fast_roots_decay(self, pencil: Pencil, subspaces: Subspaces) -> bool:
-        """True if roots that were left out decay or, without damping, are real numbers s > 0."""
+    def _decay(self, fast: ComplexArray) -> bool:
+        """True if fast roots decay or, without damping, are real numbers s > 0."""
+        if self._undamped:
+            return bool(np.all((fast.real > 0.0) & (np.abs(fast.imag) < EPS**0.5 * fast.real)))
+        return bool(np.all(fast.real < 0.0))
+
+    def _fast_roots(self, pencil: Pencil, subspaces: Subspaces) -> ComplexArray:
+        """The finite roots that were left out, but for those that rounding takes for infinite."""
         if not self.left_out:
-            return True
+            return np.zeros(0, dtype=complex)
         L, R, _ = subspaces
         # what L E and E R do not see: fast and infinite roots
         right = np.linalg.svd(L @ pencil.E)[2][self.size :].T
         left = np.linalg.svd((pencil.E @ R).T)[2][self.size :]
-        inverses = np.linalg.eigvals(
-            np.linalg.solve(left @ pencil.F @ right, left @ pencil.E @ right)
-        )
-        fast = inverses[np.argsort(-np.abs(inverses))][: self.left_out]
-        if self._undamped:
-            return bool(np.all((fast.real > 0.0) & (np.abs(fast.imag) < EPS**0.5 * fast.real)))
-        return bool(np.all(fast.real < 0.0))
+        return _finite_roots(Pencil(left @ pencil.F @ right, left @ pencil.E @ right))[0]
 
     def _transformed(self, matrices: MCK, of_terms: bool = False) -> list[NDArray]:
         """L X R of M, C and K, whose massless rows and columns come last, or sizes of its terms."""
@@ -260,7 +259,7 @@ class Condensation:
             raise MatrixError(THROUGH_INFINITY) from None
         if subspaces.sign != self._start.sign:
             raise MatrixError(THROUGH_INFINITY)
-        if not self._fast_roots_decay(pencil, subspaces):
+        if not self._decay(self._fast_roots(pencil, subspaces)):
             raise FastRootGrowsError(THROUGH_INFINITY)
         L, R, _ = subspaces
         M, C, K = (abs(X) + abs(value * dX) for X, dX in zip(matrices, slopes, strict=True))
@@ -331,8 +330,8 @@ def _shift(pencil: Pencil) -> tuple[float, float]:
     return SHIFTS[conditions.index(least)], least
 
 
-def _finite_roots(pencil: Pencil) -> tuple[int, int]:
-    """How many roots are finite, by ranks of powers of T, and which power vanishes at infinity.
+def _finite_roots(pencil: Pencil) -> tuple[ComplexArray, int]:
+    """The finite roots, by size, and which power of T vanishes at infinity; by ranks of powers.
 
     T is balanced first: ranks say little where the states have units decades apart.
     """
@@ -357,4 +356,5 @@ def _finite_roots(pencil: Pencil) -> tuple[int, int]:
         range_of_T = left[:, :rank]
         T = range_of_T.T @ T @ range_of_T
         powers += 1
-    return len(T), powers
+    roots = np.asarray(sigma + 1.0 / np.linalg.eigvals(T), dtype=complex)
+    return roots[np.argsort(np.abs(roots))], powers

@@ -212,3 +212,20 @@ def test_a_root_that_is_zero_throughout_takes_no_search(high, seed):
     found = thresholds(lambda mu: (M, C, K + mu * spring), high)
     assert not found.crossings
     assert len(found.searched[0].continuation.spectra) < 50
+
+
+@pytest.mark.parametrize("mass", [1e-6, 1e-8])
+@pytest.mark.parametrize("compliance", [1e-11, 1e-12, 1e-13])
+def test_a_light_mass_on_a_stiff_tie_takes_no_root_through_infinity(mass, compliance):
+    """With x3 = x2 their stiffness 2e4 (1 - mu) is lost at 1; the tie's own root is near 1e18."""
+    K = 1.1e4 * np.diag([1.0, 1.0, 1.0, 0.0])
+    K[1, 2] = K[2, 1] = -1e3
+    K[3, [1, 2]] = K[[1, 2], 3] = [1.0, -1.0]
+    K[3, 3] = -compliance
+    friction = np.zeros((4, 4))
+    friction[1, 2] = 1e4
+    friction[2, 1] = -3e4
+    M = np.diag([1.0, 1.0, mass, 0.0])
+    (crossing,) = thresholds(lambda mu: (M, None, K + mu * friction), 1.7).crossings
+    assert crossing.kind == "divergence"
+    assert crossing.mu == pytest.approx(1.0, rel=1e-6)
