@@ -296,14 +296,23 @@ def _frequency_scale(samples: Sequence[MCK]) -> float:
 
 
 def _balancing(matrices: Sequence[NDArray]) -> tuple[Array, Array]:
-    """Factors (n, 1) and (1, n), powers of 2, of rows and columns, so that the largest entries of
-    both are about one."""
+    """Factors (n, 1) and (1, n), powers of 2, of rows and columns, so that entries are about one.
+
+    First as many of them as can be, by least squares of their logarithms (Curtis and Reid 1972),
+    whatever the units; then the largest of each row and column.
+    """
     size = np.max(np.abs(matrices), axis=0)
+    used = np.sign(size)
+    logarithms = np.log2(divisor(size))
     factors = [np.ones((len(size), 1)), np.ones((1, len(size)))]
-    for _ in range(3):
-        for k in (0, 1):
-            largest = (factors[0] * size * factors[1]).max(axis=1 - k, keepdims=True)
-            factors[k] = factors[k] * 0.5 ** np.round(np.log2(divisor(largest)))
+    for k in (0, 1) * 8:
+        powers = used * (np.log2(factors[0]) + logarithms + np.log2(factors[1]))
+        mean = powers.sum(axis=1 - k, keepdims=True) / divisor(used.sum(axis=1 - k, keepdims=True))
+        factors[k] = factors[k] * np.exp2(-mean)
+    factors = [np.exp2(np.round(np.log2(each))) for each in factors]
+    for k in (0, 1) * 3:
+        largest = (factors[0] * size * factors[1]).max(axis=1 - k, keepdims=True)
+        factors[k] = factors[k] * 0.5 ** np.round(np.log2(divisor(largest)))
     return factors[0], factors[1]
 
 
@@ -349,12 +358,14 @@ def _finite_roots(pencil: Pencil) -> tuple[ComplexArray, int]:
     noise = 4 * EPS * len(F) * condition * norm_of(T)
     powers = 1
     while len(T):
-        left, singular, _ = np.linalg.svd(T)
+        left, singular, right = np.linalg.svd(T)
         rank = int(np.sum(singular > noise))
         if rank == len(T):
             break
-        range_of_T = left[:, :rank]
-        T = range_of_T.T @ T @ range_of_T
+        sizes = np.sqrt(singular[:rank])
+        # similar to the map of the range of T to itself, with the least share of rounding
+        T = sizes[:, None] * (right[:rank] @ left[:, :rank]) * sizes
+        noise = noise * np.max(sizes, initial=0.0) / np.min(sizes, initial=np.inf)
         powers += 1
     roots = np.asarray(sigma + 1.0 / np.linalg.eigvals(T), dtype=complex)
     return roots[np.argsort(np.abs(roots))], powers

@@ -229,3 +229,26 @@ def test_a_light_mass_on_a_stiff_tie_takes_no_root_through_infinity(mass, compli
     (crossing,) = thresholds(lambda mu: (M, None, K + mu * friction), 1.7).crossings
     assert crossing.kind == "divergence"
     assert crossing.mu == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("mass", [1e-4, 1e-6, 1e-8])
+def test_a_light_mass_tied_to_another_takes_no_root_through_infinity(mass):
+    """With x3 = x2 two masses are left, of whose determinant Hurwitz tells where flutter begins."""
+    M = np.diag([1.0, 1.0, mass, 0.0])
+    C = np.diag([1.0, 3.0, 1e3 * mass, 0.0])
+    K = 9e3 * np.diag([1.0, 1.0, 1.0, 0.0])
+    K[0, 2] = K[2, 0] = -1e3
+    K[3, [1, 2]] = K[[1, 2], 3] = [1.0, -1.0]
+    friction = np.zeros((4, 4))
+    friction[0, 2] = -3e4
+    friction[2, 0] = 1e4
+    (crossing,) = thresholds(lambda mu: (M, C, K + mu * friction), 1.7).crossings
+    mu = crossing.mu
+    m = 1.0 + mass
+    c = 3.0 + 1e3 * mass
+    a3 = m + c
+    a2 = 9e3 * m + 18e3 + c
+    a1 = 18e3 + 9e3 * c
+    a0 = 9e3 * 18e3 - (-1e3 - 3e4 * mu) * (-1e3 + 1e4 * mu)
+    assert a3 * a2 * a1 == pytest.approx(m * a1**2 + a3**2 * a0, rel=1e-9)
+    assert crossing.kind == "flutter"
