@@ -73,17 +73,24 @@ def exact_roots(block: Quadratic) -> list[Piece] | Failure:
             # the polynomial has the roots unit * s, s in rate^2: lambda^2 = -s rate^2
             pieces = _of_squares(polynomial, -scale * rate)
         else:
-            # the polynomial p has the roots unit * r, r in rate: lambda = r rate
-            # p(r) = even(r^2) + r odd(r^2) has r and -r as roots where even and odd vanish
-            coefficients = polynomial.coeffs()
-            even = flint.fmpz_poly(coefficients[::2])
-            odd = flint.fmpz_poly(coefficients[1::2])
-            of_opposite_roots = even.gcd(odd)
-            pieces = _of_squares(of_opposite_roots, scale**2)
-            square = flint.fmpz_poly([0, 0, 1])
-            pieces += _off_axis(polynomial // of_opposite_roots(square), scale)
+            # the polynomial has the roots unit * r, r in rate: lambda = r rate
+            pieces = pieces_of(polynomial, scale)
         zero = flint.arb(0)
         return pieces + [_piece(zero, zero, "axis", real=True)] * zeros
+
+
+def pieces_of(polynomial: Polynomial, scale: Ball) -> list[Piece]:
+    """Pieces of lambda = scale * root, scale > 0, of a polynomial that has no root at zero.
+
+    The polynomial p(r) = even(r^2) + r odd(r^2) has r and -r as roots where even and odd vanish.
+    """
+    coefficients = polynomial.coeffs()
+    even = flint.fmpz_poly(coefficients[::2])
+    odd = flint.fmpz_poly(coefficients[1::2])
+    of_opposite_roots = even.gcd(odd)
+    square = flint.fmpz_poly([0, 0, 1])
+    others = polynomial // of_opposite_roots(square)
+    return _of_squares(of_opposite_roots, scale**2) + _off_axis(others, scale)
 
 
 def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:

@@ -49,6 +49,7 @@ BEYOND_FOLD = 1.05  # of the friction at a fold: how far a branch would be follo
 DISAGREES = "the referee disagrees: "
 PROVED_ROWS = 40  # up to which thresholds of systems are proved without being asked for
 INTERVALS = 1000  # into which a proof may divide the range, in a system of few rows
+INTERVALS_BEFORE_ALGEBRA = 100  # of a system that polynomials prove, if this does not suffice
 LARGE = 40.0  # states of a system of which an interval costs twice as much, so that a proof that
 # was not requested may divide the range into half as many
 BESIDE = (1e-8, 1e-6)  # of a threshold: distances from it at which growing roots are counted
@@ -357,6 +358,7 @@ def _proof_of_system(
     all crossings. Returns the first proof that is not open, else the last one, and the intervals
     that it was tried with (none if none was tried).
     """
+    from squeal.proof.polynomials import ExactRange
     from squeal.proof.ranges import SPENT, RangeProof
     from squeal.proof.referee import Proof
 
@@ -367,9 +369,13 @@ def _proof_of_system(
     if any(_has_table(term) for term in system.terms):
         return Proof("open", reason="tables over a parameter have no enclosure"), []
     try:
-        range_proof = RangeProof(_terms_in_balls(system), low, high, most)
+        terms = _terms_in_balls(system)
     except ImportError:
         return Proof("open", reason=NO_BALLS), []
+    exact_range = ExactRange.of(terms, low, high)
+    if exact_range is not None:
+        most = INTERVALS_BEFORE_ALGEBRA
+    range_proof = RangeProof(terms, low, high, most)
     for share in _shares_of_intervals(system, crossings):
         intervals = _intervals_of(crossings, low, high, share)
         vague = vague_interval(intervals, high - low)
@@ -383,6 +389,8 @@ def _proof_of_system(
                 proof = range_proof.prove(intervals, growth_below, rises)
             except InputError as error:  # a factor has no value somewhere
                 proof = Proof("open", reason=str(error))
+            if proof.status == "open" and exact_range is not None:
+                proof = exact_range.prove(intervals, growth_below, rises)
             # a proof that has spent all divisions of the range would do so again
             if proof.status != "open" or proof.reason == SPENT:
                 return proof, intervals

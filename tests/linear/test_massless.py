@@ -252,3 +252,24 @@ def test_a_light_mass_tied_to_another_takes_no_root_through_infinity(mass):
     a0 = 9e3 * 18e3 - (-1e3 - 3e4 * mu) * (-1e3 + 1e4 * mu)
     assert a3 * a2 * a1 == pytest.approx(m * a1**2 + a3**2 * a0, rel=1e-9)
     assert crossing.kind == "flutter"
+
+
+@pytest.mark.parametrize("is_mixed", [False, True])
+@pytest.mark.parametrize("damping", [0.125, 0.5])
+def test_thresholds_beside_a_constraint_of_velocities_are_proved(damping, is_mixed):
+    """x3' = x1' is the tie of displacements above, and a root that stays zero."""
+    M = np.diag([1.0, 1.0, 1.0, 0.0])
+    K = np.diag([1.0, 3.0, 3.0, 0.0])
+    C = damping * M
+    C[3, [0, 2]] = [1.0, -1.0]
+    K[[0, 2], 3] = [1.0, -1.0]
+    K[:, 0] += K[:, 2]  # x3 is counted from x1, so that its spring holds both
+    M[:, 0] += M[:, 2]
+    C[:, 0] += C[:, 2]
+    friction = np.zeros((4, 4))
+    friction[:2, :2] = TURN
+    if is_mixed:
+        T = np.eye(4) + np.diag([1.0, 2.0, -1.0], 1)
+        M, C, K, friction = (T.T @ X @ T for X in (M, C, K, friction))
+    exact = np.sqrt(0.5 + 2.0 * 2.5 * damping**2)
+    assert only(M, C, K, friction, high=4.0) == pytest.approx(exact, rel=1e-9)
