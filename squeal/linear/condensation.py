@@ -355,17 +355,19 @@ def _finite_roots(pencil: Pencil) -> tuple[ComplexArray, int]:
     E = rows * E * columns
     sigma, condition = _shift(Pencil(F, E))
     T = np.linalg.solve(F - sigma * E, E)
-    noise = 4 * EPS * len(F) * condition * norm_of(T)
+    errors = 4 * EPS * condition * norm_of(T) * np.ones_like(T)  # by rounding
     powers = 1
     while len(T):
         left, singular, right = np.linalg.svd(T)
-        rank = int(np.sum(singular > noise))
-        if rank == len(T):
+        bounds = np.sum(np.abs(left.T) @ errors * np.abs(right), axis=1)
+        kept = singular > bounds
+        if kept.all():
             break
-        sizes = np.sqrt(singular[:rank])
         # similar to the map of the range of T to itself, with the least share of rounding
-        T = sizes[:, None] * (right[:rank] @ left[:, :rank]) * sizes
-        noise = noise * np.max(sizes, initial=0.0) / np.min(sizes, initial=np.inf)
+        sizes = np.sqrt(singular[kept])
+        relative = bounds[kept] / singular[kept]
+        T = sizes[:, None] * (right[kept] @ left[:, kept]) * sizes
+        errors = sizes[:, None] * (relative[:, None] + relative) * sizes
         powers += 1
     roots = np.asarray(sigma + 1.0 / np.linalg.eigvals(T), dtype=complex)
     return roots[np.argsort(np.abs(roots))], powers

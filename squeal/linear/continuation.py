@@ -410,9 +410,7 @@ class Continuation:
         """All spectra so far, by rising value."""
         return [self._spectra[p] for p in sorted(self._spectra)]
 
-    def _standard_problem(
-        self, matrices: MCK, slopes: MCK, value: float = 0.0
-    ) -> StandardProblem:
+    def _standard_problem(self, matrices: MCK, slopes: MCK, value: float = 0.0) -> StandardProblem:
         """The standard eigenproblem of M, C and K, and its derivative for slopes dM, dC and dK.
 
         value: of the parameter, if the slopes are by it.

@@ -273,3 +273,17 @@ def test_thresholds_beside_a_constraint_of_velocities_are_proved(damping, is_mix
         M, C, K, friction = (T.T @ X @ T for X in (M, C, K, friction))
     exact = np.sqrt(0.5 + 2.0 * 2.5 * damping**2)
     assert only(M, C, K, friction, high=4.0) == pytest.approx(exact, rel=1e-9)
+
+
+@pytest.mark.parametrize("light", [1e-10, 1e-13])
+def test_a_wide_window_of_light_masses_beside_a_massless_row_is_found(light):
+    """They flutter where |k1 - k2| < 2 c, k1 - k2 = (mu - 3 / 8) / 5, and c = 1 / 160."""
+    K = np.diag([1.0, 1.0, 1.075, 2.0])
+    K[0, 3] = K[3, 0] = -0.5
+    K[1, 2] = 0.00625
+    K[2, 1] = -0.00625
+    friction = np.diag([0.0, 0.2, 0.0, 0.0])
+    M = np.diag([1.0, light, light, 0.0])
+    found = squeal.thresholds(squeal.System(M, K={"1": K, "mu": friction}), high=1.0)
+    values = [crossing.mu for crossing in found.crossings]
+    assert values == pytest.approx([0.3125, 0.4375], rel=1e-6)
