@@ -340,20 +340,9 @@ def _shift(pencil: Pencil) -> tuple[float, float]:
 
 
 def _finite_roots(pencil: Pencil) -> tuple[ComplexArray, int]:
-    """The finite roots, by size, and which power of T vanishes at infinity; by ranks of powers.
-
-    T is balanced first: ranks say little where the states have units decades apart.
-    """
-    from scipy.linalg import matrix_balance  # which pads start without
-
+    """The finite roots, by size, and which power of T vanishes at infinity; by ranks of powers."""
     F, E = pencil
-    sigma, _ = _shift(pencil)
-    T = np.linalg.solve(F - sigma * E, E)
-    _, (columns, _) = matrix_balance(T, permute=False, separate=True)
-    rows, _ = _balancing([(np.abs(F) + np.abs(E)) * columns])
-    F = rows * F * columns
-    E = rows * E * columns
-    sigma, condition = _shift(Pencil(F, E))
+    sigma, condition = _shift(pencil)
     T = np.linalg.solve(F - sigma * E, E)
     errors = 4 * EPS * condition * norm_of(T) * np.ones_like(T)  # by rounding
     powers = 1
