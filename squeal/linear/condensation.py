@@ -33,6 +33,8 @@ GAP = 3e2
 """How many times greater roots are that are left out, if they decay."""
 GAP_OF_SQUARES = 1e6
 """... and of s = -lambda^2."""
+WIDE = 1e9
+"""How many times greater than the least the greatest root is where the root of these suffices."""
 THROUGH_INFINITY = (
     "M, C and K: a root passes through infinity within the range, as where what holds or damps a "
     "motion without mass vanishes, or grows far faster than others; thresholds can be given of a "
@@ -179,15 +181,17 @@ class Condensation:
 
         samples: the finite roots, by size, at some values; rounding hides the greatest at some.
         """
-        sizes = np.abs(samples[len(samples) // 2][: self.size + 1])
-        gaps = sizes[1:] / np.maximum(sizes[:-1], 1.0)  # roots near zero are no others
-        gap = np.max(gaps, initial=1.0)
-        if gap < (GAP_OF_SQUARES if self._undamped else GAP):
+        sizes = np.maximum(np.abs(samples[len(samples) // 2]), 1.0)  # roots near zero are no others
+        gaps = (sizes[1:] / sizes[:-1])[: self.size]
+        least = GAP_OF_SQUARES if self._undamped else GAP
+        if sizes[-1] > WIDE * sizes[0]:
+            least = math.sqrt(least)
+        if not np.any(gaps >= least):
             return
-        followed = int(np.argmax(gaps)) + 1
+        followed = int(np.argmax(gaps >= least)) + 1  # the first such gap
         if all(self._decay(roots[followed:]) for roots in samples):
             self.size = followed
-            self._powers += math.ceil(math.log(EPS) / -math.log(gap))
+            self._powers += math.ceil(math.log(EPS) / -math.log(gaps[followed - 1]))
 
     def _decay(self, fast: ComplexArray) -> bool:
         """True if fast roots decay or, without damping, are real numbers s > 0."""

@@ -287,3 +287,17 @@ def test_a_wide_window_of_light_masses_beside_a_massless_row_is_found(light):
     found = squeal.thresholds(squeal.System(M, K={"1": K, "mu": friction}), high=1.0)
     values = [crossing.mu for crossing in found.crossings]
     assert values == pytest.approx([0.3125, 0.4375], rel=1e-6)
+
+
+def test_light_masses_decades_apart_leave_digits_of_the_slow_motion():
+    """No crossing: omega^2 of the heavy mass is near 1.2e7, of the others 1e13 and 1e17."""
+    M = np.diag([1.0, 1e-5, 1e-8, 0.0])
+    K = np.diag([1.2e7, 1e4, 1e5, -1e-12])
+    K[0, 2] = K[2, 0] = -1e3
+    K[3, :2] = K[:2, 3] = [-1.0, 1.0]
+    friction = np.zeros((4, 4))
+    friction[0, 2] = -2e4
+    friction[2, 0] = 1e4
+    found = thresholds(lambda mu: (M, None, K + mu * friction), 1.7)
+    assert not found.crossings
+    assert len(found.searched[0].continuation.spectra) < 100
