@@ -146,12 +146,15 @@ def remaining(begun: float, done: int, count: int) -> str:
 
 
 def number(value: float, digits: int = 6) -> str:
-    """A number in so many digits, never "-0".
+    """A number in so many digits, never "-0", and without a power of ten below a million.
 
-    >>> number(-0.0), number(2 / 3), number(2 / 3, 3)
-    ('0', '0.666667', '0.667')
+    >>> number(-0.0), number(2 / 3), number(2 / 3, 3), number(11345.6, 4), number(1134560.0, 4)
+    ('0', '0.666667', '0.667', '11350', '1.135e+06')
     """
-    return f"{value + 0.0:.{digits}g}"
+    text = f"{value + 0.0:.{digits}g}"
+    if "e+" in text and abs(value) < 1e6:
+        return f"{float(text):.0f}"
+    return text
 
 
 def located(value: float, low: float, high: float) -> str:

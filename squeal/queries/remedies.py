@@ -659,18 +659,15 @@ def keep_below(
     is_large = isinstance(source, SystemSource) and not is_small(source.file.system)
     is_of_band_alone = bool(extent) and is_large
     reservations = []
-    if outside is not None:
+    if outside is not None and outside.verdict in GROWING:
+        reservations.append(f"for {extent} alone: something outside grows at any")
+    elif outside is not None and outside.first is not None:
         other = outside.first
-        of_band = f"{number(first.mu, 4)} for {extent}"
-        if outside.verdict in GROWING:
-            reservations.append(f"for {extent} alone: something outside grows at any")
-        elif other is not None and is_of_band_alone:
-            lost = min(first, other, key=lambda point: point.mu)
-            hertz = number(other.frequency_hz or 0.0, 4)
-            reservations.append(f"{of_band}, {number(other.mu, 4)} for {hertz} Hz, seen outside")
-        elif other is not None and other.mu < first.mu:
-            lost = other
-            reservations.append(f"{of_band} alone")
+        lost = min(first, other, key=lambda point: point.mu)
+        hertz = number(other.frequency_hz or 0.0, 4)
+        of_other = f"{number(other.mu, 4)} for {hertz} Hz outside"
+        if is_of_band_alone or lost is other:
+            reservations.append(f"{number(first.mu, 4)} for {extent}, {of_other}")
     if is_of_band_alone:
         reservations.append(f"nothing else than {extent} was searched")
     changes = []

@@ -433,7 +433,7 @@ def test_what_is_advised_for_a_band_of_a_large_brake_is_for_it_alone():
     limit = float(re.search(r"Or keep mu below ([\d.]+) \(", report.advice)[1])
     assert limit == pytest.approx(first_loss(1.0)[0], abs=1e-4)  # of the pair outside
     assert growth(1.0, limit) < 0.0
-    assert " Hz, seen outside, nothing else than 3000 to 5000 Hz" in report.advice
+    assert " Hz outside, nothing else than 3000 to 5000 Hz" in report.advice
     change = report.remedy.change
     assert change.verb == "lower"
     assert not pair_grows(change.count, 0.7, of_second=True)
