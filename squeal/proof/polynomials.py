@@ -102,9 +102,12 @@ class ExactRange:
         rises: Sequence[int],
     ) -> Proof:
         """As `RangeProof.prove`, of the entries as they are given."""
+        low = self.values[0]
+        high = self.values[-1]
         at_low, *unstable, at_high = self.unstable
-        if at_low != unstable[0] or at_high != unstable[-1]:
-            return Proof("open", "exact", reason=AT_END, where=self.values[0])
+        is_at_end = at_low != unstable[0] or at_high != unstable[-1]
+        if is_at_end or any(each.low <= low or each.high >= high for each in self.critical):
+            return Proof("open", "exact", reason=AT_END, where=low)
         found: list[list[int]] = [[] for _ in intervals]  # rises within each interval
         for k, (start, stop, most) in enumerate(self.critical):
             rise = unstable[k + 1] - unstable[k]

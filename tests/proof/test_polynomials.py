@@ -57,6 +57,13 @@ def test_a_threshold_is_proved_and_none_beside_it():
     assert ExactRange.of(system(ONE), 0.0, 0.9).prove([], RATE, []).status == "proved"
 
 
+@pytest.mark.parametrize("ends", [(1.0, 2.0), (0.0, 1.0)])
+def test_a_threshold_at_an_end_of_the_range_is_open(ends):
+    exact_range = ExactRange.of(system(ONE), *ends)
+    for intervals, rises in (([], []), ([around(1.0)], [2])):
+        assert exact_range.prove(intervals, RATE, rises).status == "open"
+
+
 def test_damping_moves_the_threshold():
     """lambda^2 + d lambda + 2 = i sqrt(mu - 1), with lambda = i sqrt(2): mu = 1 + 2 d^2."""
     d = 0.125
