@@ -362,6 +362,20 @@ def test_without_a_threshold_another_seat_along_the_range_withdraws_the_certific
     assert anew.verdict == "flutter"
 
 
+def test_a_free_parameter_of_a_load_alone_is_noted_and_certifies_nothing(brake):
+    """No matrix depends on the pressure, but contact that stiffens with it is another at each."""
+    path, *_ = brake
+    document = yaml.safe_load(path.read_text())
+    document["contact"][0] |= {"exponent": 0.5, "reference": 2e6}
+    more = path.with_name("pressure.yaml")
+    more.write_text(yaml.safe_dump(document | {"parameter": "pressure"}))
+    file = squeal.read_system(more)
+    held = document["parameters"]["pressure"]
+    found = squeal.sweep(file, [held, 2.0 * held], band=GROWS)
+    assert f"seated at pressure = {held:g}" in str(found)
+    assert not squeal.thresholds(file, 2.0 * held, band=GROWS).certified
+
+
 def test_what_acts_through_the_seat_has_no_derivative(brake):
     """With all pairs closed the factor of a constant stiffness has that of a bonded contact."""
     path, (disc, pad), contact = brake

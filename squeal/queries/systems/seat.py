@@ -25,17 +25,14 @@ SAME = 1e-6  # of the largest: up to it stiffnesses and forces of two seats are 
 def seat_note(file: SystemFile) -> str:
     """Report at which value of the free parameter contact is seated.
 
-    Empty without contact that has a seat, and where the stiffness does not depend on the parameter,
-    so that every value has the same seat.
+    Empty without contact that has a seat. Whether the parameter changes the seat is not known before
+    contact is seated anew, since loads and gaps may depend on it while no matrix does.
     """
     assembly = file.assembly
     if assembly is None or not any(contact.has_seat for contact in assembly.contacts):
         return ""
-    seated = assembly.system
     parameter = file.system.parameter
-    if not any(parameter in term.factor.names for term in seated.K):
-        return ""
-    at = f"{parameter} = {number(seated.parameters[parameter])}"
+    at = f"{parameter} = {number(assembly.system.parameters[parameter])}"
     return f"contact is that seated at {at}; --set {parameter}=VALUE seats it anew"
 
 
@@ -137,7 +134,7 @@ def sweep_as_seated(file: SystemFile, answer: Sweep) -> Sweep:
 def doubt_of_seat(file: SystemFile, value: float) -> str:
     """Report how contact seated at a value of the free parameter differs from the held seat.
 
-    Empty if it does not, and without contact whose seat depends on that parameter.
+    Empty if it does not, and without contact that has a seat.
     """
     if not seat_note(file):
         return ""
