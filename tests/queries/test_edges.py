@@ -1,6 +1,7 @@
 """What once ended in a traceback, or changed what does not change."""
 
 import copy
+import math
 import pickle
 
 import numpy as np
@@ -10,6 +11,8 @@ from scipy.sparse import csc_array, diags_array, eye_array
 import squeal
 from squeal.errors import InputError, InputWarning
 from squeal.linear import thresholds, unstable_modes
+from squeal.queries.systems.region_ends import growing_outside
+from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_spectrum
 from tests.conftest import SCENES, scene_of
 from tests.known import affine
@@ -151,3 +154,12 @@ def test_a_look_at_another_small_system_is_refused():
     assert squeal.eigenvalues(first, at=0.5, look=look).verdict == "marginal"
     with pytest.raises(InputError, match="another subject"):
         squeal.eigenvalues(second, at=0.5, look=look)
+
+
+def test_growth_that_may_lie_within_a_region_is_not_told_outside_of_it():
+    """Rough roots are known to a thousandth of their size, here to 1 Hz."""
+    region = Rectangle(-100.0, 1000.0, math.tau * 1000.0, math.tau * 1010.0)
+    beside = complex(50.0, math.tau * 1010.5)
+    beyond = complex(50.0, math.tau * 1012.0)
+    assert growing_outside([beside], region) is None
+    assert growing_outside([beside, beyond], region) == (beyond,)

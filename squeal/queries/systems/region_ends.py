@@ -107,11 +107,16 @@ def growing_outside(
     rough_values: roots, rad/s, to a relative accuracy of `ROUGH`, several of which may stand for
     one root. A root that within this accuracy may decay or lie in the region is left out.
     """
-    wide = region.widened(ROUGH)
     growing_roots: list[complex] = []
     for root in sorted(rough_values, key=lambda root: -root.real):
         tolerance = ROUGH * abs(root)
         grows = root.real > tolerance and root.imag >= -tolerance  # without conjugates
+        wide = Rectangle(
+            region.low_real - tolerance,
+            region.high_real + tolerance,
+            region.low_imag - tolerance,
+            region.high_imag + tolerance,
+        )
         if not grows or wide.contains(np.array(root)):
             continue
         if all(abs(root - other) > tolerance for other in growing_roots):
