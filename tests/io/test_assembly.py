@@ -374,6 +374,7 @@ def test_a_free_parameter_of_a_load_alone_is_noted_and_certifies_nothing(brake):
     found = squeal.sweep(file, [held, 2.0 * held], band=GROWS)
     assert f"seated at pressure = {held:g}" in str(found)
     assert not squeal.thresholds(file, 2.0 * held, band=GROWS).certified
+    assert "pressure" not in squeal.sensitivity(file, band=GROWS).values
 
 
 def test_what_acts_through_the_seat_has_no_derivative(brake):

@@ -37,11 +37,11 @@ def seat_note(file: SystemFile) -> str:
 
 
 def seat_parameters(file: SystemFile) -> list[str]:
-    """Names of the parameters, but the free one, that act through the seat.
+    """Names of the parameters that act through the seat.
 
     While the seat is held, derivatives by such a parameter miss that effect. They are the
-    parameters of loads and of keys of contact, on which no matrix depends, and those of the factor
-    of a contact whose pairs open, stiffen or damp.
+    parameters of loads and of keys of contact, on which no matrix depends, and those but the free
+    one of the factor of a contact whose pairs open, stiffen or damp.
     """
     assembly = file.assembly
     if assembly is None:
@@ -50,8 +50,8 @@ def seat_parameters(file: SystemFile) -> list[str]:
     # no matrix depends on these; the parameters that every assembly has are left out
     names = seated.parameters.keys() - seated.names - ASSEMBLY_DEFAULTS.keys()
     for contact in _contacts_that_may_change(assembly):
-        names |= Formula(contact.factor).names
-    return sorted(names - {seated.parameter})
+        names |= Formula(contact.factor).names - {seated.parameter}
+    return sorted(names)
 
 
 def _contacts_that_may_change(assembly: Assembly) -> list[Contact]:
