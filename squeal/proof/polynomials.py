@@ -1,10 +1,10 @@
 """The referee over a range of the parameter p by algebra, for few rows and factors a + b p.
 
 The determinant is a polynomial e(s^2) + s o(s^2) in s and p. With the parameter a root reaches the
-imaginary axis only where the resultant of e and o vanishes or, of roots that come with their
-negative at every p, the discriminant; or zero where the constant coefficient vanishes, or infinity
-where the leading one does. Between these values of p one number of roots grows, which is counted
-exactly. Neither rounding nor ratios of stiffnesses matter.
+imaginary axis only where the resultant of e and o vanishes. Roots that come with their negative at
+every p leave it only where their discriminant vanishes. A root reaches zero where the constant
+coefficient vanishes, and infinity where the leading one does. Between these values of p one number
+of roots grows, which is counted exactly. Neither rounding nor ratios of stiffnesses matter.
 """
 
 from __future__ import annotations
@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.proof import HALF_ULP
-from squeal.proof.balls import between, half_widths, high_end, low_end, taylor_coefficients
+from squeal.proof.balls import between, high_end, low_end, taylor_coefficients
 from squeal.proof.exact import PRECISION, pieces_of
 from squeal.proof.ranges import AT_END, CANCELS, Factor, Terms
 from squeal.proof.referee import Proof
@@ -46,10 +45,12 @@ class ExactRange:
     ----------
     critical : list of Critical
         Ascending intervals, outside of which no root reaches the axis.
+    touched_end : float or None
+        An end of the range that an interval touches.
     values : list of float
-        The ends of the range, and values between the intervals.
+        Values beside and between the intervals.
     unstable : list of int
-        How many roots grow at these values.
+        How many roots grow at these values; empty if an end is touched.
     """
 
     def __init__(self, determinants: Sequence[Polynomial], low: float, high: float) -> None:
@@ -74,9 +75,15 @@ class ExactRange:
             self.critical.append(each)
             edges += [each.low, each.high]
         edges.append(high)
-        between_intervals = np.add(edges[::2], edges[1::2]) / 2.0
-        self.values = [low, *between_intervals.tolist(), high]
-        self.unstable = [sum(_growing(each, p) for each in determinants) for p in self.values]
+        self.touched_end: float | None = None
+        if edges[1] <= low:
+            self.touched_end = low
+        elif edges[-2] >= high:
+            self.touched_end = high
+        self.values = (np.add(edges[::2], edges[1::2]) / 2.0).tolist()
+        self.unstable: list[int] = []
+        if self.touched_end is None:
+            self.unstable += [sum(_growing(each, p) for each in determinants) for p in self.values]
 
     @classmethod
     def of(cls, terms: Terms, low: float, high: float) -> ExactRange | None:
@@ -102,12 +109,9 @@ class ExactRange:
         rises: Sequence[int],
     ) -> Proof:
         """As `RangeProof.prove`, of the entries as they are given."""
-        low = self.values[0]
-        high = self.values[-1]
-        at_low, *unstable, at_high = self.unstable
-        is_at_end = at_low != unstable[0] or at_high != unstable[-1]
-        if is_at_end or any(each.low <= low or each.high >= high for each in self.critical):
-            return Proof("open", "exact", reason=AT_END, where=low)
+        if self.touched_end is not None:
+            return Proof("open", "exact", reason=AT_END, where=self.touched_end)
+        unstable = self.unstable
         found: list[list[int]] = [[] for _ in intervals]  # rises within each interval
         for k, (start, stop, most) in enumerate(self.critical):
             rise = unstable[k + 1] - unstable[k]
@@ -116,7 +120,7 @@ class ExactRange:
             holding = [each for each, (a, b) in enumerate(intervals) if a <= start and stop <= b]
             if rise and not holding:
                 reason = f"{unstable[k]} roots grow below {start:.9g} and {unstable[k + 1]} above"
-                return Proof("refuted", "exact", reason=reason, where=self.values[k + 2])
+                return Proof("refuted", "exact", reason=reason, where=self.values[k + 1])
             if rise:
                 found[holding[0]].append(rise)
         for (start, stop), expected, rises_within in zip(intervals, rises, found, strict=True):
@@ -136,7 +140,7 @@ def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
     for power, name in enumerate("KCM"):
         for term, X in zip(getattr(terms, name), terms.balls[name], strict=True):
             coefficients = _affine(term.factor, low, high)
-            if coefficients is None or np.any(X.rad > half_widths(X.mid, HALF_ULP)):
+            if coefficients is None or not X.has_all_digits:
                 return None
             constant, slope = coefficients
             factor = (constant + slope * p) * s**power
@@ -147,13 +151,17 @@ def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
 
 
 def _affine(factor: Factor | None, low: float, high: float) -> list[Any] | None:
-    """Rational numbers a and b of a factor a + b p; None of any other factor."""
+    """Rational numbers a and b of a factor a + b p; None of any other factor.
+
+    It has to be that between the range and p = 0 as well, where a and b are taken.
+    """
     if factor is None:
         return [flint.fmpq(1), flint.fmpq(0)]
     try:
-        bend = taylor_coefficients(factor(flint.arb_series([between(low, high), 1], prec=3)), 3)[2]
+        values = between(min(low, 0.0), max(high, 0.0))
+        bend = taylor_coefficients(factor(flint.arb_series([values, 1], prec=3)), 3)[2]
         coefficients = taylor_coefficients(factor(flint.arb_series([0, 1], prec=2)), 2)
-    except ValueError:  # it divides by what may be zero
+    except (ValueError, ZeroDivisionError):  # it divides by what may be zero
         return None
     if bend != 0 or not all(x.is_exact() for x in coefficients):
         return None

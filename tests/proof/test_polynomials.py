@@ -57,6 +57,14 @@ def test_a_threshold_is_proved_and_none_beside_it():
     assert ExactRange.of(system(ONE), 0.0, 0.9).prove([], RATE, []).status == "proved"
 
 
+@pytest.mark.parametrize("factor", [lambda mu: mu * mu / mu, lambda mu: mu * mu * mu / (mu * mu)])
+def test_a_factor_with_a_removable_pole_is_declined(factor):
+    """At mu = 0, where a + b mu is read, it has no value."""
+    terms = system(ONE)
+    moved = [*terms.K[:2], Term(terms.balls["K"][2].mid, factor)]
+    assert ExactRange.of(Terms(terms.M, terms.C, moved, HALF_ULP), 0.5, 2.0) is None
+
+
 @pytest.mark.parametrize("ends", [(1.0, 2.0), (0.0, 1.0)])
 def test_a_threshold_at_an_end_of_the_range_is_open(ends):
     exact_range = ExactRange.of(system(ONE), *ends)
