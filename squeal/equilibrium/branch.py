@@ -334,7 +334,7 @@ MOST_NEWTON_STEPS = 12
 class Event(IntEnum):
     """What ends a step. A change of contact has the number of its point, from 0 on."""
 
-    RANGE_END = -1  # and
+    RANGE_END = -1  # this and the next one are
     TILTED = -2  # past 90 degrees: the last two rows of `Statics.event_functions`
     FOLD = -3  # mu turns back
     NONE = -4

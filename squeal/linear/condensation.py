@@ -34,7 +34,7 @@ GAP = 3e2
 GAP_OF_SQUARES = 1e6
 """... and of s = -lambda^2."""
 WIDE = 1e9
-"""How many times greater than the least the greatest root is where the root of these suffices."""
+"""How many times greater than the least the greatest root is where sqrt(GAP) suffices."""
 THROUGH_INFINITY = (
     "M, C and K: a root passes through infinity within the range, as where what holds or damps a "
     "motion without mass vanishes, or grows far faster than others; thresholds can be given of a "

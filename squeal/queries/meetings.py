@@ -214,13 +214,21 @@ Amounts = Mapping[int, float]
 
 class _Confirmed(NamedTuple):
     """How much of a kind of cure is just enough at the present value, and how much is advised; the
-    thresholds with that, None where none were searched; whether it is advised at that value alone.
+    thresholds with that, None where none were searched; whether it is advised at that value alone,
+    else up to which value.
     """
 
     enough: Amounts
     advised: Amounts
     answer: Thresholds | None
     is_alone: bool
+    end: float
+
+    def holds_as_far_as(self, other: _Confirmed) -> bool:
+        """Whether it is advised for as many values as another."""
+        if self.is_alone:
+            return other.is_alone
+        return other.is_alone or self.end >= other.end
 
 
 class _Problem:
@@ -370,8 +378,9 @@ class _Problem:
 
     def effect(self, cure: Cure) -> Effect:
         """What as much of a cure as is advised does."""
-        _, advised, answer, _ = self.searched[cure]
-        added = self._added(dict.fromkeys(advised, cure), advised)[0]
+        confirmed = self.searched[cure]
+        answer = confirmed.answer
+        added = self._added(dict.fromkeys(confirmed.advised, cure), confirmed.advised)[0]
         changed = self._changed(self._columns(added), cure is Cure.APART)
         present = self.spectrum.value
         roots = roots_at(answer, changed, present, self.options)
@@ -385,7 +394,7 @@ class _Problem:
         if confirmed is None:
             return
         of_both = self.searched.get(Cure.BOTH, confirmed)
-        if Cure.APART not in cures.values() and confirmed.is_alone > of_both.is_alone:
+        if Cure.APART not in cures.values() and not confirmed.holds_as_far_as(of_both):
             return
         for mode, cure in cures.items():
             self.searched[cure] = confirmed
@@ -454,7 +463,7 @@ class _Problem:
                 shares[mode] = max(shares[mode], least)
             advised = self._rounded(cures, shares, more)
             refuted_at, answer = self._refuted(cures, advised, values)
-            confirmed = _Confirmed(enough, advised, answer, is_alone=refuted_at is not None)
+            confirmed = _Confirmed(enough, advised, answer, refuted_at is not None, end)
             if refuted_at is None:
                 return confirmed
             if refuted_at in values:

@@ -168,7 +168,8 @@ class Effect:
         where that is not known, or where something grows at less."""
         if self.loss is None or self.leaves_window or self.value <= 0.0:
             return "-"
-        percent = math.floor(100.0 * (min(self.limit, self.loss.high) / self.value - 1.0))
+        share = min(self.limit, self.loss.high) / self.value - 1.0
+        percent = math.floor(100.0 * share + NOTHING)  # 10 of 1.1, whatever rounding makes of it
         return f"{'over ' * math.isinf(self.limit)}{percent}"
 
     @property
@@ -200,7 +201,8 @@ class Effect:
         elif self.loss is not None:
             text += f" {self.loss.words(parameter, unit_of(self.before.source))}"
         costs = [first_cost] if first_cost else []
-        if np.all(np.abs(self.roots.real) <= NOTHING * np.abs(self.roots)):
+        is_undamped = np.abs(self.roots.real) <= NOTHING * np.abs(self.roots)
+        if len(self.roots) and is_undamped.all():
             costs.append("nothing damps this model")
         elif not math.isnan(self.damping_left):
             costs.append(f"the least damping left is {number(100.0 * self.damping_left, 2)} %")

@@ -523,8 +523,8 @@ def _count_in_disc(
     The count divides by all known roots: `roots` in the disc, and `rough` ones near it, whose
     factor lends its memory and solves nothing afterwards. It divides by distant Ritz values as
     well, roots or not: they add no turn, and the quotient, which varies less, takes fewer
-    determinants. Of 150,000 random sets with such a value right behind each hidden root eight
-    determinants took one for complete, without such values five.
+    determinants. Of 150,000 random sets with a missing root, and such a value right behind it,
+    eight determinants took one for complete; without such values five.
     """
     outside = rough.values[~disc.contains(rough.values)]
     distant = rough.unconverged[np.abs(rough.unconverged - disc.centre) > DISTANT * disc.radius]

@@ -320,7 +320,7 @@ def reduce_system(
     region : Rectangle
         Where its roots are wanted. If it holds none, the basis holds modes around it.
     values : sequence of mapping
-        Parameters of one to three parameters.
+        Values of one to three parameters.
     kind : type
         Reduction or DispersiveReduction.
 

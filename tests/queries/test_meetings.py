@@ -127,3 +127,15 @@ def test_growth_below_the_rounding_of_the_search_has_no_cure_and_a_report():
     assert report.eigenvalues.verdict == "flutter"
     assert all(not meeting.cures for meeting in report.meetings.values())
     assert report.advice == "No way out is known to this page."
+
+
+def test_damping_of_one_mode_that_stops_growth_up_to_less_is_left_out():
+    """With 24 % for the lower mode alone flutter begins at 1.06, with damping of both at 1.11."""
+    omega = np.array([1.0292760289563865, 1.102746986890841])
+    b = 0.0904357079738508
+    C = np.diag([0.015262570650881064, 0.013957871413661628])
+    K = {"1": np.diag(omega**2), "mu": [[0.0, b], [-b, 0.0]]}
+    spectrum = squeal.eigenvalues(squeal.System(np.eye(2), C, K, parameters={"mu": 1.0}))
+    (meeting,) = find_meetings(spectrum, {}, high=2.0).meetings.values()
+    assert Cure.BOTH in meeting.advised
+    assert meeting.alone is None

@@ -66,7 +66,7 @@ class _Located:
     Attributes
     ----------
     points, crossings
-        Parameters of the verdict, and crossings of the imaginary axis, by rising parameter.
+        Changes of the verdict, and crossings of the imaginary axis, by rising parameter.
     certified : bool or None
         Whether counts of growing roots agree with the list; None where nothing was counted.
     doubts : sequence of str
