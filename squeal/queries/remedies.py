@@ -195,6 +195,8 @@ class Effect:
         """Up to where nothing grows with the change, what follows, and what it costs."""
         parameter = self.before.parameter
         text = "nothing grows"
+        if self.before.extent:  # modes that leave it may grow
+            text += f" among {self.before.extent}"
         if self.leaves_window:
             text += f" at {parameter} = {number(self.value, 4)}; below, stability is lost"
             text += f" from {parameter} = {rounded(self.limit, 4, math.floor)} on"
