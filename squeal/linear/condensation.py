@@ -160,8 +160,10 @@ class Condensation:
         self.size: int = min(sizes)
         self._powers: int = max(powers)
         if not any(sizes):
-            raise MatrixError("M, C and K: no motion satisfies them, so that none begins to grow")
-        if not all_roots:
+            raise MatrixError(
+                "M, C and K: no motion but free ones satisfies them, so that none begins to grow"
+            )
+        if self.size and not all_roots:
             self._leave_fast_roots(roots)
         self.left_out = max(sizes) - self.size
         if self.left_out and (all_roots or not self.size):

@@ -301,3 +301,21 @@ def test_light_masses_decades_apart_leave_digits_of_the_slow_motion():
     found = thresholds(lambda mu: (M, None, K + mu * friction), 1.7)
     assert not found.crossings
     assert len(found.searched[0].continuation.spectra) < 100
+
+
+def test_multipliers_that_hold_all_motions_at_one_value_are_refused_in_words():
+    """Two equal multipliers with compliances of 1e-11: at the middle value no root is finite."""
+    K = np.array(
+        [
+            [0, 0, -17, 0, 0],
+            [4, 9, -8, 1, 1],
+            [-17, 0, 20, 0, 0],
+            [1, 1, 0, -1e-11, 0],
+            [1, 1, 0, 0, -1e-11],
+        ]
+    )
+    friction = np.zeros((5, 5))
+    friction[[0, 2], 3] = -1.0
+    system = squeal.System(np.diag([2.0, 3.0, 2.0, 0.0, 0.0]), K={"1": K, "mu": friction})
+    with pytest.raises(squeal.InputError, match="passes through infinity"):
+        squeal.thresholds(system, high=8.0)
