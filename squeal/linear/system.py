@@ -628,12 +628,13 @@ class System:
         if not terms:
             return None
         as_matrix = np.asarray
-        total: Matrix = np.zeros((self.n, self.n))
+        zeros: Callable[[tuple[int, int]], Matrix] = np.zeros
         if any(is_sparse(term.matrix) for term in self.terms):
             from scipy.sparse import csc_array
 
             as_matrix = csc_array
-            total = csc_array((self.n, self.n))
+            zeros = csc_array
+        total = zeros((self.n, self.n))
         with np.errstate(over="ignore", invalid="ignore"):
             for term in terms:
                 factor = factor_of(term)

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from scipy.sparse import csc_array, csc_matrix, diags_array
+from scipy.sparse import csc_array, csc_matrix, diags_array, eye_array
 
 import squeal
 from squeal.errors import InputError
@@ -258,3 +258,13 @@ def test_a_frequency_that_is_replaced_is_held():
 def test_a_parameter_may_have_the_name_of_a_greek_letter():
     system = squeal.System([[1.0]], K={"1": [[1.0]], "Ω": [[2.0]]}, parameter="Ω")
     assert system(0.5)[2].item() == 2.0
+
+
+def test_matrices_of_a_large_sparse_system_take_no_dense_array():
+    """An array of 400,000 rows and columns would take 1.3 TB."""
+    n = 400_000
+    stiffness = diags_array(np.arange(1.0, n + 1.0), format="csc")
+    system = squeal.System(eye_array(n, format="csc"), K={"1": stiffness, "mu": stiffness})
+    _, _, K = system.at({"mu": 1.0})
+    assert K.nnz == n
+    assert K.diagonal()[-1] == 2.0 * n
