@@ -24,6 +24,7 @@ try:
 except ImportError:  # an extra
     flint = None
 
+IS_PART = "a printed interval holds a part of that of its threshold"
 MOST_ROWS = 6
 """Of a component: beyond, polynomials take too long."""
 Polynomial = Any
@@ -71,7 +72,7 @@ class ExactRange:
             if self.critical and each.low <= self.critical[-1].high:  # no double lies between
                 before = self.critical.pop()
                 each = Critical(before.low, each.high, before.most + multiplicity)
-                edges[-2:] = []
+                del edges[-2:]
             self.critical.append(each)
             edges += [each.low, each.high]
         edges.append(high)
@@ -108,27 +109,34 @@ class ExactRange:
         growth_below: float,
         rises: Sequence[int],
     ) -> Proof:
-        """As `RangeProof.prove`, of the entries as they are given."""
+        """As `RangeProof.prove`, of the entries as they are given; intervals are disjoint.
+
+        `where` of a wrong interval is its middle.
+        """
         if self.touched_end is not None:
             return Proof("open", "exact", reason=AT_END, where=self.touched_end)
         unstable = self.unstable
         found: list[list[int]] = [[] for _ in intervals]  # rises within each interval
         for k, (start, stop, most) in enumerate(self.critical):
             rise = unstable[k + 1] - unstable[k]
-            if most > 1 and abs(rise) < 2 * most:  # else all events are pairs in one direction
+            # of several events only a rise of two each excludes that some cancel
+            if most > 1 and abs(rise) < 2 * most:
                 return Proof("open", "exact", reason=CANCELS, where=start)
             holding = [each for each, (a, b) in enumerate(intervals) if a <= start and stop <= b]
             if rise and not holding:
+                if any(a <= stop and start <= b for a, b in intervals):
+                    return Proof("open", "exact", reason=IS_PART, where=start)
                 reason = f"{unstable[k]} roots grow below {start:.9g} and {unstable[k + 1]} above"
                 return Proof("refuted", "exact", reason=reason, where=self.values[k + 1])
             if rise:
                 found[holding[0]].append(rise)
         for (start, stop), expected, rises_within in zip(intervals, rises, found, strict=True):
+            middle = (start + stop) / 2.0
             if expected and not rises_within:
                 reason = f"no root begins or ends to grow from {start:.9g} to {stop:.9g}"
-                return Proof("refuted", "exact", reason=reason, where=(start + stop) / 2.0)
+                return Proof("refuted", "exact", reason=reason, where=middle)
             if rises_within != [expected]:
-                return Proof("open", "exact", reason=CANCELS, where=(start + stop) / 2.0)
+                return Proof("open", "exact", reason=CANCELS, where=middle)
         return Proof("proved", "exact", growth_below)
 
 
@@ -146,7 +154,7 @@ def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
             factor = (constant + slope * p) * s**power
             for i, j in np.argwhere(X.mid).tolist():
                 entry = flint.fmpq(*float(X.mid[i, j]).as_integer_ratio())
-                rows[i][j] = rows[i][j] + entry * factor
+                rows[i][j] += entry * factor
     return _determinant(rows)
 
 

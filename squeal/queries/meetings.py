@@ -226,9 +226,7 @@ class _Confirmed(NamedTuple):
 
     def holds_as_far_as(self, other: _Confirmed) -> bool:
         """Whether it is advised for as many values as another."""
-        if self.is_alone:
-            return other.is_alone
-        return other.is_alone or self.end >= other.end
+        return other.is_alone or (self.end >= other.end and not self.is_alone)
 
 
 class _Problem:
@@ -446,9 +444,10 @@ class _Problem:
         """How much of cures is confirmed at all values up to an end, the present one or above, else
         at the present one alone.
 
-        Amounts are the least at `values`, and `IN_HAND` times what is just enough. If with these
-        something grows at another one it joins them, at one of them (by rounding, or beside the
-        basis) all amounts are raised by 5 % more.
+        Amounts are the least at `values`, and `IN_HAND` times what is just `enough`. If something
+        still grows at a value not among them, that value is added; if at one of them (by rounding,
+        or because the basis misses it), the factor on all amounts rises by 0.05. None if neither is
+        confirmed in `RETRIES` tries.
         """
         present = self.spectrum.value
         values = list(dict.fromkeys((present, end)))

@@ -312,9 +312,9 @@ def _slopes(problem: ScaledProblem, roots: Roots) -> Array:
 def _is_lost(problem: ScaledProblem, roots: Roots) -> NDArray[np.bool_]:
     """Which roots (m,) may be infinite ones that rounding made finite.
 
-    They are faster than the problem's frequency scale, alone, and moved by a share `LOST` of their
-    size by rounding of each entry and by what their vectors leave of the equations. Roots of a
-    light mass are not among them.
+    They are larger than the problem's frequency scale, alone, and moved by more than a share `LOST`
+    of their size by rounding of each entry and by what their vectors leave of the equations. Roots
+    of a light mass are as large, but rounding moves them less.
     """
     values = roots.values
     sizes = np.abs(values)

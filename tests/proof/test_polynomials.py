@@ -54,6 +54,7 @@ def test_a_threshold_is_proved_and_none_beside_it():
     assert proof.prove([around(1.1)], RATE, [2]).status == "refuted"
     assert proof.prove([around(0.9), around(1.0)], RATE, [2, 2]).status == "refuted"
     assert proof.prove([around(1.0)], RATE, [-2]).status != "proved"
+    assert proof.prove([(1.0, 1.0)], RATE, [2]).status == "open"  # a part of its interval
     assert ExactRange.of(system(ONE), 0.0, 0.9).prove([], RATE, []).status == "proved"
 
 

@@ -100,9 +100,9 @@ def doubts_at_ends(roots: Sequence[Eigenvalue], region: Rectangle) -> list[str]:
 def growing_outside(
     rough_values: Sequence[complex], region: Rectangle
 ) -> tuple[complex, ...] | None:
-    """The growing roots outside of a region that a search met, the fastest first.
+    """The growing roots outside of a region that a search met, the largest growth rate first.
 
-    None if the search met none: it may have passed them, so that nothing is known of them.
+    None if none is left: the search may have passed them, so that nothing is known of them.
 
     rough_values: roots, rad/s, to a relative accuracy of `ROUGH`, several of which may stand for
     one root. A root that within this accuracy may decay or lie in the region is left out.

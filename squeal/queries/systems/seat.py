@@ -25,8 +25,8 @@ SAME = 1e-6  # of the largest: up to it stiffnesses and forces of two seats are 
 def seat_note(file: SystemFile) -> str:
     """Report at which value of the free parameter contact is seated.
 
-    Empty without contact that has a seat. Only contact that is seated anew tells whether the seat
-    depends on the parameter: loads and gaps may, while no matrix does.
+    Empty without contact that has a seat. Given even if no matrix depends on the parameter: loads
+    and gaps may, and only seating anew shows it.
     """
     assembly = file.assembly
     if assembly is None or not any(contact.has_seat for contact in assembly.contacts):
