@@ -164,6 +164,7 @@ def find_meetings(
     low: float = 0.0,
     high: float = 0.0,
     paths: Paths | None = None,
+    options_of_losses: Mapping[str, object] | None = None,
 ) -> MeetingSearch:
     """The real modes behind each growing mode, with what stops all growing modes.
 
@@ -176,17 +177,20 @@ def find_meetings(
     spectrum : Eigenvalues
         Roots with vectors.
     options : mapping
-        Of `eigenvalues` and `thresholds`: band, memory, progress.
+        Of `eigenvalues`: band, memory, progress.
     low, high : float
         The range of the parameter: nothing may grow from its lower end to the present value, and
         beyond that the next loss of stability is searched up to its upper end.
     paths : Paths, optional
         The modes of a chart, with the numbers of those of `spectrum`: which of them meet.
+    options_of_losses : mapping, optional
+        Of `thresholds` with a cure; those of `eigenvalues` if left out.
     """
     meetings: dict[int, Meeting] = {}
     treatments: dict[Cure, Effect] = {}
     with suppress(InputError, ComputationError), one_thread():
-        problem = _Problem(spectrum, options, low, max(high, spectrum.value))
+        of_losses = options_of_losses or options
+        problem = _Problem(spectrum, options, of_losses, low, max(high, spectrum.value))
         candidates: dict[int, list[Meeting]] = {}
         for mode in spectrum.unstable:
             number_of_mode = spectrum.mode_of(mode)
@@ -233,10 +237,16 @@ class _Problem:
     """Matrices over the own parameter, the structure without friction and its modes."""
 
     def __init__(
-        self, spectrum: Eigenvalues, options: Mapping[str, object], low: float, high: float
+        self,
+        spectrum: Eigenvalues,
+        options: Mapping[str, object],
+        options_of_losses: Mapping[str, object],
+        low: float,
+        high: float,
     ) -> None:
         self.spectrum = spectrum
         self.options = options
+        self.options_of_losses = options_of_losses
         self.low = low
         self.high = high
         source = spectrum.source
@@ -639,7 +649,7 @@ class _Problem:
         source = self.spectrum.source
         if not isinstance(source, PadSource):
             changed = self._changed(columns, of_stiffness)
-            return thresholds(changed, high, self.low, prove=False, **self.options)  # type: ignore[arg-type]
+            return thresholds(changed, high, self.low, prove=False, **self.options_of_losses)  # type: ignore[arg-type]
         change = columns @ columns.T
         matrices_at, path = branch_system(source.scene, high)
 

@@ -61,12 +61,14 @@ FEW_REMEDIES = 2  # where each costs much
 
 class Loss(NamedTuple):
     """Where stability is lost first with a change: value of the free parameter, None if nowhere up
-    to `high`, what happens there, and its frequency in Hz."""
+    to `high`, what happens there, and its frequency in Hz; extent: of which roots that was
+    searched, in words, empty for all."""
 
     value: float | None
     kind: str
     frequency_hz: float | None
     high: float
+    extent: str = ""
 
     def limit(self) -> float:
         """The value up to which nothing grows, infinite where stability is not lost."""
@@ -195,8 +197,9 @@ class Effect:
         """Up to where nothing grows with the change, what follows, and what it costs."""
         parameter = self.before.parameter
         text = "nothing grows"
-        if self.before.extent:  # modes that leave it may grow
-            text += f" among {self.before.extent}"
+        extent = self.before.extent if self.loss is None else self.loss.extent
+        if extent:  # modes that leave it may grow
+            text += f" among {extent}"
         if self.leaves_window:
             text += f" at {parameter} = {number(self.value, 4)}; below, stability is lost"
             text += f" from {parameter} = {rounded(self.limit, 4, math.floor)} on"
@@ -282,11 +285,26 @@ GrowingRoots: TypeAlias = Callable[[Values], ComplexArray]
 """The growing roots with Im >= 0 at changed parameters."""
 
 
+def search_options(
+    spectrum: Eigenvalues, losses: Thresholds, options: Mapping[str, object]
+) -> Mapping[str, object]:
+    """The options of `thresholds` with a change, from those without it.
+
+    Without a band where all roots are known and none grows outside of it in the range: what a
+    change moves out of the band, and lets grow there, is seen then.
+    """
+    nothing_crosses = losses.details.get("crossings_outside") == 0
+    if nothing_crosses and not spectrum.details.get("growing_outside"):
+        return {**options, "band": None}
+    return options
+
+
 def find_remedies(
     spectrum: Eigenvalues,
     derivatives: Sensitivity,
     high: float,
     options: Mapping[str, object],
+    options_of_losses: Mapping[str, object],
 ) -> RemedySearch:
     """The changes of one parameter that stop every growing mode of the selection.
 
@@ -303,8 +321,8 @@ def find_remedies(
         is swept is left out.
     high : float
         Upper end of the range in which the first loss of stability with the change is searched.
-    options : mapping
-        Of `eigenvalues` and `thresholds`: band, memory, progress.
+    options, options_of_losses : mapping
+        Of `eigenvalues`, and of `thresholds` with a change: band, memory, progress.
 
     Raises
     ------
@@ -329,7 +347,7 @@ def find_remedies(
     remedies: list[Remedy] = []
     for change, take in search.located():
         if len(remedies) < search.most_remedies:
-            for remedy in _computed(search, change, take, high, options):
+            for remedy in _computed(search, change, take, high, options, options_of_losses):
                 remedies.append(replace(remedy, rise=search.rise(change)))
     if remedies:
         remedies.sort(key=lambda remedy: remedy.leaves_window)
@@ -577,6 +595,7 @@ def _computed(
     with_margin: Change | None,
     high: float,
     options: Mapping[str, object],
+    options_of_losses: Mapping[str, object],
 ) -> Iterator[Remedy]:
     """A change, rounded up to two digits, with what the full system says of it: one remedy, none if
     modes go on growing with it.
@@ -594,14 +613,14 @@ def _computed(
             if computed.unstable:
                 continue
             for take in search.takes(least, with_margin):
-                answer = _thresholds(source, take, high, options)
+                answer = _thresholds(source, take, high, options_of_losses)
                 loss = loss_of(answer, high)
                 if loss.limit() >= IN_HAND * present:
                     computed = eigenvalues(replaced(source, take), **options)  # type: ignore[arg-type]
                     yield Remedy(spectrum, present, computed.values, loss, computed, change, take)
                     return
                 search.lower += [value / present for value in growing_within(answer, present)]
-            loss = loss_of(_thresholds(source, change, high, options), high)
+            loss = loss_of(_thresholds(source, change, high, options_of_losses), high)
             yield Remedy(spectrum, present, computed.values, loss, computed, change)
             return
 
@@ -710,7 +729,10 @@ def roots_at(
 def loss_of(answer: Thresholds, high: float) -> Loss:
     """Where stability is lost first by thresholds up to `high`."""
     outcome = first_loss(answer, high)
-    return Loss(outcome.critical, outcome.kind or "", outcome.frequency_hz, high)
+    extent = ""
+    if isinstance(answer.source, SystemSource) and answer.source.selection.band is not None:
+        extent = answer.source.selection.words()
+    return Loss(outcome.critical, outcome.kind or "", outcome.frequency_hz, high, extent)
 
 
 def growing_within(answer: Thresholds, end: float) -> list[float]:

@@ -480,6 +480,9 @@ class Findings(Answer):
         title = "what to change, of parameters the best first; degrees count as %"
         if spectrum.depends:
             title += f"; amounts leave 10 % of {spectrum.parameter} in hand where they can"
+        extents = [row.effect.loss.extent for row in rows if row.effect.loss is not None]
+        if any(extents):
+            title += f"; in hand and next loss: of {max(extents)} alone"
         if any(row.advised.startswith("(") for row in rows):
             title += f"; in brackets: something grows at a lower {spectrum.parameter}"
         return Table(columns, rows, title)

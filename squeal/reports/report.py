@@ -18,7 +18,7 @@ from squeal.queries.energy import energy
 from squeal.queries.meetings import find_meetings
 from squeal.queries.mode_paths import Paths
 from squeal.queries.options import Subject, upper_end
-from squeal.queries.remedies import find_remedies, keep_below
+from squeal.queries.remedies import find_remedies, keep_below, search_options
 from squeal.queries.sensitivity import sensitivity
 from squeal.queries.sweep import eigenvalue_paths
 from squeal.queries.systems.all_roots import is_small
@@ -129,6 +129,7 @@ def report(
         of_onset = sensitivity(subject, of="threshold", known=losses)
     spectrum = spectrum.with_onsets(losses)
     outside = _thresholds_outside(subject, spectrum, end, options)
+    with_change = search_options(spectrum, losses, options)
     return Report(
         name=spectrum.name,
         eigenvalues=spectrum,
@@ -137,8 +138,8 @@ def report(
         onset=of_onset,
         check=None if isinstance(subject, Scene) else check(subject),
         energy=energy(spectrum, parts),
-        search=find_remedies(spectrum, of_modes, end, options),
-        cures=find_meetings(spectrum, options, losses.low, end, paths),
+        search=find_remedies(spectrum, of_modes, end, options, with_change),
+        cures=find_meetings(spectrum, options, losses.low, end, paths, with_change),
         bound=keep_below(spectrum, losses, outside, options),
         chart=chart,
         subject=subject,

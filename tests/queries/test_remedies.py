@@ -446,3 +446,54 @@ def second_pair(mu):
     roots = roots_of(np.eye(4), DAMPING, stiffness(1.0, mu))
     roots = roots[roots.imag > TWO_PI * 3000.0]
     return roots[roots.real.argmax()]
+
+
+def test_what_a_change_moves_out_of_the_band_may_not_grow_there():
+    """The shim raises the second mode out of the band, where a third one meets it at lower friction
+    unless it is raised beyond; damping of the first pair feeds the second and third one."""
+    omega = TWO_PI * np.array([100.0, 104.0, 111.0])
+    K = np.diag(omega**2)
+    C = np.diag(0.002 * omega)
+    shim = np.zeros((3, 3))
+    shim[1, 1] = 0.2 * K[1, 1]
+    pair = np.zeros((3, 3))
+    pair[:2, :2] = 3e4 * SKEW
+    other = np.zeros((3, 3))
+    other[1:, 1:] = 5.5e4 * SKEW
+    terms = {"1": K - shim, "shim": shim, "mu": pair, "mu*(1.2 - mu)": other}
+    system = squeal.System(np.eye(3), C, terms, parameters={"mu": 1.0, "shim": 1.0})
+
+    def growing_from(stiffness, damping, high):
+        """The least friction, above 0, at which NumPy sees growth of any frequency."""
+        for mu in np.linspace(0.0, high, 131)[1:]:
+            changed = stiffness + mu * pair + mu * (1.2 - mu) * other
+            if roots_of(np.eye(3), damping, changed).real.max() > 1e-6:
+                return mu
+        return math.inf
+
+    report = squeal.report(system, high=1.3, band=(95.0, 106.0))
+    assert growing_from(K, C, 1.3) > 0.62
+    for remedy in report.search.remedies:
+        stiff = K + (remedy.advised.after - 1.0) * shim
+        assert growing_from(stiff, C, 1.3) >= min(remedy.limit, 1.3)
+    (meeting,) = report.meetings.values()
+    apart = K.copy()
+    apart[1, 1] = (omega[1] + TWO_PI * meeting.advised[Cure.APART]) ** 2
+    damped = C + np.diag(2.0 * meeting.advised[Cure.BOTH] * omega) * [1.0, 1.0, 0.0]
+    treatments = report.cures.treatments
+    assert growing_from(apart, C, 1.3) >= min(treatments[Cure.APART].limit, 1.3)
+    first = growing_from(K, damped, 1.3)
+    assert first == pytest.approx(treatments[Cure.BOTH].limit, abs=0.01)
+    assert first < 0.3
+    assert "among" not in report.advice  # all roots are known
+
+
+def test_where_others_grow_outside_of_the_band_the_table_says_that_it_speaks_of_the_band():
+    hertz = np.array([100.0, 102.0, 150.0, 152.0])
+    friction = np.kron(np.eye(2), 3e4 * SKEW)
+    K = {"1": np.diag((TWO_PI * hertz) ** 2), "mu": friction}
+    C = np.diag(0.002 * TWO_PI * hertz)
+    system = squeal.System(np.eye(4), C, K, parameters={"mu": 1.0})
+    report = squeal.report(system, band=(90.0, 110.0))
+    assert "in hand and next loss: of 90 to 110 Hz alone" in report.remedies.text()
+    assert "nothing grows among 90 to 110 Hz" in report.advice
