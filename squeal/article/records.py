@@ -104,17 +104,22 @@ def _from(kind: Any, value: Any, at: Place) -> Any:
     if dataclasses.is_dataclass(kind) and isinstance(value, dict):
         # some classes that are no records, such as outlines, have a reader of their own
         if not issubclass(kind, Record) and hasattr(kind, "from_dict"):  # type: ignore[arg-type]
-            return kind.from_dict(value)
+            try:
+                return kind.from_dict(value)
+            except (KeyError, TypeError, ValueError):
+                raise at.must_be(value, f"the {kind.__name__} that squeal wrote") from None
         return _record(kind, value, at)
     raise at.refuse(f"{shown(value)} is not allowed; it must be {getattr(kind, '__name__', kind)}")
 
 
 def _member(kinds: tuple[Any, ...], value: Any) -> Any:
     """The member of a union that a value belongs to; of several records the one with its keys."""
+    candidates: list[Any] = [kind for kind in kinds if type(value) is kind]
     if isinstance(value, dict):
-        records: list[Any] = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
-        return next((k for k in records if _hints(k).keys() >= value.keys()), records[0])
-    return next((k for k in kinds if type(value) is k), kinds[0])
+        records = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
+        with_its_keys = [kind for kind in records if _hints(kind).keys() >= value.keys()]
+        candidates = with_its_keys or records
+    return (candidates or kinds)[0]  # any member refuses what is of none
 
 
 def _record(kind: Any, value: dict[str, Any], at: Place) -> Any:

@@ -9,6 +9,7 @@ import pytest
 
 import squeal.article.studies as studies
 from squeal.article.contents import FIGURES, RESULTS, STUDIES
+from squeal.article.outline import Outline
 from squeal.article.records import Missing, Record, Result, call, from_dict, read_json, to_dict
 from squeal.article.studies.__main__ import main
 from squeal.errors import InputError
@@ -50,6 +51,7 @@ def test_a_record_comes_back_unchanged(tmp_path):
         ("pairs", [[1.0, 2.5]], r"pairs\.0\.1: 2\.5 is not allowed"),
         ("parts", {"p": {"name": "c", "size": None}}, r"parts\.p\.name: 'c' is not allowed"),
         ("parts", {"p": {"reason": 1}}, r"parts\.p\.reason: 1 is not allowed"),
+        ("parts", {"p": {"name": "a", "size": {}}}, r"parts\.p\.size: {} is not allowed"),
         ("parts", {"p": {"name": "a"}}, r"parts\.p\.size: missing; Part has name, size"),
         ("size", 1, "size: unknown key; Whole has"),
     ],
@@ -57,6 +59,11 @@ def test_a_record_comes_back_unchanged(tmp_path):
 def test_what_does_not_fit_is_refused_by_its_key(key, value, message):
     with pytest.raises(InputError, match=message):
         from_dict(Whole, to_dict(WHOLE) | {key: value}, "whole.json")
+
+
+def test_an_outline_without_its_keys_is_refused():
+    with pytest.raises(InputError, match=r"file: \{\} is not allowed; it must be the Outline"):
+        from_dict(Outline, {}, "file")
 
 
 def test_a_file_that_is_no_result_is_refused(tmp_path):
