@@ -9,7 +9,7 @@ from scipy.linalg import eigvals
 
 import squeal
 from squeal.cli.main import main
-from squeal.examples.brake import CORNERS, solid_brake
+from squeal.examples.brake import CORNERS, solid_brake, write_brake, write_parts
 from squeal.examples.brake import _mass_and_stiffness as assembled
 from squeal.examples.files import EXAMPLES, Size, write_example
 
@@ -47,8 +47,52 @@ def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):
     assert main(["example", "drum"]) == 2
     assert "brake" in capsys.readouterr().err
     assert main(["example", "pad", "--to", "pad.yaml"]) == 2
+    assert capsys.readouterr().err == "squeal: pad.yaml: cannot be written: is no folder\n"
     assert main(["example", "pad", "--to", "new"]) == 0
     assert (tmp_path / "new" / "samples.yaml").is_file()
+
+
+@pytest.mark.parametrize(
+    ("name", "form", "blocked"),
+    [
+        ("brake", "abaqus", "brake/brake.inp"),  # among the last that are written
+        ("brake", "npz", "brake/nodes.csv"),
+        ("components", "abaqus", "brake/assembly.yaml"),
+        ("components", "abaqus", "brake/disc"),
+        ("rotor", "abaqus", "rotor"),
+        ("article", "abaqus", "b3.yaml"),
+    ],
+)
+def test_an_example_is_written_whole_or_not_at_all(name, form, blocked, tmp_path, capsys):
+    """A folder stands where a file belongs, or a file where a folder does."""
+    place = tmp_path / blocked
+    place.parent.mkdir(exist_ok=True)
+    if place.suffix:
+        place.mkdir()
+    else:
+        place.touch()
+    before = sorted(tmp_path.rglob("*"))
+    command = ["example", name, "--to", str(tmp_path)]
+    if form != "abaqus":
+        command += ["--format", form]
+    assert main(command) == 2
+    assert str(place) in capsys.readouterr().err
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_brake_from_python_is_written_whole_or_not_at_all(tmp_path):
+    brake = solid_brake(500)
+    blocked = {"npz": "elements.csv", "abaqus": "brake.inp", "matlab": "nodes.csv"}
+    for form, name in blocked.items():
+        folder = tmp_path / form
+        (folder / name).mkdir(parents=True)
+        with pytest.raises(squeal.InputError, match=f"{name}: cannot be written"):
+            write_brake(folder, brake, form)
+        assert [path.name for path in folder.iterdir()] == [name]
+    (tmp_path / "parts" / "assembly.yaml").mkdir(parents=True)
+    with pytest.raises(squeal.InputError, match=r"assembly\.yaml: cannot be written"):
+        write_parts(tmp_path / "parts", brake)
+    assert [path.name for path in (tmp_path / "parts").iterdir()] == ["assembly.yaml"]
 
 
 def test_the_solids_are_those_of_scikit_fem():

@@ -116,7 +116,7 @@ def _member(kinds: tuple[Any, ...], value: Any) -> Any:
     """The member of a union that a value belongs to; of several records the one with its keys."""
     candidates: list[Any] = [kind for kind in kinds if type(value) is kind]
     if isinstance(value, dict):
-        records = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
+        records: list[Any] = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
         with_its_keys = [kind for kind in records if _hints(kind).keys() >= value.keys()]
         candidates = with_its_keys or records
     return (candidates or kinds)[0]  # any member refuses what is of none

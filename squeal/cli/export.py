@@ -19,7 +19,7 @@ from squeal.cli.options import refuse, take
 from squeal.cli.streams import steps
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
-from squeal.io.writing import aligned_text
+from squeal.io.writing import aligned_text, whole_folder
 from squeal.linear.system import Term
 from squeal.queries.eigenvalues import data_of_pad
 from squeal.queries.pads.equilibrium import DIGITS, analyse
@@ -115,7 +115,8 @@ def _export_assembly(given: argparse.Namespace, subject: "SystemFile") -> _Expor
     """Components as they were reduced, and the file that joins them."""
     refuse(given, "region", "values", beside="components; --method reduced or modal takes it")
     source = given.source
-    files = write_assembly(given.output, subject, source.document, source.folder, given.format)
+    with whole_folder(given.output) as folder:
+        files = write_assembly(folder, subject, source.document, source.folder, given.format)
     basis = subject.assembly.reduction
     return _Exported(subject.system, files, file="assembly.yaml", basis=basis)
 

@@ -445,16 +445,16 @@ def write_brake(folder: Path, brake: SolidBrake, form: str = "npz") -> None:
     mesh = {"coordinates": {"file": "nodes.csv"}, "elements": {"file": "elements.csv"}}
     if has_input_file:
         mesh = {key: {"file": "brake.inp"} for key in mesh}
-    if form == "npz":
-        write_system(folder, brake.system, "npz", **mesh)
-    else:
-        with whole_folder(folder) as place:
+    with whole_folder(folder) as place:
+        if form == "npz":
+            write_system(place, brake.system, "npz", **mesh)
+        else:
             document = write_matrices(place, brake, form) | mesh
             write_text(place / "system.yaml", yaml.safe_dump(document, sort_keys=False))
-    if has_input_file:
-        write_text(folder / "brake.inp", _input_file(brake))
-    else:
-        write_tables(folder, brake)
+        if has_input_file:
+            write_text(place / "brake.inp", _input_file(brake))
+        else:
+            write_tables(place, brake)
 
 
 def _input_file(brake: SolidBrake) -> str:
@@ -522,9 +522,7 @@ def _body(brake: SolidBrake, name: str, selected: NDArray[np.bool_]) -> Componen
 def write_parts(folder: Path, brake: SolidBrake) -> None:
     """Disc and pad, a folder each, the pairs of their nodes and the file that joins them."""
     bodies, contact = parts(brake)
-    write_components(folder, bodies, "npz")
     table = zip(*contact.pairs.T.tolist(), contact.area.tolist(), strict=True)
-    write_csv(folder / "pairs.csv", ["first", "second", "area"], table)
     document = {
         "name": "solid brake",
         "parameters": {"mu": 0.4, "pressure": 2.0e6, "wear": 0.0},
@@ -546,4 +544,7 @@ def write_parts(folder: Path, brake: SolidBrake) -> None:
             }
         ],
     }
-    write_text(folder / "assembly.yaml", yaml.safe_dump(document, sort_keys=False))
+    with whole_folder(folder) as place:
+        write_components(place, bodies, "npz")
+        write_csv(place / "pairs.csv", ["first", "second", "area"], table)
+        write_text(place / "assembly.yaml", yaml.safe_dump(document, sort_keys=False))

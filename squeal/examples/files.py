@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import shutil
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from squeal.errors import InputError
+from squeal.io.writing import whole_folder
 
 HERE = Path(__file__).parent
 ARTICLE = HERE.parent / "article"
@@ -207,10 +207,7 @@ def write_example(name: str, folder: Path, size: Size) -> list[str]:
     """
     if name not in EXAMPLES:
         raise InputError(f"{name}: is no example; {', '.join(EXAMPLES)} are")
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: is no folder")
-    with tempfile.TemporaryDirectory() as temporary:
-        place = Path(temporary)
+    with whole_folder(folder) as place:
         EXAMPLES[name].write(place, size)
         files = sorted(path.relative_to(place) for path in place.rglob("*") if path.is_file())
         for path in files:
@@ -218,8 +215,4 @@ def write_example(name: str, folder: Path, size: Size) -> list[str]:
                 raise InputError(
                     f"{folder / path}: is there already; move it, or name a new folder"
                 )
-        for path in files:
-            target = folder / path
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(place / path, target)
     return [path.as_posix() for path in files]

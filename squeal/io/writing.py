@@ -79,22 +79,34 @@ def _replace(target: Path, complete: Path) -> None:
 
 @contextmanager
 def whole_folder(folder: Path) -> Iterator[Path]:
-    """A temporary folder, whose files move to `folder`, new or not, when all are complete.
+    """A temporary folder, whose files and folders move to `folder`, new or not, when all are
+    complete.
 
-    At an error none of them does.
+    At an error none of them does. Raises InputError.
     """
     existing = next(parent for parent in (folder, *folder.parents) if parent.is_dir())
     with (
         _refused_by_system(folder),
         tempfile.TemporaryDirectory(dir=existing, prefix=".") as temporary,
     ):
+        root = Path(temporary)
         try:
-            yield Path(temporary)
+            yield root
         except InputError as error:  # of a file there, whose name is not what was typed
             raise InputError(str(error).replace(temporary, str(folder))) from None
-        folder.mkdir(parents=True, exist_ok=True)
-        for path in sorted(Path(temporary).iterdir()):
-            _replace(folder / path.name, path)
+        moves = []  # what is complete, folders before what is in them, and where it belongs
+        for complete in [root, *sorted(root.rglob("*"))]:
+            target = folder / complete.relative_to(root)
+            kind = "folder" if complete.is_dir() else "plain file"
+            fits = target.is_dir() if complete.is_dir() else target.is_file()
+            if target.exists() and not fits:
+                raise InputError(f"{target}: cannot be written: is no {kind}")
+            moves.append((complete, target))
+        for complete, target in moves:
+            if complete.is_dir():
+                target.mkdir(parents=True, exist_ok=True)
+            else:
+                _replace(target, complete)
 
 
 def write_text(path: Path, text: str) -> None:
