@@ -107,7 +107,7 @@ def _from(kind: Any, value: Any, at: Place) -> Any:
             try:
                 return kind.from_dict(value)
             except (KeyError, TypeError, ValueError):
-                raise at.must_be(value, f"the {kind.__name__} that squeal wrote") from None
+                raise at.must_be(value, "as squeal wrote it") from None
         return _record(kind, value, at)
     raise at.refuse(f"{shown(value)} is not allowed; it must be {getattr(kind, '__name__', kind)}")
 

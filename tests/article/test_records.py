@@ -62,7 +62,7 @@ def test_what_does_not_fit_is_refused_by_its_key(key, value, message):
 
 
 def test_an_outline_without_its_keys_is_refused():
-    with pytest.raises(InputError, match=r"file: \{\} is not allowed; it must be the Outline"):
+    with pytest.raises(InputError, match=r"file: \{\} is not allowed; it must be as"):
         from_dict(Outline, {}, "file")
 
 
