@@ -217,10 +217,18 @@ class Path:
 
     def equilibrium(self, mu: float) -> Equilibrium | None:
         """The equilibrium at mu in SI units; None beyond the path."""
-        if not 0.0 <= mu <= self.mu_end:
-            return None
-        z, state = self.at(mu)
-        return record(self.statics, z, state, on_branch=True)
+        found = self.equilibria_in_si([mu])
+        return found[0] if found else None
+
+    def equilibria_in_si(self, mus: Sequence[float]) -> list[Equilibrium | None]:
+        """The equilibria at those values of mu that the path reaches, in SI units; None where the
+        surfaces do not press on each other."""
+        reached = [mu for mu in mus if 0.0 <= mu <= self.mu_end]
+        z, touching, _ = self.equilibria(reached)
+        found: list[Equilibrium | None] = []
+        for place, on in zip(z.T, touching.T, strict=True):
+            found.append(record(self.statics, place, State(*on.tolist()), on_branch=True))
+        return found
 
     def __call__(self, mu: float) -> Linearisation:
         """M, C, K about the equilibrium at mu, SI units."""

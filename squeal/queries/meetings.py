@@ -28,10 +28,10 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.processes import one_thread
 from squeal.linear import UnstableMode
 from squeal.linear.damping import bordered, structure_stiffness
-from squeal.linear.matrices import MCK, Array, Matrix, checked, dense, divisor, is_sparse
+from squeal.linear.matrices import MCK, Array, Matrix, dense, divisor, is_sparse
 from squeal.linear.real_modes import real_modes
 from squeal.linear.roots import ComplexArray
-from squeal.linear.system import System, Term, TermSystem
+from squeal.linear.system import System, SystemFunction, Term, TermSystem, matrices_of
 from squeal.linear.verdicts import assumed_rounding, is_undamped
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import pad_terms
@@ -651,15 +651,9 @@ class _Problem:
             changed = self._changed(columns, of_stiffness)
             return thresholds(changed, high, self.low, prove=False, **self.options_of_losses)  # type: ignore[arg-type]
         change = columns @ columns.T
-        matrices_at, path = branch_system(source.scene, high)
-
-        def changed_at(mu: float) -> MCK:
-            M, C, K = checked(*matrices_at(mu))
-            if of_stiffness:
-                return M, C, K + change
-            return M, _sum(C, change), K
-
-        return pad_thresholds(source.scene, high, changed_at, path, step_ends=())
+        unchanged, path = branch_system(source.scene, high)
+        changed_pad = _ChangedPad(unchanged, change, of_stiffness)
+        return pad_thresholds(source.scene, high, changed_pad, path, step_ends=())
 
     def _basis(self) -> Array | None:
         """Orthonormal columns (n, k) that hold the real modes and those around; none of few
@@ -681,6 +675,28 @@ class _Problem:
             together / divisor(np.linalg.norm(together, axis=0)), full_matrices=False
         )
         return left[:, sizes > NOTHING * sizes[0]]
+
+
+@dataclass(frozen=True, eq=False)
+class _ChangedPad:
+    """M, C, K of a pad over mu, with a change (3, 3) of C, or of K."""
+
+    unchanged: SystemFunction
+    change: Array
+    of_stiffness: bool
+
+    def __call__(self, mu: float) -> MCK:
+        return self.many([mu])[0]
+
+    def many(self, mus: Sequence[float]) -> list[MCK]:
+        """The matrices at each mu, which together take hardly longer than one."""
+        changed: list[MCK] = []
+        for M, C, K in matrices_of(self.unchanged, mus):
+            if self.of_stiffness:
+                changed.append((M, C, K + self.change))
+            else:
+                changed.append((M, C + self.change, K))
+        return changed
 
 
 def _sum(matrix: Matrix | None, change: Array) -> Matrix:

@@ -12,8 +12,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from squeal.errors import ComputationError, InputError, meant
 from squeal.io.scene import Scene
 from squeal.io.writing import picked, unit_word
@@ -240,13 +238,8 @@ class ParameterSpace:
         changed: scenes by the number of the change. The outcomes have the same numbers; those that
         the stack cannot decide are missing.
         """
-        # all parameters, since a change of one may move others, as I follows from m
-        names = tuple(self.values)
-        rows = []  # of each parameter its values in all pads
-        for name in names:
-            rows.append([getattr(changed_scene.pad, name) for changed_scene in changed.values()])
         try:
-            losses = PadStack.of(scene, names, np.array(rows)).first_losses(high)
+            losses = PadStack.of_scenes(scene, [*changed.values()]).first_losses(high)
         except ComputationError:  # one pad failed: a query of each then says which and why
             return {}
         outcomes = {}

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
@@ -22,7 +22,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
-from squeal.linear import GROWING
+from squeal.linear import GROWING, Spectrum
 from squeal.linear.eigen import values_of
 from squeal.linear.roots import ComplexArray
 from squeal.linear.shaft import name_of_kind
@@ -30,7 +30,7 @@ from squeal.linear.system import TermSystem
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.mode_paths import is_growing
 from squeal.queries.options import Band
-from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.pads.equilibrium import spectra_of_pads
 from squeal.queries.parameter_space import first_loss
 from squeal.queries.systems.all_roots import in_band, is_small, roots_of_all
 from squeal.queries.thresholds import thresholds
@@ -281,8 +281,9 @@ class RemedySearch(NamedTuple):
 
 
 Values: TypeAlias = Mapping[str, float]
-GrowingRoots: TypeAlias = Callable[[Values], ComplexArray]
-"""The growing roots with Im >= 0 at changed parameters."""
+GrowingRoots: TypeAlias = Callable[[Sequence[Values]], list[ComplexArray | None]]
+"""The growing roots with Im >= 0 at each of several changes of parameters; None where there is no
+such brake."""
 
 
 def search_options(
@@ -394,33 +395,47 @@ class _Search:
                 served.append({side.parameter: side.of(count).after})
         self.growing = _growing_roots(self.spectrum.source, served)
         # outside of a band others may grow, and go on growing
-        at_present = self.growing({})
-        self.others = len(at_present) - len(in_band(at_present, self.band))  # how many
+        (at_present,) = self.growing([{}])
+        self.others = 0  # how many
+        if at_present is not None:
+            self.others = len(at_present) - len(in_band(at_present, self.band))
+
+    def compute(self, changes: Iterable[Change], factor: float = 1.0) -> None:
+        """Compute the growing roots with each change, and with so many times the free parameter."""
+        unknown: dict[tuple[str, float, float], Values] = {}
+        for change in changes:
+            key = (change.parameter, change.count, factor)
+            values = {change.parameter: change.after}
+            if factor != 1.0:
+                values[self.spectrum.parameter] = factor * self.spectrum.value
+            if key not in self.known:
+                unknown[key] = values
+        if unknown:
+            self.known.update(zip(unknown, self.growing(list(unknown.values())), strict=True))
 
     def roots(self, change: Change, factor: float = 1.0) -> ComplexArray | None:
         """The growing roots with a change, and with so many times the free parameter; None where
         there is no such brake."""
-        key = (change.parameter, change.count, factor)
-        if key not in self.known:
-            self.known[key] = None
-            values = {change.parameter: change.after}
-            if factor != 1.0:
-                values[self.spectrum.parameter] = factor * self.spectrum.value
-            with suppress(InputError, ComputationError, ArithmeticError):
-                self.known[key] = self.growing(values)
-        return self.known[key]
+        self.compute([change], factor)
+        return self.known[change.parameter, change.count, factor]
 
-    def stops_all(self, change: Change, factor: float = 1.0) -> bool:
-        """Whether nothing of the band grows, and nothing was but moved out of it."""
-        roots = self.roots(change, factor)
-        if roots is None:
-            return False
-        return not len(in_band(roots, self.band)) and len(roots) <= self.others
+    def stopping(self, changes: Sequence[Change], factor: float = 1.0) -> Sequence[Change]:
+        """The changes with which nothing of the band grows, and nothing was but moved out of it."""
+        self.compute(changes, factor)
+        stopping = []
+        for change in changes:
+            roots = self.roots(change, factor)
+            if roots is None or len(in_band(roots, self.band)) or len(roots) > self.others:
+                continue
+            stopping.append(change)
+        return stopping
 
-    def leaves_margin(self, change: Change) -> bool:
-        """Whether nothing grows, and neither with more or less of the free parameter."""
-        factors = (1.0, IN_HAND, *self.lower)
-        return all(self.stops_all(change, factor) for factor in factors)
+    def leaving_margin(self, changes: Sequence[Change]) -> Sequence[Change]:
+        """The changes with which nothing grows, and neither with more or less of the free
+        parameter."""
+        for factor in (1.0, IN_HAND, *self.lower):
+            changes = self.stopping(changes, factor)
+        return changes
 
     def growth(self, change: Change) -> float:
         """The rate of the mode that grows fastest with a change, 1/s; 0 where there is none."""
@@ -456,21 +471,17 @@ class _Search:
 
     def _located(self, steps: Sequence[float]) -> list[tuple[Change, Change | None]]:
         """The changes of `located`, searched in these steps, in the order of the parameters."""
-        found = []
-        for side in self.sides:
-            least = self._least(side, steps, self.stops_all)
-            if least is None:
-                continue
-            found.append((least, self.with_margin(least)))
-        return found
+        least = self._least(self.sides, steps, self.stopping)
+        return list(zip(least.values(), self.with_margins(list(least.values())), strict=True))
 
-    def with_margin(self, least: Change) -> Change | None:
-        """The least change with which nothing grows with more or less of the free parameter, None
-        if none is seen; `least`: the one with which nothing grows at its present value."""
+    def with_margins(self, least: Sequence[Change]) -> list[Change | None]:
+        """Of each change with which nothing grows at the present value of the free parameter the
+        least larger one with which nothing grows with more or less of it, None if none is seen."""
         # at least a tenth more: else a little less of the change would not be enough
-        more = IN_HAND * abs(least.count)
-        larger = [more * MORE**k for k in range(16)]
-        return self._least(least, larger, self.leaves_margin, more)
+        sides = [change.of(IN_HAND * change.count) for change in least]
+        larger = [MORE**k for k in range(16)]
+        found = self._least(sides, larger, self.leaving_margin, start=1.0)
+        return [found.get(side) for side in sides]
 
     def takes(self, least: Change, with_margin: Change | None) -> Iterator[Change]:
         """The change that shall leave a margin, and larger ones for as long as they are asked for.
@@ -486,35 +497,48 @@ class _Search:
                     break
             else:
                 return
-            with_margin = self.with_margin(least)
+            (with_margin,) = self.with_margins([least])
 
     def _least(
         self,
-        side: Change,
+        sides: Sequence[Change],
         steps: Sequence[float],
-        holds: Callable[[Change], bool],
+        holding: Callable[[Sequence[Change]], Sequence[Change]],
         start: float = 0.0,
-    ) -> Change | None:
-        """The least change to a side for which a condition holds, None if none is seen.
+    ) -> dict[Change, Change]:
+        """The least change to each side for which a condition holds; none if none is seen.
 
-        The rising steps, all above `start`, are tried one after the other. The first at which the
-        condition holds is bisected from the step before, the first step from `start`.
+        All sides are searched together, since changed pads take hardly longer together than one of
+        them. The rising steps, in multiples of a side and all above `start`, are tried one after
+        the other. The first at which the condition holds is bisected from the step before, the
+        first step from `start`. holding: picks the changes for which the condition holds.
         """
-        low = math.copysign(start, side.count)
+        intervals: dict[Change, tuple[float, float]] = {}  # where it comes to hold, of each side
+        low = start
         for step in steps:
-            if step > side.most:
-                break
-            high = math.copysign(step, side.count)
-            if holds(side.of(high)):
-                for _ in range(BISECTIONS):
-                    middle = (low + high) / 2
-                    if holds(side.of(middle)):
-                        high = middle
-                    else:
-                        low = middle
-                return side.of(high)
-            low = high
-        return None
+            tried = {}
+            for side in sides:
+                change = side.of(step * side.count)
+                if side not in intervals and abs(change.count) <= side.most:
+                    tried[change] = side
+            for change in holding(list(tried)):
+                intervals[tried[change]] = (low, step)
+            low = step
+        for _ in range(BISECTIONS):
+            middles = {}
+            for side, (low, high) in intervals.items():
+                middles[side] = side.of((low + high) / 2 * side.count)
+            holds = holding(list(middles.values()))
+            for side, change in middles.items():
+                low, high = intervals[side]
+                middle = (low + high) / 2
+                intervals[side] = (low, middle) if change in holds else (middle, high)
+        least = {}
+        for side in sides:
+            if side in intervals:
+                _, high = intervals[side]
+                least[side] = side.of(high * side.count)
+        return least
 
     def least_growth(self) -> Sequence[Change]:
         """Of each parameter the step with which least grows, the best first; no step at all where
@@ -544,11 +568,16 @@ def _growing_roots(
     if isinstance(source, PadSource):
         scene = source.scene
 
-        def roots_of_pad(values: Values) -> ComplexArray:
-            spectrum = analyse(scene.replace(**values)).spectrum
-            return upper_growing(spectrum.values, spectrum.rounding)
+        def roots_of_pads(changes: Sequence[Values]) -> list[ComplexArray | None]:
+            growing: list[ComplexArray | None] = []
+            for spectrum in spectra_of_pads(scene, changes):
+                roots = None
+                if isinstance(spectrum, Spectrum):
+                    roots = upper_growing(spectrum.values, spectrum.rounding)
+                growing.append(roots)
+            return growing
 
-        return roots_of_pad
+        return roots_of_pads
     from squeal.queries.systems.verdicts import rounding_of
 
     system = source.file.system
@@ -559,7 +588,7 @@ def _growing_roots(
             roots = roots_of_all(changed, EigenvalueSelection(), {})
             return upper_growing(roots, rounding_of(changed, roots))
 
-        return roots_of_system
+        return _one_by_one(roots_of_system)
     from squeal.queries.systems.reduced import estimated_roots, reduced_for
 
     selection = source.selection
@@ -581,7 +610,22 @@ def _growing_roots(
         roots = values_of(found)
         return upper_growing(roots, np.array([root.rounding for root in found]))
 
-    return roots_of_reduced
+    return _one_by_one(roots_of_reduced)
+
+
+def _one_by_one(roots_of: Callable[[Values], ComplexArray]) -> GrowingRoots:
+    """Growing roots of systems, which are computed one after the other."""
+
+    def roots_of_each(changes: Sequence[Values]) -> list[ComplexArray | None]:
+        growing: list[ComplexArray | None] = []
+        for values in changes:
+            roots = None
+            with suppress(InputError, ComputationError, ArithmeticError):
+                roots = roots_of(values)
+            growing.append(roots)
+        return growing
+
+    return roots_of_each
 
 
 def upper_growing(roots: ComplexArray, rounding: NDArray[np.float64]) -> ComplexArray:

@@ -107,16 +107,16 @@ def pad_sweep(scene: Scene, values: Sequence[float], numbered_at: float | None =
     model = damped_model(scene)
     matrices_of_branch, path = branch_system(scene, max(values))
     reached: dict[float, Step] = {}
-    for mu in values:
-        if path is None:
+    if path is None:
+        for mu in values:
             reached[mu] = _step(mu, analyse_about_origin(model.replace(mu=mu)))
-            continue
-        equilibrium = path.equilibrium(mu)
-        if equilibrium is not None:
-            analysis = analyse_equilibrium(
-                model, equilibrium, "on the branch continued from mu = 0"
-            )
-            reached[mu] = _step(mu, analysis)
+    else:
+        for equilibrium in path.equilibria_in_si(values):
+            if equilibrium is not None:
+                analysis = analyse_equilibrium(
+                    model, equilibrium, "on the branch continued from mu = 0"
+                )
+                reached[equilibrium.mu] = _step(equilibrium.mu, analysis)
     losses: tuple[Loss, ...] = ()  # intervals of mu in which it is lost which mode is which
     reference = None
     if reached:

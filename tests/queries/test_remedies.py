@@ -10,8 +10,10 @@ import scipy.linalg
 from scipy.optimize import bisect
 
 import squeal
+from squeal.errors import ComputationError, InputError
+from squeal.linear import Spectrum
 from squeal.queries.meetings import Cure
-from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.pads.equilibrium import analyse, spectra_of_pads
 from squeal.queries.remedies import MOST_STEPS
 from squeal.reports.page import page
 from tests.conftest import ROOT
@@ -128,6 +130,22 @@ def rate_of_pad(scene, **values):
     """The largest growth rate over the largest |lambda| of a changed pad."""
     roots = roots_of(*analyse(scene.replace(**values)).matrices)
     return roots.real.max() / abs(roots).max()
+
+
+def test_pads_computed_together_have_the_eigenvalues_of_each_alone():
+    """Two on the branch, one beyond its fold, no steady sliding, and what no pad can have."""
+    scene = squeal.read_scene(ROOT / "tests" / "scenes" / "b2-a.yaml")
+    existing = [{"m": 2.0}, {"alpha1": 1.2}, {"alpha1": 1.2, "mu": 3.0}]
+    missing = [{"alpha1": 0.2, "mu": 6.0}, {"k1": -1.0}]
+    *spectra, no_sliding, no_pad = spectra_of_pads(scene, existing + missing)
+    for values, spectrum in zip(existing, spectra, strict=True):
+        roots = roots_of(*analyse(scene.replace(**values)).matrices)
+        assert isinstance(spectrum, Spectrum)
+        for root in spectrum.values:
+            assert abs(roots - root).min() < 1e-6 * abs(roots).max()
+    assert isinstance(no_sliding, ComputationError)
+    assert "no steady sliding exists" in str(no_sliding)
+    assert isinstance(no_pad, InputError)
 
 
 def test_the_remedy_of_a_pad_is_the_least_angle_and_the_other_way_is_named(monkeypatch):

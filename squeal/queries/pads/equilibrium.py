@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -16,16 +18,16 @@ from squeal.equilibrium.damping import (
     without_friction,
 )
 from squeal.equilibrium.statics import Statics
-from squeal.errors import ComputationError
+from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.linear import Judgement, Spectrum, SystemFunction
 from squeal.linear.eigen import spectrum_of
 from squeal.linear.matrices import EPS, checked, normalised_system
-from squeal.linear.roots import STIFF, hides_slow_roots
+from squeal.linear.roots import STIFF, hides_slow_roots, roots_of
 from squeal.linear.verdicts import decide
 from squeal.model.contact import State
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
-from squeal.queries.pads.stack import hangs_on_rounding, normalised
+from squeal.queries.pads.stack import PadStack, hangs_on_rounding, normalised
 from squeal.results.sources import Doubt, PadAnalysis
 
 if TYPE_CHECKING:  # pads start without the referee
@@ -220,6 +222,50 @@ def analyse_equilibrium(model: PadModel, equilibrium: Equilibrium, how: str) -> 
     )
 
 
+def spectra_of_pads(
+    scene: Scene, changes: Sequence[Mapping[str, float]]
+) -> list[Spectrum | InputError | ComputationError]:
+    """The eigenvalues about the sliding equilibrium of a pad with each change of its parameters, or
+    the reason why there are none.
+
+    They are those of `analyse`, as doubles give them: no referee encloses the equilibrium. Pads
+    whose equilibrium lies on the branch from mu = 0 are computed together.
+    """
+    spectra: dict[int, Spectrum | InputError | ComputationError] = {}  # by number of the change
+    changed: dict[int, Scene] = {}
+    for number, values in enumerate(changes):
+        try:
+            changed[number] = scene.replace(**values)
+        except InputError as error:
+            spectra[number] = error
+    if changed:
+        on_branch = _spectra_of_stack(PadStack.of_scenes(scene, [*changed.values()]))
+        for k, number in enumerate(changed):
+            if k in on_branch:
+                spectra[number] = on_branch[k]
+    for number in changed.keys() - spectra:
+        try:
+            spectra[number] = analyse(changed[number]).spectrum
+        except ComputationError as error:
+            spectra[number] = error
+    return [spectra[number] for number in range(len(changes))]
+
+
+def _spectra_of_stack(stack: PadStack) -> dict[int, Spectrum]:
+    """The eigenvalues of each pad that has an equilibrium on the branch from mu = 0, by number;
+    none where a damping matrix or the eigenvalues of a pad cannot be computed."""
+    equilibria, _ = stack.at_mu()
+    existing = np.flatnonzero(equilibria.exists)
+    spectra = {}
+    time = stack.statics.units.time
+    with suppress(ComputationError):
+        A, B = stack.matrices(existing, equilibria.some(existing))
+        for k, number in enumerate(existing.tolist()):
+            damping = None if B is None else B[k] / time
+            spectra[number], _ = roots_and_verdict(np.eye(3), damping, A[k] / time**2)
+    return spectra
+
+
 def roots_and_verdict(
     M: ArrayLike, C: ArrayLike | None, K: ArrayLike
 ) -> tuple[Spectrum, Judgement]:
@@ -236,9 +282,10 @@ def roots_and_verdict(
     # to the surface, for instance, where k cos^2(90 degrees) is 1e-33 k in doubles. The check below
     # would take the zero eigenvalues of that coordinate for hidden ones
     has_free_coordinate = squares.min() <= EPS**2 * squares.max()
-    if not has_free_coordinate and hides_slow_roots(normalised, damping, stiffness):
+    roots = roots_of(normalised)
+    if not has_free_coordinate and hides_slow_roots(normalised, damping, stiffness, roots):
         raise ComputationError(f"no eigenvalue can be given: {STIFF}")
-    spectrum = spectrum_of(normalised)
+    spectrum = spectrum_of(normalised, roots)
     return spectrum, decide(spectrum.values, spectrum.rounding)
 
 

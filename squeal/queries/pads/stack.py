@@ -7,7 +7,7 @@ Shapes: a stack has n pads. A computation takes k cases, each of them a pad at s
 (k,) are the numbers of the pads, of which one may occur several times.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import NamedTuple
@@ -218,6 +218,16 @@ class PadStack:
         if compiled and not model.linear:
             statics = compiled_statics(statics, values.shape[1])
         return PadStack(scene, names, values, statics)
+
+    @staticmethod
+    def of_scenes(scene: Scene, changed: Sequence[Scene]) -> "PadStack":
+        """The pads of scenes that are a scene with some parameters changed."""
+        # all parameters, since a change of one may move others, as I follows from m
+        names = parameters(scene.pad_model)
+        rows = []  # of each parameter its values in all pads
+        for name in names:
+            rows.append([getattr(one.pad, name) for one in changed])
+        return PadStack.of(scene, names, np.array(rows))
 
     @property
     def n(self) -> int:
