@@ -309,7 +309,8 @@ class _Search:
                 constraints={"type": "ineq", "fun": slack, "jac": slack_slope},
                 options={"maxiter": 40, "ftol": 1e-8},
             )
-            best = min(self.evaluations[first:], key=attrgetter("largest"))
+            # `best` stands for the start, which an earlier search may have evaluated
+            best = min([best, *self.evaluations[first:]], key=attrgetter("largest"))
             q = best.q
             # less is gained than along the steepest slope by a step of 1e-6 in q
             if best.largest > before - 1e-6 * unit:

@@ -104,6 +104,8 @@ def test_what_cannot_be_simulated_is_refused(monkeypatch):
     initial[1, 0] = math.nan
     with pytest.raises(ComputationError, match="pad 1 of the ensemble are not finite"):
         simulate_many("B1", stack(pads), initial, 20.0)
+    with pytest.raises(ComputationError, match="pad 2 of the ensemble end before time 0"):
+        simulate_many("B1", stack(pads), np.zeros((3, 6)), np.array([0.0, 20.0, -1.0]))
     monkeypatch.setitem(sys.modules, "squeal.simulation.taylor", None)
     with pytest.raises(ComputationError, match="heyoka"):
         simulate_many("B1", stack(pads), np.zeros((3, 6)), 1.0)

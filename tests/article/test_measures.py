@@ -78,6 +78,14 @@ def test_measures_are_those_of_a_history(model, formulation):
     assert compared >= 4
 
 
+def test_motions_of_no_length_are_where_they_begin():
+    pads, initial = some("B1", 3, 40)
+    r = simulate_many("B1", stack(pads), initial, 0.0, measure=measures)
+    assert r["valid"].all()
+    assert r["final"] == pytest.approx(initial)
+    assert not r["duration"].any()
+
+
 def test_rise_from_zero_at_first_contact_does_not_count():
     """A run that ends before the force is back at zero, in an ensemble and alone."""
     pad = upright()

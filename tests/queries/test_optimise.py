@@ -5,6 +5,8 @@ import pytest
 
 import squeal
 from squeal.errors import ComputationError
+from squeal.queries.optimise import _Search
+from squeal.results.sources import EigenvalueSelection
 from tests.known import system_of
 from tests.large import disc_and_pad
 
@@ -55,6 +57,14 @@ def test_two_modes_share_one_damper_to_the_best_of_both():
     assert (only.parameters[0].at, only.parameters[0].before) == ("high", 0.3)
     with pytest.raises(ComputationError, match="no root lies in the band"):
         squeal.optimise(system, {"c": (0.0, 0.4)}, band=(5.0, 6.0))
+
+
+def test_a_search_from_where_one_has_begun_ends_like_it():
+    """The parameter is without effect, so that no search leaves the start."""
+    damped = system_of(np.eye(2), np.diag([0.2, 0.4]), ((np.zeros((2, 2)), "c"),), {"c": 0.3})
+    search = _Search(damped, EigenvalueSelection(), {"c": (0.0, 1.0)})
+    ends = [search.minimise_from(np.array([0.3])).largest for _ in range(2)]
+    assert ends == pytest.approx([0.0, 0.0], abs=1e-9)
 
 
 def test_a_large_system_is_searched_on_a_reduced_one_and_judged_itself():

@@ -28,6 +28,7 @@ from squeal.simulation.hybrid import (
 from squeal.simulation.run import heyoka
 
 MEASURED_AT_ONCE = 800.0  # natural time, in each lane, of motions whose steps are stored meanwhile
+MOST_GROUPS = 8  # of motions side by side, however short they are
 
 Arrays = dict[str, np.ndarray]
 Measure = Callable[[Segment, Units], Arrays]
@@ -84,7 +85,8 @@ def _blocks(lengths: np.ndarray, lanes: int, dense: bool) -> Iterator[np.ndarray
     while order.size:
         groups = n
         if dense:
-            groups = min(int(MEASURED_AT_ONCE / lengths[order[0]]) + 1, 8)
+            longest = max(lengths[order[0]], MEASURED_AT_ONCE / (MOST_GROUPS - 1))
+            groups = int(MEASURED_AT_ONCE / longest) + 1
         block, order = np.split(order, [groups * lanes])
         yield block
 
@@ -224,7 +226,7 @@ def simulate_many(
     Raises
     ------
     ComputationError
-        Where heyoka is not installed or a number is not finite.
+        Where heyoka is not installed, a number is not finite or a length of time below 0.
     """
     heyoka()
     starts = np.asarray(initial, dtype=float)
@@ -239,10 +241,11 @@ def simulate_many(
         rows = tuple(tuple(C[:, i, j] for j in range(3)) for i in range(3))
         entries = [*C.reshape(count, 9).T]
     finite = np.isfinite([*numbers.values(), *entries, stops, *starts.T]).all(axis=0)
-    if not finite.all():
-        raise ComputationError(
-            f"the numbers of pad {np.argmin(finite)} of the ensemble are not finite"
-        )
+    for is_valid, reason in ((finite, "are not finite"), (stops >= 0.0, "end before time 0")):
+        if not is_valid.all():
+            raise ComputationError(
+                f"the numbers of pad {np.argmin(is_valid)} of the ensemble {reason}"
+            )
     whole = PadModel(model, pads.replace(**numbers), formulation, rows)  # type: ignore[arg-type]
     size = math.ceil(count / workers)
     parts = [slice(i, i + size) for i in range(0, count, size)]
