@@ -136,12 +136,11 @@ def locate_event(
 class _Zero(NamedTuple):
     """Where Newton's method ends.
 
-    p: the zero; move: the last step to p; roots, function: at the value before that step.
+    roots: at the zero; move: the last step to it; function: that of the event before this step.
     """
 
-    p: float
-    move: float
     roots: LocalRoots
+    move: float
     function: EventFunction
 
 
@@ -154,20 +153,19 @@ def _newton(continuation: Continuation, guess: EventGuess) -> _Zero | None:
     low = continuation.low
     high = continuation.high
     start = min(max(guess.value, low), high)
-    p = start
-    roots = roots_near(continuation, p, guess.z, guess.right, guess.left)
+    roots = roots_near(continuation, start, guess.z, guess.right, guess.left)
     for _ in range(NEWTON_STEPS):
         function = roots.event_function(guess.coalesces)
         slope = function.slope
         if slope == 0.0 or not np.isfinite(slope):
             return None
         move = -function.value / slope
-        p = float(np.clip(p + move, low, high))
+        p = float(np.clip(roots.value + move, low, high))
         if abs(p - start) > 1.5 * guess.width:  # half as much again, as a step may overshoot
             return None
-        if abs(move) <= max(4 * EPS * abs(p), function.noise / abs(slope) / 4):
-            return _Zero(p, move, roots, function)
         roots = roots.at(continuation, p)
+        if abs(move) <= max(4 * EPS * abs(p), function.noise / abs(slope) / 4):
+            return _Zero(roots, move, function)
     return None
 
 
@@ -183,8 +181,8 @@ def _locate_event(continuation: Continuation, guess: EventGuess, crosses: bool) 
     zero = _newton(continuation, guess)
     if zero is None:
         return None
-    p = zero.p
     roots = zero.roots
+    p = roots.value
     function = zero.function
     coalesces = guess.coalesces
     slope = abs(function.slope)
@@ -249,6 +247,17 @@ def beyond_ends(continuation: Continuation, first: float, last: float) -> tuple[
     return first, last
 
 
+class _CrossingRoot(NamedTuple):
+    """A root that crosses the line at an event, or the mean of two that meet on it.
+
+    slope: of the real part of z, or of d where two meet; lambda_is_real: whether that is known.
+    """
+
+    z: complex
+    slope: float
+    lambda_is_real: bool
+
+
 class _RootAtEvent(NamedTuple):
     """Angular frequency (rad/s), direction and residual of what crosses or meets."""
 
@@ -257,115 +266,89 @@ class _RootAtEvent(NamedTuple):
     residual: float
 
 
-class _Extrapolated(NamedTuple):
-    """A root at an event, extrapolated by the last step of Newton's method.
-
-    z: at the event; z_before: before that step, or of two roots their mean before it plus the half
-    difference at the event; slope: of the real part of z, or of d where two meet; lambda_is_real:
-    whether that is known.
-    """
-
-    z: complex
-    z_before: complex
-    slope: float
-    lambda_is_real: bool
-
-
 def _root_at_event(
     continuation: Continuation, guess: EventGuess, zero: _Zero, crosses: bool
 ) -> _RootAtEvent | None:
-    """The root at the zero of an event function, with its residual before the last step; None if it
-    does not cross the line there."""
+    """The root at the zero of an event function; None if it does not cross the line there."""
     roots = zero.roots
     problem = continuation.problem
     A, derivative, _ = continuation.standard_problem(roots.value)
     if guess.coalesces:
-        at_event = _coalescing_roots(problem, zero, crosses)
+        crossing = _coalescing_roots(problem, zero, crosses)
     elif roots.is_single:
         bound = norm_of(A) + norm_of(derivative) * guess.width
-        at_event = _single_root(problem, zero, bound)
+        crossing = _single_root(problem, roots, bound)
     else:
-        at_event = _crossing_root_of_two(zero)
-    if at_event is None:
+        crossing = _crossing_root_of_two(roots)
+    if crossing is None:
         return None
+    z, slope, lambda_is_real = crossing
     is_complex = problem is DAMPED and np.iscomplexobj(A)
-    if is_complex and not at_event.lambda_is_real and at_event.z.imag < 0.0:
+    if is_complex and not lambda_is_real and z.imag < 0.0:
         return None  # of complex matrices only roots above the real axis mean something
     omega = 0.0
-    if not at_event.lambda_is_real:
-        z = np.array(at_event.z)
-        omega = abs(problem.exponents(z, continuation.frequency_scale).item().imag)
-    residual = A @ roots.right - at_event.z_before * roots.right
+    if not lambda_is_real:
+        exponent = problem.exponents(np.array(z), continuation.frequency_scale)
+        omega = abs(exponent.item().imag)
     # of two roots the residual of that combination of their vectors which satisfies A x = z x best
-    smallest = float(np.linalg.svd(residual, compute_uv=False)[-1])
-    slope_sign = 1 if at_event.slope > 0 else -1
+    residual = np.linalg.svd(A @ roots.right - z * roots.right, compute_uv=False)[-1]
+    slope_sign = 1 if slope > 0 else -1
     return _RootAtEvent(
         omega=omega,
         direction=slope_sign * problem.growth_sign,
-        residual=smallest / (norm_of(A) or 1.0),
+        residual=float(residual) / (norm_of(A) or 1.0),
     )
 
 
-def _coalescing_roots(problem: ProblemClass, zero: _Zero, crosses: bool) -> _Extrapolated | None:
-    """The two roots that coalesce at the zero; None if they do not do so on the line.
+def _coalescing_roots(problem: ProblemClass, zero: _Zero, crosses: bool) -> _CrossingRoot | None:
+    """The mean of two roots that coalesce at the zero; None if they do not do so on the line.
 
     crosses: as `locate_event`.
     """
     roots = zero.roots
-    z = roots.mean + zero.move * roots.mean_slope
+    z = roots.mean
     # half the difference of the two is sqrt(d), of which rounding leaves sqrt(noise)
-    is_zero = abs(z) <= 2 * math.sqrt(abs(roots.d_noise)) + roots.mean_noise
+    is_zero = abs(z) <= 2 * math.sqrt(roots.d_noise) + roots.mean_noise
     if crosses and problem is UNDAMPED and z.real < 0:
         return None  # two divergent roots, z < 0, join to a pair
     if problem is GYROSCOPIC and abs(z.imag) > abs(z.real) and not is_zero:
         return None  # off the real axis, where both grow or decay
     # undamped, z = -lambda^2, the sign of z tells whether lambda is real, see `exponents`
-    lambda_is_real = is_zero and problem is not UNDAMPED
-    return _Extrapolated(z, roots.mean, zero.function.slope, lambda_is_real)
+    return _CrossingRoot(z, zero.function.slope, is_zero and problem is not UNDAMPED)
 
 
-def _single_root(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapolated | None:
-    """The single root that crosses at the zero; None if the last step still moved it by more than
-    the square root of the machine precision.
+def _single_root(problem: ProblemClass, roots: LocalRoots, bound: float) -> _CrossingRoot | None:
+    """The single root that crosses; None if its real part is not zero to the square root of the
+    machine precision.
 
     That is so next to a coalescence, where the slope is unbounded and steps are small without a
     zero. bound: how large roots may be.
     """
-    roots = zero.roots
-    if abs(zero.move * zero.function.slope) > 1e-8 * bound:
+    z = roots.mean
+    if abs(z.real) > 1e-8 * bound:
         return None
-    z = roots.mean + zero.move * roots.mean_slope
     # without damping only a real root z crosses by itself, where it passes zero
     lambda_is_real = problem is not DAMPED or abs(z.imag) <= 4 * roots.mean_noise
-    return _Extrapolated(z, roots.mean, zero.function.slope, lambda_is_real)
+    return _CrossingRoot(z, roots.mean_slope.real, lambda_is_real)
 
 
-def _crossing_root_of_two(zero: _Zero) -> _Extrapolated | None:
+def _crossing_root_of_two(roots: LocalRoots) -> _CrossingRoot | None:
     """Of two close roots the one that is nearer to the axis; None if a third root is too near.
 
     Their zero is hardly known then; another guess, of a single root or of a shorter step, leads to
     the event.
     """
-    roots = zero.roots
     if not roots.is_resolved:
         return None
-    move = zero.move
-    mean = roots.mean + move * roots.mean_slope
-    d = roots.d + move * roots.d_slope + move**2 * roots.d_bend
-    root_of_d = np.sqrt(d)
-    if not abs((mean + root_of_d).real) < abs((mean - root_of_d).real):
-        root_of_d = -root_of_d
-    half_difference = complex(root_of_d) or 1e-300  # a divisor
-    half_slope = (roots.d_slope + 2 * move * roots.d_bend) / (2 * half_difference)
+    mean = roots.mean
+    half_difference = complex(np.sqrt(roots.d)) or 1e-300  # a divisor
+    if not abs((mean + half_difference).real) < abs((mean - half_difference).real):
+        half_difference = -half_difference
     z = mean + half_difference
     noise = roots.mean_noise + abs(roots.d_noise / (2 * half_difference))
     noise = max(noise, 1e-9 * (abs(mean) + abs(half_difference)))  # at least that of their size
-    return _Extrapolated(
-        z=z,
-        z_before=roots.mean + half_difference,
-        slope=(roots.mean_slope + half_slope).real,
-        lambda_is_real=abs(z.imag) <= noise,
-    )
+    slope = (roots.mean_slope + roots.d_slope / (2 * half_difference)).real
+    return _CrossingRoot(z, slope, lambda_is_real=abs(z.imag) <= noise)
 
 
 class Bracket(NamedTuple):
