@@ -7,14 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.linear.matrices import (
-    ENTRY_ROUNDING,
-    Array,
-    NormalisedSystem,
-    first_order,
-    invariants,
-    share_of_largest,
-)
+from squeal.linear.invariants import invariants, share_of_largest
+from squeal.linear.matrices import ENTRY_ROUNDING, Array, NormalisedSystem, first_order
 from squeal.linear.roots import roots_of
 from squeal.linear.verdicts import DIVERGENCE, FLUTTER, MARGINAL, STABLE, VERDICTS, Codes, decide
 

@@ -6,14 +6,11 @@ error. What acts on a part of the rows and is not acted on by it changes none of
 components are solved one by one.
 
 At a flutter boundary two roots coalesce, and computed real parts are noise of the size of the
-square root of the machine precision. Up to three rows without damping the roots therefore follow
-the signs of invariants, each against a bound of its own rounding (`matrices.invariants`). Maps take
-these signs themselves (`map_verdicts`).
+square root of the machine precision, which their rounding bounds.
 """
 
 from __future__ import annotations
 
-import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -22,13 +19,10 @@ from numpy.typing import NDArray
 from squeal.errors import ComputationError
 from squeal.linear.matrices import (
     BEYOND_DOUBLES,
-    ENTRY_ROUNDING,
     Array,
-    Cubic,
     NormalisedSystem,
     components,
     first_order,
-    invariants,
     noise_of,
     null_spaces,
     reaches,
@@ -205,88 +199,8 @@ def _standard_roots(
         condition = 1.0 / np.abs(np.sum(left.conj() * right, axis=0))
     size = float(np.linalg.norm(A, 2))
     rounding_of_roots = root_rounding(values, condition, 2 * len(A) * relative_error, size)
-    # zeros by rank are exact; without damping `_agree_with_invariants` may still move them, by up
-    # to their rounding
-    if stiffness is not None:
-        rounding_of_roots[smallest] = 0.0
+    rounding_of_roots[smallest] = 0.0  # zeros by rank are exact
     return RootsWithRounding(values, right, left, condition, rounding_of_roots)
-
-
-def _agree_with_invariants(s: ComplexArray, rounding: Array, system: NormalisedSystem) -> None:
-    """Correct up to three roots s = -lambda^2 by the invariants of the matrix, in place.
-
-    Where roots coalesce or pass zero the signs of its discriminant and coefficients tell, beyond
-    rounding, whether there is a complex pair and how many roots are negative. Vague invariants
-    change nothing.
-
-    Parameters
-    ----------
-    s : array (n,)
-        The roots, n <= 3, changed in place.
-    rounding : array (n,)
-        How far rounding moves each; made smaller where a sign is certain after the correction.
-    system : NormalisedSystem
-        The system.
-    """
-    n = len(s)
-    A = np.zeros((3, 3))  # of fewer rows than three the others are zero, and so are their roots
-    A[:n, :n] = system.A
-    floor = 0.0  # the least rounding of an entry
-    if np.count_nonzero(system.T) != n:  # M is not diagonal: entries of all sizes are mixed
-        floor = system.relative_error / ENTRY_ROUNDING * float(np.abs(A).max())
-    with np.errstate(over="ignore", invalid="ignore"):
-        cubic = invariants(A.ravel().tolist(), floor=floor)
-    if cubic.vague:
-        return
-    reals = np.arange(n)  # indices of real roots
-    if cubic.discriminant.value < -cubic.discriminant.bound:
-        negative_count = int(cubic.c.value < -cubic.c.bound)  # the real root has the sign of c
-        pair = _make_complex_pair(s, rounding, cubic)
-        reals = np.setdiff1d(reals, pair)
-    else:
-        # of real roots the coefficients of p(-s), up to one sign 1, a, b and c, change sign once
-        # for each negative one (Descartes)
-        signs = [1.0]
-        for coefficient in (cubic.a, cubic.b, cubic.c):
-            if abs(coefficient.value) > coefficient.bound:  # else it counts as zero
-                signs.append(np.sign(coefficient.value))
-        negative_count = sum(bool(x != y) for x, y in itertools.pairwise(signs))
-    s[reals] = s[reals].real
-    smallest_first = reals[np.argsort(s[reals].real)]
-    for k in smallest_first[:negative_count]:
-        sign_is_open = s[k].real >= 0.0 or rounding[k] >= -s[k].real
-        if sign_is_open:
-            # the product of all n roots is the last coefficient, up to its sign: a, b or c
-            product_of_others = float(np.prod(np.delete(s, k)).real)
-            s[k] = -rounding[k]
-            if product_of_others != 0.0:
-                s[k] = -abs(cubic[n - 1].value / product_of_others)
-        rounding[k] = min(rounding[k], abs(s[k]) / 2)  # so that its sign is certain
-    not_negative = smallest_first[negative_count:]
-    s[not_negative] = np.maximum(s[not_negative].real, 0.0)
-
-
-def _make_complex_pair(s: ComplexArray, rounding: Array, cubic: Cubic) -> NDArray[np.intp]:
-    """Make two of the roots s (n,) a complex pair, in place; returns their indices (2,).
-
-    They are the two conjugates or, where rounding made them real, the closest two. Where rounding
-    hides their imaginary part it follows from the discriminant, (s1 - s2)^2 times the square of the
-    product (s3 - s1) (s3 - s2), where s3 = 0 if n = 2, see `_agree_with_invariants`. rounding (n,):
-    how far rounding moves each.
-    """
-    n = len(s)
-    distances = np.abs(s[:, None] - s.conj()) + np.diag(np.full(n, np.inf))
-    pair = np.array(np.unravel_index(np.argmin(distances), distances.shape))
-    if np.any(np.abs(s[pair].imag) <= rounding[pair]):
-        product = cubic.b.value  # s1 s2 for s3 = 0
-        if n == 3:
-            third = np.setdiff1d(np.arange(n), pair)[0]
-            product = np.prod(s[third] - s[pair])  # third: the index of s3
-        mean = s[pair].real.mean()
-        half_difference = np.sqrt(-cubic.discriminant.value) / 2 / abs(product)
-        s[pair] = mean + np.array([1j, -1j]) * half_difference
-    rounding[pair] = np.minimum(rounding[pair], np.abs(s[pair].imag) / 2)
-    return pair
 
 
 def dependence(system: NormalisedSystem) -> NDArray[np.bool_]:
@@ -351,8 +265,6 @@ def _roots_of_component(system: NormalisedSystem) -> RootsWithRounding:
 def _undamped_roots(system: NormalisedSystem) -> RootsWithRounding:
     """Roots lambda (2n,) of a system without damping: of each -s both square roots, in a row."""
     squares = _standard_roots(system.A, system.relative_error)
-    if len(squares.values) <= 3:
-        _agree_with_invariants(squares.values, squares.rounding, system)
     not_decaying, rounding = square_roots(squares.values, squares.rounding)
     return RootsWithRounding(
         values=np.asarray(np.ravel([not_decaying, -not_decaying], order="F") + 0.0),

@@ -16,7 +16,7 @@ from squeal.linear import (
     verdict,
 )
 from squeal.linear.eigen import Eigenvalue, growing
-from squeal.linear.matrices import invariants
+from squeal.linear.invariants import invariants
 from squeal.linear.verdicts import decide, is_undamped
 from tests.known import affine, coupled
 from tests.linear.conftest import exact_squares, exact_verdict, random_pad
