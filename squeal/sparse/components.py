@@ -284,13 +284,14 @@ class Component:
         -------
         Component
             Dense, the rows of the nodes first. Every term is projected and keeps its factor; the
-            basis is that of the component's own parameters.
+            basis is that of the component's own parameters. The component itself if all of its
+            rows belong to the nodes.
 
         Raises
         ------
         InputError
-            For an unknown node, a cutoff that is not above 0, or if these nodes do not hold the
-            component.
+            For an unknown node, a cutoff that is not above 0, a component that is reduced already,
+            or if these nodes do not hold the component.
 
         Examples
         --------
@@ -300,33 +301,19 @@ class Component:
         >>> small.rows, small.nodes.tolist()  # a row of node 2, and a mode inside
         (2, ['2', ''])
         """
-        from scipy.sparse import block_diag
-
         POSITIVE.read(cutoff, Place(self.name, "cutoff"))
+        if self.cutoff < np.inf:
+            raise InputError(f"{self.name}: is reduced already; only a full component is allowed")
         self.rows_of(nodes)  # which refuses unknown ones
         is_boundary = np.isin(self.nodes, np.asarray(nodes).astype(str))
         boundary = np.flatnonzero(is_boundary)
         interior = np.flatnonzero(~is_boundary)
+        if not len(interior):
+            return self
+        factor, basis = self._craig_bampton(boundary, interior, cutoff)
         matrices = [term.matrix for term in self.system.terms]
-        earlier = self.residual_flexibility  # W^H K^-1 W of what was truncated before
-        size_of_hermitian = self.system.n * len(matrices)  # of it, if all terms are Hermitian
-        is_hermitian = all(_is_hermitian(A) for A in matrices)
-        if not is_hermitian or (earlier is not None and len(earlier) > size_of_hermitian):
+        if not all(_is_hermitian(A) for A in matrices):
             matrices += [A.conj().T for A in matrices]  # for the residuals of left vectors
-            if earlier is not None and len(earlier) == size_of_hermitian:
-                # the transposed of Hermitian terms exert the same forces: W becomes [W, W]
-                earlier = np.kron(np.ones((2, 2)), earlier)
-        if len(interior):
-            factor, basis = self._craig_bampton(boundary, interior, cutoff)
-            flexibility = _residual_flexibility(matrices, basis, interior, factor)
-        else:  # every row stays: nothing is truncated
-            basis = _unit_columns(self.system.n, boundary)
-            size = len(matrices) * len(boundary)
-            flexibility = np.zeros((size, size))
-        if earlier is not None:
-            # a block for each term, since each exerts forces by the displacements of the basis
-            basis_of_terms = block_diag([basis] * len(matrices), "csc")
-            flexibility = flexibility + basis_of_terms.T @ earlier @ basis_of_terms
         modes = basis.shape[1] - len(boundary)
         places = None
         if self.places is not None:
@@ -337,10 +324,10 @@ class Component:
             directions=[*self.directions[boundary], *[-1] * modes],
             places=places,
             load=None if self.load is None else basis.T @ self.load,
-            rows=self.rows or self.system.n,
-            cutoff=min(cutoff, self.cutoff),
-            basis=basis if self.basis is None else self.basis @ basis,
-            residual_flexibility=flexibility,
+            rows=self.system.n,
+            cutoff=cutoff,
+            basis=basis,
+            residual_flexibility=_residual_flexibility(matrices, basis, interior, factor),
         )
 
     def _craig_bampton(

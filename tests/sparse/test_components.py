@@ -258,16 +258,29 @@ def test_a_component_without_mass_inside_keeps_its_static_stiffness():
     assert small.system.at()[2] == pytest.approx(np.array([[0.5]]))
 
 
-def test_a_component_is_reduced_twice_though_its_terms_become_symmetric():
-    """The lone entry of mu lies inside: at the kept node no term but zero is left of it."""
-    of_mu = np.zeros((3, 3))
-    of_mu[1, 2] = 1.0
-    K = {"1": [[2, -1, 0], [-1, 2, -1], [0, -1, 2]], "mu": of_mu}
-    chain = squeal.Component(squeal.System(np.eye(3), K=K), [1, 2, 3], [0, 0, 0])
-    once = chain.reduced([1], cutoff=0.01)
-    twice = once.reduced([1], cutoff=0.01)
-    for again, first in zip(twice.system.at(), once.system.at(), strict=True):
-        assert again is first is None or again == pytest.approx(first)
+def test_a_component_is_reduced_once():
+    K = 2 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
+    system = squeal.System(np.eye(3), K=K, name="chain")
+    small = squeal.Component(system, [1, 2, 3], [0, 0, 0]).reduced([1], cutoff=1.0)
+    with pytest.raises(InputError, match="chain: is reduced already"):
+        small.reduced([1], cutoff=1.0)
+
+
+def test_a_component_of_which_every_row_stays_is_not_reduced():
+    """Nothing is truncated: its roots are those of the full matrices, which can be proved."""
+    system = squeal.System(np.eye(2), K=[[2.0, -1.0], [-1.0, 3.0]], name="a")
+    body = squeal.Component(system, [1, 2], [0, 0])
+    assert body.reduced([2, 1], cutoff=1.0) is body
+    other = squeal.Component(squeal.System([[1.0]], K=[[5.0]], name="b"), [7], [0])
+    pairs = [(1, 7), (2, 7)]
+    joint = squeal.Contact(("a", "b"), pairs, (1, 0, 0), stiffness=1.0, bonded=True)
+    assembly = squeal.assemble([body, other], [joint], cutoff=1.0)
+    assert assembly.reduction is None
+    answer = squeal.eigenvalues(assembly)
+    assert answer.certified
+    stiffness = [[3.0, -1.0, -1.0], [-1.0, 4.0, -1.0], [-1.0, -1.0, 7.0]]
+    squares = np.linalg.eigvalsh(stiffness)
+    assert np.sort(answer.values.imag)[3:] == pytest.approx(np.sqrt(squares))
 
 
 def test_rows_of_one_displacement_are_refused():
