@@ -61,36 +61,46 @@ def exact_roots(block: Quadratic) -> list[Piece] | Failure:
         polynomial, unit = _damped(M, C, K)
     if polynomial.degree() < 0:
         return Failure(SINGULAR)
-    zeros = 0
-    while polynomial[zeros] == 0:
-        zeros += 1
-    polynomial = polynomial.right_shift(zeros)
     with flint.ctx.workprec(PRECISION):
         rate = flint.arb(2) ** time_exponent  # 1/s
         scale = rate / unit
         if block.is_undamped:
-            zeros = 2 * zeros  # one of s = -lambda^2 is two of lambda
             # the polynomial has the roots unit * s, s in rate^2: lambda^2 = -s rate^2
-            pieces = _of_squares(polynomial, -scale * rate)
-        else:
-            # the polynomial has the roots unit * r, r in rate: lambda = r rate
-            pieces = pieces_of(polynomial, scale)
-        zero = flint.arb(0)
-        return pieces + [_piece(zero, zero, "axis", real=True)] * zeros
+            polynomial, zeros = _without_zeros(polynomial)
+            # one zero of s is two of lambda
+            return _of_squares(polynomial, -scale * rate) + _zero_pieces(2 * zeros)
+        # the polynomial has the roots unit * r, r in rate: lambda = r rate
+        return pieces_of(polynomial, scale)
+
+
+def _without_zeros(polynomial: Polynomial) -> tuple[Polynomial, int]:
+    """The polynomial divided by its power of the variable, and this power."""
+    zeros = 0
+    while polynomial[zeros] == 0:
+        zeros += 1
+    return polynomial.right_shift(zeros), zeros
+
+
+def _zero_pieces(count: int) -> list[Piece]:
+    """So many roots that are zero."""
+    zero = flint.arb(0)
+    return [_piece(zero, zero, "axis", real=True)] * count
 
 
 def pieces_of(polynomial: Polynomial, scale: Ball) -> list[Piece]:
-    """Pieces of lambda = scale * root, scale > 0, of a polynomial that has no root at zero.
+    """Pieces of lambda = scale * root, scale > 0, of a polynomial other than zero.
 
     The polynomial p(r) = even(r^2) + r odd(r^2) has r and -r as roots where even and odd vanish.
     """
+    polynomial, zeros = _without_zeros(polynomial)
     coefficients = polynomial.coeffs()
     even = flint.fmpz_poly(coefficients[::2])
     odd = flint.fmpz_poly(coefficients[1::2])
     of_opposite_roots = even.gcd(odd)
     square = flint.fmpz_poly([0, 0, 1])
     others = polynomial // of_opposite_roots(square)
-    return _of_squares(of_opposite_roots, scale**2) + _off_axis(others, scale)
+    pieces = _of_squares(of_opposite_roots, scale**2) + _off_axis(others, scale)
+    return pieces + _zero_pieces(zeros)
 
 
 def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:

@@ -1,10 +1,12 @@
-"""The referee over a range of the parameter p by algebra, for few rows and factors a + b p.
+"""The changes of what grows over a range of the parameter p by algebra, for few rows and factors
+a + b p.
 
-The determinant is a polynomial e(s^2) + s o(s^2) in s and p. With the parameter a root reaches the
-imaginary axis only where the resultant of e and o vanishes. Roots that come with their negative at
-every p leave it only where their discriminant vanishes. A root reaches zero where the constant
-coefficient vanishes, and infinity where the leading one does. Between these values of p one number
-of roots grows, which is counted exactly. Neither rounding nor ratios of stiffnesses matter.
+The determinant is a polynomial in s and p, and each of its irreducible factors is
+e(s^2) + s o(s^2). With the parameter a root of it reaches the imaginary axis only where the
+resultant of e and o vanishes. Without o roots come with their negative at every p, and leave the
+axis only where the discriminant of e vanishes. A root reaches zero where the constant coefficient
+vanishes, and infinity where the leading one does. Between these values of p one number of roots
+grows, which is counted exactly. Neither rounding nor ratios of stiffnesses matter.
 """
 
 from __future__ import annotations
@@ -13,30 +15,41 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.proof.balls import between, high_end, low_end, taylor_coefficients
 from squeal.proof.exact import PRECISION, pieces_of
-from squeal.proof.ranges import AT_END, CANCELS, Factor, Terms
-from squeal.proof.referee import Proof
+from squeal.proof.pieces import Piece
+from squeal.proof.ranges import Factor, Terms
 
 try:
     import flint
 except ImportError:  # an extra
     flint = None
 
-IS_PART = "a printed interval holds a part of that of its threshold"
 MOST_ROWS = 6
 """Of a component: beyond, polynomials take too long."""
 Polynomial = Any
 """A `flint.fmpq_mpoly` in s and p, or a `flint.fmpz_poly` in one of them."""
 
 
-class Critical(NamedTuple):
-    """A narrow interval of the parameter with at most so many events: roots that reach the axis."""
+class Change(NamedTuple):
+    """Where a root, or a pair, begins or ends to grow.
+
+    Attributes
+    ----------
+    low, high : float
+        The value of the parameter lies between these; nearly always they are neighbours.
+    rise : int
+        1 or 2 where a root or a pair begins to grow, -1 or -2 where it ends to.
+    omega : float
+        The frequency of the pair, rad/s; 0 of a root.
+    """
 
     low: float
     high: float
-    most: int
+    rise: int
+    omega: float
 
 
 class ExactRange:
@@ -44,100 +57,119 @@ class ExactRange:
 
     Attributes
     ----------
-    critical : list of Critical
-        Ascending intervals, outside of which no root reaches the axis.
-    touched_end : float or None
-        An end of the range that an interval touches.
-    values : list of float
-        Values beside and between the intervals.
-    unstable : list of int
-        How many roots grow at these values; empty if an end is touched.
+    changes : list of Change
+        By rising value; between two of them one number of roots grows.
+    has_infinite_roots : bool
+        Whether the systems have fewer than 2n roots, as where M is singular.
     """
 
-    def __init__(self, determinants: Sequence[Polynomial], low: float, high: float) -> None:
-        """determinants: of each component, not zero."""
-        product = flint.fmpz_poly([1])
-        for determinant in determinants:
-            for polynomial in _critical_polynomials(determinant):
-                product = product * polynomial
-        with flint.ctx.workprec(PRECISION):
-            zeros = [zero for zero in product.complex_roots() if zero[0].imag == 0]
-        zeros.sort(key=lambda zero: float(zero[0].real.mid()))
-        self.critical: list[Critical] = []
-        edges = [low]
-        for zero, multiplicity in zeros:
-            each = Critical(low_end(zero.real), high_end(zero.real), multiplicity)
-            if each.high < low or each.low > high:
-                continue
-            if self.critical and each.low <= self.critical[-1].high:  # no double lies between
-                before = self.critical.pop()
-                each = Critical(before.low, each.high, before.most + multiplicity)
-                del edges[-2:]
-            self.critical.append(each)
-            edges += [each.low, each.high]
-        edges.append(high)
-        self.touched_end: float | None = None
-        if edges[1] <= low:
-            self.touched_end = low
-        elif edges[-2] >= high:
-            self.touched_end = high
-        self.values = (np.add(edges[::2], edges[1::2]) / 2.0).tolist()
-        self.unstable: list[int] = []
-        if self.touched_end is None:
-            self.unstable += [sum(_growing(each, p) for each in determinants) for p in self.values]
+    def __init__(self, factors: Sequence[Polynomial], changes: Sequence[Change], rows: int) -> None:
+        """factors: of the determinant of so many rows, all irreducible."""
+        self._factors = factors
+        self.changes = sorted(changes)
+        roots = sum(factor.degrees()[0] for factor in factors)
+        self.has_infinite_roots = roots < 2 * rows
 
     @classmethod
     def of(cls, terms: Terms, low: float, high: float) -> ExactRange | None:
-        """That of systems whose mass matrix is singular throughout; None of any others."""
-        determinants = []
-        degree = 0
+        """The changes in a range.
+
+        None where a component has too many rows, other factors, or entries of few digits; and where
+        changes are not certain, as several coincide that may cancel in the count, or a root passes
+        through infinity.
+        """
+        factors: list[Polynomial] = []
+        changes: list[Change] = []
         for component in terms.components():
             if component.n > MOST_ROWS or not component.is_real:
                 return None
             determinant = _determinant_of(component, low, high)
             if not determinant:
                 return None
-            degree += determinant.degrees()[0]
-            determinants.append(determinant)
-        if degree == 2 * terms.n:
+            for factor, power in determinant.factor()[1]:
+                changes_of_factor = _changes_of(factor, low, high)
+                if changes_of_factor is None:
+                    return None
+                factors += [factor] * power
+                changes += changes_of_factor * power
+        return cls(factors, changes, terms.n)
+
+    def roots_at(self, value: float) -> NDArray[np.complex128]:
+        """All finite roots (m,), rad/s, with the exact sign of each real part."""
+        roots = []
+        for factor in self._factors:
+            roots += [piece.centres[0] for piece in _pieces_at(factor, value)]
+        return np.array(roots, dtype=complex)
+
+
+class _Zero(NamedTuple):
+    """An interval of the parameter with zeros of polynomials that no double separates."""
+
+    low: float
+    high: float
+    multiplicity: int
+
+
+def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | None:
+    """The changes of an irreducible polynomial in a range, None where they are not certain.
+
+    At the low end of the range those of roots that begin to grow there.
+    """
+    leading, *others = _critical_polynomials(factor)
+    if _zeros_within([leading], low, high):
+        return None
+    changes = []
+    for zero in _zeros_within(others, low, high):
+        below = _growing_at(factor, zero.low)
+        above = _growing_at(factor, zero.high)
+        most = zero.multiplicity
+        if zero.low <= low:
+            if not any(polynomial(_exactly(low)) == 0 for polynomial in others):
+                return None  # on which side of the end it lies is not known
+            below = _growing_at(factor, low)  # what lies on the axis there does not grow yet
+            most = 1  # nothing can cease to grow in the range
+        rise = len(above) - len(below)
+        # of several changes only a rise of two each excludes that some cancel
+        if most > 1 and abs(rise) < 2 * most:
             return None
-        return cls(determinants, low, high)
+        # the slowest ones have just begun to grow, or are about to end to
+        slowest = above[:rise] if rise > 0 else below[:-rise]
+        sign = 1 if rise > 0 else -1
+        start = max(zero.low, low)
+        of_zero = []
+        for root in slowest:
+            if root.imag == 0.0:
+                of_zero.append(Change(start, zero.high, sign, 0.0))
+            elif root.imag > 0.0:  # which stands for its conjugate, too
+                of_zero.append(Change(start, zero.high, 2 * sign, root.imag))
+        if sum(change.rise for change in of_zero) != rise:
+            return None
+        changes += of_zero
+    return changes
 
-    def prove(
-        self,
-        intervals: Sequence[tuple[float, float]],
-        growth_below: float,
-        rises: Sequence[int],
-    ) -> Proof:
-        """As `RangeProof.prove`, of the entries as they are given; intervals are disjoint.
 
-        `where` of a wrong interval is its middle.
-        """
-        if self.touched_end is not None:
-            return Proof("open", "exact", reason=AT_END, where=self.touched_end)
-        unstable = self.unstable
-        found: list[list[int]] = [[] for _ in intervals]  # rises within each interval
-        for k, (start, stop, most) in enumerate(self.critical):
-            rise = unstable[k + 1] - unstable[k]
-            # of several events only a rise of two each excludes that some cancel
-            if most > 1 and abs(rise) < 2 * most:
-                return Proof("open", "exact", reason=CANCELS, where=start)
-            holding = [each for each, (a, b) in enumerate(intervals) if a <= start and stop <= b]
-            if rise and not holding:
-                if any(a <= stop and start <= b for a, b in intervals):
-                    return Proof("open", "exact", reason=IS_PART, where=start)
-                reason = f"{unstable[k]} roots grow below {start:.9g} and {unstable[k + 1]} above"
-                return Proof("refuted", "exact", reason=reason, where=self.values[k + 1])
-            if rise:
-                found[holding[0]].append(rise)
-        for (start, stop), expected, rises_within in zip(intervals, rises, found, strict=True):
-            middle = (start + stop) / 2.0
-            if expected and not rises_within:
-                reason = f"no root begins or ends to grow from {start:.9g} to {stop:.9g}"
-                return Proof("refuted", "exact", reason=reason, where=middle)
-            if rises_within != [expected]:
-                return Proof("open", "exact", reason=CANCELS, where=middle)
-        return Proof("proved", "exact", growth_below)
+def _zeros_within(polynomials: Sequence[Polynomial], low: float, high: float) -> list[_Zero]:
+    """The zeros of some polynomials within a range, ascending."""
+    zeros = []
+    with flint.ctx.workprec(PRECISION):
+        for polynomial in polynomials:
+            for root, multiplicity in polynomial.complex_roots():
+                zero = _Zero(low_end(root.real), high_end(root.real), multiplicity)
+                if root.imag == 0 and zero.low <= high and zero.high >= low:
+                    zeros.append(zero)
+    separate: list[_Zero] = []
+    for zero in sorted(zeros):
+        if separate and zero.low <= separate[-1].high:  # no double lies between
+            before = separate.pop()
+            multiplicity = before.multiplicity + zero.multiplicity
+            zero = _Zero(before.low, max(before.high, zero.high), multiplicity)
+        separate.append(zero)
+    return separate
+
+
+def _exactly(value: float) -> Any:
+    """A double as a rational number."""
+    return flint.fmpq(*value.as_integer_ratio())
 
 
 def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
@@ -153,8 +185,7 @@ def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
             constant, slope = coefficients
             factor = (constant + slope * p) * s**power
             for i, j in np.argwhere(X.mid).tolist():
-                entry = flint.fmpq(*float(X.mid[i, j]).as_integer_ratio())
-                rows[i][j] += entry * factor
+                rows[i][j] += _exactly(float(X.mid[i, j])) * factor
     return _determinant(rows)
 
 
@@ -193,22 +224,20 @@ def _determinant(rows: list[list[Polynomial]]) -> Polynomial:
     return total
 
 
-def _critical_polynomials(determinant: Polynomial) -> Iterator[Polynomial]:
-    """Polynomials in p that vanish wherever a root reaches the axis, zero or infinity."""
-    powers = sorted({power for power, _ in determinant.to_dict()})
+def _critical_polynomials(factor: Polynomial) -> Iterator[Polynomial]:
+    """Polynomials in p of an irreducible one: the first vanishes where a root reaches infinity,
+    another one wherever a root reaches the axis or zero."""
+    powers = sorted({power for power, _ in factor.to_dict()})
     parts: list[dict[tuple[int, int], Any]] = [{}, {}]  # of e and o, in s^2 and p
-    for (power, of_p), value in determinant.to_dict().items():
-        power -= powers[0]  # zeros at every p
+    for (power, of_p), value in factor.to_dict().items():
         parts[power % 2][power // 2, of_p] = value
-    even, odd = map(determinant.context().from_dict, parts)
-    paired = even.gcd(odd)
-    for power in {powers[0], powers[-1]}:
-        yield _of_parameter(determinant, power)
-    if odd:
-        yield _of_parameter((even / paired).resultant(odd / paired, "s"), 0)
-    paired = paired / paired.gcd(paired.derivative("s"))
-    if paired.degrees()[0]:
-        yield _of_parameter(paired.resultant(paired.derivative("s"), "s"), 0)
+    even, odd = map(factor.context().from_dict, parts)
+    yield _of_parameter(factor, powers[-1])
+    yield _of_parameter(factor, powers[0])
+    if even and odd:
+        yield _of_parameter(even.resultant(odd, "s"), 0)
+    elif even.degrees()[0] > 0:  # each root with its negative
+        yield _of_parameter(even.resultant(even.derivative("s"), "s"), 0)
 
 
 def _of_parameter(polynomial: Polynomial, power: int) -> Polynomial:
@@ -218,17 +247,18 @@ def _of_parameter(polynomial: Polynomial, power: int) -> Polynomial:
     return flint.fmpq_poly(coefficients).numer()
 
 
-def _growing(determinant: Polynomial, value: float) -> int:
-    """How many roots grow at a value of the parameter."""
-    p = flint.fmpq(*value.as_integer_ratio())
-    terms = determinant.to_dict()
-    coefficients = [flint.fmpq(0)] * (determinant.degrees()[0] + 1)
-    for (power, of_p), coefficient in terms.items():
+def _pieces_at(factor: Polynomial, value: float) -> list[Piece]:
+    """The roots at a value of the parameter, each a piece of its own."""
+    p = _exactly(value)
+    coefficients = [flint.fmpq(0)] * (factor.degrees()[0] + 1)
+    for (power, of_p), coefficient in factor.to_dict().items():
         coefficients[power] += coefficient * p**of_p
-    polynomial = flint.fmpq_poly(coefficients).numer()
-    zeros = 0
-    while polynomial[zeros] == 0:
-        zeros += 1
     with flint.ctx.workprec(PRECISION):
-        pieces = pieces_of(polynomial.right_shift(zeros), flint.arb(1))
-    return sum(piece.side == "grows" for piece in pieces)
+        return pieces_of(flint.fmpq_poly(coefficients).numer(), flint.arb(1))
+
+
+def _growing_at(factor: Polynomial, value: float) -> list[complex]:
+    """The growing roots at a value of the parameter, rad/s, the slowest growth first."""
+    pieces = _pieces_at(factor, value)
+    roots = [complex(piece.centres[0]) for piece in pieces if piece.side == "grows"]
+    return sorted(roots, key=lambda root: root.real)

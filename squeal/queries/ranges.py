@@ -29,6 +29,7 @@ from squeal.results.columns import OPEN
 
 if TYPE_CHECKING:  # scenes start without the referee
     from squeal.proof.pads import PadProof
+    from squeal.proof.polynomials import ExactRange
     from squeal.proof.ranges import Factor, Term, Terms
     from squeal.proof.referee import Count, Proof
     from squeal.queries.systems.all_roots import MotionRates
@@ -49,7 +50,7 @@ BEYOND_FOLD = 1.05  # of the friction at a fold: how far a branch would be follo
 DISAGREES = "the referee disagrees: "
 PROVED_ROWS = 40  # up to which thresholds of systems are proved without being asked for
 INTERVALS = 1000  # into which a proof may divide the range, in a system of few rows
-INTERVALS_BEFORE_ALGEBRA = 100  # of a system that polynomials prove, if this does not suffice
+INTERVALS_OF_EXACT = 100  # the same of thresholds that are exact for the entries as given
 LARGE = 40.0  # states of a system of which an interval costs twice as much, so that a proof that
 # was not requested may divide the range into half as many
 BESIDE = (1e-8, 1e-6)  # of a threshold: distances from it at which growing roots are counted
@@ -301,6 +302,21 @@ def vague_interval(intervals: Iterable[Interval], extent: float) -> Interval | N
     return None
 
 
+def exact_range(system: TermSystem, low: float, high: float) -> ExactRange | None:
+    """The exact thresholds of a system of few rows that depend on one another; None of any other.
+
+    They are those of the entries as given. None without the library of ball arithmetic, too.
+    """
+    from squeal.proof.polynomials import ExactRange
+
+    if any(_has_table(term) for term in system.terms):
+        return None
+    try:
+        return ExactRange.of(_terms_in_balls(system), low, high)
+    except ImportError:
+        return None
+
+
 def system_statement(
     system: TermSystem,
     crossings: Sequence[Crossing],
@@ -308,6 +324,7 @@ def system_statement(
     high: float,
     rates: MotionRates,
     at_any_cost: bool,
+    is_exact: bool = False,
 ) -> tuple[RangeStatement, list[Interval]]:
     """Prove all thresholds of a small system, that is the number of growing roots between them.
 
@@ -329,12 +346,20 @@ def system_statement(
         bounds are at most a thousandth of the slowest motion.
     at_any_cost : bool
         Whether the range may be divided into as many intervals as that of a system of few rows.
+    is_exact : bool
+        Whether the crossings are those of `exact_range`: where the proof is open for entries known
+        to half a unit in the last place, they are proved for the entries as given.
     """
-    proof, intervals = _proof_of_system(system, crossings, low, high, rates, at_any_cost)
+    from squeal.proof.referee import Proof
+
+    proof, intervals = _proof_of_system(system, crossings, low, high, rates, at_any_cost, is_exact)
     # this decides last: a list that is refuted is searched again, mixed or not
     is_mixed = any(_is_mixed(crossings, interval) for interval in intervals)
     if proof.status == "proved" and is_mixed:
         proof = replace(proof, status="open", reason=MIXED)
+    if proof.status == "open" and is_exact:
+        proof = Proof("proved", "exact", growth_below=0.0)
+        intervals = []  # those of the crossings are exact
     data = proof.data if system.digits is None else f"{system.digits} digits"
     statement = RangeStatement(
         "open", proof.by, data=data, parameter=system.parameter, low=low, until=high, high=high
@@ -351,6 +376,7 @@ def _proof_of_system(
     high: float,
     rates: MotionRates,
     at_any_cost: bool,
+    is_exact: bool,
 ) -> tuple[Proof, list[Interval]]:
     """Try proofs for `system_statement`; arguments as there.
 
@@ -358,24 +384,22 @@ def _proof_of_system(
     all crossings. Returns the first proof that is not open, else the last one, and the intervals
     that it was tried with (none if none was tried).
     """
-    from squeal.proof.polynomials import ExactRange
     from squeal.proof.ranges import SPENT, RangeProof
     from squeal.proof.referee import Proof
 
-    most = INTERVALS
+    most = INTERVALS_OF_EXACT if is_exact else INTERVALS
     if not at_any_cost:
         states = 2 * system.n if system.C else system.n
-        most = int(INTERVALS / (1.0 + (states / LARGE) ** 2))
+        most = int(most / (1.0 + (states / LARGE) ** 2))
     if any(_has_table(term) for term in system.terms):
         return Proof("open", reason="tables over a parameter have no enclosure"), []
     try:
         terms = _terms_in_balls(system)
     except ImportError:
         return Proof("open", reason=NO_BALLS), []
-    exact_range = ExactRange.of(terms, low, high)
-    if exact_range is not None:
-        most = INTERVALS_BEFORE_ALGEBRA
     range_proof = RangeProof(terms, low, high, most)
+    if is_exact and range_proof.data == AS_GIVEN:
+        return Proof("open"), []  # what it proves is known
     for share in _shares_of_intervals(system, crossings):
         intervals = _intervals_of(crossings, low, high, share)
         vague = vague_interval(intervals, high - low)
@@ -383,20 +407,23 @@ def _proof_of_system(
             return Proof("open", "enclosure", reason=IS_VAGUE, where=sum(vague) / 2.0), intervals
         rises = [_rise_within(crossings, interval) for interval in intervals]
         # first the smaller bound of growth; the larger where rounding of entries leaves that open
-        for rate in (rates.slowest_oscillation, rates.fastest):
-            growth_below = min(RATE * rate, WIDEST_RATE * rates.slowest)
+        for growth_below in _rates_left_out(rates):
             try:
                 proof = range_proof.prove(intervals, growth_below, rises)
             except InputError as error:  # a factor has no value somewhere
                 proof = Proof("open", reason=str(error))
-            if proof.status == "open" and exact_range is not None:
-                proof = exact_range.prove(intervals, growth_below, rises)
             # a proof that has spent all divisions of the range would do so again
             if proof.status != "open" or proof.reason == SPENT:
                 return proof, intervals
         if not _is_beside(proof.where, intervals, VAGUE * (high - low)):
             break  # what is open lies elsewhere: wider intervals do not help
     return proof, intervals
+
+
+def _rates_left_out(rates: MotionRates) -> list[float]:
+    """Bounds of the growth, 1/s, that a proof does not exclude, the smaller one first."""
+    widest = WIDEST_RATE * rates.slowest
+    return [min(RATE * rate, widest) for rate in (rates.slowest_oscillation, rates.fastest)]
 
 
 def _shares_of_intervals(system: TermSystem, crossings: Sequence[Crossing]) -> list[float]:

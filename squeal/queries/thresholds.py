@@ -363,13 +363,13 @@ def system_thresholds_with_proof(
     InputError
         For an empty range, and with `prove` for a system that cannot be proved.
     """
-    from squeal.queries.ranges import PROVED_ROWS, SEARCHES
+    from squeal.queries.ranges import PROVED_ROWS, SEARCHES, exact_range
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.known import thresholds_as_known
     from squeal.queries.systems.matrices import ALL_ROWS
     from squeal.queries.systems.seat import thresholds_as_seated
     from squeal.queries.systems.sensitivity import widened
-    from squeal.queries.systems.thresholds import system_thresholds
+    from squeal.queries.systems.thresholds import start_of_range, system_thresholds
     from squeal.queries.systems.verdicts import NO_ROOT
 
     system = analysis.system
@@ -392,22 +392,31 @@ def system_thresholds_with_proof(
         )
     proof_is_requested = prove is True or (prove is None and system.n <= PROVED_ROWS)
     analysis.warn_of_unused_parameter()
+    exact = None  # the thresholds of a few rows, known exactly
+    if can_be_proved and lists_all and proof_is_requested:
+        start = start_of_range(system, high) if low is None else low
+        exact = exact_range(system, start, high)
+    # a search among finite roots may fail where others are infinite
+    served = exact if exact is not None and exact.has_infinite_roots else None
     step_ends: list[float] = []  # values at which the referee refuted an earlier list
     for _ in range(SEARCHES):  # the last answer stands, also if it is refuted
         answer, all_crossings = system_thresholds(
-            system, high, low, selection, workers, step_ends=step_ends
+            system, high, low, selection, workers, step_ends=step_ends, exact_range=served
         )
         # a proof where one is possible, else the referee's counts beside each threshold
         refuted_at = None
         if can_be_proved and all_crossings is not None and proof_is_requested:
             answer, refuted_at = _proved_system(
-                system, selection, answer, all_crossings, at_any_cost=prove is True
+                system, selection, answer, all_crossings, prove is True, is_exact=served is not None
             )
         elif small and system.real and prove is not False:
             answer, refuted_at = _counted_system(system, answer, is_complete=lists_all)
-        if refuted_at is None:
+        if not answer.certified and exact is not None and served is None:
+            served = exact
+        elif refuted_at is not None:
+            step_ends.append(refuted_at)
+        else:
             break
-        step_ends.append(refuted_at)
     if answer.certified and answer.proof is None and small:
         answer = _counted_not_proved(answer)
     answer = widened(analysis.file, system, answer)
@@ -477,6 +486,7 @@ def _proved_system(
     answer: Thresholds,
     all_crossings: Sequence[Crossing],
     at_any_cost: bool,
+    is_exact: bool,
 ) -> _Refereed:
     """Let the referee prove the thresholds of a small system on their whole range.
 
@@ -494,6 +504,8 @@ def _proved_system(
         All crossings of the system, of which the answer may list those of a band or region.
     at_any_cost : bool
         Whether the proof was requested, however long it takes.
+    is_exact : bool
+        Whether the thresholds are exact for the entries as given.
     """
     from squeal.queries.ranges import system_statement
     from squeal.queries.systems.all_roots import motion_rates, roots_of_all
@@ -502,7 +514,7 @@ def _proved_system(
     roots = roots_of_all(system, EigenvalueSelection(), changes)
     rates = motion_rates(system, changes)
     statement, intervals = system_statement(
-        system, all_crossings, answer.low, answer.high, rates, at_any_cost
+        system, all_crossings, answer.low, answer.high, rates, at_any_cost, is_exact
     )
     doubts = list(answer.details["unconfirmed"])
     selected = roots_of_all(system, selection, changes)

@@ -9,7 +9,6 @@ from squeal.proof.ranges import Term, Terms
 
 pytest.importorskip("flint")
 
-RATE = 1e-6
 SPRINGS = np.array([[2.0, -1.0], [-1.0, 2.0]])
 
 
@@ -37,25 +36,26 @@ def system(*frictions, damping=0.0, springs=SPRINGS):
     return Terms([Term(M)], [Term(damping * M)], terms, HALF_ULP)
 
 
-def around(value, width=1e-9):
-    return value - width, value + width
-
-
 ONE = (0.0, 1.0)
 """Friction mu: omega^2 = 2 +- sqrt(1 - mu)."""
 REVERSED = (2.0, -1.0)
 """Friction 2 - mu: flutter up to mu = 1."""
 
 
-def test_a_threshold_is_proved_and_none_beside_it():
-    proof = ExactRange.of(system(ONE), 0.0, 2.0)
-    assert proof.prove([around(1.0)], RATE, [2]).status == "proved"
-    assert proof.prove([], RATE, []).status == "refuted"
-    assert proof.prove([around(1.1)], RATE, [2]).status == "refuted"
-    assert proof.prove([around(0.9), around(1.0)], RATE, [2, 2]).status == "refuted"
-    assert proof.prove([around(1.0)], RATE, [-2]).status != "proved"
-    assert proof.prove([(1.0, 1.0)], RATE, [2]).status == "open"  # a part of its interval
-    assert ExactRange.of(system(ONE), 0.0, 0.9).prove([], RATE, []).status == "proved"
+def changes(terms, low=0.0, high=2.0):
+    """The value in the middle and the rise of each change."""
+    exact = ExactRange.of(terms, low, high)
+    return [((change.low + change.high) / 2.0, change.rise) for change in exact.changes]
+
+
+def test_the_threshold_of_mode_coupling_is_exact():
+    exact = ExactRange.of(system(ONE), 0.0, 2.0)
+    (flutter,) = exact.changes
+    assert flutter.low <= 1.0 <= flutter.high
+    assert flutter.high - flutter.low <= 4.0 * np.spacing(1.0)
+    assert (flutter.rise, exact.has_infinite_roots) == (2, True)
+    assert flutter.omega == pytest.approx(np.sqrt(2.0), rel=1e-7)
+    assert changes(system(ONE), high=0.9) == []
 
 
 @pytest.mark.parametrize("factor", [lambda mu: mu * mu / mu, lambda mu: mu * mu * mu / (mu * mu)])
@@ -66,68 +66,86 @@ def test_a_factor_with_a_removable_pole_is_declined(factor):
     assert ExactRange.of(Terms(terms.M, terms.C, moved, HALF_ULP), 0.5, 2.0) is None
 
 
-@pytest.mark.parametrize("ends", [(1.0, 2.0), (0.0, 1.0)])
-def test_a_threshold_at_an_end_of_the_range_is_open(ends):
-    exact_range = ExactRange.of(system(ONE), *ends)
-    for intervals, rises in (([], []), ([around(1.0)], [2])):
-        assert exact_range.prove(intervals, RATE, rises).status == "open"
+@pytest.mark.parametrize("damping", [0.0, 0.125])
+def test_what_begins_at_an_end_of_the_range_is_listed(damping):
+    onset = 1.0 + 2.0 * damping**2
+    terms = system(ONE, damping=damping)
+    for ends in ((onset, 2.0), (0.0, onset)):
+        assert changes(terms, *ends) == [(pytest.approx(onset, rel=1e-15), 2)]
+
+
+def test_what_ends_at_the_low_end_of_the_range_is_not_listed():
+    assert changes(system(REVERSED), low=1.0) == []
+    assert changes(system(REVERSED), high=1.0) == [(1.0, -2)]
 
 
 def test_damping_moves_the_threshold():
     """lambda^2 + d lambda + 2 = i sqrt(mu - 1), with lambda = i sqrt(2): mu = 1 + 2 d^2."""
     d = 0.125
-    proof = ExactRange.of(system(ONE, damping=d), 0.0, 2.0)
-    assert proof.prove([around(1.0 + 2.0 * d**2)], RATE, [2]).status == "proved"
-    assert proof.prove([around(1.0)], RATE, [2]).status == "refuted"
+    assert changes(system(ONE, damping=d)) == [(1.0 + 2.0 * d**2, 2)]
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.125])
-def test_what_begins_and_ends_at_one_value_is_open(damping):
+def test_what_begins_and_ends_at_one_value_is_told_apart(damping):
+    """Their two polynomials are factors of the determinant."""
     offset = 2.0 * damping**2
     ends_there = (2.0 + 2.0 * offset, -1.0)
-    proof = ExactRange.of(system(ONE, ends_there, damping=damping), 0.0, 2.0)
-    assert proof.prove([], RATE, []).status == "open"
-    assert proof.prove([around(1.0 + offset)], RATE, [0]).status == "open"
+    both = changes(system(ONE, ends_there, damping=damping))
+    assert sorted(rise for _, rise in both) == [-2, 2]
+    assert [value for value, _ in both] == pytest.approx([1.0 + offset] * 2, rel=1e-15)
+
+
+def test_a_root_that_touches_the_axis_is_declined():
+    """lambda^2 + lambda / 8 + (mu - 1)^2 = 0: as far as counts tell, two roots might cross."""
+    only = np.diag([1.0, 0.0])
+    swap = np.array([[0.0, 1.0], [1.0, 0.0]])
+    K = [Term(-swap - np.diag([0.0, 1.0])), Term(swap, lambda mu: mu)]
+    touching = Terms([Term(only)], [Term(only / 8.0)], K, HALF_ULP)
+    assert ExactRange.of(touching, 0.0, 2.0) is None
+    assert changes(touching, high=0.5) == []
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.125])
-def test_equal_pairs_that_begin_to_grow_together_are_proved(damping):
-    proof = ExactRange.of(system(ONE, ONE, damping=damping), 0.0, 2.0)
-    interval = around(1.0 + 2.0 * damping**2)
-    assert proof.prove([interval], RATE, [4]).status == "proved"
-    assert proof.prove([interval], RATE, [2]).status != "proved"
+def test_equal_pairs_that_begin_to_grow_together_are_told_apart(damping):
+    onset = pytest.approx(1.0 + 2.0 * damping**2, rel=1e-15)
+    assert changes(system(ONE, ONE, damping=damping)) == [(onset, 2), (onset, 2)]
 
 
 @pytest.mark.parametrize("width", [1e-6, 1e-12, 1e-15])
-def test_a_window_between_two_values_is_refuted_if_it_is_left_out(width):
+def test_a_window_between_two_values_is_found(width):
     """One pair begins to grow where the other one has not quite ended to."""
-    proof = ExactRange.of(system(ONE, (REVERSED[0] + width, REVERSED[1])), 0.0, 2.0)
-    assert proof.prove([], RATE, []).status != "proved"
-    high = 1.0 + np.float64(REVERSED[0] + width) - REVERSED[0]
-    if width > 1e-12:
-        intervals = [around(1.0, width / 8), around(high, width / 8)]
-        assert proof.prove(intervals, RATE, [2, -2]).status == "proved"
+    end = REVERSED[0] + width
+    found = changes(system(ONE, (end, REVERSED[1])))
+    assert found == [(1.0, 2), (pytest.approx(end - 1.0, rel=1e-15), -2)]
 
 
-def test_a_root_through_infinity_is_no_threshold_that_may_be_left_out():
+def test_a_root_through_infinity_is_declined():
     """A spring mu - 1 holds a damped motion without mass: lambda = (1 - mu) / damping; and what
     damps it vanishes at 1 / 2."""
     spring = [Term([[-1.0]]), Term([[1.0]], lambda mu: mu)]
-    holds = ExactRange.of(Terms([Term([[0.0]])], [Term([[2.0]])], spring, HALF_ULP), 0.0, 2.0)
-    assert holds.prove([around(1.0)], RATE, [-1]).status == "proved"
+    holds = Terms([Term([[0.0]])], [Term([[2.0]])], spring, HALF_ULP)
+    assert changes(holds) == [(1.0, -1)]
     damper = [Term([[-0.5]]), Term([[1.0]], lambda mu: mu)]
-    damps = ExactRange.of(Terms([Term([[0.0]])], damper, [Term([[1.0]])], HALF_ULP), 0.0, 2.0)
-    assert damps.prove([], RATE, []).status == "refuted"
+    damps = Terms([Term([[0.0]])], damper, [Term([[1.0]])], HALF_ULP)
+    assert ExactRange.of(damps, 0.0, 2.0) is None
+    assert changes(damps, high=0.25) == []
+
+
+def test_roots_have_the_exact_sign_of_their_real_parts():
+    """lambda^2 + 2 = +-sqrt(1 - mu) is on the axis up to mu = 1; just above roots grow by 1e-8."""
+    exact = ExactRange.of(system(ONE), 0.0, 2.0)
+    assert not exact.roots_at(1.0).real.any()
+    above = exact.roots_at(float(np.nextafter(1.0, 2.0)))
+    assert sorted(np.sign(above.real)) == [-1.0, -1.0, 1.0, 1.0]
 
 
 def test_what_polynomials_do_not_know_is_left_to_the_enclosure():
     zero = np.diag([1.0, 0.0])
     springs = [Term(SPRINGS)]
-    regular = Terms([Term(np.eye(2))], [], springs, HALF_ULP)
     inverse = Terms([Term(zero)], [], [*springs, Term(zero, lambda mu: 1 / mu)], HALF_ULP)
     square = Terms([Term(zero)], [], [*springs, Term(zero, lambda mu: mu * mu)], HALF_ULP)
     few_digits = Terms([Term(zero)], [], [Term(SPRINGS, errors=1e-3 * SPRINGS)], HALF_ULP)
     n = MOST_ROWS + 1
     large = Terms([Term(np.diag(np.arange(n)))], [], [Term(np.ones((n, n)))], HALF_ULP)
-    for terms in (regular, inverse, square, few_digits, large):
+    for terms in (inverse, square, few_digits, large):
         assert ExactRange.of(terms, 0.0, 2.0) is None

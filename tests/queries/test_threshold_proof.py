@@ -220,24 +220,25 @@ def test_what_cannot_be_proved_says_why():
         squeal.thresholds(guessed, prove=True)
 
 
-def coincident(*losses):
+def coincident(*losses, factor="mu"):
     """Uncoupled rows and pairs that lose (sign 1) or regain (-1) stability, each at its own value.
 
-    A kind is "divergence", K = value - mu; "flutter", C = value - mu; or "undamped flutter".
+    A kind is "divergence", K = value - factor, "flutter", C = value - factor, or "undamped
+    flutter".
     """
     n = sum(2 if kind.startswith("undamped") else 1 for kind, _, _ in losses)
-    C = {"1": np.zeros((n, n)), "mu": np.zeros((n, n))}
-    K = {"1": np.zeros((n, n)), "mu": np.zeros((n, n))}
+    C = {"1": np.zeros((n, n)), factor: np.zeros((n, n))}
+    K = {"1": np.zeros((n, n)), factor: np.zeros((n, n))}
     row = 0
     for kind, sign, value in losses:
         if kind == "undamped flutter":
             K["1"][row : row + 2, row : row + 2] = [[2.0, -sign * value], [-1.0, 2.0]]
-            K["mu"][row, row + 1] = sign
+            K[factor][row, row + 1] = sign
             row += 2
             continue
         of_kind = K if kind == "divergence" else C
         of_kind["1"][row, row] = sign * value
-        of_kind["mu"][row, row] = -sign
+        of_kind[factor][row, row] = -sign
         other = C if kind == "divergence" else K
         other["1"][row, row] = 1.0
         row += 1
@@ -247,18 +248,32 @@ def coincident(*losses):
 NEARBY = 0.75 * (1.0 + 1e-13)
 
 
-@pytest.mark.parametrize(
-    ("losses", "reason"),
-    [
-        ([("flutter", 1, 0.75), ("divergence", 1, NEARBY)], "several kinds or directions"),
-        ([("divergence", 1, 0.75), ("divergence", -1, NEARBY), ("flutter", 1, 0.75)], "cancel"),
-        ([("divergence", 1, 0.75), ("undamped flutter", -1, NEARBY), ("flutter", 1, 0.75)], ""),
-    ],
-)
+COINCIDENT = [
+    ([("flutter", 1, 0.75), ("divergence", 1, NEARBY)], "several kinds or directions"),
+    ([("divergence", 1, 0.75), ("divergence", -1, NEARBY), ("flutter", 1, 0.75)], "cancel"),
+    ([("divergence", 1, 0.75), ("undamped flutter", -1, NEARBY), ("flutter", 1, 0.75)], ""),
+]
+
+
+@pytest.mark.parametrize(("losses", "reason"), COINCIDENT)
 def test_what_one_interval_does_not_tell_apart_is_not_proved(losses, reason):
-    answer = squeal.thresholds(coincident(*losses))
+    """A factor that is no line is left to the enclosure."""
+    answer = squeal.thresholds(coincident(*losses, factor="mu + (mu - 0.75)**2"))
     assert (answer.certified, answer.proof["status"]) == (False, "open")
     assert reason in answer.proof["reason"]
+
+
+@pytest.mark.parametrize("losses", [losses for losses, _ in COINCIDENT])
+def test_exact_thresholds_are_told_apart(losses):
+    answer = squeal.thresholds(coincident(*losses))
+    assert (answer.certified, answer.proof["by"]) == (True, "exact")
+    left = list(answer.crossings)
+    for kind, sign, value in losses:
+        held = [c for c in left if c.interval[0] <= value <= c.interval[1]]
+        crossing = next(c for c in held if c.kind == kind.split()[-1])
+        assert crossing.direction == ("up" if sign > 0 else "down")
+        left.remove(crossing)
+    assert not left
 
 
 @pytest.mark.parametrize("free_rows", [0, 1, 2])
@@ -279,3 +294,57 @@ def test_twins_of_one_kind_and_direction_are_proved():
     answer = squeal.thresholds(coincident(("flutter", 1, 0.75), ("flutter", 1, NEARBY)))
     assert answer.proof["status"] == "proved"
     assert len(answer.crossings) == 2
+
+
+COMPLIANCE = 1e-11
+
+
+def constrained(constraints):
+    """Two masses, q1 + q2 = compliance times each force: q1 is held by 2 and mu times the first
+    force, q2 by 3 and the sum of the forces. At rest mu / 2 - constraints / 3 is the compliance."""
+    n = 2 + constraints
+    K = np.diag([2.0, 3.0] + [-COMPLIANCE] * constraints)
+    K[1, 2:] = 1.0
+    K[2:, :2] = 1.0
+    friction = np.zeros((n, n))
+    friction[0, 2] = -1.0
+    masses = np.diag([1.0, 1.0] + [0.0] * constraints)
+    return masses, {"1": K, "mu": friction}
+
+
+@pytest.mark.parametrize("constraints", [1, 2])
+@pytest.mark.parametrize("damping", [0.0, 0.1])
+@pytest.mark.parametrize("high", [2.0, 8.0, 100.0])
+def test_stiff_constraints_with_friction_have_one_threshold(constraints, damping, high):
+    """Sixteen were listed up to 100, after 20 s, and an interval of +-1.4 up to 2."""
+    masses, K = constrained(constraints)
+    C = damping * masses if damping else None
+    answer = squeal.thresholds(squeal.System(masses, C, K), low=0.0, high=high)
+    (crossing,) = answer.crossings
+    assert (answer.certified, crossing.kind, crossing.direction) == (True, "divergence", "up")
+    assert crossing.mu == pytest.approx(2 * (constraints / 3 + COMPLIANCE), rel=1e-15)
+    assert [point.mu for point in answer.points] == [crossing.mu]
+
+
+def test_free_motions_beside_massless_rows_have_their_thresholds():
+    """s (s + 1 - 3 mu / 4) grows from 4/3 on; a free motion that nothing damps does not grow."""
+    mass = np.diag([1.0, 0.0])
+    spring = np.diag([0.0, 1.0])
+    slowing = {"1": np.eye(2), "mu": -0.75 * mass}
+    (crossing,) = squeal.thresholds(squeal.System(mass, slowing, {"1": spring})).crossings
+    assert crossing.mu == pytest.approx(4 / 3, rel=1e-15)
+    answer = squeal.thresholds(squeal.System(mass, None, {"1": spring, "mu": spring}))
+    assert (answer.certified, answer.crossings, answer.verdict) == (True, (), "marginal")
+
+
+def test_a_threshold_at_the_end_of_the_range_is_listed():
+    """K = [[2, -mu], [-1, 2]] beside a spring without mass: flutter below 0."""
+    mass = np.diag([1.0, 1.0, 0.0])
+    K = np.array([[2.0, 0.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, 1.0]])
+    friction = np.zeros((3, 3))
+    friction[0, 1] = 1.0
+    system = squeal.System(mass, None, {"1": K, "mu": friction})
+    (begins,) = squeal.thresholds(system, low=0.0).points
+    (ends,) = squeal.thresholds(system, low=-1.0, high=0.0).crossings
+    assert (begins.mu, begins.kind) == (0.0, "flutter")
+    assert ends.interval[0] <= 0.0 <= ends.interval[1]

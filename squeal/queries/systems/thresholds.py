@@ -11,7 +11,7 @@ import itertools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from squeal.linear.eigen import growing
 from squeal.linear.events import Event
 from squeal.linear.matrices import dense, is_regular
 from squeal.linear.roots import ComplexArray
-from squeal.linear.search import SearchResult, cluster_events, search
+from squeal.linear.search import SearchResult, cluster_events, hull, search
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
 from squeal.numerics.differentiation import Parameters
@@ -49,6 +49,9 @@ from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS
 from squeal.sparse.reduction import Reduction
 from squeal.sparse.singular_stiffness import singular_stiffness
+
+if TYPE_CHECKING:  # few systems need the referee
+    from squeal.proof.polynomials import Change, ExactRange
 
 STEPS = 13  # values at which a reduced system has to be good
 COUNTED_ROWS = 50_000  # larger systems are not counted again between their thresholds
@@ -107,6 +110,7 @@ def system_thresholds(
     workers: int = 1,
     served: Reduction | None = None,
     step_ends: Sequence[float] = (),
+    exact_range: ExactRange | None = None,
 ) -> SystemThresholds:
     """Locate every threshold of a system over its free parameter p.
 
@@ -131,6 +135,8 @@ def system_thresholds(
         counted then.
     step_ends : sequence of float
         Values of p at which steps of the search end.
+    exact_range : ExactRange, optional
+        The exact thresholds of all roots; nothing is searched then.
 
     Returns
     -------
@@ -147,7 +153,7 @@ def system_thresholds(
     if not system.real and selection.rectangle is None:
         raise InputError(NO_BAND)
     if low is None:
-        low = _start_of_range(system, high)
+        low = start_of_range(system, high)
     if not low < high:
         raise InputError(f"high: {high:g} is not allowed; it must exceed {low:g}")
     region = selection.region
@@ -157,7 +163,10 @@ def system_thresholds(
             "must be RE0:RE1:IM0:IM1 with RE0 < 0 < RE1"
         )
     roots: Roots = partial(roots_of_all, system, selection)
-    if _all_roots_are_followed(system, selection, low):
+    if exact_range is not None:
+        roots = partial(_exact_roots, system, exact_range)
+        located = _located_exactly(system, exact_range, low, high, roots)
+    elif _all_roots_are_followed(system, selection, low):
         located = _located_among_all(system, selection, low, high, step_ends, roots)
     else:
         values = _values_of_reduction(low, high, step_ends)
@@ -195,7 +204,7 @@ def system_thresholds(
     return SystemThresholds(answer, located.all_crossings)
 
 
-def _start_of_range(system: TermSystem, high: float) -> float:
+def start_of_range(system: TermSystem, high: float) -> float:
     """The lower end of a range that has none: 0, or high / 1000 where the matrices have no value or
     no derivative at 0."""
     try:
@@ -272,6 +281,40 @@ def _located_among_all(
         unconfirmed=comparison.unexplained,
         left_out=comparison.left_out,
     )
+
+
+def _located_exactly(
+    system: TermSystem, exact_range: ExactRange, low: float, high: float, roots: Roots
+) -> _Located:
+    """The thresholds of a small system that are known exactly; roots: all at a value."""
+    is_undamped = not system.C
+
+    def event_of(change: Change) -> Event:
+        return Event(
+            value=min((change.low + change.high) / 2.0, high),
+            omega=change.omega,
+            direction=1 if change.rise > 0 else -1,
+            interval=(change.low, change.high),
+            coalesces=is_undamped and change.omega > 0.0,
+        )
+
+    continuation = BandContinuation(system, low, high, roots, is_exact=True)
+    clusters = cluster_events([event_of(change) for change in exact_range.changes], distance=0.0)
+    hulls = [hull(cluster) for cluster in clusters]
+    starts = [low, *(stop for _, stop in hulls)]
+    stops = [*(start for start, _ in hulls), high]
+    counts = []
+    for start, stop in zip(starts, stops, strict=True):
+        middle = max(start, (start + stop) / 2.0)  # beyond a cluster at the end of the range
+        counts.append(continuation.at(middle).unstable_count)
+    result = SearchResult(tuple(map(tuple, clusters)), tuple(counts), continuation)
+    points, crossings = points_and_crossings(result)
+    return _Located(points, crossings, certified=True, all_crossings=crossings)
+
+
+def _exact_roots(system: TermSystem, exact_range: ExactRange, changes: Parameters) -> ComplexArray:
+    """All roots at a value of the parameter, to which a range of exact thresholds belongs."""
+    return exact_range.roots_at(changes[system.parameter])
 
 
 def _events_inside(searched: Iterable[SearchResult], region: Rectangle) -> list[Event]:
@@ -479,7 +522,11 @@ class BandContinuation(Continuation):
     grows at some values with events that were located by other means.
     """
 
-    def __init__(self, system: TermSystem, low: float, high: float, roots: Roots) -> None:
+    def __init__(
+        self, system: TermSystem, low: float, high: float, roots: Roots, is_exact: bool = False
+    ) -> None:
+        """is_exact: whether the real parts of the roots have the right signs, and 0 on the axis."""
+        self.is_exact = is_exact
         self.system: TermSystem = system
         self.name = system.parameter
         self.low = low
@@ -499,6 +546,7 @@ class BandContinuation(Continuation):
         upper = selected[selected.imag >= 0.0]
         roots = np.concatenate([upper, selected[selected.imag > 0.0].conj()])
         m = len(roots)
+        rounding = np.zeros(m) if self.is_exact else rounding_of(self.system, roots)
         no_vectors = np.zeros((0, m), complex)
         self._spectra[p] = SpectrumAtParameter(
             value=p,
@@ -506,7 +554,7 @@ class BandContinuation(Continuation):
             right=no_vectors,
             left=no_vectors,
             coupling=np.zeros((m, m), complex),
-            rounding=rounding_of(self.system, roots),
+            rounding=rounding,
         )
 
 
