@@ -163,3 +163,11 @@ def test_growth_that_may_lie_within_a_region_is_not_told_outside_of_it():
     beyond = complex(50.0, math.tau * 1012.0)
     assert growing_outside([beside], region) is None
     assert growing_outside([beside, beyond], region) == (beyond,)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.6, 0.9, 1.1])
+def test_a_pair_near_the_real_axis_grows_once(share):
+    """As |lambda| is 1000 and known to a thousandth, the axis is nearer than |lambda| is known."""
+    region = Rectangle(-10.0, 10.0, 0.0, 10.0)
+    root = complex(1000.0, share)
+    assert growing_outside([root.conjugate(), root], region) == (root,)

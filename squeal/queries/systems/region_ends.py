@@ -119,6 +119,7 @@ def growing_outside(
         )
         if not grows or wide.contains(np.array(root)):
             continue
-        if all(abs(root - other) > tolerance for other in growing_roots):
-            growing_roots.append(root)
+        upper = complex(root.real, abs(root.imag))  # a pair near the axis is one
+        if all(abs(upper - other) > tolerance for other in growing_roots):
+            growing_roots.append(upper)
     return tuple(growing_roots) or None
