@@ -373,7 +373,7 @@ def critical_speeds(
         critical=tuple(critical),
         speeds=speeds,
         frequencies_hz=frequencies_hz,
-        growing=np.array([diagram.growing(speed) for speed in speeds.tolist()]),
+        growing=are_modes & is_growing(roots),
         diagram=diagram,
     )
 

@@ -160,10 +160,9 @@ def _system_sweep(
     method: full, reduced or modal, see `sweep`; None: full up to 400 rows, else modal.
     """
     from squeal.queries.systems.all_roots import is_small
-    from squeal.queries.systems.known import sweep_as_known
     from squeal.queries.systems.reduced import basis_of
-    from squeal.queries.systems.seat import seat_note, sweep_as_seated
-    from squeal.queries.systems.sweeps import track_modes
+    from squeal.queries.systems.seat import seat_note
+    from squeal.queries.systems.sweeps import as_known, track_modes
 
     analysis.warn_of_unused_parameter()
     system = analysis.system
@@ -175,18 +174,16 @@ def _system_sweep(
     steps, losses, reference = track_modes(
         analysis.file, analysis.selection, values, reduction, workers
     )
-    answer = Sweep(
+    return Sweep(
         name=system.name,
         parameter=system.parameter,
-        steps=steps,
+        steps=tuple(as_known(analysis.file, analysis.selection, step) for step in steps),
         losses=losses,
         reference=reference,
         basis=basis_of(reduction, analysis.selection) or analysis.component_reduction,
         source=SystemSource(analysis.file, analysis.selection, reduction),
         note=seat_note(analysis.file),
     )
-    answer = sweep_as_seated(analysis.file, answer)
-    return sweep_as_known(analysis.file, analysis.selection, answer)
 
 
 def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:

@@ -365,7 +365,7 @@ def system_thresholds_with_proof(
     """
     from squeal.queries.ranges import PROVED_ROWS, SEARCHES, exact_range
     from squeal.queries.systems.all_roots import is_small
-    from squeal.queries.systems.known import thresholds_as_known
+    from squeal.queries.systems.known import with_doubts
     from squeal.queries.systems.matrices import ALL_ROWS
     from squeal.queries.systems.seat import thresholds_as_seated
     from squeal.queries.systems.sensitivity import widened
@@ -421,7 +421,8 @@ def system_thresholds_with_proof(
         answer = _counted_not_proved(answer)
     answer = widened(analysis.file, system, answer)
     answer = thresholds_as_seated(analysis.file, answer)
-    answer = thresholds_as_known(analysis.file, answer)
+    if assumptions:
+        answer = with_doubts(answer, assumptions)
     if small and answer.verdict != NO_ROOT:
         return _judged_at_start(analysis, answer, prove is not False)
     return answer

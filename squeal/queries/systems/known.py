@@ -1,5 +1,5 @@
 """How precisely a system is known, by the digits of its files, by the reduction of its components
-and by what was assumed of it; and how that qualifies roots, verdicts, thresholds and sweeps."""
+and by what was assumed of it; and how that qualifies roots, verdicts and thresholds."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from squeal.queries.systems.proofs import Data, EigenvalueTuple
 from squeal.queries.systems.roots import SystemRoots, system_roots
 from squeal.results.columns import OPEN
 from squeal.results.sources import EigenvalueSelection
-from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 
 
@@ -188,27 +187,6 @@ def accuracy_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:
     return f"roots that are not open are known to {number(share, 2)} by {digits_of_files(file)}"
 
 
-def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> str:
-    """Say why the digits of files leave the verdict at a value of the parameter open.
-
-    Empty if they do not, and for large systems, of which not all roots are known.
-    """
-    system = file.system.replace({file.system.parameter: value})
-    if not system.digits or not is_small(system):
-        return ""
-    roots = known_roots(file, selection, system, is_judged=False)
-    if roots.verdict is not None:
-        return ""
-    return open_by_digits(file, roots.computed).removeprefix(OPEN)
-
-
-def thresholds_as_known(file: SystemFile, answer: Thresholds) -> Thresholds:
-    """Withdraw certificate and proof of thresholds where something was assumed of the system."""
-    if not file.assumptions:
-        return answer
-    return with_doubts(answer, file.assumptions)
-
-
 def with_doubts(answer: Thresholds, doubts: Sequence[str]) -> Thresholds:
     """The thresholds, neither certified nor proved any more.
 
@@ -229,20 +207,3 @@ def with_doubts(answer: Thresholds, doubts: Sequence[str]) -> Thresholds:
         proof=proof,
         proof_line=proof_line,
     )
-
-
-def sweep_as_known(file: SystemFile, selection: EigenvalueSelection, answer: Sweep) -> Sweep:
-    """Withdraw the certificates of a sweep where something was assumed of the system.
-
-    Verdicts from a reduced system, which knows nothing of digits, are withdrawn where the digits of
-    files leave them open. Verdicts from the system itself took the digits into account already.
-    """
-    steps = []
-    for step in answer.steps:
-        if step.certified is None:  # of a reduced system, whose roots nothing counts
-            if _open_at(file, selection, step.value):
-                step = replace(step, verdict=None)
-        elif file.assumptions:
-            step = replace(step, certified=False)
-        steps.append(step)
-    return replace(answer, steps=tuple(steps))

@@ -12,7 +12,6 @@ from squeal.io.system import SystemFile
 from squeal.io.writing import number
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.known import with_doubts
-from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Place
 from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly
@@ -119,16 +118,6 @@ def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
                 break
     noted = replace(answer, seat=(note, *doubts))
     return with_doubts(noted, doubts) if doubts else noted
-
-
-def sweep_as_seated(file: SystemFile, answer: Sweep) -> Sweep:
-    """Withdraw the certificates of a sweep at values at which contact seated anew differs."""
-    steps = []
-    for step in answer.steps:
-        if step.certified and doubt_of_seat(file, step.value):
-            step = replace(step, certified=False)
-        steps.append(step)
-    return replace(answer, steps=tuple(steps))
 
 
 def doubt_of_seat(file: SystemFile, value: float) -> str:

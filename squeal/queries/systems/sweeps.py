@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from squeal.queries.mode_numbers import assign_mode_numbers
 from squeal.queries.systems.all_roots import NO_BAND, is_small
 from squeal.queries.systems.known import known_roots
 from squeal.queries.systems.reduced import ComputedRoots, roots_of_reduction
+from squeal.queries.systems.seat import doubt_of_seat
 from squeal.results.sources import EigenvalueSelection
 from squeal.results.sweep import Step
 from squeal.sparse.crossings import spectrum_with_slopes
@@ -167,6 +169,25 @@ def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
         certified=roots.certified,
     )
     return step, roots.with_vectors
+
+
+def as_known(file: SystemFile, selection: EigenvalueSelection, step: Step) -> Step:
+    """A step without the verdict or the certificate that does not hold of what is known.
+
+    - The verdict of a reduced system, which knows nothing of digits, is withdrawn where the digits
+      of files leave the sign of a growth rate of the system itself open.
+    - The certificate is withdrawn where something was assumed of the system, or where contact that
+      is seated anew differs from the held seat.
+    """
+    if step.certified is None:  # of a reduced system, whose roots nothing counts
+        system = file.system.replace({file.system.parameter: step.value})
+        if system.digits and is_small(system):
+            roots = known_roots(file, selection, system, is_judged=False)
+            if roots.verdict is None and any(root.sign_is_open for root in roots.computed):
+                return replace(step, verdict=None)
+    elif step.certified and (file.assumptions or doubt_of_seat(file, step.value)):
+        return replace(step, certified=False)
+    return step
 
 
 def _roots_of_full(
