@@ -75,6 +75,80 @@ def test_a_list_that_lacks_a_root_is_not_certified(wanted, monkeypatch):
     found = system_roots(system, wanted)
     assert found.count is not None
     assert not found.certified
+    assert found.verdict is None
+
+
+def turned(parts, seed):
+    """Matrices of which the last row has no mass, in coordinates turned at random: rounding leaves
+    it a mass of either sign, which no list in doubles knows."""
+    n = len(parts[0])
+    Q, _ = np.linalg.qr(np.random.default_rng(seed).standard_normal((n, n)))
+    M, C, K = (Q.T @ X @ Q for X in parts)
+    return (M + M.T) / 2, C, (K + K.T) / 2
+
+
+def without_last_mass(n, damping):
+    stiffness = 4.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    return np.diag(np.r_[np.ones(n - 1), 0.0]), damping * stiffness, stiffness
+
+
+ROUNDED = [
+    # of the last two rows C is singular in decimals, and regular in doubles
+    (
+        np.diag([1.0, 0, 0]),
+        [[0.1, 0, 0], [0, 0.1, 0.3], [0, 0.3, 0.9]],
+        [[2, 1, 0], [1, 1, 0], [0, 0, 1]],
+    ),
+    *[turned(without_last_mass(4, damping), seed) for damping in (0.0, 0.1) for seed in range(3)],
+    turned(without_last_mass(90, 0.1), 0),  # too many rows for the exact means of the referee
+]
+
+
+@pytest.mark.parametrize(("M", "C", "K"), ROUNDED)
+@pytest.mark.parametrize("prove", [None, False])
+@pytest.mark.parametrize("stiffness_terms", [1, 2])
+def test_what_hangs_on_the_rounding_of_a_mass_has_no_verdict(M, C, K, prove, stiffness_terms):
+    """A mass of 1e-17 and of either sign adds roots of 1e8 1/s and more that decay or grow."""
+    factors = {"mu": K}
+    if stiffness_terms == 2:  # whose sum is rounded
+        factors = {"1": 0.9 * np.array(K), "mu": 0.1 * np.array(K)}
+    system = squeal.System(M, C, factors, parameters={"mu": 1.0})
+    found = squeal.eigenvalues(system, prove=prove)
+    assert len(found.eigenvalues) < found.count == 2 * len(M) - 2 * (M[-1][-1] == 0)
+    assert not found.certified
+    assert found.verdict is None
+    assert found.conclusion.startswith("Open")
+    assert found.to_dict()["proof"]["status"] == "open"
+    if prove is None and len(M) == 90:
+        assert "of the growth rates no bound is proved" in str(found)
+    assert squeal.sweep(system, [1.0]).steps[0].verdict is None
+
+
+@pytest.mark.parametrize("n", [1, 30])
+@pytest.mark.parametrize("prove", [None, False])
+def test_entries_that_cancel_exactly_take_roots(n, prove):
+    """Masses in a chain, each with a dashpot and two springs in series to the ground: the ends of
+    the dashpots have no mass, and each dashpot adds one root. All is passive."""
+    M, C, K = np.zeros((3, 3 * n, 3 * n))
+    M[range(n), range(n)] = 1.0
+
+    def couple(X, one, other, size):
+        X[one, one] += size
+        X[other, other] += size
+        X[one, other] -= size
+        X[other, one] -= size
+
+    for k in range(n):
+        first, second = n + 2 * k, n + 2 * k + 1
+        couple(K, k, first, 10.1)
+        couple(C, first, second, 0.3)
+        K[second, second] += 7.3
+        K[k, k] += 1.0
+        if k:
+            couple(K, k, k - 1, 99.7)
+    found = squeal.eigenvalues(squeal.System(M, C, K), prove=prove)
+    assert len(found.eigenvalues) == found.count == 3 * n
+    assert found.verdict == "stable"
 
 
 ROWS = 2100

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 NO_MOTION = "no motion satisfies the equations, so that none grows"
 PRINTED = 1e-6
 """An error beyond this share of a real part, or of |lambda|, shows in the digits of a table."""
+NO_BOUND = "of the growth rates no bound is proved"
 EigenvalueTuple = tuple[Eigenvalue, ...]
 BY_REFEREE = "roots of the referee"  # the criterion of a verdict on roots that it encloses
 Arrays = tuple[NDArray, NDArray | None, NDArray]
@@ -124,8 +125,12 @@ class Statement:
         if self.status == "counted":
             return "counted: an argument-principle count agrees"
         if self.status == "open":
-            where = "" if self.where is None else f" (near {self.where:.6g} rad/s)"
-            return f"{OPEN}{self.reason}{where}"
+            words = f"{OPEN}{self.reason}"
+            if self.where is not None:
+                words += f" (near {self.where:.6g} rad/s)"
+            if self.by != "count" and self.growth_below is None:
+                words += f"; {NO_BOUND}"
+            return words
         return self.words_of_proof()
 
     def words_of_proof(self, extent: str = "") -> str:

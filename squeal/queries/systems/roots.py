@@ -11,19 +11,21 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from squeal.errors import ComputationError, InputError
+from squeal.linear import GROWING
 from squeal.linear.continuation import DAMPED, problem_class_of
 from squeal.linear.eigen import growing, spectrum_of, values_of
 from squeal.linear.matrices import (
     Matrix,
     SingularTogetherError,
-    checked,
+    exact_rank,
     normalised_system,
     scaled_rank,
     unit_diagonal,
 )
-from squeal.linear.roots import STIFF, ComplexArray, hides_slow_roots, roots_of
+from squeal.linear.roots import STIFF, hides_slow_roots, roots_of
 from squeal.linear.system import TermSystem
 from squeal.numerics.differentiation import Parameters
 from squeal.queries.systems.all_roots import is_small
@@ -47,13 +49,14 @@ from squeal.queries.systems.region_ends import (
     widened_in_frequency,
 )
 from squeal.queries.systems.verdicts import judge_roots, rounding_of
+from squeal.results.columns import OPEN
 from squeal.results.sources import LOWEST, EigenvalueSelection
-from squeal.sparse.argument_principle import Disc, Rectangle, count_roots, disc_around
+from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.dense import dense_spectrum
 from squeal.sparse.dispersive import DispersiveReduction, frequencies, modes_at_own_frequencies
 from squeal.sparse.eigensolver import DENSE_ROWS, lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
-from squeal.sparse.quadratic import ScaledProblem, ScaledSystem, scaled_problem
+from squeal.sparse.quadratic import ScaledProblem, ScaledSystem
 
 REGULAR = 1e8
 """A stiffness (with a unit diagonal) of a smaller condition is regular, and has no root of zero."""
@@ -117,20 +120,15 @@ class SystemRoots:
 
     @property
     def certified(self) -> bool:
-        """True if no root of the region is missing, by the referee's proof, else by the count.
-
-        Where the referee did not judge, the count must agree and each root solve the equations.
-        """
-        if self.doubts:
-            return False
-        if self.judged_by is not None:
-            return self.judged_by.status == "proved"
-        all_solve = all(root.decides for root in self.computed)
-        return self.count == len(self.computed) and all_solve
+        """True if no root of the region is missing, by the referee's proof, else by the count."""
+        return self.statement.status != "open"
 
     @property
     def statement(self) -> Statement:
-        """What is known of the completeness of the list."""
+        """What is known of the completeness of the list.
+
+        Where the referee did not judge, the count must agree and each root solve the equations.
+        """
         if self.doubts:
             by = "count" if self.judged_by is None else self.judged_by.by
             return Statement("open", by, reason="; ".join(self.doubts))
@@ -138,7 +136,7 @@ class SystemRoots:
             return self.judged_by
         if self.count is None:
             return NOT_COUNTED
-        if self.certified:
+        if self.count == len(self.computed) and all(root.decides for root in self.computed):
             return Statement("counted", "count")
         return Statement("open", "count", reason="no count agrees, others may be missing")
 
@@ -216,7 +214,9 @@ def _lowest_roots(problem: ScaledProblem, modes: int, add_errors: AddErrors | No
     """Compute the `modes` lowest roots with Im >= 0 of a large system, and count them."""
     solution = lowest_modes(problem, modes)
     roots = _upper_half(solution.eigenvalues, problem.is_real)
-    count = _count_of_upper(solution.count, solution.eigenvalues, roots)
+    count = solution.count
+    if count is not None:  # as many roots lie below the real axis as were computed there
+        count -= len(solution.eigenvalues) - len(roots)
     if add_errors is not None:
         roots = add_errors(roots)
     verdict, criterion = judge_roots(roots, complete=False)
@@ -330,32 +330,41 @@ def _roots_of_matrices(
     """
     M, C, K = matrices
     real = not any(X is not None and np.iscomplexobj(X) for X in matrices)
-    roots, judged = _mass_normalised_roots(real, matrices)
-    if judged is None:
+    normalised_roots = _mass_normalised_roots(matrices) if real else None
+    if normalised_roots is None:
         roots = _dense_roots(matrices)
+        conservative = False
+    else:
+        roots = normalised_roots
+        conservative = problem_class_of([matrices]) is not DAMPED
     if add_errors is not None:
         roots = add_errors(roots)
     of_motions = roots if real else _upper_half(roots, real)
-    if add_errors is not None:
-        # the verdict is decided anew with the errors; a root without a bound decides nothing
+    if add_errors is None:
+        judged = judge_roots(of_motions, conservative=conservative)
+    else:
+        # a root without a bound decides nothing
         finite = tuple(root for root in of_motions if root.rounding < math.inf)
         # where the errors leave the sign of a root open only growth of another root is a verdict
         judged = judge_roots(finite, complete=not any(root.sign_is_open for root in finite))
-    elif judged is None:
-        judged = judge_roots(of_motions)
     statement: Statement | None = None
     if data is not None:
         roots, judged, statement = refereed(matrices, roots, judged, data)
+    count = len(roots)
+    if statement is None or statement.status != "proved":
+        count = _number_of_roots(M, C, K, listed=len(roots))
+        verdict, _ = judged
+        if count != len(roots) and verdict not in GROWING:
+            from squeal.proof.referee import LAST_DIGITS  # which few answers need
+
+            numbers = f"{len(roots)} roots are listed, there are {count}"
+            judged = None, f"{OPEN}{LAST_DIGITS}: {numbers}"
     if selection.rectangle is not None:
-        return _part_of_all(scaled_problem(M, C, K), roots, selection, judged, statement)
-    if statement is not None and statement.status == "proved":
-        count: int | None = len(roots)
-    else:
-        count = _number_of_roots(scaled_problem(M, C, K), roots)
+        return _part_of_all(real, roots, selection, judged, statement, count == len(roots))
     selected = roots  # all roots of real matrices are listed with their conjugates
     if selection.modes is not None or not real:
         selected = _upper_half(roots, real)
-        count = _count_of_upper(count, roots, selected)
+        count -= len(roots) - len(selected)  # as many lie below the real axis as computed there
     verdict, criterion = judged
     notes = () if roots else (NO_MOTION,)
     return SystemRoots(
@@ -387,67 +396,64 @@ def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> EigenvalueTu
 
 
 def _mass_normalised_roots(
-    real: bool, matrices: tuple[Matrix, Matrix | None, Matrix]
-) -> tuple[EigenvalueTuple, VerdictAndCriterion | None]:
+    matrices: tuple[Matrix, Matrix | None, Matrix],
+) -> EigenvalueTuple | None:
     """Compute all roots from the mass-normalised system L^-1 K L^-T, M = L L^T, if that serves.
 
-    Returns the roots, and the verdict with what decided it. No roots and None where another solver
-    is needed: for complex matrices, where M is singular or not symmetric, and where rounding hides
-    slow roots.
+    None where another solver is needed: where M is singular or not symmetric, and where rounding
+    hides slow roots.
     """
-    unsolved = ((), None)
-    if not real:
-        return unsolved
     M, C, K = matrices
     try:
         normalised = normalised_system(M, C, K)
         values = roots_of(normalised)
         if hides_slow_roots(normalised, C, K, values):
-            return unsolved
-        roots = spectrum_of(normalised, values).eigenvalues
-        conservative = problem_class_of([checked(M, C, K)]) is not DAMPED
-        return roots, judge_roots(roots, conservative=conservative)
+            return None
+        return spectrum_of(normalised, values).eigenvalues
     except InputError:  # M is not positive definite
-        return unsolved
-
-
-def _number_of_roots(problem: ScaledProblem, roots: EigenvalueTuple) -> int | None:
-    """How many finite roots a small system has: the degree of det(z^2 M + z C + K).
-
-    It is 2n if M is regular. Else the argument principle counts the roots in a disc about 0, twice
-    as far as the farthest computed root. None if that count fails.
-    """
-    if scaled_rank(problem.M.toarray()) == problem.n:
-        return 2 * problem.n
-    values = values_of(roots)
-    farthest = float(np.max(np.abs(values), initial=0.0))
-    return _count_in(problem, Disc(2 * max(farthest, problem.frequency_scale)), values)
-
-
-def _count_in(problem: ScaledProblem, disc: Disc, values: ComplexArray) -> int | None:
-    """How many roots a disc holds; None if the count fails.
-
-    Where rounding of a tiny mass leaves a computed root far out, P is singular there to rounding.
-    """
-    try:
-        return count_roots(problem, disc, values)
-    except ComputationError:
         return None
 
 
+def _number_of_roots(M: Matrix, C: Matrix | None, K: Matrix, listed: int) -> int:
+    """How many finite roots a small system has: the degree of det(z^2 M + z C + K).
+
+    It is 2n if M is regular. Else it is bounded in two ways, and is taken to be the lower bound:
+
+    - by the largest degree of a product of n entries, one of each row and column, whatever the
+      values of the entries are: so a row without mass or a constraint takes roots;
+    - by the rank of [[C, M], [M, 0]], the factor of z in a first-order form of the equations: so
+      entries that cancel exactly take roots, as those of a dashpot between rows without mass.
+
+    Entries that cancel only to rounding take none: then a solver lists fewer roots. The second
+    bound, which costs more, is computed where the first exceeds the number of `listed` roots.
+    """
+    n = len(M)
+    if scaled_rank(M) == n:
+        return 2 * n
+    damping = np.zeros_like(M) if C is None else C
+    degrees = np.full((n, n), -2 * n)  # no product with an entry that is zero
+    for degree, matrix in enumerate((K, damping, M)):
+        degrees[matrix != 0] = degree
+    highest_degree = int(degrees[linear_sum_assignment(degrees, maximize=True)].sum())
+    if highest_degree == listed or np.iscomplexobj(M) or np.iscomplexobj(damping):
+        return highest_degree
+    return min(highest_degree, exact_rank(np.block([[damping, M], [M, np.zeros_like(M)]])))
+
+
 def _part_of_all(
-    problem: ScaledProblem,
+    real: bool,
     roots: EigenvalueTuple,
     selection: EigenvalueSelection,
     judged: VerdictAndCriterion,
     statement: Statement | None,
+    is_whole: bool,
 ) -> SystemRoots:
     """Select those of all roots, of a densely solved system, that lie in a band or region.
 
     Parameters
     ----------
-    problem : ScaledProblem
-        The matrices.
+    real : bool
+        Whether the matrices are real.
     roots : tuple of Eigenvalue
         All roots.
     selection : EigenvalueSelection
@@ -458,13 +464,15 @@ def _part_of_all(
         decay, or the region has none: then the region has a verdict of its own.
     statement : Statement or None
         What the referee says of all roots; None if it was not asked.
+    is_whole : bool
+        Whether there are as many roots as the equations have.
 
     Returns
     -------
     SystemRoots
         `eigenvalues` are the roots that lie in the region or may do so by their errors; `count` is
-        the number of roots strictly inside, None unless it is shown that none is missing. The two
-        differ by what errors leave open.
+        the number of roots strictly inside, None unless the list of all is whole. The two differ
+        by what errors leave open.
     """
     region = selection.rectangle
     assert region is not None  # this selection has a band or a region
@@ -479,7 +487,7 @@ def _part_of_all(
     # of complex matrices roots with Im < 0 are no motions; of real ones they are conjugates, which
     # a region below the real axis holds
     of_motions = roots
-    if not problem.is_real:
+    if not real:
         of_motions = _upper_half(roots, real=False)
     inside = []
     others = []
@@ -490,7 +498,7 @@ def _part_of_all(
             others.append(root)
     outside = growing(others)
     count = None
-    if _none_is_missing(problem, values, region, statement):
+    if is_whole:
         count = int(np.sum(region.contains(values_of(of_motions))))
     verdict, criterion = judge_roots(inside, complete=False)
     if verdict is None and not outside:  # nothing grows
@@ -511,22 +519,6 @@ def _part_of_all(
     )
 
 
-def _none_is_missing(
-    problem: ScaledProblem, values: ComplexArray, region: Rectangle, statement: Statement | None
-) -> bool:
-    """Whether all roots of a region are among the computed `values` (m,) of the whole plane.
-
-    Either the referee proved the whole list, or the argument principle counts as many roots in a
-    disc around the region as were computed in that disc. False if that count fails too.
-    """
-    if statement is not None and statement.status == "proved":
-        return True
-    farthest = float(np.max(np.abs(values), initial=0.0))
-    # all roots are known, also far from the region, so that the circle may lie in any gap of them
-    disc = disc_around(region, values, reach=2 * farthest)
-    return _count_in(problem, disc, values) == int(np.sum(disc.contains(values)))
-
-
 def _upper_half(roots: EigenvalueTuple, real: bool) -> EigenvalueTuple:
     """The roots with Im >= 0, which describe all motions of real and of complex matrices.
 
@@ -538,16 +530,3 @@ def _upper_half(roots: EigenvalueTuple, real: bool) -> EigenvalueTuple:
         if root.value.imag >= lowest:
             upper.append(root)
     return tuple(upper)
-
-
-def _count_of_upper(
-    count: int | None, roots: EigenvalueTuple, upper: EigenvalueTuple
-) -> int | None:
-    """How many roots with Im >= 0 there are, by the count of all roots; None without a count.
-
-    As many are taken to lie below the real axis as were computed there.
-    """
-    if count is None:
-        return None
-    below = len(roots) - len(upper)
-    return count - below
