@@ -43,8 +43,8 @@ from squeal.queries.remedies import (
     Effect,
     growing_within,
     loss_of,
-    roots_at,
     rounded,
+    selected_roots,
     upper_growing,
 )
 from squeal.queries.systems.all_roots import in_band, is_small
@@ -151,11 +151,13 @@ class Meeting:
 
 
 class MeetingSearch(NamedTuple):
-    """The real modes behind growing modes, by the numbers of these, and what each kind of cure does
-    that is known to stop all, as advised."""
+    """The real modes behind growing modes, by the numbers of these; what separation and damping do
+    where they are known to stop all, as advised; and with which kinds of cure something grows at
+    lower values of the parameter."""
 
     meetings: Mapping[int, Meeting]
     treatments: Mapping[Cure, Effect]
+    with_window: Sequence[Cure] = ()
 
 
 def find_meetings(
@@ -188,6 +190,7 @@ def find_meetings(
     """
     meetings: dict[int, Meeting] = {}
     treatments: dict[Cure, Effect] = {}
+    with_window: list[Cure] = []
     with suppress(InputError, ComputationError), one_thread():
         of_losses = options_of_losses or options
         problem = _Problem(spectrum, options, of_losses, low, max(high, spectrum.value))
@@ -203,11 +206,12 @@ def find_meetings(
                 meetings[number_of_mode] = of_mode[0]
         if candidates and len(candidates) == len(spectrum.unstable):
             meetings = problem.cured(candidates)
+            with_window = problem.cures_with_window()
             for cure in (Cure.APART, Cure.BOTH):
                 if problem.knows(cure):
                     with suppress(InputError, ComputationError):  # the other kind may be known
                         treatments[cure] = problem.effect(cure)
-    return MeetingSearch(meetings, treatments)
+    return MeetingSearch(meetings, treatments, with_window)
 
 
 Cures = Mapping[int, Cure]
@@ -384,6 +388,15 @@ class _Problem:
         """Whether a cure of all growing modes is known."""
         return all(cure in meeting.advised for meeting in self.meetings.values())
 
+    def cures_with_window(self) -> list[Cure]:
+        """The kinds of cure with which something grows at a value up to the present one."""
+        cures = []
+        for cure, confirmed in self.searched.items():
+            answer = confirmed.answer
+            if answer is not None and loss_of(answer, answer.high).limit() <= self.spectrum.value:
+                cures.append(cure)
+        return cures
+
     def effect(self, cure: Cure) -> Effect:
         """What as much of a cure as is advised does."""
         confirmed = self.searched[cure]
@@ -391,7 +404,7 @@ class _Problem:
         added = self._added(dict.fromkeys(confirmed.advised, cure), confirmed.advised)[0]
         changed = self._changed(self._columns(added), cure is Cure.APART)
         present = self.spectrum.value
-        roots = roots_at(answer, changed, present, self.options)
+        roots = selected_roots(answer, changed, present, self.options)
         loss = None if answer is None else loss_of(answer, answer.high)
         return Effect(self.spectrum, present, roots, loss)
 

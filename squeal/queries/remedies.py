@@ -292,10 +292,14 @@ def search_options(
     """The options of `thresholds` with a change, from those without it.
 
     Without a band where all roots are known and none grows outside of it in the range: what a
-    change moves out of the band, and lets grow there, is seen then.
+    change moves out of the band, and lets grow there, is seen then. Thresholds of complex matrices
+    need a band.
     """
+    source = losses.source
     nothing_crosses = losses.details.get("crossings_outside") == 0
-    if nothing_crosses and not spectrum.details.get("growing_outside"):
+    nothing_grows = not spectrum.details.get("growing_outside")
+    is_real = isinstance(source, SystemSource) and source.file.system.real
+    if is_real and nothing_crosses and nothing_grows:
         return {**options, "band": None}
     return options
 
@@ -737,22 +741,19 @@ def keep_below(
             reservations.append(f"{number(first.mu, 4)} for {extent}, {of_other}")
     if is_of_band_alone:
         reservations.append(f"nothing else than {extent} was searched")
-    changes = []
-    for limit in (lost.mu, lost.mu / IN_HAND):
-        below = rounded(limit, 4, math.floor)
-        less = 100.0 * (1.0 - float(below) / value)
-        to_limit = Change(spectrum.parameter, value, value / 100.0, "%", -less, unit_of(source))
-        changes.append(to_limit)
-    change, take = changes
+    present = Change(spectrum.parameter, value, value / 100.0, "%", 0.0, unit_of(source))
+    below = rounded(lost.mu, 4, math.floor)
+    with_margin = rounded(lost.mu / IN_HAND, 4, math.floor)
+    change = present.of(100.0 * (float(below) / value - 1.0))
+    take = present.of(100.0 * (float(with_margin) / value - 1.0))
     if abs(take.count) > NO_WAY:
         return None
-    roots = roots_at(losses, replaced(source, take), take.after, options)
+    roots = selected_roots(losses, replaced(source, take), take.after, options)
     loss = Loss(lost.mu, lost.kind, lost.frequency_hz, losses.high)
-    below = rounded(lost.mu, 4, math.floor)
     return Bound(spectrum, take.after, roots, loss, below, change, take, reservations)
 
 
-def roots_at(
+def selected_roots(
     searched: Thresholds | None,
     subject: Scene | TermSystem | SystemFile,
     value: float,

@@ -411,7 +411,7 @@ class Findings(Answer):
         tried = {Cure.APART: "moving their real modes further apart", Cure.BOTH: "damping them"}
         failed = []
         for cure, words in tried.items():
-            if not all(cure in meeting.advised for meeting in self.meetings.values()):
+            if self.meetings and cure not in self.cures.treatments:
                 failed.append(words)
         if failed:
             lines.append(
@@ -632,11 +632,7 @@ class Findings(Answer):
     def to_dict(self) -> dict[str, Any]:
         remedies = [_remedy_entry(remedy) for remedy in self.search.remedies]
         meetings = []
-        alone = []  # sides are known to stop as much as both
-        for cure, effect in self.cures.treatments.items():
-            if effect.leaves_window:
-                alone.append(cure.name.lower())
-                alone += ["lower", "upper"] * (cure is Cure.BOTH)
+        alone = [cure.name.lower() for cure in self.cures.with_window]
         for mode, meeting in self.meetings.items():
             entry: dict[str, Any] = {"mode": mode, "frequencies_hz": list(meeting.hertz)}
             entry["at_value_alone"] = alone

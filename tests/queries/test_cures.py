@@ -200,3 +200,26 @@ def test_a_change_after_which_stability_is_lost_from_zero_on_is_reported():
         assert not is_growing(C, stiff)
     window = remedy.loss._replace(value=0.0, kind="flutter")
     assert window.words("mu", "") == "up to mu = 0, then flutter"
+
+
+def test_each_kind_of_damping_says_itself_whether_something_grows_lower_down():
+    """The third mode has little damping of its own, and meets the second one at lower friction:
+    there any damping of the second one lets both grow, while damping of the first does not."""
+    omega = math.tau * np.array([100.0, 104.0, 111.0])
+    C = np.diag(2.0 * np.array([0.01, 0.01, 0.002]) * omega)
+    first, second = np.zeros((3, 3)), np.zeros((3, 3))
+    first[:2, :2] = 19451.165 * SKEW
+    second[1:, 1:] = 64501.9 * SKEW
+    K = {"1": np.diag(omega**2), "mu": first, "mu*(1.2 - mu)": second}
+    report = squeal.report(squeal.System(np.eye(3), C, K, parameters={"mu": 1.0}), 1.3)
+    (meeting,) = report.to_dict()["meetings"]
+    where = np.linspace(0.0, 1.0, 101)[1:]
+    for kind, damped in (("both", [1, 1, 0]), ("lower", [1, 0, 0]), ("upper", [0, 1, 0])):
+        more = np.diag(2.0 * meeting[kind] * omega * damped)
+        growing = []
+        for mu in where:
+            growing.append(is_growing(C + more, K["1"] + mu * first + mu * (1.2 - mu) * second))
+        assert not growing[-1]
+        assert any(growing) == (kind in meeting["at_value_alone"])
+    assert "lower" not in meeting["at_value_alone"]
+    assert "both" in meeting["at_value_alone"]
