@@ -18,7 +18,7 @@ from squeal.io.loads import pressure_load, read_load
 from squeal.io.matrices import read_matrix
 from squeal.io.surfaces import ALL, read_surface
 from squeal.io.system import Origin, SystemFile
-from squeal.io.system_keys import CSV, FACTOR, SYSTEM, Document
+from squeal.io.system_keys import CSV, FACTOR, SYSTEM, Document, named_files
 from squeal.io.tables import Line, number_in, read_table
 from squeal.io.writing import write_csv
 from squeal.numerics.differentiation import Formula, Parameters
@@ -145,25 +145,17 @@ def assembly_file(
     values = ASSEMBLY_DEFAULTS | keys.get("parameters", {})
     components: dict[str, _LocatedComponent] = {}
     origins: list[Origin] = []
-    inputs: list[Path] = []
+    inputs = [folder / name for name in named_files(keys)]
     for name, component in keys["components"].items():
-        path = folder / component["file"]
-        file = read_component(path)
+        file = read_component(folder / component["file"])
         body = _component(name, component, file, at / "components" / name, folder, values)
         assert file.coordinates is not None  # `_component` refuses one without
         components[name] = _LocatedComponent(body, file.coordinates)
         for origin in file.origins:
             origins.append(origin._replace(part=f"{name}.{origin.part}"))
-        inputs += [path, *file.inputs]
-        if "reduced" in component:
-            inputs.append(folder / component["reduced"]["residual_flexibility"])
-        if "file" in component.get("load", {}):
-            inputs.append(folder / component["load"]["file"])
+        inputs += file.inputs
     located = list(components.values())
     _warn_of_other_units(at, located)
-    for contact in keys["contact"]:
-        if "pairs" in contact:
-            inputs.append(folder / contact["pairs"]["file"])
     all_bodies = [component.body for component in located]
     if "cutoff" in keys and all(body.residual_flexibility is not None for body in all_bodies):
         lowest = min(body.cutoff for body in all_bodies)

@@ -26,7 +26,7 @@ from squeal.io.matrices import (
     precision_of_file,
     read_matrix,
 )
-from squeal.io.system_keys import MOST_ROWS, POWERS, SYSTEM, Document
+from squeal.io.system_keys import MOST_ROWS, POWERS, SYSTEM, Document, named_files
 from squeal.io.tables import read_over_frequency
 from squeal.io.terms import (
     PARTS,
@@ -189,7 +189,7 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
         system,
         reference=keys.get("reference", ""),
         origins=tuple(made.origins),
-        inputs=_input_files(keys, terms, folder),
+        inputs=tuple(dict.fromkeys(folder / name for name in named_files(keys))),
         coordinates=coordinates,
         damped=(*made.damping.records, *damping_records),
     )
@@ -388,28 +388,6 @@ def _warn_of_parameters(at: Place, system: TermSystem, records: Sequence[Damped]
     if factors:
         named = ", ".join(f"{term} ({text})" for term, text in factors.items())
         at.warn(f"also damps {named}, at the values of the parameters given here")
-
-
-def _input_files(keys: Document, terms: Sequence[TermKeys], folder: Path) -> tuple[Path, ...]:
-    """The files that a system file names: matrices, then tables of terms, then those of the
-    whole."""
-    names: list[str] = []
-    tables: list[Document] = []
-    for term in terms:
-        for key in ("file", "errors"):
-            if key in term.keys:
-                names.append(term.keys[key])
-        for key in ("modulus", "table"):
-            if key in term.keys:
-                tables.append(term.keys[key])
-    for key in ("coordinates", "elements"):
-        if key in keys:
-            tables.append(keys[key])
-    ratios = keys.get("damping", {}).get("ratios")
-    if isinstance(ratios, dict):
-        tables.append(ratios)
-    names += [table["file"] for table in tables]
-    return tuple(dict.fromkeys(folder / name for name in names))
 
 
 def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[MatrixFile]) -> list[str]:

@@ -1,5 +1,6 @@
 """Every key of a file that describes a system of matrices: `SYSTEM`."""
 
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 from squeal.io.matrix_formats import FORMATS
@@ -146,3 +147,18 @@ SYSTEM = Group({
         CSV, default="none", needs=("coordinates",)),
 }, owner="every system")
 # fmt: on
+
+
+def named_files(keys: Document) -> list[str]:
+    """The files that a document names, in the order of its keys, those in mappings included."""
+    names: list[str] = []
+    for key, value in keys.items():
+        if key in ("file", "errors", "residual_flexibility") and isinstance(value, str):
+            names.append(value)
+        entries: Sequence[object] = [value]
+        if isinstance(value, tuple):  # such as terms
+            entries = value
+        for entry in entries:
+            if isinstance(entry, dict):
+                names += named_files(entry)
+    return names

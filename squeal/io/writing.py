@@ -97,16 +97,25 @@ def whole_folder(folder: Path) -> Iterator[Path]:
         moves = []  # what is complete, folders before what is in them, and where it belongs
         for complete in [root, *sorted(root.rglob("*"))]:
             target = folder / complete.relative_to(root)
-            kind = "folder" if complete.is_dir() else "plain file"
-            fits = target.is_dir() if complete.is_dir() else target.is_file()
-            if target.exists() and not fits:
-                raise InputError(f"{target}: cannot be written: is no {kind}")
+            if target.exists():
+                _refuse_other_kind(target, complete)
             moves.append((complete, target))
         for complete, target in moves:
             if complete.is_dir():
                 target.mkdir(parents=True, exist_ok=True)
             else:
                 _replace(target, complete)
+
+
+def _refuse_other_kind(target: Path, complete: Path) -> None:
+    """Refuse to put a file in the place of a folder or a device, or a folder in that of a file.
+
+    Raises InputError.
+    """
+    if complete.is_dir() and not target.is_dir():
+        raise InputError(f"{target}: cannot be written: is no folder")
+    if complete.is_file() and not target.is_file():
+        raise InputError(f"{target}: cannot be written: is no plain file")
 
 
 def write_text(path: Path, text: str) -> None:
@@ -284,16 +293,16 @@ def in_order(heads: Iterable[Sequence[str]]) -> list[Column]:
     return [Column(name, unit, itemgetter(k)) for k, (name, unit) in enumerate(heads)]
 
 
-def aligned_text(rows: Sequence[Sequence[str]], right: bool = True) -> str:
-    """Rows of texts as columns of one width each, the first to the left.
-
-    right: whether all columns but the first are aligned to the right.
-    """
-    return "\n".join(_aligned_lines(rows, right))
+def aligned_text(rows: Sequence[Sequence[str]]) -> str:
+    """Rows of texts as columns of one width each, aligned to the left."""
+    return "\n".join(_aligned_lines(rows, right=False))
 
 
 def _aligned_lines(rows: Sequence[Sequence[str]], right: bool) -> list[str]:
-    """The lines of `aligned_text`, one a row."""
+    """Rows of texts as lines, in columns of one width each, the first aligned to the left.
+
+    right: whether all others are aligned to the right.
+    """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = []
     for first, *others in rows:
