@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +60,11 @@ class Coordinates:
     elements_file: Path | None = field(default=None, repr=False)
     supports: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp), repr=False)
     bases: tuple[NDArray[np.float64], ...] = field(default=(), repr=False)
+
+    @cached_property
+    def cell_of_element(self) -> dict[str, tuple[str, Corners]]:
+        """Kind and nodes of each element by its label."""
+        return dict(zip(self.elements, self.cells, strict=True))
 
     def without(self, supports: NDArray[np.intp]) -> "Coordinates":
         """The coordinates of the rows that stay where some are left out, by rising index."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.io.coordinates import DIRECTIONS, DOF, FIXED, NO_DIRECTION, Coordinates
-from squeal.io.surfaces import deck_sets, named_face, read_surface, surface_of
+from squeal.io.surfaces import deck_sets, faces_of, read_surface, surface_of
 from squeal.io.tables import DeckLine, deck_lines, number_in, read_table, row_in
 from squeal.schema import Place
 from squeal.sparse.components import Component
@@ -157,14 +157,7 @@ def _loaded_faces(coordinates: Coordinates, line: DeckLine, labels: list[str]) -
         side = f"S{number}"
     else:
         raise line.at.refuse(f"{load_label} is not read; it must be P or P1 to P6, a pressure")
-    cell_of_element = dict(zip(coordinates.elements, coordinates.cells, strict=True))
-    faces = []
-    for label in labels:
-        if label not in cell_of_element:
-            raise line.at.refuse(f"{label} is neither an element with faces nor a set of such")
-        kind, nodes = cell_of_element[label]
-        faces.append(named_face(kind, nodes, side, line.at))
-    return surface_of(coordinates, faces)
+    return surface_of(coordinates, faces_of(coordinates, labels, side, line.at))
 
 
 def _add_pressure(

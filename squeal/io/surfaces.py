@@ -1,7 +1,7 @@
 """Surfaces of a component: faces of its elements, all outer ones or those that a deck names."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from squeal.errors import InputError
@@ -37,7 +37,7 @@ def read_surface(coordinates: Coordinates, surface: str) -> Surface:
     return surface_of(coordinates, faces)
 
 
-def surface_of(coordinates: Coordinates, faces: Sequence[Corners]) -> Surface:
+def surface_of(coordinates: Coordinates, faces: Iterable[Corners]) -> Surface:
     """Faces with the labels and the places of their nodes."""
     labels_of_faces = []
     used: set[int] = set()
@@ -50,7 +50,6 @@ def surface_of(coordinates: Coordinates, faces: Sequence[Corners]) -> Surface:
 
 def _named_faces(coordinates: Coordinates, path: Path, surface: str) -> Iterator[Corners]:
     """The nodes of the faces of a *SURFACE in the input file at `path`. Raises InputError."""
-    cells = dict(zip(coordinates.elements, coordinates.cells, strict=True))
     members = deck_sets(path, "ELEMENT")
     names: list[str] = []  # of all surfaces, in capitals
     is_unknown = True
@@ -65,11 +64,7 @@ def _named_faces(coordinates: Coordinates, path: Path, surface: str) -> Iterator
             raise line.at.refuse("no faces of elements; a surface of TYPE=ELEMENT is needed")
         element, side = line.cells[:2]
         labels = members.get(element.upper(), [element])
-        for label in labels:
-            if label not in cells:
-                raise line.at.refuse(f"{label} is neither an element with faces nor a set of such")
-            kind, nodes = cells[label]
-            yield named_face(kind, nodes, side.upper(), line.at)
+        yield from faces_of(coordinates, labels, side.upper(), line.at)
     if is_unknown:
         known = ", ".join(dict.fromkeys(names)) or "none"
         raise InputError(
@@ -111,7 +106,18 @@ def _generated(cells: list[str], at: Place) -> list[str]:
     return [str(label) for label in range(first, last + 1, step)]
 
 
-def named_face(kind: str, nodes: Corners, side: str, at: Place) -> Corners:
+def faces_of(
+    coordinates: Coordinates, labels: Sequence[str], side: str, at: Place
+) -> Iterator[Corners]:
+    """The nodes of the face `side` of each element, by their labels. Raises InputError."""
+    for label in labels:
+        if label not in coordinates.cell_of_element:
+            raise at.refuse(f"{label} is neither an element with faces nor a set of such")
+        kind, nodes = coordinates.cell_of_element[label]
+        yield _named_face(kind, nodes, side, at)
+
+
+def _named_face(kind: str, nodes: Corners, side: str, at: Place) -> Corners:
     """The nodes of the face of an element that a deck calls S1, S2, ..., SPOS or SNEG. Raises
     InputError."""
     faces = list(CELLS[kind].face_nodes(nodes))
