@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from inspect import signature
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -43,18 +44,25 @@ def draw(answer: Answer, path: Path, name: str = "", **more: Any) -> None:
 
 
 def drawing(answer: Answer, name: str = "", **more: Any) -> Drawing:
-    """The whole figure of an answer, that of its panel where there is no other."""
-    function = DRAWN.get(type(answer), panel_drawing)
-    return function(answer, name or getattr(answer, "name", "") or "the scene", **more)
+    """The whole figure of an answer; `name` says what of."""
+    shown_name = name or getattr(answer, "name", "") or "the scene"
+    return _function_of(answer)(answer, shown_name, **more)
+
+
+def _function_of(answer: Answer) -> Callable[..., Drawing]:
+    """What draws the whole figure of an answer, that of its panel where there is no other."""
+    return DRAWN.get(type(answer), panel_drawing)
 
 
 def plot(answer: Answer, axes: Axes | None = None, **look: Any) -> Axes:
     """Plot an answer: its whole figure in pyplot, or its panel.
 
-    axes: into which the panel is drawn; look: options of the whole figure, see `OF_WHOLE_FIGURES`,
-    or of Matplotlib's artists. With an Axes, or with an option of artists, the panel is drawn.
+    axes: into which the panel is drawn; look: options of the whole figure, which its function in
+    `DRAWN` names, or of Matplotlib's artists. With an Axes, or with an option of artists, the panel
+    is drawn.
     """
-    if axes is None and look.keys() <= OF_WHOLE_FIGURES:
+    options = signature(_function_of(answer)).parameters
+    if axes is None and look.keys() <= options.keys():
         figure = drawing(answer, **look).figure
         # pyplot shows the figures that it makes by a FigureClass: here that hands over a made one
         pyplot.figure(FigureClass=lambda **_: figure)  # type: ignore[arg-type]
@@ -190,17 +198,6 @@ def _motion(
     return motion.motion_drawing(run, scene.pad_model, response.frequency_hz or 0.0)
 
 
-OF_WHOLE_FIGURES = {
-    "name",
-    "shape",
-    "damping",
-    "thresholds",
-    "width",
-    "high",
-    "scene",
-    "inputs",
-    "paths",
-}
 DRAWN: dict[type[Answer], Callable[..., Drawing]] = {
     Eigenvalues: _eigenvalues,
     Sweep: _sweep,

@@ -197,11 +197,11 @@ def move_apart(figure: Figure) -> None:
             placed.append(box)
 
 
-def write_upright(axes: Axes, value: float, text: str, height: float = 0.08) -> None:
-    """Write a text upwards from a share of the height, right of a value on the horizontal axis."""
+def write_upright(axes: Axes, value: float, text: str) -> None:
+    """Write a text upwards from near the bottom, right of a value on the horizontal axis."""
     axes.annotate(
         text,
-        (value, height),
+        (value, 0.08),
         (3, 0),
         ("data", "axes fraction"),
         "offset points",
