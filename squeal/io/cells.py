@@ -76,16 +76,11 @@ CELLS = {
 CELL_NAME = Word(tuple(CELLS))
 
 
-def cell_name(keyword: Sequence[str]) -> str:
-    """The kind of the elements below a line such as *ELEMENT, TYPE=C3D8 of an input file.
+def cell_name(element_type: str) -> str:
+    """The kind of the elements of a type of Abaqus and CalculiX, such as C3D8, in capitals.
 
-    keyword: the line, in capitals and split at its commas. "" for elements without faces, such as
-    springs.
+    "" for elements without faces, such as springs.
     """
-    element_type = ""
-    for option in keyword:
-        if option.startswith("TYPE"):
-            element_type += option.split("=")[-1].strip()
     for name, cell in CELLS.items():
         # behind the number of nodes: variants such as R (reduced integration) or S4R5
         if re.fullmatch(f"({cell.types})[A-Z]*5?", element_type):

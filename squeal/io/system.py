@@ -27,7 +27,7 @@ from squeal.io.matrices import (
     read_matrix,
 )
 from squeal.io.system_keys import MOST_ROWS, POWERS, SYSTEM, Document, named_files
-from squeal.io.tables import read_over_frequency
+from squeal.io.tables import read_rising
 from squeal.io.terms import (
     PARTS,
     TermDamping,
@@ -41,7 +41,7 @@ from squeal.linear.damping import Damped, damped
 from squeal.linear.matrices import dense, normalised_system
 from squeal.linear.precision import Precision, half_units
 from squeal.linear.system import Term, TermSystem, supports_warning, without_supports
-from squeal.schema import Place
+from squeal.schema import NOT_NEGATIVE, Place
 
 FULL = 0.2  # share of entries above which a matrix from a file becomes dense
 
@@ -364,7 +364,7 @@ def _with_damping(
 
 def _ratios_over_frequency(path: Path) -> Callable[[NDArray], NDArray]:
     """Damping ratios as a function of the frequency (Hz), NaN beyond the table."""
-    frequencies, ratios = read_over_frequency(path, ("frequency", "ratio"))
+    frequencies, ratios = read_rising(path, ("frequency", "ratio"), NOT_NEGATIVE)
 
     def ratio(frequency: NDArray) -> NDArray:
         return np.interp(frequency, frequencies, ratios, left=np.nan, right=np.nan)

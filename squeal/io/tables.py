@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from squeal.io.cells import cell_name
-from squeal.schema import ANY, NOT_NEGATIVE, Kind, Place, Whole, read_content
+from squeal.schema import ANY, Kind, Place, Whole, read_content
 
 MOST_NODES = 20  # of an element that are read: corners, and middles of edges
 # keywords of a deck, without blanks, that say what is not read
@@ -38,14 +38,7 @@ class Line(NamedTuple):
     cells: dict[str, str]
 
 
-class _Row(NamedTuple):
-    """A line of a file, or the head made for one: its place and its cells."""
-
-    at: Place
-    cells: list[str]
-
-
-def read_table(path: Path, names: Sequence[str], optional: str = "") -> tuple[Place, list[Line]]:
+def read_table(path: Path, names: Sequence[str]) -> tuple[Place, list[Line]]:
     """Read a table with named columns: the place of its file and its lines below the heads.
 
     Parameters
@@ -55,53 +48,42 @@ def read_table(path: Path, names: Sequence[str], optional: str = "") -> tuple[Pl
         whichever the first of the names says.
     names : sequence of str
         Columns that the table must have.
-    optional : str
-        A column that it may have besides, which the refusal of a missing column names.
 
     Raises
     ------
     InputError
     """
     at = Place(str(path))
+    if path.suffix.lower() == ".inp":
+        return at, list(_deck_table(path, names))
+    rows: list[tuple[Place, list[str]]] = []
+    table = csv.reader(_text_lines(path, at))
     try:
-        if path.suffix.lower() == ".inp":
-            rows = list(_input_file_rows(path, names[0]))
-        else:
-            table = csv.reader(_text_lines(path, at))
-            rows = [_Row(at / f"line {table.line_num}", cells) for cells in table]
+        for cells in table:
+            if "".join(cells).strip():
+                rows.append((at / f"line {table.line_num}", cells))
     except csv.Error as error:
         raise at.refuse(f"no table of comma-separated values: {error}") from None
-    rows = [row for row in rows if "".join(row.cells).strip()]
     heads = []
-    if rows:
-        heads = [cell.strip().lower() for cell in rows[0].cells]
+    for _, cells in rows[:1]:
+        heads = [cell.strip().lower() for cell in cells]
     missing = [name for name in names if name not in heads]
-    if missing and path.suffix.lower() == ".inp":
-        raise at.refuse(
-            f"names nodes, not the {missing[0]} of each row; the matrices need labels, such as "
-            "those of the file .dof that CalculiX writes beside them, or a .csv file"
-        )
     if missing:
-        needed = ", ".join(names)
-        if optional:
-            needed += f" and {optional}"
         raise at.refuse(
             f"no column {missing[0]}; the first line of a .csv file must name, with commas, "
-            f"{needed}"
+            f"{', '.join(names)}"
         )
     for name in filter(None, heads):
         if heads.count(name) > 1:
             raise at.refuse(f"{heads.count(name)} columns {name}; one is allowed")
     lines = []
-    for row in rows[1:]:
-        surplus = row.cells[len(heads) :]
+    for here, cells in rows[1:]:
+        surplus = cells[len(heads) :]
         if any(cell.strip() for cell in surplus):
-            raise row.at.refuse(
-                f"{len(row.cells)} cells; the first line names {len(heads)} columns"
-            )
+            raise here.refuse(f"{len(cells)} cells; the first line names {len(heads)} columns")
         # cells that the line lacks at its end are empty
-        pairs = zip_longest(heads, row.cells[: len(heads)], fillvalue="")
-        lines.append(Line(row.at, dict(pairs)))
+        pairs = zip_longest(heads, cells[: len(heads)], fillvalue="")
+        lines.append(Line(here, dict(pairs)))
     return at, lines
 
 
@@ -121,20 +103,22 @@ def row_in(text: str, at: Place, count: int) -> int:
     return Whole(1, count).read(number, at) - 1
 
 
-def read_over_frequency(path: Path, names: Sequence[str], optional: str = "") -> list[list[float]]:
-    """The numbers in each column of a table over the frequency, which is its first column.
+def read_rising(
+    path: Path, names: Sequence[str], kind: Kind = ANY, optional: str = ""
+) -> list[list[float]]:
+    """The numbers, of a kind, in each column of a table; those of the first column rise.
 
-    Frequencies rise, and no number is negative. Behind the columns `names` follows the `optional`
-    one, zeros if it is missing; none if it is not named. Raises InputError.
+    Behind the columns `names` follows the `optional` one, zeros if it is missing; none if it is not
+    named. Raises InputError.
     """
-    at, lines = read_table(path, names, optional)
+    at, lines = read_table(path, names)
     rows: list[list[float]] = []
     for here, cells in lines:
-        row = [number_in(cells[name], here / name, NOT_NEGATIVE) for name in names]
+        row = [number_in(cells[name], here / name, kind) for name in names]
         if optional:
-            row.append(number_in(cells.get(optional) or "0", here / optional, NOT_NEGATIVE))
+            row.append(number_in(cells.get(optional) or "0", here / optional, kind))
         if rows and row[0] <= rows[-1][0]:
-            raise here.refuse(f"frequency {row[0]:g} is not allowed; frequencies must rise")
+            raise here.refuse(f"{names[0]} {row[0]:g} is not allowed; it must rise")
         rows.append(row)
     if len(rows) < 2:
         raise at.refuse(f"{len(rows)} lines of numbers; 2 or more are needed")
@@ -251,29 +235,37 @@ def _check_keyword(keyword: Sequence[str], file: Place, at: Place) -> None:
         file.warn(f"{keyword[0]}: {WARNINGS_OF_KEYWORDS[name]}")
 
 
-def _input_file_rows(path: Path, wanted: str) -> Iterator[_Row]:
-    """The nodes or the elements of an input file of Abaqus or CalculiX, below the head of a table.
+def _deck_table(path: Path, names: Sequence[str]) -> Iterator[Line]:
+    """The nodes or the elements of an input file of Abaqus or CalculiX as lines of a table.
 
-    wanted: "node" for the lines below *NODE, whose missing coordinates are 0, else those below
-    *ELEMENT. Elements without faces, such as springs, are left out. Raises InputError.
+    names: the columns that are needed, "node" first for the lines below *NODE, else those below
+    *ELEMENT are read. Missing coordinates are 0; elements without faces, such as springs, are left
+    out. Raises InputError.
     """
-    of_nodes = wanted == "node"
-    head = Place(str(path))  # no line of the file
-    if of_nodes:
-        yield _Row(head, ["node", "x", "y", "z"])
-    else:
-        yield _Row(head, ["element", "type", *map(str, range(MOST_NODES))])
+    keyword = "*ELEMENT"
+    heads = ["element", "type", *map(str, range(MOST_NODES))]
+    if names[0] == "node":
+        keyword = "*NODE"
+        heads = ["node", "x", "y", "z"]
+    for name in names:
+        if name not in heads:
+            raise Place(str(path)).refuse(
+                f"names nodes, not the {name} of each row; the matrices need labels, such as "
+                "those of the file .dof that CalculiX writes beside them, or a .csv file"
+            )
     for line in deck_lines(path):
-        if line.keyword[0] != f"*{wanted.upper()}":
+        if line.keyword[0] != keyword:
             continue
-        if of_nodes:
+        if keyword == "*NODE":
             padded = [*line.cells, "0", "0", "0"]
-            yield _Row(line.at, [cell or "0" for cell in padded[:4]])
-            continue
-        kind = cell_name(line.keyword)
-        if kind:
+            cells = [cell or "0" for cell in padded[:4]]
+        else:
+            kind = cell_name(line.option("TYPE"))
+            if not kind:
+                continue
             nodes = line.cells[1 : 1 + MOST_NODES]
-            yield _Row(line.at, [line.cells[0], kind, *nodes])
+            cells = [line.cells[0], kind, *nodes]
+        yield Line(line.at, dict(zip_longest(heads, cells, fillvalue="")))
 
 
 def _cells(line: str) -> list[str]:

@@ -5,7 +5,7 @@ from keyword import iskeyword
 from pathlib import Path
 
 from squeal.io.system_keys import POWERS, Document
-from squeal.io.tables import number_in, read_over_frequency, read_table
+from squeal.io.tables import read_rising
 from squeal.linear.damping import Damped
 from squeal.linear.moduli import FREQUENCY, Modulus, Table, Tabulated
 from squeal.linear.system import Term
@@ -105,7 +105,8 @@ def _tabulated_modulus(term: TermKeys, formula: Formula, folder: Path) -> Modulu
     formula: multiplies it too. Raises InputError.
     """
     source = folder / term.keys["modulus"]["file"]
-    frequencies, storage, loss = read_over_frequency(source, ("frequency", "storage"), "loss")
+    columns = ("frequency", "storage")
+    frequencies, storage, loss = read_rising(source, columns, NOT_NEGATIVE, optional="loss")
     if term.part == "C" and any(loss):
         raise (term.at / "modulus").refuse(
             f"{source.name} has losses; at a term of C none are allowed"
@@ -131,23 +132,13 @@ def _tabulated(term: TermKeys, formula: Formula, folder: Path, parameter: str) -
         raise here.refuse(f"over {over} is not allowed; the key modulus takes tables over it")
     column = table["column"].strip().lower()
     source = folder / table["file"]
-    _, lines = read_table(source, (over.lower(), column))
-    places: list[float] = []
-    quantities: list[float] = []
-    for line_at, cells in lines:
-        place = number_in(cells[over.lower()], line_at / over)
-        if places and place <= places[-1]:
-            raise line_at.refuse(f"{over} {place:g} is not allowed; it must rise")
-        places.append(place)
-        quantities.append(number_in(cells[column], line_at / column))
-    if len(places) < 2:
-        raise here.refuse(f"{source.name}: {len(places)} lines of numbers; 2 or more are needed")
+    points, quantities = read_rising(source, (over.lower(), column))
     return Tabulated(
         factor=formula,
         parameter=over,
         source=str(source),
         column=column,
-        points=tuple(places),
+        points=tuple(points),
         quantities=tuple(quantities),
     )
 

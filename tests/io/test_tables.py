@@ -87,6 +87,21 @@ def test_what_a_table_cannot_give_is_refused(tmp_path, old, new, words):
         squeal.eigenvalues(squeal.read_system(written(tmp_path, SYSTEM.replace(old, new))))
 
 
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("speed,kxy\n0,1\n0,2\n", "line 3: speed 0 is not allowed; it must rise"),
+        ("speed,kxy\n0,1\n", "1 lines of numbers; 2 or more are needed"),
+        ("speed,kxy\n0,1\n1,-x\n", "line 3.kxy: '-x' is not allowed"),
+    ],
+)
+def test_a_table_over_a_parameter_rises_and_has_two_lines(tmp_path, table, words):
+    system = written(tmp_path)
+    (tmp_path / "bearing.csv").write_text(table)
+    with pytest.raises(InputError, match=f"bearing.csv: {words}"):
+        squeal.read_system(system)
+
+
 def test_a_proof_says_that_it_knows_no_enclosure(tmp_path):
     pytest.importorskip("flint")
     found = squeal.thresholds(squeal.read_system(written(tmp_path)), 400.0, prove=True)
