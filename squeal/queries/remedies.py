@@ -388,16 +388,12 @@ class _Search:
                 self.most_remedies = FEW_REMEDIES
         self.lower: list[float] = []  # times the free parameter: where else nothing is to grow
         self.known: dict[tuple[str, float, float], ComplexArray | None] = {}
-        self._prepare(MOST_STEPS)
-
-    def _prepare(self, most: int) -> None:
-        """Compute what serves changes of at most so many steps."""
-        served: list[Values] = [{}, {self.spectrum.parameter: IN_HAND * self.spectrum.value}]
-        for side in self.sides:
+        served: list[Values] = [{}, {spectrum.parameter: IN_HAND * spectrum.value}]
+        for side in changes:
             for share in (0.5, 1.0):
-                count = math.copysign(min(share * most, side.most), side.count)
+                count = math.copysign(share * side.most, side.count)
                 served.append({side.parameter: side.of(count).after})
-        self.growing = _growing_roots(self.spectrum.source, served)
+        self.growing = _growing_roots(source, served)
         # outside of a band others may grow, and go on growing
         (at_present,) = self.growing([{}])
         self.others = 0  # how many
@@ -458,14 +454,12 @@ class _Search:
         larger one that leaves a margin, or None.
 
         The smallest with a margin first, those that leave none last. Large changes are looked at if
-        no small one stops all, unless the matrices cannot be computed at them.
+        no small one stops all.
         """
         found = self._located(self.steps)
         if not found:
-            with suppress(InputError, ArithmeticError, np.linalg.LinAlgError):
-                self._prepare(WIDE_STEPS[-1])
-                self.steps = (*self.steps, *WIDE_STEPS)
-                found = self._located(self.steps)
+            self.steps = (*self.steps, *WIDE_STEPS)
+            found = self._located(self.steps)
 
         def rank(pair: tuple[Change, Change | None]) -> tuple[float, float]:
             change, take = pair
