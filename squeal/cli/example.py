@@ -30,11 +30,11 @@ def run(given: argparse.Namespace) -> Reply:
     """List the examples, or write one."""
     if given.name is None:
         lines = [(name, example.about) for name, example in EXAMPLES.items()]
-        return Reply(lambda: {"names": list(EXAMPLES)}, lambda: aligned_text(lines))
+        return Reply(lambda: {"names": list(EXAMPLES)}, lambda: aligned_text(lines, right=False))
     if given.format != Size.form and given.name != "brake":
         raise InputError(f"--format {given.format}: is not allowed with {given.name}; brake has it")
     files = write_example(given.name, given.to, Size(given.rows, given.format))
     first = EXAMPLES[given.name].first
     answer = {"name": given.name, "files": files, "first": first}
-    listed = aligned_text([(file, ABOUT.get(file, "")) for file in files])
+    listed = aligned_text([(file, ABOUT.get(file, "")) for file in files], right=False)
     return Reply(lambda: answer, lambda: f"{listed}\n\nbegin with: {first}")

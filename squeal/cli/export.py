@@ -78,7 +78,7 @@ def run(given: argparse.Namespace) -> Reply:
     if exported.note:
         text += f"\n{exported.note}"
     cells = [(file["file"], file["part"], file["factor"]) for file in files]
-    text += f"\n{aligned_text(cells)}"
+    text += f"\n{aligned_text(cells, right=False)}"
     answer = {"folder": str(folder), "rows": system.n, "files": files, "basis": exported.basis}
     return Reply(lambda: answer, lambda: text)
 

@@ -293,16 +293,16 @@ def in_order(heads: Iterable[Sequence[str]]) -> list[Column]:
     return [Column(name, unit, itemgetter(k)) for k, (name, unit) in enumerate(heads)]
 
 
-def aligned_text(rows: Sequence[Sequence[str]]) -> str:
-    """Rows of texts as columns of one width each, aligned to the left."""
-    return "\n".join(_aligned_lines(rows, right=False))
+def aligned_text(rows: Sequence[Sequence[str]], right: bool = True) -> str:
+    """Rows of texts as columns of one width each, the first to the left.
+
+    right: whether all columns but the first are aligned to the right.
+    """
+    return "\n".join(_aligned_lines(rows, right))
 
 
 def _aligned_lines(rows: Sequence[Sequence[str]], right: bool) -> list[str]:
-    """Rows of texts as lines, in columns of one width each, the first aligned to the left.
-
-    right: whether all others are aligned to the right.
-    """
+    """The lines of `aligned_text`, one a row."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = []
     for first, *others in rows:
