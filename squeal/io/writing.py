@@ -510,6 +510,7 @@ class Answer(ABC):
 
     warnings: tuple[str, ...] = ()  # what a user should know before using the answer
     panel: ClassVar[Panel]
+    """What one panel shows; none of maps, conditions and energy over a sweep, drawn as they are."""
     grid: ClassVar[tuple[str | int, ...]] = ()
     """Columns, by name or by place, of which one row each has its own values, as array axes."""
 

@@ -34,7 +34,10 @@ def panel_drawing(answer: Answer, name: str) -> Drawing:
 
 
 def draw_panel(answer: Answer, axes: Axes, **look: Any) -> None:
-    """Draw what `answer.panel` names into an Axes; `look` goes to Matplotlib's artists."""
+    """Draw an answer, or what its `panel` names of its table, into an Axes.
+
+    `look` goes to Matplotlib's artists.
+    """
     if isinstance(answer, Map):
         _draw_map(answer, axes, **look)
         return

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from squeal.io.writing import Answer, Column, Mark, Panel, Table, in_order
+from squeal.io.writing import Answer, Column, Table, in_order
 from squeal.queries.eigenvalues import pad_eigenvalues
 from squeal.queries.energy import ROUNDING, Contribution, energy
 from squeal.results.columns import parameter_heading
@@ -63,8 +63,6 @@ class EnergySweep(Answer):
     >>> sorted(found.modes)
     [1, 2, 3, 4]
     """
-
-    panel = Panel(0, "growth", Mark.LINES, "term")
 
     name: str
     parameter: str

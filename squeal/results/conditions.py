@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from operator import attrgetter
 from typing import Any
 
-from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
+from squeal.io.writing import Answer, Column, Table, columns, number, picked
 from squeal.results.columns import basis_text, parameter_heading, rounded_growth
 
 
@@ -132,8 +132,6 @@ class Conditions(Answer):
     >>> [condition.unstable for condition in found.conditions]
     [0, 0, 1, 0, 1, 1]
     """
-
-    panel = Panel(0, "growth_rate", Mark.POINTS)
 
     name: str
     axes: Mapping[str, tuple[float, ...]]

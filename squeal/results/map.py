@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.io.writing import Answer, Column, Panel, Table, in_order, picked, plain
+from squeal.io.writing import Answer, Column, Table, in_order, picked, plain
 from squeal.results.columns import parameter_heading
 from squeal.results.sources import Source
 from squeal.schema import Number, Place, Whole
@@ -85,7 +85,6 @@ class Map(Answer):
     [['marginal', 'marginal'], ['flutter', 'marginal'], ['flutter', 'flutter']]
     """
 
-    panel = Panel(0, 1)
     grid = (0, 1)
 
     name: str
