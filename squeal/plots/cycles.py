@@ -27,6 +27,7 @@ SLIDING_LOOKS: dict[str, dict[str, Any]] = {
     "divergence": {"color": "k", "ls": (0, (1, 1.5))},
     IN_DOUBT: {"color": "0.8"},
 }
+SEEN = 0.03  # of the axes: a shorter curve is hidden by its marks, and not in the legend
 MARKS = {"fold": "D", "period doubling": "s", "torus": "^", "grazing": "|"}
 
 
@@ -70,10 +71,17 @@ def _draw_cycles(axes: Axes, cycles: Cycles, values: NDArray, sizes: NDArray) ->
 
     values, sizes (m,): the parameter and the amplitude (micrometres) of each orbit.
     """
-    for i, (orbit, following) in enumerate(itertools.pairwise(cycles.orbits)):
-        kind = _kind(orbit, following)
-        ends = slice(i, i + 2)
-        axes.plot(values[ends], sizes[ends], label=f"cycle, {kind}", **LOOKS[kind])
+    # of each piece between neighbouring orbits: along both axes, as shares of what they show
+    lengths = np.abs(np.diff(values)) / (np.ptp(values) or 1.0)
+    lengths += np.abs(np.diff(sizes)) / sizes.max()
+    kinds = [_kind(*pair) for pair in itertools.pairwise(cycles.orbits)]
+    length_of_kind = dict.fromkeys(kinds, 0.0)
+    for kind, length in zip(kinds, lengths, strict=True):
+        length_of_kind[kind] += length
+    for i, kind in enumerate(kinds):
+        # what its marks hide has no entry in the legend
+        label = f"cycle, {kind}" if length_of_kind[kind] > SEEN else None
+        axes.plot(values[i : i + 2], sizes[i : i + 2], label=label, **LOOKS[kind])
     axes.plot(values[cycles.own], sizes[cycles.own], "o", mfc="none", mec="k", label="the scene")
     for kind, mark in MARKS.items():
         marked = [i for i, orbit in enumerate(cycles.orbits) if orbit.turn == kind]
