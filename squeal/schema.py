@@ -88,13 +88,6 @@ def shown(value: Value) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def require_positive(options: object) -> None:
-    """Raise InputError for the first attribute of options that is not above 0."""
-    for name, value in vars(options).items():
-        if not value > 0:
-            raise (Place(type(options).__name__) / name).must_be(value, "a number above 0")
-
-
 def refuse_unit(value: object, at: Place) -> None:
     """Refuse a quantity of pint or astropy, of which NumPy would take the number without its unit.
 

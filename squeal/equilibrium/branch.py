@@ -21,7 +21,27 @@ from numpy.polynomial.polynomial import polyder, polyval
 
 from squeal.equilibrium.statics import Equilibria, Statics, Step, newton, of_some
 from squeal.model.equations import natural_units
-from squeal.schema import Place, require_positive
+
+# Tolerances of the continuation in natural units, where the load displaces by about one. With these
+# no branch of random pads is lost; smaller steps cost time, larger ones risk a jump to another
+# branch. A step is halved where mu may turn back twice on it.
+FIRST_STEP = 2.0  # twice the displacement under the load
+LONGEST_STEP = 4.0  # four times it; it grows with the distance from the origin
+SHORTEST_STEP = 1e-10  # the branch is lost where even this fails
+COSINE = 0.95  # least, between the tangents of a step: it turns by 18 degrees at most
+CORRECTION = 0.10  # largest, as a share of the step: farther off lies another branch
+RATIO = 8.0  # largest, of the slopes of mu at both ends of a step
+SLOWER = 0.5  # least, of the slope of mu within a step to those at its ends
+RISE = 0.25  # least, of mu over a step to the end of the range: near a fold it is less
+CLOSEST = 1e-3  # two folds that close to one another may be passed over
+MOST_STEPS = 4000
+FARTHEST = 100.0  # free lengths of both springs: the equilibrium has run away
+CHECKS = 6  # places within a step at which events are looked for
+HALVINGS = 15  # of the interval between two of these, to tell which event comes first
+AT_END = 1e-12  # of the range of mu: a step that comes so close to its end goes there
+MOST_NEWTON_STEPS = 12  # to an equilibrium between two nodes, from the cubic that joins them
+ALONG_MU = np.eye(4)[:, 3:]
+"""The direction (4, 1) of mu: normal to the planes of one friction."""
 
 
 class NodeKind(IntEnum):
@@ -43,34 +63,6 @@ class BranchEnd(IntEnum):
     SEPARATED = 5
     TILTED = 6
     NO_EQUILIBRIUM = 7  # without friction, where it would begin
-
-
-@dataclass(frozen=True)
-class BranchOptions:
-    """Tolerances of the continuation in natural units, where the load displaces by about one.
-
-    With the defaults no branch of random pads is lost; smaller steps cost time, larger ones risk a
-    jump to another branch. A step is halved where mu may turn back twice on it.
-    """
-
-    first_step: float = 2.0  # twice the displacement under the load
-    longest_step: float = 4.0  # four times it; it grows with the distance from the origin
-    shortest_step: float = 1e-10  # the branch is lost where even this fails
-    cosine: float = 0.95  # least, between the tangents of a step: it turns by 18 degrees at most
-    correction: float = 0.10  # largest, as a share of the step: farther off lies another branch
-    ratio: float = 8.0  # largest, of the slopes of mu at both ends of a step
-    slower: float = 0.5  # least, of the slope of mu within a step to those at its ends
-    rise: float = 0.25  # least, of mu over a step to the end of the range: near a fold it is less
-    closest: float = 1e-3  # two folds that close to one another may be passed over
-    most_steps: int = 4000
-    farthest: float = 100.0  # free lengths of both springs: the equilibrium has run away
-    checks: int = 6  # places within a step at which events are looked for
-    halvings: int = 15  # of the interval between two of these, to tell which event comes first
-
-    def __post_init__(self) -> None:
-        require_positive(self)
-        if not self.cosine < 1.0:
-            raise (Place("BranchOptions") / "cosine").must_be(self.cosine, "a number below 1")
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,9 +169,7 @@ class Branches:
         return branch.z[:, branch.last], same_contact & (branch.end == BranchEnd.REACHED)
 
 
-def follow(
-    statics: Statics, start: Equilibria, mu_max: np.ndarray, options: BranchOptions | None = None
-) -> Branches:
+def follow(statics: Statics, start: Equilibria, mu_max: np.ndarray) -> Branches:
     """Continue equilibria without friction until mu reaches mu_max, or turns back.
 
     Parameters
@@ -191,8 +181,7 @@ def follow(
     mu_max : (n,)
         Where to stop, at least 0.
     """
-    options = options or BranchOptions()
-    first = _first_front(statics, start, mu_max, options)
+    first = _first_front(statics, start, mu_max)
     end = np.where(mu_max > start.z[3], BranchEnd.GOING, BranchEnd.REACHED)
     end = np.where(start.exists, end, BranchEnd.NO_EQUILIBRIUM)
     end[(end == BranchEnd.GOING) & statics.unresolved(start.z)] = BranchEnd.INTERRUPTED
@@ -207,10 +196,10 @@ def follow(
     )
     nodes_by_step = [first_nodes]
     front = first.pick(end == BranchEnd.GOING)
-    for _ in range(options.most_steps):
+    for _ in range(MOST_STEPS):
         if not front.owner.size:
             break
-        front, nodes, step_end = front.up_to_range_end(options).advanced(options)
+        front, nodes, step_end = front.up_to_range_end().advanced()
         end[front.owner] = step_end
         nodes_by_step.append(nodes)
         going = step_end == BranchEnd.GOING
@@ -230,9 +219,7 @@ def follow(
     )
 
 
-def _first_front(
-    statics: Statics, start: Equilibria, mu_max: np.ndarray, options: BranchOptions
-) -> _Front:
+def _first_front(statics: Statics, start: Equilibria, mu_max: np.ndarray) -> _Front:
     """The front of n branches at their starts without friction, directed along dz/dmu there.
 
     Arguments as of `follow`. Lengths are in units of the displacement under the load; the scale of
@@ -243,7 +230,7 @@ def _first_front(
     touching = np.array(start.touching, dtype=bool)
     scale = np.ones((4, n))
     scale[:3] /= natural_units(statics.model).length
-    mu_rows = np.tile(np.eye(4)[:, 3:], n)  # rows (4, n) that pick mu: tangents with dmu = 1
+    mu_rows = np.tile(ALONG_MU, n)  # rows (4, n) that pick mu: tangents with dmu = 1
     with np.errstate(all="ignore"):
         slope, determinant_sign = statics.tangents(z, 1.0 * touching, mu_rows)
     # mu rises along dz/dmu: without friction no branch turns back
@@ -257,7 +244,7 @@ def _first_front(
         z=z,
         touching=touching,
         ahead=_unit(ahead),
-        step=np.full(n, options.first_step),
+        step=np.full(n, FIRST_STEP),
         scale=scale,
         mu_max=mu_max,
         determinant_sign=determinant_sign,
@@ -323,19 +310,11 @@ class _Advance(NamedTuple):
     end: np.ndarray  # (k,), `BranchEnd`: how each branch ends there, or `GOING`
 
 
-AT_END = 1e-12
-"""Of the range of mu: a step that comes so close to its end goes there."""
-ALONG_MU = np.eye(4)[:, 3:]
-"""The direction (4, 1) of mu: normal to the planes of one friction."""
-MOST_NEWTON_STEPS = 12
-"""To an equilibrium between two nodes, from the cubic that joins them."""
-
-
 class Event(IntEnum):
     """What ends a step. A change of contact has the number of its point, from 0 on."""
 
     RANGE_END = -1  # this and the next one are
-    TILTED = -2  # past 90 degrees: the last two rows of `Statics.event_functions`
+    TILTED = -2  # past 90 degrees: the last two rows of `Statics.events_behind`
     FOLD = -3  # mu turns back
     NONE = -4
 
@@ -416,7 +395,6 @@ class _Front(NamedTuple):
         low: np.ndarray,
         high: np.ndarray,
         fold: bool,
-        options: BranchOptions,
     ) -> tuple[_Corrected, np.ndarray]:
         """The fold, or the first of the other events, on each of k steps, and its number (k,).
 
@@ -438,7 +416,7 @@ class _Front(NamedTuple):
         passed = self.events_passed(curve, fold)
         before = low
         behind = high
-        for _ in range(options.halvings):
+        for _ in range(HALVINGS):
             middle = (before + behind) / 2
             is_behind = passed(middle).any(axis=0)
             before = np.where(is_behind, before, middle)
@@ -462,7 +440,7 @@ class _Front(NamedTuple):
             good &= ~others.any(axis=0) & ((rate > 0.0) | ~is_change)
             # to the last digit
             z[3] = np.where(event == Event.RANGE_END, self.mu_max, z[3])
-        good &= self._lies_on_step(z, new, options)
+        good &= self._lies_on_step(z, new)
         return _Corrected(z, tangent, slope, good), event
 
     def _event_surface(self, event: np.ndarray, z: np.ndarray) -> np.ndarray:
@@ -495,7 +473,7 @@ class _Front(NamedTuple):
         """Zeros (points + 5, k) for conditions, see `Statics.surface_step`."""
         return np.zeros((len(self.touching) + 5, self.owner.size))
 
-    def _lies_on_step(self, z: np.ndarray, new: np.ndarray, options: BranchOptions) -> np.ndarray:
+    def _lies_on_step(self, z: np.ndarray, new: np.ndarray) -> np.ndarray:
         """Whether (k,) places z (4, k) lie between the present places and the ends `new` (4, k) of
         steps, to a millionth of the step, and not far aside; nor back at a smaller mu."""
         vector = (z - self.z) * self.scale / self.step
@@ -505,11 +483,9 @@ class _Front(NamedTuple):
         distance = np.sqrt((vector**2).sum(axis=0))
         between = (forwards >= -1e-6) & (forwards <= step_forwards + 1e-6)
         between &= z[3] >= self.z[3] * (1.0 - 1e-12)  # row 3 is mu
-        return between & (distance <= forwards / options.cosine + 1e-6)
+        return between & (distance <= forwards / COSINE + 1e-6)
 
-    def turns_at_most_once(
-        self, z: np.ndarray, tangent: np.ndarray, options: BranchOptions
-    ) -> np.ndarray:
+    def turns_at_most_once(self, z: np.ndarray, tangent: np.ndarray) -> np.ndarray:
         """False (k,) for steps to z (4, k), with tangents (4, k) there, on which mu may turn back
         twice: its slope by the share of the cubic changes too much."""
         slope = polyder(_cubic(self.z, z, self.ahead, tangent, self.scale)[:, 3])
@@ -519,10 +495,10 @@ class _Front(NamedTuple):
         with np.errstate(all="ignore"):
             extremum = np.clip(np.nan_to_num(-slope[1] / (2 * slope[2])), 0.0, 1.0)
             within = polyval(extremum, slope, tensor=False)
-        even = (fast <= options.ratio * slow) & (within >= options.slower * slow)
-        return (slow <= 0.0) | (self.step < options.closest) | even
+        even = (fast <= RATIO * slow) & (within >= SLOWER * slow)
+        return (slow <= 0.0) | (self.step < CLOSEST) | even
 
-    def _stepped(self, options: BranchOptions) -> _Corrected:
+    def _stepped(self) -> _Corrected:
         """Places a step ahead, corrected in the plane across `ahead` (pseudo-arclength), or at the
         end of the range of mu where the tangent reaches it.
 
@@ -530,7 +506,7 @@ class _Front(NamedTuple):
         """
         guess = self.z + self.step * self.ahead / self.scale
         is_last = np.abs(guess[3] - self.mu_max) <= AT_END * self.mu_max
-        is_last &= self.ahead[3] >= options.rise
+        is_last &= self.ahead[3] >= RISE
         normal = np.where(is_last, ALONG_MU, self.ahead * self.scale)
         guess[3] = np.where(is_last, self.mu_max, guess[3])
         plane = self.no_surface()
@@ -540,14 +516,12 @@ class _Front(NamedTuple):
         z[3] = np.where(is_last, self.mu_max, z[3])
         with np.errstate(all="ignore"):
             correction = (((z - guess) * self.scale) ** 2).sum(axis=0)
-            good &= correction <= (options.correction * self.step) ** 2
-        good &= (tangent * self.ahead).sum(axis=0) >= options.cosine
-        good &= self.turns_at_most_once(z, tangent, options)
+            good &= correction <= (CORRECTION * self.step) ** 2
+        good &= (tangent * self.ahead).sum(axis=0) >= COSINE
+        good &= self.turns_at_most_once(z, tangent)
         return _Corrected(z, tangent, slope, good)
 
-    def _up_to_event(
-        self, corrected: _Corrected, options: BranchOptions
-    ) -> tuple[_Corrected, np.ndarray]:
+    def _up_to_event(self, corrected: _Corrected) -> tuple[_Corrected, np.ndarray]:
         """The steps, each cut off at the first event on it, and the events' numbers (k,).
 
         A step with an event that cannot be located may not be taken.
@@ -557,7 +531,7 @@ class _Front(NamedTuple):
         slope = corrected.slope.copy()
         good = corrected.good.copy()
         event = np.full(good.size, Event.NONE)
-        shares = np.linspace(0.0, 1.0, options.checks + 1)
+        shares = np.linspace(0.0, 1.0, CHECKS + 1)
         # first cut off at a fold, then at the other events on the way to it
         for fold in (True, False):
             curve = _cubic(self.z, z, self.ahead, tangent, self.scale)
@@ -570,9 +544,7 @@ class _Front(NamedTuple):
             low = shares[first]
             high = shares[first + 1]
             some = self if i.size == good.size else self.pick(i)
-            located, event[i] = some.located(
-                of_some(z, i), of_some(curve, i), low, high, fold, options
-            )
+            located, event[i] = some.located(of_some(z, i), of_some(curve, i), low, high, fold)
             z[:, i] = located.z
             tangent[:, i] = located.tangent
             slope[:, i] = located.slope
@@ -581,19 +553,19 @@ class _Front(NamedTuple):
         event[good & (event == Event.NONE) & (z[3] == self.mu_max)] = Event.RANGE_END
         return _Corrected(z, tangent, slope, good), event
 
-    def up_to_range_end(self, options: BranchOptions) -> _Front:
+    def up_to_range_end(self) -> _Front:
         """The front with steps that are cut off where their tangents reach the end of the range."""
         with np.errstate(all="ignore"):
             to_end = (self.mu_max - self.z[3]) * self.scale[3] / self.ahead[3]
-        reaches_end = (self.ahead[3] >= options.rise) & (to_end < self.step)
+        reaches_end = (self.ahead[3] >= RISE) & (to_end < self.step)
         return self._replace(step=np.where(reaches_end, to_end, self.step))
 
-    def advanced(self, options: BranchOptions) -> _Advance:
+    def advanced(self) -> _Advance:
         """One more step of each branch, up to the first event on it.
 
         A step that may not be taken leaves its branch where it is, with half the step ahead.
         """
-        corrected, event = self._up_to_event(self._stepped(options), options)
+        corrected, event = self._up_to_event(self._stepped())
         good = corrected.good
         z = np.where(good, corrected.z, self.z)
         is_change = event >= 0
@@ -608,12 +580,12 @@ class _Front(NamedTuple):
             slope=corrected.slope,
         )
         farthest = np.max(np.abs(z * self.scale), axis=0)
-        longer = np.minimum(2.0 * self.step, options.longest_step * (1.0 + 0.1 * farthest))
+        longer = np.minimum(2.0 * self.step, LONGEST_STEP * (1.0 + 0.1 * farthest))
         next_step = np.where(good, longer, self.step / 2)
         # a step that was taken may be that short: the end of the range has cut it off
-        too_short = next_step < options.shortest_step
+        too_short = next_step < SHORTEST_STEP
         end_refused = np.where(too_short, BranchEnd.INTERRUPTED, BranchEnd.GOING)
-        end = np.where(good, self._ends(z, ahead, event, separated, options), end_refused)
+        end = np.where(good, self._ends(z, ahead, event, separated), end_refused)
         nodes = _Nodes(
             owner=self.owner,
             z=z,
@@ -666,7 +638,6 @@ class _Front(NamedTuple):
         ahead: np.ndarray,
         event: np.ndarray,
         separated: np.ndarray,
-        options: BranchOptions,
     ) -> np.ndarray:
         """How (k,) branches end at places z (4, k), by the first reason that holds, else `GOING`.
 
@@ -674,7 +645,7 @@ class _Front(NamedTuple):
         `_BehindChanges`.
         """
         pad = self.statics.model.pad
-        far = np.max(np.abs(z[:2]), axis=0) > options.farthest * (pad.L1 + pad.L2)
+        far = np.max(np.abs(z[:2]), axis=0) > FARTHEST * (pad.L1 + pad.L2)
         reasons = {
             BranchEnd.SEPARATED: separated,
             BranchEnd.REACHED: event == Event.RANGE_END,

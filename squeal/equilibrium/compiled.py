@@ -136,8 +136,8 @@ def _gaps(law: ContactLaw) -> hy.cfunc_dbl:
 @lru_cache
 def _excesses(law: ContactLaw) -> hy.cfunc_dbl:
     """A function of a share, the contact state, the end of the range of mu and the coefficients
-    (16) of a cubic curve: by how much the `Statics.event_functions` at that share of the curve
-    exceed the bounds of their rounding."""
+    (16) of a cubic curve: by how much the event functions of `Statics.events_behind` at that
+    share of the curve exceed the bounds of their rounding."""
     share, range_end = hy.make_vars("share", "range_end")
     on = _symbols("on", law.points)
     curve = _symbols("curve", 16)

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from squeal.equilibrium.branch import BranchEnd, Branches, BranchOptions, NodeKind, follow
+from squeal.equilibrium.branch import BranchEnd, Branches, NodeKind, follow
 from squeal.equilibrium.find import Equilibrium, find_all, record, rests
 from squeal.equilibrium.statics import WHY_UNRESOLVED, Equilibria, Statics
 from squeal.errors import ComputationError
@@ -45,10 +45,10 @@ def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
     return None, f"no steady sliding exists: {why}, and no other equilibrium was found"
 
 
-def branch_of(model: PadModel, mu_max: float, options: BranchOptions | None = None) -> Branches:
+def branch_of(model: PadModel, mu_max: float) -> Branches:
     """The branch of one pad from mu = 0 to mu_max, for any friction and damping of its own."""
     statics = Statics.of(dataclasses.replace(model, damping=None).replace(mu=0.0))
-    return follow(statics, rests(statics, 1), np.array([mu_max]), options)
+    return follow(statics, rests(statics, 1), np.array([mu_max]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +62,12 @@ class Path:
     branch: Branches
 
     @staticmethod
-    def of(model: PadModel, mu_max: float, options: BranchOptions | None = None) -> Path:
+    def of(model: PadModel, mu_max: float) -> Path:
         """Follow the branch of a pad (its own mu is ignored) up to mu_max.
 
         Raises ComputationError if there is no equilibrium in contact at mu = 0.
         """
-        path = Path(model, branch_of(model, mu_max, options))
+        path = Path(model, branch_of(model, mu_max))
         if not path.branch.z.size:
             raise ComputationError(NO_START)
         return path

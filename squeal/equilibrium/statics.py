@@ -280,28 +280,20 @@ class Statics:
         with np.errstate(divide="ignore", invalid="ignore"):  # no place where there is no force
             return self.model.law.resultant(self.model.c, at, state)
 
-    def event_functions(self, z: np.ndarray, on: np.ndarray, mu_max: np.ndarray) -> np.ndarray:
-        """Event functions (points + 2, ..., k) at places z (4, ..., k), positive behind the event.
+    def events_behind(self, z: np.ndarray, on: np.ndarray, mu_max: np.ndarray) -> np.ndarray:
+        """Which events have been passed at places z (4, ..., k), beyond rounding; bools
+        (points + 2, ..., k).
 
-        The gap of each contact point (minus the gap of one that does not touch), the tilt past 90
-        degrees, and mu past mu_max (k,). on (points, k): the contact state as factors 1 and 0.
+        An event function is positive behind its event: the gap of each contact point (minus the gap
+        of one that does not touch), the tilt past 90 degrees, and mu past mu_max (k,). on
+        (points, k): the contact state as factors 1 and 0.
         """
         outwards = 2.0 * on - 1.0
         outwards = outwards.reshape(-1, *[1] * (z.ndim - 2), z.shape[-1])
-        tilt = self.tilt(z)
-        past_upright = np.sign(tilt.real) * tilt - math.pi / 2
-        return np.concatenate([outwards * self.gaps(z), (past_upright, z[3] - mu_max)])
-
-    def events_behind(self, z: np.ndarray, on: np.ndarray, mu_max: np.ndarray) -> np.ndarray:
-        """Which events of `event_functions` have been passed at z (4, ..., k), beyond rounding;
-        shape (points + 2, ..., k)."""
-        values = self.event_functions(z, on, mu_max)
-        behind = np.asarray(values > 0.0)
-        if behind.any():
-            points = len(on)
-            behind[:points] &= values[:points] > self.rounding(z)
-            behind[-1] &= values[-1] > RANGE_ROUNDING * mu_max
-        return behind
+        gaps, rounding = self.gaps_and_rounding(z)
+        past_upright = np.abs(self.tilt(z)) > math.pi / 2
+        past_end = z[3] - mu_max > RANGE_ROUNDING * mu_max
+        return np.concatenate([outwards * gaps > rounding, (past_upright, past_end)])
 
     def events_behind_on(
         self, curve: np.ndarray, on: np.ndarray, mu_max: np.ndarray

@@ -1,12 +1,13 @@
 """Where the continuation ends, and its settings."""
 
 import math
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
-from squeal.equilibrium import Path, find_all, sliding_equilibrium
-from squeal.equilibrium.branch import BranchEnd, BranchOptions, NodeKind
+from squeal.equilibrium import Path, branch, find_all, sliding_equilibrium
+from squeal.equilibrium.branch import BranchEnd, NodeKind
 from squeal.equilibrium.path import branch_of
 from squeal.io.scene import read_scene
 from squeal.model.contact import Formulation
@@ -17,7 +18,17 @@ from squeal.queries.pads.stack import PadStack
 from squeal.results.map import Axis
 from tests.conftest import SCENES, random_pad
 
+FINE = {"FIRST_STEP": 0.01, "LONGEST_STEP": 0.1}  # a hundredth of the displacement under the load
 TURNS = 0.676775407  # mu at which the pad below has turned by 90 degrees
+
+
+@contextmanager
+def settings(values):
+    """Other tolerances of the continuation."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in values.items():
+            patch.setattr(branch, name, value)
+        yield
 
 
 @pytest.fixture
@@ -52,9 +63,9 @@ def test_ninety_degrees_are_the_end_for_path_search_and_map(turning, beyond):
 
 def test_a_branch_does_not_depend_on_its_steps(turning):
     model = read_scene(SCENES / "b2-a.yaml").pad_model
-    fine = BranchOptions(first_step=0.01, longest_step=0.1)
     coarse = Path.of(model, 1.0)
-    close = Path.of(model, 1.0, fine)
+    with settings(FINE):
+        close = Path.of(model, 1.0)
     assert close.branch.z.shape[1] > 2 * coarse.branch.z.shape[1]
     assert close.breakpoints == pytest.approx(coarse.breakpoints, rel=1e-12)
     for mu in (0.3, 0.9):
@@ -64,15 +75,16 @@ def test_a_branch_does_not_depend_on_its_steps(turning):
 @pytest.mark.parametrize(("seed", "model", "turn"), [(25, "B1", 0.02), (14, "B2", -0.06)])
 def test_long_steps_pass_over_no_two_folds_and_no_two_contact_changes(seed, model, turn):
     pad = PadModel(model, random_pad(seed, model, F_n=0.05, theta0=turn))
-    wild = BranchOptions(first_step=3.0, longest_step=30.0, cosine=0.2, correction=3.0)
+    wild = {"FIRST_STEP": 3.0, "LONGEST_STEP": 30.0, "COSINE": 0.2, "CORRECTION": 3.0}
 
-    def events(options):
-        found = branch_of(pad, 2.0, options)
+    def events():
+        found = branch_of(pad, 2.0)
         return found.z[3, found.kind != NodeKind.POINT]
 
-    close = events(BranchOptions())
+    close = events()
     assert len(close) > 0
-    assert events(wild) == pytest.approx(close, rel=1e-12)
+    with settings(wild):
+        assert events() == pytest.approx(close, rel=1e-12)
 
 
 KNOWN = {"h": 0.014, "k2": 2.65e7, "k_c": 1.0e7, "L1": 0.81, "L2": 0.81, "F_n": 4525.0}
@@ -98,9 +110,9 @@ def test_a_step_passes_over_no_two_near_folds(pad, y0, alpha1, alpha2, fold):
     """Known from steps of a hundredth of the displacement under the load."""
     body = {"m": 0.2, "w": 0.04, "I": 1.709e-4, "k1": 2.0e7, "mu": 0.0, "y0": y0}
     model = PadModel("B2", Pad(**body, **pad, alpha1=alpha1, alpha2=alpha2))
-    fine = BranchOptions(first_step=0.01, longest_step=0.1)
     assert Path.of(model, 1.5).fold == pytest.approx(fold, rel=1e-8)
-    assert Path.of(model, 1.5, fine).fold == pytest.approx(fold, rel=1e-8)
+    with settings(FINE):
+        assert Path.of(model, 1.5).fold == pytest.approx(fold, rel=1e-8)
 
 
 def test_a_step_does_not_jump_over_the_two_folds_of_an_s():
@@ -112,9 +124,9 @@ def test_a_step_does_not_jump_over_the_two_folds_of_an_s():
         x0=-0.09987117132637723, y0=-0.012593199624475715, theta0=0.009149144228195556,
     )  # fmt: skip
     model = PadModel("B2", pad, Formulation("integral", "frame", "-"))
-    fine = BranchOptions(first_step=0.01, longest_step=0.1)
-    for options in (BranchOptions(), fine):
-        path = Path.of(model, 1.1098009630113637, options)
+    for steps in ({}, FINE):
+        with settings(steps):
+            path = Path.of(model, 1.1098009630113637)
         assert path.fold == pytest.approx(0.751771513, rel=1e-8)
         assert not path.breakpoints
 
@@ -141,14 +153,15 @@ def test_a_branch_does_not_end_at_a_smaller_friction_than_it_came_to():
         F_n=1.3278607960439772e-06, x0=0.08913288220268889, y0=-0.02069833885231579, theta0=0.0,
     )  # fmt: skip
     model = PadModel("B2", pad, Formulation("mean", "frame", "-"))
-    fine = BranchOptions(first_step=0.01, longest_step=0.1)
-    for options in (BranchOptions(), fine):
-        assert Path.of(model, 2.0, options).fold == pytest.approx(1.43485891, rel=1e-8)
+    for steps in ({}, FINE):
+        with settings(steps):
+            assert Path.of(model, 2.0).fold == pytest.approx(1.43485891, rel=1e-8)
 
 
 def test_a_branch_tells_that_its_steps_were_spent():
     model = read_scene(SCENES / "b2-a.yaml").pad_model
-    path = Path.of(model, 1.0, BranchOptions(most_steps=3))
+    with settings({"MOST_STEPS": 3}):
+        path = Path.of(model, 1.0)
     assert path.mu_end < 1.0
     assert "is lost at mu" in path.why_it_ends
 
