@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from operator import itemgetter
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, eigh
 from scipy.sparse import coo_array, csc_array
 
 from squeal.errors import ComputationError
@@ -28,6 +30,7 @@ from squeal.sparse.factor import factorise
 from squeal.sparse.quadratic import ScaledSystem
 
 BELOW = -1e-6  # of the square of the frequency scale: where real modes are searched from
+FAR_BELOW = -10.0  # the same where a stiffness is negative
 NOISE = 1e3  # roundings of the square of the frequency scale: what rounding makes of a zero square
 MORE = 6  # modes by which each further search of the lowest ones asks for more
 MOST_MORE = 25  # no further search after so many more modes than are wanted
@@ -61,7 +64,7 @@ class Check(Answer):
     free, negative : int
         Number of motions without stiffness, and with a negative one.
     hints : tuple of str
-        What looks like an error of units.
+        What looks like an error of units, or like free motions that rounding has given a stiffness.
     reduction : mapping or None
         How components were reduced before they were joined, None if they were not.
 
@@ -171,7 +174,7 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         raise ComputationError(reason)
     analysis = SystemAnalysis.of(described)
     file = analysis.file
-    squares, errors = _real_modes(system, modes)
+    squares, errors, noise = _real_modes(system, modes)
     vibrating = squares[squares > errors]
     hertz = (np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist()
     if analysis.component_reduction is not None:  # modes above the cutoff are none
@@ -187,8 +190,16 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         centre = (pad.x0, pad.y0, 0.0)
         size = (2 * pad.w, 2 * pad.h, 0.0)
     largest_size = max(size) if size else None
-    lowest_hz = hertz[0] if hertz else None
+    is_slow = (np.abs(squares) > errors) & (np.abs(squares) <= noise)
+    clearly_vibrating = vibrating[vibrating > noise]
+    lowest_hz = math.sqrt(clearly_vibrating[0]) / (2 * np.pi) if clearly_vibrating.size else None
     hints = _hints_of_units(mass, largest_size, lowest_hz)
+    if is_slow.any():
+        fastest = math.sqrt(np.abs(squares[is_slow]).max()) / (2 * np.pi)
+        hints.append(
+            f"slow motions, {np.sum(is_slow)} in number, at up to {fastest:.2g} Hz: probably free, "
+            "but for rounding of the program that made the matrices"
+        )
     return Check(
         name=system.name or "system",
         rows=system.n,
@@ -212,7 +223,26 @@ def _linearised(scene: Scene) -> System:
     return System(matrices.M, K=matrices.K, name=scene.model)
 
 
-def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+class _RealModes(NamedTuple):
+    """The lowest real modes.
+
+    Attributes
+    ----------
+    squares : array (m,)
+        Squares of the angular frequencies (rad/s)^2, rising; negative of negative stiffness.
+    errors : array (m,)
+        How far the digits of the entries leave each square open. A motion whose square is not
+        larger than this error is free.
+    noise : float
+        What rounding in a program that assembles or reduces K may make of a square that is zero.
+    """
+
+    squares: NDArray[np.float64]
+    errors: NDArray[np.float64]
+    noise: float
+
+
+def _real_modes(system: TermSystem, count: int) -> _RealModes:
     """The lowest real modes, of K x = omega^2 M x without friction and damping.
 
     All modes of a small system are computed, and of a larger one if most of them are wanted. Else
@@ -220,16 +250,7 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     refined.
 
     Up to `noise` a search takes a square for 0, so that it goes on to the next modes. Squares of up
-    to `CLEARLY` times `noise` are refined. The returned errors tell the caller which motions are
-    free.
-
-    Returns
-    -------
-    squares : array (m,)
-        Squares of the angular frequencies (rad/s)^2, rising; negative of negative stiffness.
-    errors : array (m,)
-        How far the digits of the entries leave each square open. A motion whose square is not
-        larger than this error is free.
+    to `CLEARLY` times `noise` are refined.
 
     Raises
     ------
@@ -241,7 +262,7 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     changes = frictionless(system)
     scaled = ScaledSystem(system).at(changes)
     K = (scaled.K + scaled.K.T).real / 2  # the symmetric part
-    M = scaled.M
+    M = (scaled.M + scaled.M.T).real / 2
     square_of_scale = scaled.frequency_scale**2
     # a little below zero, so that K - shift M is regular where motions are free; K = 0 has the
     # frequency scale 0, and any shift serves
@@ -249,7 +270,7 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     noise = NOISE * EPS * square_of_scale
     try:
         if system.n <= max(ALL_ROWS, count + MOST_MORE + MORE):
-            squares, vectors, largest = _all_real_modes(dense(K - shift * M), dense(M), shift)
+            squares, vectors, largest = _all_real_modes(dense(K), dense(M), square_of_scale)
             noise = max(noise, system.n * EPS * largest)
         else:
             squares, vectors = _lowest_by_lanczos(K, M, count, shift, noise)
@@ -261,7 +282,8 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     slow = np.abs(squares) <= CLEARLY * noise
     if slow.any():
         squares[slow], shapes[:, slow] = _slow_modes(system, changes, shapes[:, slow])
-    return squares, _errors_of_squares(system, changes, squares, shapes)
+    errors = _errors_of_squares(system, changes, squares, shapes)
+    return _RealModes(squares, errors, noise)
 
 
 def _lowest_by_lanczos(
@@ -323,12 +345,17 @@ def _slow_modes(
 
 
 def _all_real_modes(
-    shifted_K: NDArray, M: NDArray, shift: float
+    K: NDArray, M: NDArray, square_of_scale: float
 ) -> tuple[NDArray[np.float64], NDArray, float]:
-    """All real modes of a small system, from the eigenvalues theta of (K - shift M)^-1 M.
+    """All real modes of a small system, from the eigenvalues theta of M x = theta (K - shift M) x.
 
-    K x = square M x with square = shift + 1 / theta; a motion without mass has theta = 0, and none
-    of its digits is known up to EPS times the largest |theta|.
+    K x = square M x with square = shift + 1 / theta; a motion without mass has theta = 0, and
+    rounding leaves it below n EPS times the largest |theta|. The shift is below all squares, so
+    that K - shift M is positive definite and modes of a repeated square are independent of one
+    another. Where a motion without mass has a negative stiffness no shift does so, and both are
+    not promised.
+
+    square_of_scale: of the frequency scale, (rad/s)^2; K and M symmetric, (n, n).
 
     Returns
     -------
@@ -339,12 +366,20 @@ def _all_real_modes(
     largest : float
         The largest square of the motions whose mass is clearly above rounding, 0 without one.
     """
-    values, vectors = np.linalg.eig(np.linalg.solve(shifted_K, M))
-    theta = values.real
+    for below in (BELOW, FAR_BELOW):
+        shift = below * (square_of_scale or 1.0)
+        try:
+            theta, vectors = eigh(M, K - shift * M)
+            break
+        except LinAlgError:
+            continue
+    else:
+        values, vectors = np.linalg.eig(np.linalg.solve(K - shift * M, M))
+        theta = values.real
     size = np.abs(theta)
     has_clear_mass = size > CLEAR_MASS * size.max()
     largest = float(np.max(shift + 1 / theta[has_clear_mass], initial=0.0))
-    has_mass = size > EPS * size.max()
+    has_mass = size > len(M) * EPS * size.max()
     return shift + 1 / theta[has_mass], vectors[:, has_mass], largest
 
 

@@ -142,6 +142,38 @@ def test_a_soft_mount_of_a_stiff_bar_is_no_free_motion():
     assert (2 * np.pi * found.frequencies_hz[0]) ** 2 == pytest.approx(0.5, rel=4e-3)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("massless", [0, 2])
+def test_free_motions_of_a_stiffness_of_low_rank_are_all_counted(sign, massless):
+    factor = np.random.default_rng(0).standard_normal((30, 3))
+    has_no_mass = np.arange(30) >= 30 - massless
+    K = factor @ np.diag([1.0, sign, 1.0]) @ factor.T + np.diag(1.0 * has_no_mass)
+    M = np.diag(1.0 * ~has_no_mass)
+    vibrating = 3 if sign > 0 else 2
+    found = squeal.check(squeal.System(M, K=K))
+    assert (found.free, found.negative) == (27 - massless, 3 - vibrating)
+    assert len(found.frequencies_hz) == vibrating
+
+
+def test_free_motions_that_a_reduction_made_stiff_are_hinted_at():
+    """Of a free chain that static modes of its ends and fixed ones reduce, in doubles."""
+    n = 80
+    K = 1e9 * (2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    K[0, 0] = K[-1, -1] = 1e9
+    M = np.diag(np.linspace(0.1, 0.3, n))
+    inner = slice(1, -1)
+    basis = np.zeros((n, 12))
+    basis[0, 0] = basis[-1, 1] = 1.0
+    basis[inner, :2] = -np.linalg.solve(K[inner, inner], K[inner, [0, -1]])
+    _, fixed_modes = eigh(K[inner, inner], M[inner, inner], subset_by_index=(0, 9))
+    basis[inner, 2:] = fixed_modes
+    reduced_K = basis.T @ K @ basis
+    found = squeal.check(squeal.System(basis.T @ M @ basis, K=(reduced_K + reduced_K.T) / 2))
+    assert found.free == 0
+    (hint,) = found.hints
+    assert hint.startswith("slow motions, 1 in number")
+
+
 @pytest.mark.parametrize("springs", [[1 / 3, 1e8 / 7, 2e-3], [0.1, 0.3], [1e12 / 3, 0.7, 1e-3]])
 def test_sums_that_were_rounded_leave_a_free_motion_free(springs):
     """The diagonal holds sums that are off by half an ulp: a chain of three springs is free."""
