@@ -61,8 +61,9 @@ class Check(Answer):
     frequencies_hz : tuple of float
         The lowest real modes without friction and damping, but for free motions; of reduced
         components those up to their cutoff.
-    free, negative : int
-        Number of motions without stiffness, and with a negative one.
+    free, negative : int or None
+        Number of motions without stiffness, and with a negative one; None where M is no mass, so
+        that no modes are computed.
     hints : tuple of str
         What looks like an error of units, or like free motions that rounding has given a stiffness.
     reduction : mapping or None
@@ -88,8 +89,8 @@ class Check(Answer):
     size: tuple[float, ...] | None
     elements: int
     frequencies_hz: tuple[float, ...]
-    free: int
-    negative: int
+    free: int | None
+    negative: int | None
     hints: tuple[str, ...]
     reduction: Mapping[str, Any] | None = None
 
@@ -115,7 +116,7 @@ class Check(Answer):
             lines.append("mass and box: not known of reduced components")
         else:
             lines.append("mass: unknown without coordinates (coordinates: {file: nodes.csv})")
-        lines.append(f"free motions: {self.free}")
+        lines.append(f"free motions: {'unknown' if self.free is None else self.free}")
         if self.negative:
             lines.append(f"motions of negative stiffness: {self.negative}")
         files = Table(columns, self.matrices)
@@ -168,13 +169,17 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         pad = subject.pad
         described = _linearised(subject)
     system = file_of(described).system.frozen()
-    mass_matrix, _, _ = system.at(frictionless(system))
-    reason = why_no_mass(mass_matrix, ALL_ROWS)
-    if reason:
-        raise ComputationError(reason)
     analysis = SystemAnalysis.of(described)
     file = analysis.file
-    squares, errors, noise = _real_modes(system, modes)
+    M, _, _ = system.at()
+    reason = why_no_mass(M, ALL_ROWS)
+    free = negative = None
+    squares = errors = np.empty(0)
+    noise = 0.0
+    if not reason:
+        squares, errors, noise = _real_modes(system, modes)
+        free = int(np.sum(np.abs(squares) <= errors))
+        negative = int(np.sum(squares < -errors))
     vibrating = squares[squares > errors]
     hertz = (np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist()
     if analysis.component_reduction is not None:  # modes above the cutoff are none
@@ -182,7 +187,6 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     mass = centre = size = None
     elements = len(file.coordinates.cells) if file.coordinates else 0
     if file.coordinates is not None and analysis.component_reduction is None:
-        M, _, _ = system.at()
         mass, centre = file.coordinates.mass_and_centre(M)
         size = tuple(np.ptp(file.coordinates.places, axis=0).tolist())
     if pad is not None:
@@ -194,6 +198,8 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     clearly_vibrating = vibrating[vibrating > noise]
     lowest_hz = math.sqrt(clearly_vibrating[0]) / (2 * np.pi) if clearly_vibrating.size else None
     hints = _hints_of_units(mass, largest_size, lowest_hz)
+    if reason:
+        hints.append(f"no real modes were computed: {reason}")
     if is_slow.any():
         fastest = math.sqrt(np.abs(squares[is_slow]).max()) / (2 * np.pi)
         hints.append(
@@ -210,8 +216,8 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         size=size,
         elements=elements,
         frequencies_hz=tuple(hertz),
-        free=int(np.sum(np.abs(squares) <= errors)),
-        negative=int(np.sum(squares < -errors)),
+        free=free,
+        negative=negative,
         hints=tuple(hints),
         reduction=analysis.component_reduction,
     )

@@ -12,6 +12,7 @@ from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.examples.brake import solid_brake, write_brake
 from squeal.io.coordinates import Coordinates
 from squeal.io.system import SystemFile
+from squeal.linear.matrices import dense
 from squeal.linear.system import Term, TermSystem
 from tests.conftest import ROOT
 
@@ -102,6 +103,14 @@ def test_a_stiffness_for_the_mass_is_refused_in_time(brake):
     file = SystemFile(TermSystem(stiffness, (), own.K, own.parameters))
     with pytest.raises(ComputationError, match="mass"):
         squeal.check(file)
+
+
+def test_mass_and_stiffness_in_each_others_place_are_suspected(brake):
+    M, _, K = brake.system.at({"mu": 0.0})
+    with pytest.warns(InputWarning, match="are M and K swapped"):
+        squeal.check(squeal.System(K, K=M))
+    with pytest.warns(InputWarning, match="are M and K swapped"):
+        squeal.eigenvalues(squeal.System(dense(K)[:50, :50], K=dense(M)[:50, :50]))
 
 
 def test_a_slow_part_of_unknown_size_is_no_error_of_units():
@@ -220,8 +229,10 @@ def test_a_mass_matrix_that_is_cut_is_none(copies):
     mass[-1, -1] = 0.0
     system = squeal.System(csc_array(mass), K=csc_array(np.eye(20 * copies)))
     rows = f"rows {20 * copies - 1} and {20 * copies}"
-    with pytest.raises(ComputationError, match=rf"M is no mass: ({rows}|.*) are coupled by more"):
-        squeal.check(system)
+    with pytest.warns(InputWarning, match="M is no mass"):
+        found = squeal.check(system)
+    assert found.free is None
+    assert re.search(rf"M is no mass: ({rows}|.*) are coupled by more", found.hints[0])
 
 
 def test_rows_of_k_without_an_entry_are_named():

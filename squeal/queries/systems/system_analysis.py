@@ -27,6 +27,7 @@ from squeal.sparse.assembly import Assembly
 from squeal.sparse.quadratic import PROGRESS, Progress
 from squeal.sparse.reduction import Reduction
 
+SWAPPED = 1e-4  # Hz: a structure of which no row vibrates faster has its stiffness for its mass
 SERVED = 9  # values at which a reduced system has to be good
 ABOVE_CUTOFF = 1.000001  # share of the cutoff of components from which on a region exceeds it
 
@@ -99,6 +100,7 @@ class SystemAnalysis:
             Place(file.system.name or "system").warn(
                 f"{reason}; the answer is that of the matrices as they are"
             )
+        _warn_of_swapped_matrices(system)
         return SystemAnalysis(file, selection)
 
     @property
@@ -171,6 +173,21 @@ class SystemAnalysis:
         index = np.linspace(0, len(values) - 1, min(most, len(values)))
         changes = [{parameter: values[round(k)]} for k in index.tolist()]
         return reduced_for(self.system, self.selection, changes, method)
+
+
+def _warn_of_swapped_matrices(system: TermSystem) -> None:
+    """Warn of a system of which each row, the others held, vibrates more slowly than `SWAPPED`."""
+    M, _, K = system.at()
+    masses = np.abs(M.diagonal())
+    stiffnesses = np.abs(K.diagonal())
+    has_mass = masses > 0.0
+    squares = stiffnesses[has_mass] / masses[has_mass]
+    fastest = math.sqrt(squares.max(initial=0.0)) / math.tau
+    if 0.0 < fastest < SWAPPED:
+        Place(system.name or "system").warn(
+            f"no row vibrates faster than {fastest:.1g} Hz where the others are held; are M and K "
+            "swapped?"
+        )
 
 
 def _refuse_conjugates(region: Rectangle, real: bool) -> None:
