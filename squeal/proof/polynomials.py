@@ -27,8 +27,8 @@ try:
 except ImportError:  # an extra
     flint = None
 
-MOST_ROWS = 6
-"""Of a component: beyond, polynomials take too long."""
+MOST_ROWS = 8
+"""Of a component: its polynomials take up to two seconds, those of ten rows ten."""
 Polynomial = Any
 """A `flint.fmpq_mpoly` in s and p, or a `flint.fmpz_poly` in one of them."""
 
@@ -59,16 +59,12 @@ class ExactRange:
     ----------
     changes : list of Change
         By rising value; between two of them one number of roots grows.
-    has_infinite_roots : bool
-        Whether the systems have fewer than 2n roots, as where M is singular.
     """
 
-    def __init__(self, factors: Sequence[Polynomial], changes: Sequence[Change], rows: int) -> None:
-        """factors: of the determinant of so many rows, all irreducible."""
+    def __init__(self, factors: Sequence[Polynomial], changes: Sequence[Change]) -> None:
+        """factors: the irreducible ones of the determinant."""
         self._factors = factors
         self.changes = sorted(changes)
-        roots = sum(factor.degrees()[0] for factor in factors)
-        self.has_infinite_roots = roots < 2 * rows
 
     @classmethod
     def of(cls, terms: Terms, low: float, high: float) -> ExactRange | None:
@@ -92,7 +88,7 @@ class ExactRange:
                     return None
                 factors += [factor] * power
                 changes += changes_of_factor * power
-        return cls(factors, changes, terms.n)
+        return cls(factors, changes)
 
     def roots_at(self, value: float) -> NDArray[np.complex128]:
         """All finite roots (m,), rad/s, with the exact sign of each real part."""

@@ -18,7 +18,7 @@ from squeal.linear import GROWING, CriticalPoint, Crossing, SystemFunction
 from squeal.linear import thresholds as located_thresholds
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.events import EVENT_TOLERANCE
-from squeal.linear.matrices import checked, normalised_system
+from squeal.linear.matrices import checked, dense, is_regular, normalised_system
 from squeal.linear.roots import STIFF, ComplexArray, hides_slow_roots
 from squeal.linear.system import TermSystem
 from squeal.queries.options import (
@@ -392,31 +392,33 @@ def system_thresholds_with_proof(
         )
     proof_is_requested = prove is True or (prove is None and system.n <= PROVED_ROWS)
     analysis.warn_of_unused_parameter()
-    exact = None  # the thresholds of a few rows, known exactly
-    if can_be_proved and lists_all and proof_is_requested:
-        start = start_of_range(system, high) if low is None else low
+    may_be_exact = can_be_proved and lists_all and proof_is_requested
+    exact = None  # thresholds of a few rows without a search, which may fail where M is singular
+    start = start_of_range(system, high) if low is None else low
+    if may_be_exact and not is_regular(dense(system(start)[0])):
+        may_be_exact = False  # not again
         exact = exact_range(system, start, high)
-    # a search among finite roots may fail where others are infinite
-    served = exact if exact is not None and exact.has_infinite_roots else None
     step_ends: list[float] = []  # values at which the referee refuted an earlier list
     for _ in range(SEARCHES):  # the last answer stands, also if it is refuted
         answer, all_crossings = system_thresholds(
-            system, high, low, selection, workers, step_ends=step_ends, exact_range=served
+            system, high, low, selection, workers, step_ends=step_ends, exact_range=exact
         )
         # a proof where one is possible, else the referee's counts beside each threshold
         refuted_at = None
         if can_be_proved and all_crossings is not None and proof_is_requested:
             answer, refuted_at = _proved_system(
-                system, selection, answer, all_crossings, prove is True, is_exact=served is not None
+                system, selection, answer, all_crossings, prove is True, is_exact=exact is not None
             )
         elif small and system.real and prove is not False:
             answer, refuted_at = _counted_system(system, answer, is_complete=lists_all)
-        if not answer.certified and exact is not None and served is None:
-            served = exact
-        elif refuted_at is not None:
-            step_ends.append(refuted_at)
-        else:
+        if may_be_exact and not answer.certified:
+            may_be_exact = False
+            exact = exact_range(system, start, high)
+            if exact is not None:
+                continue
+        if refuted_at is None:
             break
+        step_ends.append(refuted_at)
     if answer.certified and answer.proof is None and small:
         answer = _counted_not_proved(answer)
     answer = widened(analysis.file, system, answer)
