@@ -1,11 +1,10 @@
 """Exact roots: doubles are rational numbers, so that det P is a polynomial with integer
 coefficients.
 
-It comes from the characteristic polynomial of an integer matrix where M is diagonal, else from
-determinants at integers by Newton's interpolation. Its squarefree parts give multiplicities; their
-roots are isolated in balls, real ones as such. With p(s) = e(s^2) + s o(s^2) the roots of
-gcd(e, o) are the squares of the roots that come with their negative, among them all on the
-imaginary axis; what is left has none there, so that the sign of each real part shows at some
+It comes from determinants at integers by Newton's interpolation. Its squarefree parts give
+multiplicities; their roots are isolated in balls, real ones as such. With p(s) = e(s^2) + s o(s^2)
+the roots of gcd(e, o) are the squares of the roots that come with their negative, among them all on
+the imaginary axis; what is left has none there, so that the sign of each real part shows at some
 precision. No tolerance decides anything. Needs python-flint.
 """
 
@@ -26,8 +25,6 @@ except ImportError:  # an extra
 
 WORK = 2e7
 """Most rows^3 times bits of an entry, which take some two seconds; beyond, nothing is tried."""
-SHORT = 200
-"""Bits of a common denominator, up to which the characteristic polynomial is faster."""
 PRECISION = 96
 """Bits of the balls, doubled until they show the side of each root."""
 MISSING = "the exact means need python-flint, which is not installed"
@@ -55,36 +52,12 @@ def exact_roots(block: Quadratic) -> list[Piece] | Failure:
     M, C, K, time_exponent = _integers(block)
     if block.n**3 * _bits(M, C, K) > WORK:
         return Failure(LARGE)
-    if block.is_undamped:
-        polynomial, unit = _undamped(M, K)
-    else:
-        polynomial, unit = _damped(M, C, K)
+    polynomial = _determinant(M, C, K)
     if polynomial.degree() < 0:
         return Failure(SINGULAR)
     with flint.ctx.workprec(PRECISION):
-        rate = flint.arb(2) ** time_exponent  # 1/s
-        scale = rate / unit
-        if block.is_undamped:
-            # the polynomial has the roots unit * s, s in rate^2: lambda^2 = -s rate^2
-            polynomial, zeros = _without_zeros(polynomial)
-            # one zero of s is two of lambda
-            return _of_squares(polynomial, -scale * rate) + _zero_pieces(2 * zeros)
-        # the polynomial has the roots unit * r, r in rate: lambda = r rate
-        return pieces_of(polynomial, scale)
-
-
-def _without_zeros(polynomial: Polynomial) -> tuple[Polynomial, int]:
-    """The polynomial divided by its power of the variable, and this power."""
-    zeros = 0
-    while polynomial[zeros] == 0:
-        zeros += 1
-    return polynomial.right_shift(zeros), zeros
-
-
-def _zero_pieces(count: int) -> list[Piece]:
-    """So many roots that are zero."""
-    zero = flint.arb(0)
-    return [_piece(zero, zero, "axis", real=True)] * count
+        # its roots are lambda / 2^time_exponent, in rad/s
+        return pieces_of(polynomial, flint.arb(2) ** time_exponent)
 
 
 def pieces_of(polynomial: Polynomial, scale: Ball) -> list[Piece]:
@@ -92,15 +65,18 @@ def pieces_of(polynomial: Polynomial, scale: Ball) -> list[Piece]:
 
     The polynomial p(r) = even(r^2) + r odd(r^2) has r and -r as roots where even and odd vanish.
     """
-    polynomial, zeros = _without_zeros(polynomial)
-    coefficients = polynomial.coeffs()
+    zeros = 0
+    while polynomial[zeros] == 0:
+        zeros += 1
+    coefficients = polynomial.coeffs()[zeros:]
     even = flint.fmpz_poly(coefficients[::2])
     odd = flint.fmpz_poly(coefficients[1::2])
     of_opposite_roots = even.gcd(odd)
     square = flint.fmpz_poly([0, 0, 1])
-    others = polynomial // of_opposite_roots(square)
+    others = polynomial.right_shift(zeros) // of_opposite_roots(square)
     pieces = _of_squares(of_opposite_roots, scale**2) + _off_axis(others, scale)
-    return pieces + _zero_pieces(zeros)
+    zero = flint.arb(0)
+    return pieces + [_piece(zero, zero, "axis", real=True)] * zeros
 
 
 def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
@@ -146,65 +122,13 @@ def _bits(*matrices: Integers) -> int:
     return longest
 
 
-def _common_multiple(M: Integers) -> int:
-    """The least common multiple of the entries of a diagonal M.
-
-    0 for any other matrix, a singular one, or a multiple of more than `SHORT` bits, with which the
-    characteristic polynomial is not the faster way.
-    """
-    diagonal = []
-    for i, row in enumerate(M):
-        if any(row[:i]) or any(row[i + 1 :]):
-            return 0
-        diagonal.append(row[i])
-    multiple = math.lcm(*diagonal)
-    if multiple.bit_length() > SHORT:
-        return 0
-    return multiple
-
-
-def _undamped(M: Integers, K: Integers) -> tuple[Polynomial, int]:
-    """A multiple of det(K - s M) in unit * s, and this unit.
-
-    It is 1, or with a diagonal M the multiple m of its entries: then the polynomial is the
-    characteristic one of the integer matrix m M^-1 K, the eigenvalues of which are m s.
-    """
-    n = len(M)
-    multiple = _common_multiple(M)
-    if multiple:
-        rows = []  # of multiple M^-1 K
-        for i in range(n):
-            factor = multiple // M[i][i]
-            rows.append([v * factor for v in K[i]])
-        return flint.fmpz_mat(rows).charpoly(), multiple
-    mass = flint.fmpz_mat(M)
-    stiffness = flint.fmpz_mat(K)
-    return _interpolated([(stiffness - s * mass).det() for s in range(n + 1)]), 1
-
-
-def _damped(M: Integers, C: Integers, K: Integers) -> tuple[Polynomial, int]:
-    """A multiple of det(r^2 M + r C + K) in unit * r, and this unit.
-
-    With a diagonal M and the multiple m of its entries it is the characteristic polynomial of the
-    first-order form [[0, 1], [-m^2 M^-1 K, -m M^-1 C]], the eigenvalues of which are m r.
-    """
-    n = len(M)
-    multiple = _common_multiple(M)
-    if multiple:
-        rows = []
-        for i in range(n):
-            unit_row = [0] * (2 * n)
-            unit_row[n + i] = 1
-            rows.append(unit_row)
-        for i in range(n):
-            factor = -(multiple // M[i][i])
-            rows.append([v * factor * multiple for v in K[i]] + [v * factor for v in C[i]])
-        return flint.fmpz_mat(rows).charpoly(), multiple
+def _determinant(M: Integers, C: Integers, K: Integers) -> Polynomial:
+    """det(r^2 M + r C + K)."""
     mass = flint.fmpz_mat(M)
     damping = flint.fmpz_mat(C)
     stiffness = flint.fmpz_mat(K)
-    values = [(r * r * mass + r * damping + stiffness).det() for r in range(2 * n + 1)]
-    return _interpolated(values), 1
+    nodes = range(2 * len(M) + 1)
+    return _interpolated([(r * r * mass + r * damping + stiffness).det() for r in nodes])
 
 
 def _interpolated(values: list[Integer]) -> Polynomial:

@@ -130,7 +130,7 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
             return None
         # the slowest ones have just begun to grow, or are about to end to
         slowest = above[:rise] if rise > 0 else below[:-rise]
-        sign = 1 if rise > 0 else -1
+        sign = int(np.sign(rise))
         start = max(zero.low, low)
         of_zero = []
         for root in slowest:

@@ -387,7 +387,9 @@ def _proof_of_system(
     from squeal.proof.ranges import SPENT, RangeProof
     from squeal.proof.referee import Proof
 
-    most = INTERVALS_OF_EXACT if is_exact else INTERVALS
+    most = INTERVALS
+    if is_exact:
+        most = INTERVALS_OF_EXACT
     if not at_any_cost:
         states = 2 * system.n if system.C else system.n
         most = int(most / (1.0 + (states / LARGE) ** 2))

@@ -293,7 +293,7 @@ def _located_exactly(
         return Event(
             value=min((change.low + change.high) / 2.0, high),
             omega=change.omega,
-            direction=1 if change.rise > 0 else -1,
+            direction=int(np.sign(change.rise)),
             interval=(change.low, change.high),
             coalesces=is_undamped and change.omega > 0.0,
         )
