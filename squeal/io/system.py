@@ -40,7 +40,8 @@ from squeal.io.terms import (
 from squeal.linear.damping import Damped, damped
 from squeal.linear.matrices import dense, normalised_system
 from squeal.linear.precision import Precision, half_units
-from squeal.linear.system import Term, TermSystem, supports_warning, without_supports
+from squeal.linear.supports import supports_warning
+from squeal.linear.system import Term, TermSystem, without_supports
 from squeal.schema import NOT_NEGATIVE, Place
 
 FULL = 0.2  # share of entries above which a matrix from a file becomes dense

@@ -6,10 +6,10 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 
 from squeal.linear.eigen import Eigenvalue, Spectrum, UnstableMode, complex_eigenvalues
 from squeal.linear.events import Crossing
+from squeal.linear.functions import Matrices, SystemFunction
 from squeal.linear.map_verdicts import damped_verdicts, errors_may_change, undamped_verdicts
 from squeal.linear.paths import unstable_modes
 from squeal.linear.sensitivity import sensitivities
-from squeal.linear.system import Matrices, SystemFunction
 from squeal.linear.thresholds import CriticalPoint, Thresholds, thresholds
 from squeal.linear.verdicts import GROWING, VERDICTS, Judgement, judge, verdict
 

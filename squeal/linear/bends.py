@@ -14,11 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from squeal.linear.continuation import DAMPED, UNDAMPED, Continuation, SpectrumAtParameter
+from squeal.linear.functions import SystemFunction
 from squeal.linear.matrices import MCK, Array, dense
 from squeal.linear.moduli import Modulus, Tabulated
 from squeal.linear.roots import ComplexArray
 from squeal.linear.steps import Step
-from squeal.linear.system import System, SystemFunction
+from squeal.linear.system import System
 from squeal.numerics.differentiation import Formula
 
 

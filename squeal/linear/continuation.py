@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError, MatrixError
 from squeal.linear.condensation import THROUGH_INFINITY, Condensation
+from squeal.linear.functions import SystemFunction, matrices_of, with_slopes
 from squeal.linear.matrices import (
     EPS,
     ILL_CONDITIONED,
@@ -39,7 +40,6 @@ from squeal.linear.matrices import (
     reaches,
 )
 from squeal.linear.roots import ComplexArray, left_vectors, root_rounding, square_roots
-from squeal.linear.system import SystemFunction, matrices_of, with_slopes
 from squeal.linear.verdicts import DIVERGENCE, FLUTTER, Codes, UnstableCount, kinds
 
 Bools = NDArray[np.bool_]

@@ -22,9 +22,9 @@ from squeal.linear.continuation import (
 )
 from squeal.linear.eigen import UnstableMode, complex_eigenvalues, growing
 from squeal.linear.events import Crossing
+from squeal.linear.functions import SystemFunction, matrices_at
 from squeal.linear.roots import ComplexArray, assigned, ordered
 from squeal.linear.steps import ROOT_TOLERANCE, Step, closest_pairs, squared_ends
-from squeal.linear.system import SystemFunction, matrices_at
 from squeal.linear.thresholds import Thresholds
 
 Indices = NDArray[np.intp]

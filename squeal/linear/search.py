@@ -25,6 +25,7 @@ from squeal.linear.condensation import FastRootGrowsError
 from squeal.linear.continuation import DAMPED, UNDAMPED, Continuation, SpectrumAtParameter
 from squeal.linear.event_guesses import DIVISION_SHARE, guesses_of, window_guesses
 from squeal.linear.events import EVENT_TOLERANCE, Event, beyond_ends, bracket_by_sign, locate_event
+from squeal.linear.functions import SystemFunction
 from squeal.linear.steps import (
     ROOT_TOLERANCE,
     EventGuess,
@@ -33,7 +34,7 @@ from squeal.linear.steps import (
     meeting_at,
     near_coalescences,
 )
-from squeal.linear.system import System, SystemFunction
+from squeal.linear.system import System
 from squeal.linear.verdicts import UnstableCount
 
 Interval = tuple[float, float]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.linear.labels import Label, row_name
 from squeal.linear.matrices import Array
 
 if TYPE_CHECKING:
@@ -16,47 +17,48 @@ if TYPE_CHECKING:
 PENALTY = 1e10  # how far a support's diagonal entry stands above all others
 
 
-def support_rows(
-    masses: Array, stiffness: NDArray, largest_couplings: Callable[[], csc_array]
-) -> NDArray[np.intp]:
+def support_rows(masses: Array, stiffness: Array, couplings: csc_array) -> NDArray[np.intp]:
     """The indices (k,) of the rows that are supports, in order; empty if there are none.
 
-    Supports lie above the first gap of `PENALTY` between neighbouring sizes of the diagonal of K
-    that has most rows below it. Their entries must also exceed all couplings and inertias by that.
+    Supports lie above the first gap of `PENALTY` between neighbouring stiffnesses that has most
+    rows below it. Their stiffnesses must also exceed all couplings and inertias by that.
 
     Parameters
     ----------
-    masses : array (n,)
-        The diagonal of M.
-    stiffness : array or sparse array (n, n)
-        K at the system's own parameters.
-    largest_couplings : function
-        Gives the sizes (n, n) that the entries of K may have at other parameters.
+    masses, stiffness : array (n,)
+        Sizes of the diagonal entries of M and of K at the system's own parameters.
+    couplings : csc_array (n, n)
+        The sizes that entries of K beside the diagonal may have, at any parameters.
     """
-    from scipy.sparse import csc_array
-
-    sizes = np.abs(masses)
-    diagonal = np.abs(csc_array(stiffness).diagonal())
-    by_size = np.argsort(diagonal)
-    by_size = by_size[diagonal[by_size] > 0.0]
-    is_gap = diagonal[by_size[1:]] >= PENALTY * diagonal[by_size[:-1]]
+    by_size = np.argsort(stiffness)
+    by_size = by_size[stiffness[by_size] > 0.0]
+    is_gap = stiffness[by_size[1:]] >= PENALTY * stiffness[by_size[:-1]]
     first_above = 1 + np.flatnonzero(is_gap)  # for each gap, how many rows lie below it
     # at most half of the rows are supports: below another gap lie a few soft rows
     first_above = first_above[2 * first_above > by_size.size]
     if not first_above.size:
         return first_above
     rows = np.sort(by_size[first_above[0] :])
-    free = np.setdiff1d(np.arange(diagonal.size), rows)
-    free_with_mass = free[sizes[free] > 0.0]
+    free = np.setdiff1d(np.arange(stiffness.size), rows)
+    free_with_mass = free[masses[free] > 0.0]
     # omega^2 of the stiffest free row by itself
-    fastest = np.max(diagonal[free_with_mass] / sizes[free_with_mass], initial=0.0)
-    couplings = largest_couplings()
-    couplings.setdiag(0.0)
+    fastest = np.max(stiffness[free_with_mass] / masses[free_with_mass], initial=0.0)
     largest = max(
         couplings[rows].max(),
         couplings[:, rows].max(),
-        fastest * sizes[rows].max(),
+        fastest * masses[rows].max(),
     )
-    if diagonal[rows].min() < PENALTY * largest:
+    if stiffness[rows].min() < PENALTY * largest:
         return rows[:0]
     return rows
+
+
+def supports_warning(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:
+    """The warning that `without_supports` left out rows (k,) of a system with these labels."""
+    first = f"row {rows[0] + 1}"
+    if rows[0] < len(labels):
+        first += f", {row_name(labels[rows[0]])}"
+    return (
+        f"{rows.size} rows whose diagonal stands decades above all others are taken for supports "
+        f"and left out, the first is {first}"
+    )

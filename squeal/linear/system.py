@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -21,11 +20,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError, meant, within_doubles
+from squeal.linear.labels import Label, labels_of, refuse_other_labels, row_name
 from squeal.linear.matrices import (
     MCK,
     Array,
     Matrix,
-    checked,
     dense,
     dense_matrices,
     given_matrix,
@@ -34,7 +33,7 @@ from squeal.linear.matrices import (
 )
 from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
 from squeal.linear.precision import half_units, precision_of_floats, short_floats
-from squeal.linear.supports import support_rows
+from squeal.linear.supports import support_rows, supports_warning
 from squeal.linear.units import row_units
 from squeal.numerics.differentiation import ONE, Formula, Parameters
 from squeal.schema import ANY, TEXT, Place, instance, kind_of
@@ -50,11 +49,6 @@ class SparseMatrix(Protocol):
     def shape(self) -> tuple[int, ...]: ...
 
     def tocsc(self) -> Any: ...
-
-
-Matrices = tuple[ArrayLike, ArrayLike | None, ArrayLike]
-SystemFunction = Callable[[float], Matrices]
-"""p -> (M, C, K); C may be None (undamped). A method `many` may give them at several values."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,8 +159,6 @@ def sum_of_terms(
 SystemMatrix = ArrayLike | Sequence[object] | SparseMatrix | Mapping[str, object] | tuple[Term, ...]
 """A matrix as `System` takes it: one array, arrays by their factors, or terms."""
 CHANGES = instance(Mapping, "a mapping of parameters to values, such as {'mu': 0.3}")
-Label = Hashable
-"""Of a row: what an index of pandas or xarray holds, of files (node, degree of freedom)."""
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
@@ -643,12 +635,6 @@ class System:
         return total
 
 
-def row_name(label: Label) -> str:
-    """The label of a row in words, the levels of one that has several between colons."""
-    levels = label if isinstance(label, tuple) else (label,)
-    return ":".join(map(str, levels))
-
-
 TermSystem = System
 """The class by the name that it had when `System` was a function."""
 
@@ -704,93 +690,6 @@ def _read_terms(
     return parts, tuple(first_labels)
 
 
-def labels_of(matrix: object) -> tuple[list[Label], list[Label]] | None:
-    """The labels of rows and columns of a data frame (pandas) or a data array (xarray) that has
-    them; None of any other matrix."""
-    if hasattr(matrix, "columns") and hasattr(matrix, "index"):
-        return list(matrix.index), list(matrix.columns)
-    indexes = getattr(matrix, "indexes", {})
-    labels = [list(indexes[name]) for name in getattr(matrix, "dims", ()) if name in indexes]
-    if len(labels) != 2:
-        return None
-    return labels[0], labels[1]
-
-
-def refuse_other_labels(labels: Mapping[str, list[Label]]) -> None:
-    """Refuse data frames whose rows or columns have other labels, or another order, than those of
-    the first, and a label that stands there twice. Raises InputError.
-
-    labels: those of the rows and those of the columns of each data frame, by what messages call
-    them, such as "index of K mu"; empty without data frames.
-    """
-    if not labels:
-        return
-    first = next(iter(labels))
-    count_of = Counter(labels[first])
-    if len(count_of) < len(labels[first]):
-        (repeated, count), *_ = count_of.most_common(1)
-        raise InputError(
-            f"{first}: the label {row_name(repeated)} stands there {count} times; each row needs "
-            "a label of its own"
-        )
-    for name, others in labels.items():
-        if others != labels[first]:
-            raise InputError(
-                f"{name}: other labels, or in another order, than {first}; labelled matrices must "
-                "have the same labels in the same order as rows and as columns "
-                "(frame.loc[labels, labels] sorts them)"
-            )
-
-
-def matrices_of(system: SystemFunction, ps: Sequence[float]) -> list[tuple[Array, Array, Array]]:
-    """M, C (zero without damping) and K, arrays (n, n), at each value of the parameter.
-
-    Raises InputError where the system gives no square, finite matrices of one size. Those of a
-    plain function must be real.
-    """
-    many = getattr(system, "many", None)
-    unchecked = many(list(ps)) if many else [matrices_at(system, p) for p in ps]
-    real = not isinstance(system, System) or system.real
-    matrices = []
-    for M, C, K in unchecked:
-        mass, damping, stiffness = checked(M, C, K, real)
-        if damping is None:
-            damping = np.zeros_like(mass)
-        matrices.append((mass, damping, stiffness))
-    return matrices
-
-
-def with_slopes(
-    system: SystemFunction, ps: Sequence[float], low: float, high: float
-) -> list[tuple[Any, Any]]:
-    """M, C and K, and their derivatives by the parameter, at each value; as `matrices_of`.
-
-    Derivatives of a System are exact; of another function they are differences over a millionth of
-    the range from low to high, one-sided at its ends.
-
-    >>> system = lambda p: (np.eye(1), None, np.array([[1 + p * p]]))
-    >>> [((_, C, K), (_, _, dK))] = with_slopes(system, [1.0], 0.0, 2.0)
-    >>> C.item(), K.item(), round(dK.item(), 6)
-    (0.0, 2.0, 2.0)
-    """
-    if isinstance(system, System):
-        zero = np.zeros((system.n, system.n))
-        slopes = []
-        for p in ps:
-            changes = system.derivative(system.parameter, {system.parameter: p})
-            slopes.append([zero if dX is None else dense(dX) for dX in changes])
-        return list(zip(matrices_of(system, ps), slopes, strict=True))
-    inside = np.clip(ps, low, high)
-    step = 1e-6 * (high - low)
-    before = np.maximum(low, inside - step)
-    after = np.minimum(high, inside + step)
-    # (3 m, 3, n, n), in one call: a system with `many` computes all values together
-    stacked = np.array(matrices_of(system, [*ps, *before, *after]))
-    matrices, matrices_before, matrices_after = np.split(stacked, 3)
-    differences = (matrices_after - matrices_before) / (after - before)[:, None, None, None]
-    return list(zip(matrices, differences, strict=True))
-
-
 def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
     """The system without the rows that a penalty on the diagonal of K holds, and these rows.
 
@@ -804,16 +703,13 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
 
     frozen = system.frozen()
     M, _, K = frozen.at()
-
-    def largest_couplings() -> csc_array:
+    couplings = csc_array((system.n, system.n))
+    for term in frozen.K:
         # a factor that is zero at these parameters need not be at others
-        total = csc_array((system.n, system.n))
-        for term in frozen.K:
-            size = max(abs(term.factor.value(frozen.parameters)), 1.0)
-            total = total + size * abs(csc_array(term.matrix))
-        return total
-
-    supports = support_rows(M.diagonal(), K, largest_couplings)
+        size = max(abs(term.factor.value(frozen.parameters)), 1.0)
+        couplings = couplings + size * abs(csc_array(term.matrix))
+    couplings.setdiag(0.0)
+    supports = support_rows(np.abs(M.diagonal()), np.abs(K.diagonal()), couplings)
     if not supports.size:
         return system, supports
     free = np.setdiff1d(np.arange(system.n), supports)
@@ -828,25 +724,3 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
     labels = [system.labels[row] for row in free if row < len(system.labels)]
     assumption = f"{supports.size} rows are taken for supports and left out"
     return system.mapped(free_rows, labels).assuming(assumption), supports
-
-
-def supports_warning(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:
-    """The warning that `without_supports` left out rows (k,) of a system with these labels."""
-    first = f"row {rows[0] + 1}"
-    if rows[0] < len(labels):
-        first += f", {row_name(labels[rows[0]])}"
-    return (
-        f"{rows.size} rows whose diagonal stands decades above all others are taken for supports "
-        f"and left out, the first is {first}"
-    )
-
-
-def matrices_at(system: SystemFunction, p: float) -> Matrices:
-    """What a system gives at p, unchecked. Raises InputError if that is not M, C and K."""
-    matrices = system(p) if callable(system) else None
-    if not isinstance(matrices, tuple | list) or len(matrices) != 3:
-        raise InputError(
-            f"system: {type(system).__name__} is not allowed; it must be a function of one "
-            "parameter that gives M, C (or None) and K"
-        )
-    return matrices

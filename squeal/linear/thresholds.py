@@ -25,9 +25,9 @@ from squeal.linear.continuation import (
     hermite_cubic,
 )
 from squeal.linear.events import EVENT_TOLERANCE, Crossing, Event, hertz_of, locate_event
+from squeal.linear.functions import SystemFunction
 from squeal.linear.search import SearchResult, fastest_first, hull, required_crossings, search
 from squeal.linear.steps import EventGuess
-from squeal.linear.system import SystemFunction
 from squeal.linear.verdicts import GROWING
 
 

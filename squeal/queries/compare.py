@@ -16,8 +16,8 @@ from squeal.errors import InputError
 from squeal.io.coordinates import DIRECTIONS, NO_DIRECTION, Coordinates
 from squeal.io.tables import number_in, read_table
 from squeal.io.writing import Answer, Column, Panel, Table, columns
+from squeal.linear.labels import labels_of
 from squeal.linear.matrices import dense, given_matrix
-from squeal.linear.system import labels_of
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import SystemSource
 from squeal.schema import POSITIVE, Place, Positive, public

@@ -28,10 +28,11 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.processes import one_thread
 from squeal.linear import UnstableMode
 from squeal.linear.damping import bordered, structure_stiffness
+from squeal.linear.functions import SystemFunction, matrices_of
 from squeal.linear.matrices import MCK, Array, Matrix, dense, divisor, is_sparse
 from squeal.linear.real_modes import real_modes
 from squeal.linear.roots import ComplexArray
-from squeal.linear.system import System, SystemFunction, Term, TermSystem, matrices_of
+from squeal.linear.system import System, Term, TermSystem
 from squeal.linear.verdicts import assumed_rounding, is_undamped
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import pad_terms

@@ -11,14 +11,10 @@ from squeal.errors import InputError
 from squeal.linear import complex_eigenvalues, thresholds
 from squeal.linear.damping import damped, structure_stiffness
 from squeal.linear.digits import rounding_of_sums
+from squeal.linear.functions import with_slopes
 from squeal.linear.matrices import dense, is_sparse
 from squeal.linear.paths import continued
-from squeal.linear.system import (
-    Term,
-    TermSystem,
-    with_slopes,
-    without_supports,
-)
+from squeal.linear.system import Term, TermSystem, without_supports
 from squeal.numerics.differentiation import Formula
 
 M = np.diag([1.0, 2.0])

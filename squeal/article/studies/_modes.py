@@ -9,10 +9,10 @@ import numpy as np
 
 from squeal.io.scene import Scene
 from squeal.linear import SystemFunction, thresholds
+from squeal.linear.functions import matrices_at
 from squeal.linear.matrices import Array
 from squeal.linear.paths import continued, links
 from squeal.linear.roots import ComplexArray, ordered
-from squeal.linear.system import matrices_at
 from squeal.queries.pads.equilibrium import branch_system
 
 SAMPLES = 201  # values of mu

@@ -19,10 +19,11 @@ from squeal.io.matrices import OTHER_ROWS, on_rows, precision_of_file, read_matr
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING, CriticalPoint, Crossing
 from squeal.linear.digits import data_errors
+from squeal.linear.labels import labels_of, refuse_other_labels
 from squeal.linear.matrices import MCK, Array, given_matrix
 from squeal.linear.precision import precision_of_floats, short_floats
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
-from squeal.linear.system import Term, TermSystem, labels_of, refuse_other_labels
+from squeal.linear.system import Term, TermSystem
 from squeal.linear.verdicts import ACCEPTED
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.known import digits_of_files

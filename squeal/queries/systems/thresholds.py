@@ -28,10 +28,11 @@ from squeal.linear.continuation import (
 )
 from squeal.linear.eigen import growing
 from squeal.linear.events import Event
+from squeal.linear.functions import matrices_of
 from squeal.linear.matrices import dense, is_regular
 from squeal.linear.roots import ComplexArray
 from squeal.linear.search import SearchResult, cluster_events, hull, search
-from squeal.linear.system import TermSystem, matrices_of
+from squeal.linear.system import TermSystem
 from squeal.linear.thresholds import points_and_crossings
 from squeal.numerics.differentiation import Parameters
 from squeal.queries.ranges import IS_VAGUE, vague_interval
