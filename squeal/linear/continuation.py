@@ -32,7 +32,6 @@ from squeal.linear.matrices import (
     components,
     divisor,
     first_order,
-    has_symmetry,
     is_regular,
     norm_of,
     normalised_system,
@@ -40,7 +39,14 @@ from squeal.linear.matrices import (
     reaches,
 )
 from squeal.linear.roots import ComplexArray, left_vectors, root_rounding, square_roots
-from squeal.linear.verdicts import DIVERGENCE, FLUTTER, Codes, UnstableCount, kinds
+from squeal.linear.verdicts import (
+    DIVERGENCE,
+    FLUTTER,
+    Codes,
+    UnstableCount,
+    is_undamped,
+    kinds,
+)
 
 Bools = NDArray[np.bool_]
 
@@ -628,18 +634,10 @@ def _eigenvectors(
 
 def problem_class_of(samples: Sequence[tuple[Array, Array | None, Array]]) -> ProblemClass:
     """The problem class of matrices M, C, K at some values; C may be None."""
-    has_damping = False
-    is_gyroscopic = True
-    for M, C, K in samples:
-        if any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
-            return DAMPED
-        if C is not None and C.any():
-            has_damping = True
-            is_gyroscopic &= has_symmetry(C, -1)
-        is_gyroscopic &= has_symmetry(M, 1) and has_symmetry(K, 1)
-    if not has_damping:
-        return UNDAMPED
-    return GYROSCOPIC if is_gyroscopic else DAMPED
+    if not all(is_undamped(M, C, K) for M, C, K in samples):
+        return DAMPED
+    is_gyroscopic = any(C is not None and C.any() for _, C, _ in samples)
+    return GYROSCOPIC if is_gyroscopic else UNDAMPED
 
 
 def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
