@@ -6,9 +6,10 @@ halved and searched again, until the events add up or what remains is known by t
 
 A search has no doubts if the events add up to what grows between them, if every interval is
 narrow, and if all factors of the terms are resolved: their second derivatives, bounded over each
-step by interval arithmetic, leave roots no room for what the step does not see, however close they
-come. Of a plain function nothing is known between the values. Whether an answer is certified is for
-the referee to say, who counts and proves without the roots that are judged (`queries.ranges`).
+step by interval arithmetic, let roots do no more than its ends tell. Of a plain function nothing is
+known between the values. Whether an answer is certified is for the referee to say, who counts and
+proves without the roots that are judged (`queries.ranges`). Where a list is refuted, as of a window
+in which a pair changes its partner, the range is searched again.
 """
 
 import itertools
@@ -30,7 +31,6 @@ from squeal.linear.steps import (
     ROOT_TOLERANCE,
     EventGuess,
     Step,
-    may_exchange_partner,
     meeting_at,
     near_coalescences,
 )
@@ -206,13 +206,8 @@ class _AdaptiveRefinement:
         guesses, division = guesses_of(step, starts_range, high == continuation.high)
         meetings = list(near_coalescences(before, after))
         is_bent = any(bends_within(continuation, step, factor) for factor in self.factors)
-        # more than one pair meets (each gives up to two meetings, seen from both ends), or third
-        # roots decide
-        is_crowded = (
-            len(meetings) > 2
-            or any(meeting.doubtful for meeting in meetings)
-            or may_exchange_partner(before, after)
-        )
+        # more than one pair meets: each gives up to two meetings, seen from both ends
+        is_crowded = len(meetings) > 2
         budget = float(self.budget)
         if is_crowded and division is None:
             budget /= 2  # half of it is left for steps whose roots are not matched

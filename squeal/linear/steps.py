@@ -55,8 +55,6 @@ class EventGuess:
         True if two roots are expected to meet on the line, False if one crosses it.
     width : float
         How far from `value` the event may lie; of two that stay close for a while half of that.
-    doubtful : bool
-        True if third roots may change the coupling of the two by more than its own size.
     """
 
     value: float
@@ -65,7 +63,6 @@ class EventGuess:
     left: ComplexArray
     coalesces: bool
     width: float
-    doubtful: bool = False
 
 
 def meeting_at(spectrum: SpectrumAtParameter, pair: NDArray[np.intp], width: float) -> EventGuess:
@@ -103,15 +100,12 @@ class _Approaches(NamedTuple):
     conjugate : array of bool (pairs,)
         Whether the two are conjugate to each other.
     u, v : array (pairs,)
-        Difference of the two roots at the end of the step, and its mean slope up to the crossing.
+        Difference of the two roots at the end of the step, and its mean slope up to where they
+        would cross without coupling.
     mean, mean_slope : array (pairs,)
         Mean of the two roots at the end of the step, and its slope into the step.
     a, b : array (pairs,)
         Their couplings, those by other roots included.
-    crossing_distance : array (pairs,)
-        Distance at which they would cross without coupling, taken into the step.
-    roots_cross : array of bool (pairs,)
-        Whether that lies in the step, of systems without damping.
     ends : array (2, pairs)
         Distances at which d vanishes, real parts.
     inside : array of bool (3, pairs)
@@ -127,8 +121,6 @@ class _Approaches(NamedTuple):
     mean_slope: ComplexArray
     a: ComplexArray
     b: ComplexArray
-    crossing_distance: Array
-    roots_cross: Bools
     ends: Array
     inside: Bools
 
@@ -168,11 +160,8 @@ def _approaches(spectrum: SpectrumAtParameter, span: float, side: int) -> _Appro
     slopes = side * spectrum.slopes
     u = spectrum.z[pairs.k] - spectrum.z[pairs.l]
     v = slopes[pairs.k] - slopes[pairs.l]
-    crossing_distance = np.nan_to_num((-u / v).real)
-    # roots of a damped system cross nowhere but by chance
-    is_inside = (crossing_distance > 0) & (crossing_distance < span)
-    roots_cross = is_inside & (spectrum.problem is not DAMPED)
-    crossing_distance = np.clip(crossing_distance, 0.0, span)
+    # where they would cross without coupling, taken into the step
+    crossing_distance = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
     v = v + crossing_distance * pairs.bend  # the mean slope up to the crossing
     # the couplings are by the parameter, the distance from this end may run against it: W changes
     # its sign with the side, and T and the bend, which are products of two W, do not
@@ -192,8 +181,6 @@ def _approaches(spectrum: SpectrumAtParameter, span: float, side: int) -> _Appro
         mean_slope=(slopes[pairs.k] + slopes[pairs.l]) / 2,
         a=a,
         b=b,
-        crossing_distance=crossing_distance,
-        roots_cross=roots_cross,
         ends=ends,
         inside=np.abs(ends_and_middle - span / 2) <= span / 2,
     )
@@ -215,24 +202,15 @@ def _meetings_seen_from(
     """
     with np.errstate(all="ignore"):
         every_pair = _approaches(spectrum, span, side)
-        near = every_pair.inside.any(axis=0) | every_pair.roots_cross
+        near = np.asarray(every_pair.inside.any(axis=0))
         if not near.any():
             return
         pairs = every_pair.select(near)
-        k = pairs.k
-        l = pairs.l
-        product = np.abs(pairs.a * pairs.b)
-        third_coupling = _third_root_coupling(spectrum, pairs, side)
-        doubtful = third_coupling > product
-        # of d, as d is the square of a difference
-        rounding = spectrum.rounding[k] * spectrum.rounding[l]
-        couples_beyond_rounding = pairs.crossing_distance**2 * third_coupling > rounding
-        may_meet_by_third_root = pairs.roots_cross & doubtful & couples_beyond_rounding
-        meets = _may_meet(spectrum, pairs, span, third_coupling) | may_meet_by_third_root
+        meets = _may_meet(spectrum, pairs, span)
         distance = pairs.meeting_distance(span)
         half_width = pairs.half_width
     for n in np.flatnonzero(meets).tolist():
-        both = [k[n], l[n]]
+        both = [pairs.k[n], pairs.l[n]]
         yield EventGuess(
             value=spectrum.value + side * float(distance[n]),
             z=complex(pairs.mean[n] + distance[n] * pairs.mean_slope[n]),
@@ -240,22 +218,20 @@ def _meetings_seen_from(
             left=spectrum.left[:, both],
             coalesces=True,
             width=float(half_width[n]),
-            doubtful=bool(doubtful[n]),
         )
 
 
-def _may_meet(
-    spectrum: SpectrumAtParameter, pairs: _Approaches, span: float, third_coupling: Array
-) -> Bools:
+def _may_meet(spectrum: SpectrumAtParameter, pairs: _Approaches, span: float) -> Bools:
     """Which pairs (pairs,) may meet on the line, or with damping cross it, within a step.
 
     d and, with damping, the real parts of both roots are sampled around the closest approach. They
-    may vanish where their sign changes up to their errors, which follow from `third_coupling`
-    (pairs,), see `_third_root_coupling`. spectrum: one end of the step; span: its length.
+    may vanish where their sign changes up to their errors. spectrum: one end of the step; span: its
+    length.
     """
     k = pairs.k
     l = pairs.l
     product = pairs.a * pairs.b
+    size = np.abs(product)
     width = np.abs(pairs.u * np.sqrt(product) / pairs.v**2)  # of the closest approach
     width = width + 1e-6 * span  # not zero where both ends are one
     offsets = 10.0 ** np.linspace(-1.0, 0.9, 12)  # 0.1 to 8 half widths of a close approach
@@ -263,8 +239,7 @@ def _may_meet(
     centre = pairs.ends.mean(axis=0)
     x = np.clip(centre + offsets * np.maximum(pairs.half_width, width), 0.0, span)
     d = (pairs.u + x * pairs.v) ** 2 / 4 + x**2 * product
-    # a tenth of the pair's own coupling may be wrong
-    error = x**2 * (third_coupling + 0.1 * np.abs(product))
+    error = x**2 * 0.1 * size  # a tenth of the coupling may be wrong
     meets = _passes_zero(d.real, error)
     if spectrum.problem is DAMPED:
         slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d)))  # the error of sqrt(d)
@@ -278,75 +253,8 @@ def _may_meet(
     # a coupling within rounding, as of two subsystems that meet by chance, parts no roots
     farthest = x.max(axis=0)
     rounding = spectrum.rounding[k] * spectrum.rounding[l]
-    couples_beyond_rounding = farthest**2 * (np.abs(product) + third_coupling) > rounding
+    couples_beyond_rounding = farthest**2 * size > rounding
     return meets & couples_beyond_rounding
-
-
-def _third_root_coupling(spectrum: SpectrumAtParameter, pairs: _Approaches, side: int) -> Array:
-    """A bound (pairs,) of how much other roots may change the product a b of each pair's couplings.
-
-    By way of a root m the roots k and l are coupled by x W_km W_ml / (z_m - z), taken at the
-    distance x at which the two would cross, where z is their mean.
-    """
-    # else the window of two modes that only a third one couples would be missed
-    k = pairs.k
-    l = pairs.l
-    W = spectrum.coupling
-    crossing_distance = pairs.crossing_distance[:, None]
-    row = np.arange(len(k))
-    roots_there = spectrum.z + crossing_distance * (side * spectrum.slopes)
-    mean_there = (roots_there[row, k] + roots_there[row, l]) / 2
-    distances = roots_there - mean_there[:, None]
-    distances[row, k] = np.inf
-    distances[row, l] = np.inf
-    forth = np.abs(crossing_distance * W[k] * W[:, l].T / distances).sum(axis=1)
-    back = np.abs(crossing_distance * W[l] * W[:, k].T / distances).sum(axis=1)
-    # how far (a + forth) (b + back) may be from a b
-    return forth * np.abs(pairs.b) + back * np.abs(pairs.a) + forth * back
-
-
-def may_exchange_partner(before: SpectrumAtParameter, after: SpectrumAtParameter) -> bool:
-    """True if a root on the line may take the partner of a root off it; without damping.
-
-    It passes so closely that coupling moves the root off the line by a quarter of its distance from
-    the line.
-    """
-    # else a window of three modes that cross at nearly one value would be missed
-    span = after.value - before.value
-    return _may_exchange_from(before, span, side=1) or _may_exchange_from(after, span, side=-1)
-
-
-def _may_exchange_from(spectrum: SpectrumAtParameter, span: float, side: int) -> bool:
-    """True if one end of a step predicts that a root on the line takes the partner of another one.
-
-    Between a root i off the line and a root j on it the coupling W moves root i, a distance x into
-    the step, by x^2 W_ij W_ji / (z_i - z_j). The partner of i is its conjugate, at twice the
-    distance of i from the line.
-
-    Parameters
-    ----------
-    spectrum : SpectrumAtParameter
-        One end of the step.
-    span : float
-        Length of the step.
-    side : int
-        1 if the step lies above this end, -1 if it lies below.
-    """
-    z = spectrum.z
-    W = spectrum.coupling
-    slopes = side * spectrum.slopes
-    above = z.imag > spectrum.rounding
-    if spectrum.problem is DAMPED or not above.any():
-        return False
-    gap = z[:, None] - z
-    gap_slope = slopes[:, None] - slopes
-    with np.errstate(all="ignore"):
-        # the distance x into the step at which |gap + x gap_slope| is least
-        closest = -(gap * gap_slope.conj()).real / np.abs(gap_slope) ** 2
-        shift = closest**2 * np.abs(W * W.T) / np.abs(gap + closest * gap_slope)
-        height = np.abs(z.imag[:, None] + closest * slopes.imag[:, None])
-        exchanges = (closest > 0) & (closest < span) & (4 * shift > height)
-    return bool(exchanges[np.ix_(above, spectrum.on_line)].any())
 
 
 def _passes_zero(values: Array, slack: Array) -> Bools:

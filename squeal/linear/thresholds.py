@@ -62,8 +62,9 @@ class Thresholds:
     crossings : list of Crossing
         All crossings of the imaginary axis, those that change the verdict among them.
     certified : bool or None
-        True if the crossings add up to what grows between them, and no step leaves room for more;
-        None where nothing is known between the computed values, as of a plain function.
+        True if the crossings add up to what grows between them, and the factors of all terms are
+        resolved: no proof. None where nothing is known between the computed values, as of a plain
+        function.
     searched : tuple of SearchResult
         The searches between jumps that all this was read off, with the eigenvalues along mu.
     """

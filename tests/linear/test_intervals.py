@@ -162,7 +162,8 @@ def test_windows_where_three_modes_cross_at_nearly_one_place(seed, spread):
     K0, K1, F = crossing_modes(np.random.default_rng([seed, 79]), 3, spread)
     F[:2, :2] *= seed % 2 == 0
     (K0 if seed % 3 else K1)[...] += F
-    found = thresholds(affine(np.eye(3), K0, K1), 1.0)
+    found = squeal.thresholds(affine(np.eye(3), K0, K1), 1.0)
+    assert found.certified
     assert [x.mu for x in found.crossings] == pytest.approx(where_roots_meet(K0, K1), rel=1e-7)
 
 
@@ -176,7 +177,7 @@ def test_a_search_that_runs_out_of_values_is_not_certified(monkeypatch):
     known = pytest.approx(where_roots_meet(K0, K1), rel=1e-7)
     for budget in (50, search.BUDGET):
         monkeypatch.setattr(search, "BUDGET", budget)
-        found = thresholds(affine(np.eye(3), K0, K1), 1.0)
+        found = squeal.thresholds(affine(np.eye(3), K0, K1), 1.0)
         assert found.certified == ([x.mu for x in found.crossings] == known)
 
 
@@ -189,7 +190,7 @@ def test_growth_of_five_modes_at_many_values_follows_from_the_thresholds(seed):
     K0 += F + np.diag([2.0, 2.0, 2.0, 2.0, 5.0])
     K0[:2, :2] -= F[:2, :2]
     C = np.diag(10.0 ** rng.uniform(-4, -1, n))
-    found = thresholds(affine(np.eye(n), K0, K1, C0=C), 1.0)
+    found = squeal.thresholds(affine(np.eye(n), K0, K1, C0=C), 1.0)
     p = np.linspace(0.0, 1.0, 3001)
     A = np.zeros((len(p), 2 * n, 2 * n))
     A[:, :n, n:] = np.eye(n)
