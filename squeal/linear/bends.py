@@ -75,8 +75,8 @@ def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool
     """True if a factor bends so much within a step that roots may do what its ends do not tell.
 
     At both ends it is estimated what its deviation from a straight line, more or less of it, does
-    to the roots there. Systems of more than 40 rows, whose range is proved on request only, need
-    this guard.
+    to the roots there. This guard is for ranges that nobody proves unasked: those of systems of
+    more than 40 rows, and of factors that are tabulated over the parameter.
     """
     deviation = factor.deviation(step.before.value, step.after.value)
     if deviation in (0.0, np.inf):
