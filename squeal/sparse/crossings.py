@@ -96,9 +96,8 @@ def _frozen_parts(reduction: DispersiveReduction) -> Iterator[_FrozenPart]:
     region = reduction.region
     grid = frequencies(reduction.system, region)
     spacing = float(np.diff(grid).max())
-    reach = (
-        NEAR_INTERVALS + 0.5
-    ) * spacing  # beyond NEAR_INTERVALS, within which roots start, and how far they move
+    # roots start within NEAR_INTERVALS of a frozen frequency, and move
+    reach = (NEAR_INTERVALS + 0.5) * spacing
     for omega in grid.tolist():
         around = replace(
             region,

@@ -66,7 +66,7 @@ if TYPE_CHECKING:
 REACH_OF_MODES = 2.0  # of the real modes, over the highest frequency
 BLOCK_SIZE = 6  # vectors of a step towards them
 MODE_RESIDUAL = 1e-4  # of a real mode
-ONE_ROUND_ERROR = 1e-3  # of |lambda|: errors that call for one round of corrections alone
+ONE_ROUND_ERROR = 1e-3  # of |lambda|: errors for which one more round of corrections suffices
 GOOD_ERROR = 1e-7  # of |lambda|: roots with smaller errors add no corrections
 MOST_ROUNDS = 5  # of corrections at most
 DROPPED_PART = 1e-2  # of unit vectors: what they add less is left out
@@ -236,24 +236,8 @@ class FirstLook(Reduction):
         middle = len(self.structures) // 2
         self.extend(self.structures[middle].modes(self.reach), DROPPED_PART)
         for _ in range(MOST_ROUNDS):
-            shares = []
-            residuals = []
-            corrections = []
-            for changes in self.samples:
-                values = self._projected_values(changes)
-                near_values = values[self.wide.contains(values)]
-                # the root 0 of a rigid body is exact
-                estimated = self._roots_with_errors(changes, near_values[near_values != 0.0])
-                sizes = np.abs(estimated.roots.values)
-                is_off = estimated.errors > GOOD_ERROR * sizes
-                # corrections of right vectors, then of left ones
-                corrections.append(estimated.corrections[:, np.tile(is_off, 2)])
-                shares.append(np.max(estimated.errors / sizes, initial=0.0))
-                residuals.append(np.max(estimated.residuals, initial=0.0))
-            self.error = float(max(shares))
-            self.worst_residual = float(max(residuals))
-            report_progress(f"{self.size} vectors, errors up to {self.error:.2g} of |lambda|")
-            self.extend(np.hstack(corrections), DROPPED_PART)
+            shares = self._add_corrections()
+            self.error = max(shares)
             if self.error <= ONE_ROUND_ERROR:
                 break
         tested = self.samples
@@ -265,6 +249,28 @@ class FirstLook(Reduction):
             basis.train(self.trained, self._modes_at)
             self.reduced_basis = basis if basis.size else None
         return self
+
+    def _add_corrections(self) -> list[float]:
+        """Enlarge the basis by what corrects the modes at the samples; the largest error of a root
+        at each sample before that, as a share of |lambda|."""
+        shares = []
+        residuals = []
+        corrections = []
+        for changes in self.samples:
+            values = self._projected_values(changes)
+            near_values = values[self.wide.contains(values)]
+            # the root 0 of a rigid body is exact
+            estimated = self._roots_with_errors(changes, near_values[near_values != 0.0])
+            sizes = np.abs(estimated.roots.values)
+            is_off = estimated.errors > GOOD_ERROR * sizes
+            # corrections of right vectors, then of left ones
+            corrections.append(estimated.corrections[:, np.tile(is_off, 2)])
+            shares.append(float(np.max(estimated.errors / sizes, initial=0.0)))
+            residuals.append(float(np.max(estimated.residuals, initial=0.0)))
+        self.worst_residual = max(residuals)
+        report_progress(f"{self.size} vectors, errors up to {max(shares):.2g} of |lambda|")
+        self.extend(np.hstack(corrections), DROPPED_PART)
+        return shares
 
     def _residual_sketch(self) -> ResidualSketch:
         """Random vectors times terms times basis, to estimate residuals in the full problem.
