@@ -27,19 +27,12 @@ from squeal.sparse.contact_seat import (
     seat_contacts,
 )
 from squeal.sparse.quadratic import Array, ComplexArray
-from squeal.sparse.reduced_basis import root_error_bounds
+from squeal.sparse.reduced_basis import TruncationTerm, root_error_bounds
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array, csr_array
 
 ASSEMBLY_DEFAULTS = {"mu": 0.0, "contact": 1.0, "tangential": 1.0}  # parameters of every assembly
-
-
-class TruncationTerm(NamedTuple):
-    """What the truncated motions inside the components take from y_i^H P x_j of all rows."""
-
-    value: ComplexArray  # (m, m), the first term of a Neumann series
-    uncertainty: Array  # (m, m), a bound of its further terms
 
 
 class _RootError(NamedTuple):
@@ -152,7 +145,7 @@ class Assembly:
         if C is not None:
             slope += left.conj().T @ C @ right
         truncation = self.truncation_term(z, right, left, system.parameters)
-        bounds = root_error_bounds(z, slope, truncation.value, truncation.uncertainty)
+        bounds = root_error_bounds(z, slope, *truncation)
         growth_errors = np.where(bounds.stay_on_axis & system.undamped, 0.0, bounds.errors)
         with_rounding = np.maximum(bounds.errors, assumed_rounding(z, system.undamped))
         errors = {}

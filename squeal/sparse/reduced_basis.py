@@ -50,6 +50,14 @@ class ErrorBounds(NamedTuple):
     stay_on_axis: Bools  # of an undamped problem: alone on the imaginary axis, so they stay there
 
 
+class TruncationTerm(NamedTuple):
+    """What the directions outside of a projection, eliminated from P (a Schur complement), take
+    from y_i^H P x_j: S^H P^-1 R of the residuals R = P x and S = P^H y."""
+
+    value: ComplexArray  # (m, m), with a structure's F^-1 in place of P^-1
+    uncertainty: Array  # (m, m), how far an entry may be off
+
+
 def root_error_bounds(
     values: ComplexArray, slope: ComplexArray, truncation: ComplexArray, uncertainty: Array
 ) -> ErrorBounds:
@@ -67,11 +75,8 @@ def root_error_bounds(
     slope : ndarray (m, m)
         y_i^H ((l_i + l_j) M + C) x_j of left and right modes: divided differences of P, and P' on
         the diagonal.
-    truncation : ndarray (m, m)
-        What the directions outside of the projection, eliminated from P (a Schur complement), take
-        from y_i^H P x_j: S^H F^-1 R of the residuals R = P x and S = P^H y.
-    uncertainty : ndarray (m, m)
-        How far an entry of `truncation` may be off.
+    truncation, uncertainty : ndarray (m, m)
+        See `TruncationTerm`.
     """
     try:
         inverse = np.linalg.inv(slope)
@@ -150,6 +155,20 @@ class ResidualSketch:
         for of_structure in self.probes:
             probes.append(Probes(of_structure.left @ left.conj(), of_structure.right @ right))
         return replace(self, residual=self.residual @ right, probes=probes)
+
+    def truncation(
+        self, changes: Parameters, right: ComplexArray, left: ComplexArray, weights: NDArray
+    ) -> TruncationTerm:
+        """What the directions outside of the projection take from y_i^H P x_j of modes x, y.
+
+        right, left: the modes (k, m); weights: see `term_weights`.
+        """
+        probes = self.probes[self.structure_at(changes)]
+        # products (SKETCH, m) of random vectors with S and R, whose S.T @ R averages to S^H F^-1 R
+        S = _sum_of_terms(probes.left, left.conj(), weights)
+        R = _sum_of_terms(probes.right, right, weights)
+        norms = np.outer(np.linalg.norm(S, axis=0), np.linalg.norm(R, axis=0))
+        return TruncationTerm(S.T @ R, (UNCERTAINTY + self.series) * norms)
 
 
 class ModesWithErrors(NamedTuple):
@@ -314,35 +333,35 @@ class ReducedBasis:
         return self.right @ right, self.left @ left
 
     def estimate(self, changes: Parameters, deciding: bool = False) -> ModesWithErrors:
-        """Roots in and around the region, with estimated errors and residuals in the full problem;
-        if `deciding`, the roots alone on which stability may depend."""
+        """Roots in and around the region, with estimated errors and residuals in the full problem.
+
+        If `deciding`, the roots alone on which stability may depend. To first order the error of a
+        root follows from y^H P x of its modes, which vanishes for exact ones. The part inside of
+        the projection is computed, what the directions outside take from it is estimated.
+        """
         _, B, A = self.system.at(changes)
         roots = self._roots_in(self.estimated_region, B, A)
         if deciding and len(roots.values):
             roots = roots.select(near_axis(roots.values, decay=COARSE_ERROR, gap=COARSE_ERROR))
         values = roots.values
         x, y = self.in_projection(roots.right, roots.left)
-        lengths = np.linalg.norm(x, axis=0)
-        right = roots.right / lengths
-        left = (roots.left / np.linalg.norm(y, axis=0)).conj()
+        x_lengths = np.linalg.norm(x, axis=0)
+        y_lengths = np.linalg.norm(y, axis=0)
+        right = roots.right / x_lengths
+        left = roots.left / y_lengths
         weights = term_weights(self.projection, self.projection.values(changes), values)
         sketch = self._mode_residuals
-        probes = sketch.probes[sketch.structure_at(changes)]
-        # products (SKETCH, m) with the residuals: S.T @ R estimates their product through F^-1
-        S = _sketched_residuals(probes.left, left, weights)
-        R = _sketched_residuals(probes.right, right, weights)
-        # y_i^H P(z_j) x_j would vanish if velocities were exactly z x. What it is moves the root
-        # like what the directions outside take from y_i^H P x_j, with the other sign
-        inside = left.T @ _sketched_residuals(self._products, right, weights)
-        share = UNCERTAINTY + sketch.series  # of the product of both norms
+        outside = sketch.truncation(changes, right, left, weights)
+        # y^H P x inside, which is not zero since the velocities are not exactly z x
+        inside = left.conj().T @ _sum_of_terms(self._products, right, weights)
         bounds = root_error_bounds(
             values,
-            slope=left.T @ B @ right,
-            truncation=S.T @ R - inside,
-            uncertainty=share * np.outer(np.linalg.norm(S, axis=0), np.linalg.norm(R, axis=0)),
+            slope=left.conj().T @ B @ right,
+            truncation=outside.value - inside,
+            uncertainty=outside.uncertainty,
         )
         return ModesWithErrors(
-            roots=Roots(values, x / lengths, y),
+            roots=Roots(values, x / x_lengths, y / y_lengths),
             residuals=estimated_backward_errors(sketch.residual, sketch.norms, right, weights),
             errors=bounds.errors,
         )
@@ -353,18 +372,18 @@ def estimated_backward_errors(
 ) -> Array:
     """Backward errors (m,) in the full problem of vectors (k, m), from their sketched residuals.
 
-    They are relative to the sum of the norms (terms,) of the full terms, each times its |weight|
-    (terms, m): a bound of the norm of the sum of the terms. `sketch`: see `_sketched_residuals`.
+    They are relative to the sum of the norms (terms,) of the full terms, each times its |weight|: a
+    bound of the norm of the sum of the terms. `sketch` (terms, SKETCH, k): random vectors times
+    each term; `weights`: see `term_weights`.
     """
     sizes = np.abs(weights)
     bounds = np.sum(sizes * norms[:, None], axis=0, where=sizes > 0.0)
-    return np.linalg.norm(_sketched_residuals(sketch, vectors, weights), axis=0) / divisor(bounds)
+    return np.linalg.norm(_sum_of_terms(sketch, vectors, weights), axis=0) / divisor(bounds)
 
 
-def _sketched_residuals(sketch: NDArray, vectors: ComplexArray, weights: NDArray) -> ComplexArray:
-    """Products (SKETCH, m) of random vectors with the residuals of vectors (k, m).
+def _sum_of_terms(products: NDArray, vectors: ComplexArray, weights: NDArray) -> ComplexArray:
+    """Products (r, m) of r vectors with P(z_j) x_j, from those (terms, r, k) with each term.
 
-    `sketch` (terms, SKETCH, k) has their products with each term, `weights` (terms, m) the factor
-    and the power of lambda of each term in P(lambda_j) x_j.
+    vectors: x (k, m); weights (terms, m): the factor and the power of z_j of each term.
     """
-    return np.einsum("trm,tm->rm", sketch @ vectors, weights)
+    return np.einsum("trm,tm->rm", products @ vectors, weights)
