@@ -273,7 +273,8 @@ def eigenvalues_of(problem: ScaledProblem, roots: Roots) -> tuple[Eigenvalue, ..
     residuals = problem.backward_errors(roots.values, roots.right)
     conditions = _conditions(problem, roots)
     rounding = _rounding(problem, roots.values, residuals, conditions)
-    rounding = np.where(_is_lost(problem, roots), np.abs(roots.values), rounding)
+    # the sign of the growth of an infinite root decides nothing
+    rounding = np.where(_may_be_infinite(problem, roots), np.abs(roots.values), rounding)
     right = _in_unscaled_coordinates(problem, roots.right)
     left = _in_unscaled_coordinates(problem, roots.left)
     eigenvalues = []
@@ -309,12 +310,13 @@ def _slopes(problem: ScaledProblem, roots: Roots) -> Array:
     return np.abs(roots.values) * np.abs(np.sum(roots.left.conj() * image, axis=0))
 
 
-def _is_lost(problem: ScaledProblem, roots: Roots) -> NDArray[np.bool_]:
-    """Which roots (m,) may be infinite ones that rounding made finite.
+def _may_be_infinite(problem: ScaledProblem, roots: Roots) -> Bools:
+    """Which roots (m,) may be infinite ones.
 
-    They are larger than the problem's frequency scale, alone, and moved by more than a share `LOST`
-    of their size by rounding of each entry and by what their vectors leave of the equations. Roots
-    of a light mass are as large, but rounding moves them less.
+    Where rounding of entries makes a singular M regular, infinite roots become huge ones: beyond
+    the frequency scale and alone, and rounding of each entry moves them by more than a share `LOST`
+    of their size. Roots of a light mass are as large; their entries are as small, and so is what
+    rounding of these does, which the norms in `_rounding` do not see.
     """
     values = roots.values
     sizes = np.abs(values)
@@ -322,8 +324,8 @@ def _is_lost(problem: ScaledProblem, roots: Roots) -> NDArray[np.bool_]:
     np.fill_diagonal(distances, np.inf)
     is_alone = distances.min(axis=1, initial=np.inf) > ALONE * sizes
     is_fast = sizes > problem.frequency_scale
-    inertia = multiply(problem.M, roots.right * values) + multiply(problem.C, roots.right)
-    remainders = np.abs(inertia * values + multiply(problem.K, roots.right))
+    # how far y^H P x may be off: by what x leaves of P x, and by rounding of each entry
+    remainders = np.abs(problem.apply(values, roots.right))
     shapes = np.abs(roots.right)
     terms = sizes * (sizes * (abs(problem.M) @ shapes) + abs(problem.C) @ shapes)
     terms += abs(problem.K) @ shapes
