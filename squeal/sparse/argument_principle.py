@@ -10,7 +10,6 @@ Only logarithms of pivots are used, so nothing can overflow.
 
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import astuple, dataclass
 
@@ -156,31 +155,30 @@ def count_roots(
         If P is singular everywhere.
     """
     finest = NODE_COUNTS[-1]
-    end = finest
+    nodes = disc.centre + disc.radius * np.exp(2j * np.pi * np.arange(finest) / finest)
     # det P of real matrices on a circle around a real centre: the lower half follows from the upper
-    mirrored = problem.is_real and disc.centre.imag == 0.0
-    if mirrored:
-        end = finest // 2 + 1
+    computed = finest
+    if problem.is_real and disc.centre.imag == 0.0:
+        computed = finest // 2 + 1
+    lower = np.arange(computed, finest)
     precisions = ["double"]
     if problem.n <= SINGLE_ROWS:
         # single precision first: what its rounding spoils gives no whole number of turns
         precisions.insert(0, "single")
     factor = reusable  # each factor lends its memory to the next one
     for precision in precisions:
-        # of det P(z) / prod(z - known) at `finest` nodes z; NaN: not computed yet
+        # of det P(z) / prod(z - known) at all nodes z; NaN: not computed yet
         logarithms = np.full(finest, np.nan, dtype=complex)
-        for nodes in NODE_COUNTS:
-            step = finest // nodes
-            for k in range(0, end, step):
+        for count in NODE_COUNTS:
+            step = finest // count
+            for k in range(0, computed, step):
                 if not np.isnan(logarithms[k]):  # computed for fewer nodes already
                     continue
-                report_progress(f"counting the roots: determinant of {nodes}")
-                node = disc.centre + disc.radius * cmath.exp(2j * math.pi * k / finest)
+                report_progress(f"counting the roots: determinant of {count}")
                 # z is the node, or a value next to it where P is singular at the node
-                z, factor = factorise_at(problem, node, precision == "single", factor)
+                z, factor = factorise_at(problem, complex(nodes[k]), precision == "single", factor)
                 logarithms[k] = factor.logarithm() - np.sum(np.log(z - known))
-                if mirrored and 0 < 2 * k < finest:
-                    logarithms[finest - k] = logarithms[k].conjugate()
+            logarithms[lower] = logarithms[finest - lower].conj()
             missing = _winding_number(logarithms[::step])
             if missing is not None:
                 return missing + int(np.sum(disc.contains(known)))
