@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from squeal.io.coordinates import NO_DIRECTION, Coordinates
 from squeal.io.system import SystemFile
-from squeal.linear.matrices import dense
+from squeal.linear.matrices import components, dense, reaches
 from squeal.linear.shaft import turning_parts
 from squeal.linear.system import TermSystem
 
@@ -93,7 +93,8 @@ def _by_term(
         net = 0.0  # forward parts of the shape less backward ones
         net_sizes = 0.0  # the sum of |net| of each disc alone, which the term couples to no other
         total = 0.0  # forward and backward parts together
-        for rows in _coupled(matrix):
+        # rows that the term couples; it is skew, so that what acts on a row depends on it
+        for rows in components(reaches(matrix != 0.0)):
             # eigenvalues of i S, see the module: above 0 of forward parts, below 0 of backward ones
             values, vectors = np.linalg.eigh(1j * matrix[np.ix_(rows, rows)])
             parts = values * np.abs(vectors.conj().T @ shape[rows]) ** 2
@@ -109,16 +110,6 @@ def _by_term(
             return of_orbits or STRAIGHT
         return FORWARD if net > 0.0 else BACKWARD
     return of_orbits
-
-
-def _coupled(matrix: NDArray) -> list[NDArray[np.intp]]:
-    """The rows of each part of a matrix (n, n) that it couples to no other part."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
-
-    count, part_of_row = connected_components(csr_array(matrix != 0.0), directed=False)
-    parts = [np.flatnonzero(part_of_row == part) for part in range(count)]
-    return [rows for rows in parts if len(rows) > 1]
 
 
 class _Orbits(NamedTuple):
