@@ -203,18 +203,16 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
         raise InputError(f"{system.name}: the loop damps motions without mass, which has no gain")
     C_b = damping[:, m:]
     A, E = state_pencil(mass, damping, stiffness, m)
-    descriptor = _Descriptor(
-        E=E,
-        A=A,
-        B=np.vstack([np.zeros((m, forces.shape[1])), forces]),
-        outputs=np.hstack([displacements[:, :m], velocities[:, :m], displacements[:, m:]]),
-    )
+    B = np.vstack([np.zeros((m, forces.shape[1])), forces])
+    outputs = np.hstack([displacements[:, :m], velocities[:, :m], displacements[:, m:]])
     # M_a is diagonal and without the last n - m rows, so that E is block triangular: m rates of a,
     # m masses, and the dampers between motions without mass, the last rows of C_b
     rank_of_E = 2 * m + _rank_in(damping, C_b[m:])
-    if rank_of_E == n + m:
-        return _from_regular(descriptor, system.name)
-    return _condensed(descriptor, rank_of_E, stiffness, system.name)
+    if rank_of_E < n + m:
+        return _condensed(_Descriptor(E, A, B, outputs), rank_of_E, stiffness, system.name)
+    no_feedthrough = np.zeros((len(outputs), B.shape[1]))
+    states = np.linalg.solve(E, A), np.linalg.solve(E, B)
+    return control.ss(*states, outputs, no_feedthrough, name=system.name)
 
 
 class _Descriptor(NamedTuple):
@@ -224,14 +222,6 @@ class _Descriptor(NamedTuple):
     A: Array
     B: Array
     outputs: Array
-
-
-def _from_regular(descriptor: _Descriptor, name: str) -> StateSpace:
-    """The state space of a descriptor system whose E is regular."""
-    A = np.linalg.solve(descriptor.E, descriptor.A)
-    B = np.linalg.solve(descriptor.E, descriptor.B)
-    outputs = descriptor.outputs
-    return control.ss(A, B, outputs, np.zeros((len(outputs), B.shape[1])), name=name)
 
 
 def _condensed(descriptor: _Descriptor, rank: int, stiffness: Array, name: str) -> StateSpace:
