@@ -330,7 +330,7 @@ def _roots_of_matrices(
     """
     M, C, K = matrices
     real = not any(X is not None and np.iscomplexobj(X) for X in matrices)
-    normalised_roots = _mass_normalised_roots(matrices) if real else None
+    normalised_roots = _mass_normalised_roots(matrices)
     if normalised_roots is None:
         roots = _dense_roots(matrices)
         conservative = False
@@ -400,8 +400,8 @@ def _mass_normalised_roots(
 ) -> EigenvalueTuple | None:
     """Compute all roots from the mass-normalised system L^-1 K L^-T, M = L L^T, if that serves.
 
-    None where another solver is needed: where M is singular or not symmetric, and where rounding
-    hides slow roots.
+    None where another solver is needed: for complex matrices, where M is singular or not symmetric,
+    and where rounding hides slow roots.
     """
     M, C, K = matrices
     try:
@@ -410,7 +410,7 @@ def _mass_normalised_roots(
         if hides_slow_roots(normalised, C, K, values):
             return None
         return spectrum_of(normalised, values).eigenvalues
-    except InputError:  # M is not positive definite
+    except InputError:  # M is not positive definite, or a matrix is complex
         return None
 
 
