@@ -402,7 +402,7 @@ class _Problem:
         """What as much of a cure as is advised does."""
         confirmed = self.searched[cure]
         answer = confirmed.answer
-        added = self._added(dict.fromkeys(confirmed.advised, cure), confirmed.advised)[0]
+        added = self._added(dict.fromkeys(confirmed.advised, cure), confirmed.advised)
         changed = self._changed(self._columns(added), cure is Cure.APART)
         present = self.spectrum.value
         roots = selected_roots(answer, changed, present, self.options)
@@ -533,26 +533,19 @@ class _Problem:
         amounts = {}
         for mode, cure in cures.items():
             amounts[mode] = shares[mode] * self.meetings[mode].unit(cure)
-        for added in self._added(cures, amounts):
-            for value in values:
-                if self._grows(value, Cure.APART in cures.values(), added):
-                    return False
-        return True
+        added = self._added(cures, amounts)
+        of_stiffness = Cure.APART in cures.values()
+        return not any(self._grows(value, of_stiffness, added) for value in values)
 
-    def _added(self, cures: Cures, amounts: Amounts) -> list[Array]:
+    def _added(self, cures: Cures, amounts: Amounts) -> Array:
         """The factors of M x x' M of all real modes, by which K or C changes with cures: of a real
-        mode in several the largest; their sum too, where it is another, as some would read it."""
+        mode in several the largest."""
         largest = np.zeros(len(self.forces))
-        total = np.zeros(len(self.forces))
         for mode, cure in cures.items():
             meeting = self.meetings[mode]
-            factors = meeting.added(cure, amounts[mode])
-            for k, factor in zip(meeting.indices, factors.tolist(), strict=True):
-                largest[k] = max(largest[k], factor)
-                total[k] += factor
-        if np.array_equal(largest, total):
-            return [largest]
-        return [largest, total]
+            indices = list(meeting.indices)
+            largest[indices] = np.maximum(largest[indices], meeting.added(cure, amounts[mode]))
+        return largest
 
     def _grows(self, value: float, of_stiffness: bool, added: Array) -> bool:
         """Whether something of the band grows at a value, or was but moved out of the band: then
@@ -612,34 +605,28 @@ class _Problem:
         """A value at which something grows with cures, with the full matrices: one of some values,
         or one below; None if nothing does. Then the thresholds, None where none were searched."""
         of_stiffness = Cure.APART in cures.values()
+        added = self._added(cures, amounts)
+        for value in values:
+            if self._grows(value, of_stiffness, added):
+                return value, None
+        if not self.searches_thresholds:
+            grows = self._grows_in_full(cures, amounts)
+            return (self.spectrum.value if grows else None), None
+        answer = self._thresholds(self._columns(added), of_stiffness, max(self.high, *values))
         refuted_at: float | None = None
-        answers = []
-        for added in self._added(cures, amounts):
-            for value in values:
-                if self._grows(value, of_stiffness, added):
-                    return value, None
-            if not self.searches_thresholds:
-                continue
-            answer = self._thresholds(self._columns(added), of_stiffness, max(self.high, *values))
-            answers.append(answer)
-            for middle in growing_within(answer, max(values)):
-                # so little growth as rounding could make of undamped modes is none
-                if self.is_reduced or self._grows(middle, of_stiffness, added):
-                    refuted_at = middle
-        if not answers and self._grows_in_full(cures, amounts):
-            refuted_at = self.spectrum.value
-        return refuted_at, next(iter(answers), None)
+        for middle in growing_within(answer, max(values)):
+            # so little growth as rounding could make of undamped modes is none
+            if self.is_reduced or self._grows(middle, of_stiffness, added):
+                refuted_at = middle
+        return refuted_at, answer
 
     def _grows_in_full(self, cures: Cures, amounts: Amounts) -> bool:
         """Whether something grows at the present value with cures in a system of many rows."""
         if not self.is_reduced:
             return False
-        of_stiffness = Cure.APART in cures.values()
-        for added in self._added(cures, amounts):
-            changed = self._changed(self._columns(added), of_stiffness)
-            if eigenvalues(changed, prove=False, **self.options).unstable:  # type: ignore[arg-type]
-                return True
-        return False
+        columns = self._columns(self._added(cures, amounts))
+        changed = self._changed(columns, Cure.APART in cures.values())
+        return bool(eigenvalues(changed, prove=False, **self.options).unstable)  # type: ignore[arg-type]
 
     def _columns(self, added: Array) -> Array:
         """U (n, k) of the change U U' with the factors (k,) of M x x' M of all real modes."""
