@@ -348,12 +348,13 @@ def find_remedies(
             changes.append(Change(name, value, step, unit, count, measured))
     if not spectrum.unstable or not changes:
         return RemedySearch(())
-    search = _Search(spectrum, changes)
+    search = _Search(spectrum, changes, high, options, options_of_losses)
     remedies: list[Remedy] = []
     for change, take in search.located():
         if len(remedies) < search.most_remedies:
-            for remedy in _computed(search, change, take, high, options, options_of_losses):
-                remedies.append(replace(remedy, rise=search.rise(change)))
+            remedy = search.remedy(change, take)
+            if remedy is not None:
+                remedies.append(remedy)
     if remedies:
         remedies.sort(key=lambda remedy: remedy.leaves_window)
         return RemedySearch(tuple(remedies))
@@ -363,8 +364,7 @@ def find_remedies(
         if search.growth(change) > WORTH * spectrum.unstable[0].growth_rate:
             without_effect.append(change.parameter)
         elif len(partial) < search.most_remedies:
-            changed = replaced(spectrum.source, change)
-            computed = eigenvalues(changed, **options)  # type: ignore[arg-type]
+            computed = search.eigenvalues_with(change)
             partial.append(
                 Remedy(spectrum, spectrum.value, computed.values, None, computed, change)
             )
@@ -372,11 +372,21 @@ def find_remedies(
 
 
 class _Search:
-    """Growing roots over changes of parameters."""
+    """Growing roots over changes of parameters; see `find_remedies`."""
 
-    def __init__(self, spectrum: Eigenvalues, changes: Sequence[Change]) -> None:
+    def __init__(
+        self,
+        spectrum: Eigenvalues,
+        changes: Sequence[Change],
+        high: float,
+        options: Mapping[str, object],
+        options_of_losses: Mapping[str, object],
+    ) -> None:
         self.spectrum = spectrum
         self.sides = changes
+        self.high = high
+        self.options = options
+        self.options_of_losses = options_of_losses
         self.steps: Sequence[int] = STEPS
         self.most_remedies = MOST_REMEDIES
         source = spectrum.source
@@ -538,6 +548,45 @@ class _Search:
                 least[side] = side.of(high * side.count)
         return least
 
+    def remedy(self, least: Change, with_margin: Change | None) -> Remedy | None:
+        """A change, rounded up to two digits, with what the full system says of it, None if modes
+        go on growing with it.
+
+        with_margin: the change that shall leave a margin, which is taken if the full system
+        confirms that stability is lost no earlier than at `IN_HAND` times the free parameter. Where
+        it is lost at a value that the search did not look at, that value joins those of the search.
+        """
+        present = self.spectrum.value
+        for change in _rounded_up(least):
+            with suppress(InputError, ComputationError):  # there may be no such brake
+                computed = self.eigenvalues_with(change)
+                if computed.unstable:
+                    continue
+                take: Change | None
+                for take in self.takes(least, with_margin):
+                    answer = self.thresholds_with(take)
+                    loss = loss_of(answer, self.high)
+                    if loss.limit() >= IN_HAND * present:
+                        computed = self.eigenvalues_with(take)
+                        break
+                    self.lower += [value / present for value in growing_within(answer, present)]
+                else:  # none leaves a margin
+                    take = None
+                    loss = loss_of(self.thresholds_with(change), self.high)
+                roots = computed.values
+                rise = self.rise(least)
+                return Remedy(self.spectrum, present, roots, loss, computed, change, take, rise)
+        return None
+
+    def eigenvalues_with(self, change: Change) -> Eigenvalues:
+        """The eigenvalues of the changed brake."""
+        return eigenvalues(replaced(self.spectrum.source, change), **self.options)  # type: ignore[arg-type]
+
+    def thresholds_with(self, change: Change) -> Thresholds:
+        """The thresholds of the changed brake."""
+        changed = replaced(self.spectrum.source, change)
+        return thresholds(changed, self.high, prove=False, **self.options_of_losses)  # type: ignore[arg-type]
+
     def least_growth(self) -> Sequence[Change]:
         """Of each parameter the step with which least grows, the best first; no step at all where
         none is of use."""
@@ -631,42 +680,6 @@ def upper_growing(roots: ComplexArray, rounding: NDArray[np.float64]) -> Complex
     return roots[is_growing(roots, rounding) & (roots.imag >= 0.0)]
 
 
-def _computed(
-    search: _Search,
-    least: Change,
-    with_margin: Change | None,
-    high: float,
-    options: Mapping[str, object],
-    options_of_losses: Mapping[str, object],
-) -> Iterator[Remedy]:
-    """A change, rounded up to two digits, with what the full system says of it: one remedy, none if
-    modes go on growing with it.
-
-    with_margin: the change that shall leave a margin, which is taken if the full system confirms
-    that stability is lost no earlier than at `IN_HAND` times the free parameter. Where it is lost
-    at a value that the search did not look at, that value joins those of the search.
-    """
-    spectrum = search.spectrum
-    source = spectrum.source
-    present = spectrum.value
-    for change in _rounded_up(least):
-        with suppress(InputError, ComputationError):  # there may be no such brake
-            computed = eigenvalues(replaced(source, change), **options)  # type: ignore[arg-type]
-            if computed.unstable:
-                continue
-            for take in search.takes(least, with_margin):
-                answer = _thresholds(source, take, high, options_of_losses)
-                loss = loss_of(answer, high)
-                if loss.limit() >= IN_HAND * present:
-                    computed = eigenvalues(replaced(source, take), **options)  # type: ignore[arg-type]
-                    yield Remedy(spectrum, present, computed.values, loss, computed, change, take)
-                    return
-                search.lower += [value / present for value in growing_within(answer, present)]
-            loss = loss_of(_thresholds(source, change, high, options_of_losses), high)
-            yield Remedy(spectrum, present, computed.values, loss, computed, change)
-            return
-
-
 def _rounded_up(change: Change | None) -> Iterator[Change]:
     """A change in two digits, rounded up, and `RETRIES` - 1 larger ones; nothing of None.
 
@@ -682,16 +695,6 @@ def _rounded_up(change: Change | None) -> Iterator[Change]:
         rounded_count = float(number((digits + larger) * unit, 3))
         if rounded_count <= change.most:
             yield change.of(math.copysign(rounded_count, change.count))
-
-
-def _thresholds(
-    source: PadSource | SystemSource | None,
-    change: Change,
-    high: float,
-    options: Mapping[str, object],
-) -> Thresholds:
-    """The thresholds of a changed brake."""
-    return thresholds(replaced(source, change), high, prove=False, **options)  # type: ignore[arg-type]
 
 
 def keep_below(

@@ -442,6 +442,9 @@ class Findings(Answer):
                 return f"{number(mode.growth_rate, 3)} 1/s of {name}"
             return "none"
 
+        def amount(row: _Row) -> str:
+            return f"({row.advised})" if row.effect.leaves_window else row.advised
+
         def next_loss(row: _Row) -> str:
             loss = row.effect.loss
             if loss is None:
@@ -455,7 +458,7 @@ class Findings(Answer):
         at_value = f"at {spectrum.parameter} = {number(spectrum.value, 4)}"
         columns = [
             Column("change", shown=lambda row: row.name),
-            Column("amount", shown=lambda row: row.advised),
+            Column("amount", shown=amount),
             Column("least", shown=lambda row: row.least, words=f"just stops {at_value}"),
             Column("growth_left", shown=growth_left, words="growth left"),
             Column(
@@ -483,7 +486,7 @@ class Findings(Answer):
         extents = [row.effect.loss.extent for row in rows if row.effect.loss is not None]
         if any(extents):
             title += f"; in hand and next loss: of {max(extents)} alone"
-        if any(row.advised.startswith("(") for row in rows):
+        if any(row.effect.leaves_window for row in rows):
             title += f"; in brackets: something grows at a lower {spectrum.parameter}"
         return Table(columns, rows, title)
 
@@ -493,7 +496,7 @@ class Findings(Answer):
             name = f"{remedy.change.parameter}{self._meaning(remedy.change.parameter)}"
             # a partial one just stops nothing
             least = remedy.change.size if self.search.remedies else "-"
-            yield _row_of(name, remedy.advised, least, remedy)
+            yield _Row(name, _in_words(remedy.advised), least, remedy)
         for cure, effect in self.cures.treatments.items():
             pairs = []
             enough = []
@@ -502,14 +505,13 @@ class Findings(Answer):
                 pairs.append(self._pair(mode))
                 enough.append(meeting.cures[cure])
                 advised.append(meeting.advised[cure])
-            amount = self._cells(cure, advised)
-            if effect.leaves_window:
-                amount = f"({amount})"
-            name = "separation" if cure is Cure.APART else "damping"
-            yield _Row(f"{name} of {'; '.join(pairs)}", amount, self._cells(cure, enough), effect)
+            cure_name = "separation" if cure is Cure.APART else "damping"
+            name = f"{cure_name} of {'; '.join(pairs)}"
+            yield _Row(name, self._cells(cure, advised), self._cells(cure, enough), effect)
         bound = self.bound
         if bound is not None:
-            yield _row_of(bound.change.parameter, bound.take, bound.change.size, bound)
+            parameter = bound.change.parameter
+            yield _Row(parameter, _in_words(bound.take), bound.change.size, bound)
 
     def _cells(self, cure: Cure, amounts: Iterable[float]) -> str:
         """Amounts of a cure in a cell, in Hz or %."""
@@ -669,12 +671,9 @@ class Findings(Answer):
         }
 
 
-def _row_of(name: str, advised: Change, least: str, effect: Effect) -> _Row:
-    """The row of a changed parameter."""
-    amount = f"{advised.verb} by {advised.size}, {advised.values}"
-    if effect.leaves_window:
-        amount = f"({amount})"
-    return _Row(name, amount, least, effect)
+def _in_words(change: Change) -> str:
+    """A change of a parameter in a cell."""
+    return f"{change.verb} by {change.size}, {change.values}"
 
 
 def _name(number_of_mode: int | None, frequency_hz: float) -> str:
