@@ -209,7 +209,7 @@ def find_meetings(
             meetings = problem.cured(candidates)
             with_window = problem.cures_with_window()
             for cure in (Cure.APART, Cure.BOTH):
-                if problem.knows(cure):
+                if cure in problem.searched:
                     with suppress(InputError, ComputationError):  # the other kind may be known
                         treatments[cure] = problem.effect(cure)
     return MeetingSearch(meetings, treatments, with_window)
@@ -257,16 +257,14 @@ class _Problem:
         source = spectrum.source
         assert source is not None
         self.band: Band | None = None
+        self.matrices = self._matrices_at(spectrum.value)
         if isinstance(source, PadSource):
             assert source.analysis is not None
-            M, C, K = source.analysis.matrices
-            self.matrices: MCK = (M, C, K)
             terms = pad_terms(source.scene, source.analysis)
             self.structure: Matrix = sum(term.matrix for term in terms if term.role == "stiffness")
         else:
             system = source.file.system
             self.band = source.selection.band
-            self.matrices = system.at()
             if np.iscomplexobj(self.matrices[0]):
                 raise InputError("the mass is complex")
             self.structure, _ = structure_stiffness(system)
@@ -370,7 +368,7 @@ class _Problem:
         self.meetings = best
         self._start_anew()
         self.searched = searched
-        if all(meeting.is_pair for meeting in best.values()) and self.knows(Cure.BOTH):
+        if all(meeting.is_pair for meeting in best.values()) and Cure.BOTH in searched:
             if len(best) == 1:
                 for side in SIDES:
                     self._take(dict.fromkeys(best, side))
@@ -384,10 +382,6 @@ class _Problem:
         self.projected = {}
         self.outside = {}
         self.searched = {}
-
-    def knows(self, cure: Cure) -> bool:
-        """Whether a cure of all growing modes is known."""
-        return all(cure in meeting.advised for meeting in self.meetings.values())
 
     def cures_with_window(self) -> list[Cure]:
         """The kinds of cure with which something grows at a value up to the present one."""
@@ -591,8 +585,6 @@ class _Problem:
     def _matrices_at(self, value: float) -> MCK:
         """The matrices at a value of the parameter."""
         source = self.spectrum.source
-        if value == self.spectrum.value:
-            return self.matrices
         if isinstance(source, PadSource):
             M, C, K = analyse(source.scene.replace(mu=value)).matrices
             return M, C, K
