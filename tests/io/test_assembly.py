@@ -507,3 +507,20 @@ def test_a_component_that_was_reduced_before_moves_beside_one_reduced_now(tmp_pa
     # the pad, and of the disc what its file still has: its node in contact
     assert moved["one"][-6:] == pytest.approx(moved["both"][-6:])
     assert moved["one"].max() == pytest.approx(moved["both"].max())
+
+
+def test_a_table_of_pairs_is_exported_as_it_stands_in_any_letters(tmp_path):
+    system = "M: [[1]]\nK: [[2]]\ncoordinates: {file: n.csv}\n"
+    (tmp_path / "c.yaml").write_text(system)
+    (tmp_path / "n.csv").write_text("node,dof,x,y,z\n1,z,0,0,0\n")
+    pairs = "first,second,geprüft\n1,1,von Jörg\n".encode("latin-1")
+    (tmp_path / "pairs.csv").write_bytes(pairs)
+    (tmp_path / "a.yaml").write_text(
+        "components: {disc: {file: c.yaml}, pad: {file: c.yaml}}\n"
+        "contact:\n  - {between: [disc, pad], pairs: {file: pairs.csv}, normal: [0, 0, 1], "
+        "stiffness: 2.0, friction: 0, bonded: true}\n"
+    )
+    out = tmp_path / "out"
+    assert main(["export", str(tmp_path / "a.yaml"), "--output", str(out)]) == 0
+    assert (out / "pairs1.csv").read_bytes() == pairs
+    assert {path.name for path in out.iterdir()} == {"assembly.yaml", "disc", "pad", "pairs1.csv"}

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from copy import deepcopy
 from pathlib import Path
+from shutil import copyfile
 from typing import Any
 
 import numpy as np
@@ -287,8 +288,7 @@ def write_assembly(
             keys["pairs"] = {"file": pairs_file}
             write_points(folder / pairs_file, file.assembly.contacts[i - 1])
         elif "pairs" in keys:
-            pairs = (home / keys["pairs"]["file"]).read_text(encoding="utf-8")
+            copyfile(home / keys["pairs"]["file"], folder / pairs_file)
             keys["pairs"] = {"file": pairs_file}
-            write_text(folder / pairs_file, pairs)
     write_text(folder / "assembly.yaml", document_text(joined))
     return rows
