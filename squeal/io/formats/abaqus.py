@@ -13,6 +13,7 @@ from pathlib import Path
 
 from squeal.io.digits import written_decimals, written_digits
 from squeal.io.formats.matrix_file import (
+    ANY_LETTERS,
     MatrixFile,
     has_internal_nodes,
     labelled_matrix,
@@ -33,7 +34,8 @@ class _Block:
 
 def read_abaqus(path: Path) -> MatrixFile | dict[str, MatrixFile]:
     """The matrix of a file, or those of a file with several, by their names. Raises ValueError."""
-    text = re.sub(r"(?m)^[ \t]*\*\*.*$", "", path.read_text(encoding="utf-8"))  # comments
+    text = path.read_text(encoding="utf-8", errors=ANY_LETTERS)
+    text = re.sub(r"(?m)^[ \t]*\*\*.*$", "", text)  # comments
     text = text.replace(",", " ")
     for mark in "#%":
         if mark in text:

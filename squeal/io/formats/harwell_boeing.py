@@ -12,6 +12,7 @@ from scipy.sparse import csc_array
 
 from squeal.io.digits import written_decimals, written_digits
 from squeal.io.formats.matrix_file import (
+    ANY_LETTERS,
     MatrixFile,
     check_indices,
     complete_triangle,
@@ -23,7 +24,7 @@ from squeal.io.formats.matrix_file import (
 def read_harwell_boeing(path: Path) -> MatrixFile:
     """The matrix of a file of this format. Raises ValueError."""
     # a title, the numbers of lines of each part, type and sizes, the formats of the parts
-    lines = path.read_text(encoding="ascii").splitlines()
+    lines = path.read_text(encoding="ascii", errors=ANY_LETTERS).splitlines()
     if len(lines) < 5 or len(lines[2].split()) < 4:
         raise ValueError("the header is missing")
     kind, *sizes = lines[2].upper().split()

@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.io.digits import written_decimals, written_digits
-from squeal.io.formats.matrix_file import MatrixFile, mirror_half, read_columns, sum_entries
+from squeal.io.formats.matrix_file import (
+    ANY_LETTERS,
+    MatrixFile,
+    mirror_half,
+    read_columns,
+    sum_entries,
+)
 
 SYMMETRIES = ("general", "symmetric", "skew-symmetric")
 VALUE_COLUMNS = {"pattern": 0, "complex": 2}  # one of any other type of entry
@@ -23,7 +29,7 @@ def read_matrix_market(path: Path) -> MatrixFile:
     comments a line of sizes follows, and then the entries: row, column and value, or in an array
     the values alone, column by column.
     """
-    with path.open(encoding="utf-8") as stream:
+    with path.open(encoding="utf-8", errors=ANY_LETTERS) as stream:
         banner = [*stream.readline().lower().split(), "", "", "", "", ""]  # may be cut off
         kind, layout, entry_type, symmetry = banner[1:5]
         if not kind:
@@ -94,7 +100,7 @@ def _without_comments(lines: Iterable[str]) -> Iterator[str]:
 
 def _value_words(path: Path, index_columns: int, value_columns: int) -> Iterator[str]:
     """The numbers behind the indices of each line, as they are written."""
-    with path.open(encoding="utf-8") as stream:
+    with path.open(encoding="utf-8", errors=ANY_LETTERS) as stream:
         lines = (line for line in _without_comments(stream) if line.strip())
         next(lines, None)  # the sizes
         for line in lines:
