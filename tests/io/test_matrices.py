@@ -145,6 +145,22 @@ def test_comments_of_abaqus_text_say_nothing_of_its_matrix(tmp_path):
     assert not K.symmetric
 
 
+@pytest.mark.parametrize(
+    ("head", "expected"),
+    [
+        (
+            "%%MatrixMarket matrix coordinate real general\n3 3 1\n",
+            [[5, 0, 0], [0, 0, 0], [0, 0, 0]],
+        ),
+        ("*MATRIX INPUT\n3 3 1\n", [[5, 0, 0], [0, 0, 0], [0, 0, 1]]),
+        ("3 3 1.0\n", [[5, 0, 0], [0, 0, 0], [0, 0, 1]]),
+        ("2 2 1\n3 3 0\n", [[5, 0, 0], [0, 1, 0], [0, 0, 0]]),  # not as many lines follow
+    ],
+)
+def test_a_first_line_that_cannot_be_mistaken_is_read(read, head, expected):
+    assert read("C.txt", f"{head}1 1 5.0\n") == expected
+
+
 def test_abaqus_text_is_placed_by_its_labels(tmp_path):
     (tmp_path / "job_STIF1.mtx").write_text(
         "** comment\n*MATRIX INPUT, NAME=K, TYPE=SYMMETRIC\n"
@@ -664,6 +680,8 @@ REFUSED = [
     ("K.txt", "1 1 x\n1 1 1\n", "x"),
     ("K.txt", "1.5 1 1\n", "1.5", "whole"),
     ("K.txt", "0 1 1\n", "from 1"),
+    ("C.txt", "3 3 1\n1 1 5.0\n", "3 3 1, may hold the sizes", "%%MatrixMarket", "*MATRIX INPUT"),
+    ("C.dat", "3,3,2\n\n1,2,0.4\n2,3,0.4\n", "3 3 2, may hold the sizes"),
     ("K.txt", "1,1,1,1,2.\n1,1,1,2\n", "columns"),
     ("K.mtx", "1,1,1,1,2,5\n1,2,1,2,2,5\n", "point"),
     ("K.txt", "% by hand\n2 2 1\n1 1 1\n", "% is not"),

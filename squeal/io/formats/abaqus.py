@@ -11,6 +11,9 @@ import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from squeal.io.digits import written_decimals, written_digits
 from squeal.io.formats.matrix_file import (
     ANY_LETTERS,
@@ -76,6 +79,21 @@ def _blocks(text: str) -> list[_Block]:
     return blocks
 
 
+def _refuse_sizes(first_line: str, positions: NDArray) -> None:
+    """Refuse a first line that may hold sizes: rows, columns and how many entries follow.
+
+    positions: row and column of all lines (lines, 2). Raises ValueError.
+    """
+    shape = positions[0]
+    followers = positions[1:]
+    counts_followers = first_line.split()[2] == str(len(followers))
+    if followers.size and counts_followers and np.all(followers <= shape):
+        raise ValueError(
+            f"its first line, {' '.join(first_line.split())}, may hold the sizes or an entry; put "
+            "%%MatrixMarket matrix coordinate real general above sizes, *MATRIX INPUT above entries"
+        )
+
+
 def _matrix(path: Path, block: _Block) -> MatrixFile:
     """The matrix of a block of the file at `path`, whose rows a file .dof beside it may name.
     Raises ValueError."""
@@ -84,6 +102,8 @@ def _matrix(path: Path, block: _Block) -> MatrixFile:
     if width not in (3, 5):
         raise ValueError(f"{width} columns; 3 or 5 are read, decimals behind a point")
     positions, columns = read_columns(io.StringIO(block.entries), width - 1, 1)
+    if width == 3 and not block.keywords:
+        _refuse_sizes(lines[0], positions)
     values = columns[:, 0]
     words = [line.split()[-1] for line in lines]
     digits = written_digits(words)
