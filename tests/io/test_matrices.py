@@ -5,6 +5,7 @@ import os
 import struct
 import zlib
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -438,6 +439,47 @@ def test_op4_that_pyyeti_writes_comes_back(tmp_path, matrix, binary):
         assert fingerprint(read_matrix(tmp_path / "K.dat", key).matrix) == fingerprint(one)
 
 
+def _write_two_of_one_name(path):
+    """Matrices K, K and M, the two K different, as other programs write them or their bytes."""
+    K = np.array([[2.0, -1.0], [-1.0, 3.0]])
+    matrices = [K, 1e4 * K, np.eye(2)]
+    if path.suffix == ".op4":
+        with np.printoptions():  # which the package changes
+            op4 = pytest.importorskip("pyyeti.nastran.op4")
+        op4.write(str(path), ["K", "k" if "case" in path.stem else "K", "M"], matrices)
+    elif path.suffix == ".mat":  # variables appended, as a second `save` without -append does not
+        parts = []
+        for name, matrix in zip("KKM", matrices, strict=True):
+            savemat(path, {name: matrix})
+            parts.append(path.read_bytes()[128:])
+        path.write_bytes(path.read_bytes()[:128] + b"".join(parts))
+    elif path.suffix == ".npz":
+        with ZipFile(path, "w") as archive:
+            for name, matrix in zip("KKM", matrices, strict=True):
+                with archive.open(f"{name}.npy", "w") as member:
+                    np.save(member, matrix)
+    elif path.suffix == ".pch":
+        text = ""
+        for name, value in zip("KKM", (2.0, 2e4, 1.0), strict=True):
+            text += f"DMIG,{name},0,1,2\nDMIG,{name},1,1,,1,1,{value}\n"
+        path.write_text(text)
+    else:
+        block = "*MATRIX INPUT, NAME={}\n1,1,1,1, {}\n"
+        text = "".join(block.format(*pair) for pair in zip("KKM", (2.0, 2e4, 1.0), strict=True))
+        path.write_text(text)
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+@pytest.mark.parametrize("name", ["d.op4", "case.op4", "d.mat", "d.npz", "d.pch", "d.inp"])
+def test_a_name_that_several_matrices_have_picks_none(tmp_path, name):
+    _write_two_of_one_name(tmp_path / name)
+    assert read_matrix(tmp_path / name, "M").matrix.diagonal()[0] == 1.0
+    with pytest.raises(InputError, match="several matrices have the name K"):
+        read_matrix(tmp_path / name, "K")
+    with pytest.raises(InputError, match=r"holds the matrices K \(several\), M"):
+        read_matrix(tmp_path / name)
+
+
 def test_op2_that_is_laid_out_by_hand_is_read(tmp_path):
     """A label, then each block by name and trailer; of a column the runs of what is not zero."""
 
@@ -471,6 +513,10 @@ def test_op2_that_is_laid_out_by_hand_is_read(tmp_path):
     assert [one.form for one in found] == ["Nastran OP2"] * 2
     assert found[0].matrix.toarray().tolist() == [[4, -1, 0], [-1, 3, 0], [0, 0, 2.5]]
     assert found[1].matrix.toarray().tolist() == [[1 + 0.5j, 0, 2], [0, 0, 0], [0, 0, -1j]]
+    twice = 2 * block("KAA", K, 2)
+    (tmp_path / "job.op2").write_bytes(head + twice + keys(0))
+    with pytest.raises(InputError, match="several matrices have the name KAA"):
+        read_matrix(tmp_path / "job.op2", "KAA")
 
 
 def test_fields_of_structs_of_matlab_have_the_names_that_matlab_gives_them(tmp_path, matrix):
@@ -687,7 +733,7 @@ REFUSED = [
     ("K.txt", "% by hand\n2 2 1\n1 1 1\n", "% is not"),
     ("K.dat", "# by hand\n1 1 1\n", "suffix"),
     ("K.mtx", "*CLOAD\n1, 1, 4.0\n", "*CLOAD"),
-    ("K.inp", "*MATRIX INPUT, NAME=K\n1,1,1\n*MATRIX INPUT, NAME=K\n1,1,1\n", "one name"),
+    ("K.inp", "*MATRIX INPUT, NAME=K\n1,1,1\n*MATRIX INPUT, NAME=K\n1,1,1\n", "several"),
     ("K.txt", "1 1 1\n300000000 300000000 1\n", "3e+08 rows"),
 ]
 

@@ -18,8 +18,10 @@ from squeal.io.digits import written_decimals, written_digits
 from squeal.io.formats.matrix_file import (
     ANY_LETTERS,
     MatrixFile,
+    NamedMatrices,
     has_internal_nodes,
     labelled_matrix,
+    matrices_by_name,
     read_columns,
     read_labels,
     sum_entries,
@@ -35,7 +37,7 @@ class _Block:
     entries: str = ""
 
 
-def read_abaqus(path: Path) -> MatrixFile | dict[str, MatrixFile]:
+def read_abaqus(path: Path) -> MatrixFile | NamedMatrices:
     """The matrix of a file, or those of a file with several, by their names. Raises ValueError."""
     text = path.read_text(encoding="utf-8", errors=ANY_LETTERS)
     text = re.sub(r"(?m)^[ \t]*\*\*.*$", "", text)  # comments
@@ -44,16 +46,11 @@ def read_abaqus(path: Path) -> MatrixFile | dict[str, MatrixFile]:
         if mark in text:
             raise ValueError(f"{mark} is not what Abaqus writes; comments begin with **")
     blocks = [block for block in _blocks(text) if block.entries.strip()]
-    matrices = {}
-    for block in blocks:
-        matrices[block.name] = _matrix(path, block)
-    if not matrices:
+    if not blocks:
         raise ValueError("no entries")
-    if len(matrices) < len(blocks):
-        raise ValueError("two matrices of one name")
-    if len(matrices) == 1:
-        return next(iter(matrices.values()))
-    return matrices
+    if len(blocks) == 1:
+        return _matrix(path, blocks[0])
+    return matrices_by_name((block.name, _matrix(path, block)) for block in blocks)
 
 
 def _blocks(text: str) -> list[_Block]:

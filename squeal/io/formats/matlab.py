@@ -5,7 +5,7 @@ Version 5 is read here, since SciPy trusts what stands in the file: a damaged on
 
 import math
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
@@ -15,7 +15,12 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from squeal.errors import InputError
-from squeal.io.formats.matrix_file import MOST_FULL, check_full_size
+from squeal.io.formats.matrix_file import (
+    MOST_FULL,
+    NamedMatrices,
+    check_full_size,
+    matrices_by_name,
+)
 
 if TYPE_CHECKING:
     import h5py
@@ -50,7 +55,7 @@ class _Element(NamedTuple):
     data: bytes
 
 
-def read_mat(path: Path) -> Mapping[str, Matrix]:
+def read_mat(path: Path) -> NamedMatrices:
     """The matrices of a file by their names, such as model.K for a field of a struct.
 
     Raises InputError, ValueError.
@@ -65,22 +70,22 @@ def read_mat(path: Path) -> Mapping[str, Matrix]:
     raise ValueError("save -v7 of MATLAB writes what is read, or -v7.3 with h5py")
 
 
-def _read_version_5(path: Path) -> dict[str, Matrix]:
+def _read_version_5(path: Path) -> NamedMatrices:
     """The matrices of a file of version 5 by their names. Raises InputError, ValueError."""
     data = path.read_bytes()
     order = "<" if data[126:128] == b"IM" else ">"
-    matrices: dict[str, Matrix] = {}
-    sizes: dict[str, Sequence[int]] = {}
+    named: list[tuple[str, Matrix]] = []
+    sizes: list[tuple[int]] = []
     try:
-        for name, matrix in _variables(data[128:], order):
-            matrices[name] = matrix
-            sizes[name] = (matrix.size,)
-            check_full_size(path, sizes.values())
+        for variable in _variables(data[128:], order):
+            named.append(variable)
+            sizes.append((variable[1].size,))
+            check_full_size(path, sizes)
     except InputError:
         raise
     except (ValueError, LookupError, zlib.error):
         raise ValueError("the file is damaged") from None
-    return matrices
+    return matrices_by_name(named)
 
 
 def _variables(data: bytes, order: str) -> Iterator[tuple[str, Matrix]]:

@@ -7,6 +7,7 @@ import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TypeAlias
 
@@ -86,8 +87,27 @@ class UnbuiltMatrix:
     build: Callable[[], MatrixFile]
 
 
-NamedMatrices: TypeAlias = Mapping[str, MatrixFile | UnbuiltMatrix | csc_array | NDArray]
+NamedMatrix: TypeAlias = MatrixFile | UnbuiltMatrix | csc_array | NDArray
+NamedMatrices: TypeAlias = Mapping[str, NamedMatrix]
 """The matrices of a file that may hold several."""
+
+
+def matrices_by_name(named: Iterable[tuple[str, NamedMatrix]]) -> dict[str, NamedMatrix]:
+    """The matrices of a file by their names; a name that several have is refused when picked."""
+    matrices: dict[str, NamedMatrix] = {}
+    for name, matrix in named:
+        if name in matrices:
+            matrices[name] = UnbuiltMatrix("several", partial(_refuse_repeated, name))
+        else:
+            matrices[name] = matrix
+    return matrices
+
+
+def _refuse_repeated(name: str) -> MatrixFile:
+    """Raises InputError for a name that does not say which matrix is meant."""
+    raise InputError(
+        f"several matrices have the name {name}; each needs a name, or file, of its own"
+    )
 
 
 def read_columns(

@@ -10,7 +10,13 @@ from scipy.sparse import csc_array
 
 from squeal.errors import InputError
 from squeal.io.digits import written_digits
-from squeal.io.formats.matrix_file import MatrixFile, UnbuiltMatrix, labelled_matrix
+from squeal.io.formats.matrix_file import (
+    MatrixFile,
+    NamedMatrices,
+    UnbuiltMatrix,
+    labelled_matrix,
+    matrices_by_name,
+)
 
 DMIG_FORMS = {"1": "square", "2": "rectangular", "6": "symmetric", "9": "rectangular"}
 SQUARE = "1"
@@ -20,7 +26,7 @@ SINGLE = {1: np.float32, 3: np.complex64}  # types of OP4 in single precision
 COMPLEX_TYPES = ("3", "4")  # single and double precision
 
 
-def read_dmig(path: Path) -> dict[str, UnbuiltMatrix]:
+def read_dmig(path: Path) -> NamedMatrices:
     """Cards DMIG, in small, large or free fields. Raises ValueError.
 
     Each matrix is built only when it is picked: a punch file of EXTOUT also holds rectangular ones.
@@ -29,15 +35,15 @@ def read_dmig(path: Path) -> dict[str, UnbuiltMatrix]:
     freedom, real and imaginary part of each row.
     """
     cards = _dmig_cards(path.read_text(encoding="latin-1"))
-    heads = {card[0]: card for card in cards if card[1] == "0"}
-    headless = {card[0] for card in cards} - heads.keys()
+    heads = [card for card in cards if card[1] == "0"]
+    headless = {card[0] for card in cards} - {head[0] for head in heads}
     if headless:
         raise ValueError(f"the card DMIG {headless.pop()} 0, which says what it holds, is missing")
-    matrices = {}
-    for name, head in heads.items():
+    named = []
+    for head in heads:
         form = DMIG_FORMS.get(head[2], f"form {head[2]}")
-        matrices[name] = UnbuiltMatrix(form, partial(_build_dmig, path, head, cards))
-    return matrices
+        named.append((head[0], UnbuiltMatrix(form, partial(_build_dmig, path, head, cards))))
+    return matrices_by_name(named)
 
 
 def _dmig_cards(text: str) -> list[list[str]]:
@@ -125,7 +131,7 @@ def _dmig_entries(name: str, cards: list[list[str]]) -> list[tuple[str, ...]]:
     return entries
 
 
-def read_op4(path: Path) -> dict[str, MatrixFile]:
+def read_op4(path: Path) -> NamedMatrices:
     """The matrices of an OP4 file, their names in capitals as Nastran writes them.
 
     Those of a text file have the digits that are written, binary ones of single precision its bits.
@@ -138,19 +144,21 @@ def read_op4(path: Path) -> dict[str, MatrixFile]:
     digits = None
     if not is_binary:
         digits = written_digits(match[0] for match in NUMBER.finditer(path.read_text("latin-1")))
-    matrices = {}
-    for name, (matrix, _, kind) in op4.load(str(path), into="dct", sparse=True).items():
+    names, matrices, _, kinds = op4.load(str(path), into="list", sparse=True)
+    named = []
+    for name, matrix, kind in zip(names, matrices, kinds, strict=True):
         stored = csc_array(matrix)
         if is_binary and kind in SINGLE:
             stored = stored.astype(SINGLE[kind])
-        matrices[name.upper()] = MatrixFile(stored, digits=digits)
-    return matrices
+        named.append((name.upper(), MatrixFile(stored, digits=digits)))
+    return matrices_by_name(named)
 
 
-def read_op2(path: Path) -> dict[str, NDArray]:
+def read_op2(path: Path) -> NamedMatrices:
     """The matrices of an OP2 file."""
     with np.printoptions():  # see `read_op4`
         from pyyeti.nastran.op2 import OP2
 
     with OP2(str(path)) as file:
-        return dict(file.rdop2mats())
+        matrices = file.rdop2mats(which="all")
+    return matrices_by_name((name, matrix) for name in matrices for matrix in matrices[name])
