@@ -148,12 +148,6 @@ class Step:
                 roots[mode] = root
         return roots
 
-    def how(self, root: Eigenvalue) -> str:
-        """Whether a root of a first look is corrected or estimated."""
-        if self.corrected is not None and self.corrected[self.roots == root.value].any():
-            return "corrected"
-        return "estimated"
-
     def frequencies(self, only_growing: bool) -> str:
         """Frequencies (Hz) of the modes that vibrate, or of those that grow, in a line.
 
@@ -259,7 +253,12 @@ class _Row(NamedTuple):
 
     def how(self) -> str | None:
         """Whether the root of a first look is corrected or estimated; None without one."""
-        return None if self.root is None else self.step.how(self.root)
+        if self.root is None:
+            return None
+        corrected = self.step.corrected
+        if corrected is not None and corrected[self.step.roots == self.root.value].any():
+            return "corrected"
+        return "estimated"
 
 
 def _of_root(column: Column) -> Column:
