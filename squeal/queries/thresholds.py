@@ -394,10 +394,11 @@ def system_thresholds_with_proof(
     analysis.warn_of_unused_parameter()
     may_be_exact = can_be_proved and lists_all and proof_is_requested
     exact = None  # thresholds of a few rows without a search, which may fail where M is singular
-    start = start_of_range(system, high) if low is None else low
-    if may_be_exact and not is_regular(dense(system(start)[0])):
+    if low is None:
+        low = start_of_range(system, high)
+    if may_be_exact and not is_regular(dense(system(low)[0])):
         may_be_exact = False  # not again
-        exact = exact_range(system, start, high)
+        exact = exact_range(system, low, high)
     step_ends: list[float] = []  # values at which the referee refuted an earlier list
     for _ in range(SEARCHES):  # the last answer stands, also if it is refuted
         answer, all_crossings = system_thresholds(
@@ -413,7 +414,7 @@ def system_thresholds_with_proof(
             answer, refuted_at = _counted_system(system, answer, is_complete=lists_all)
         if may_be_exact and not answer.certified:
             may_be_exact = False
-            exact = exact_range(system, start, high)
+            exact = exact_range(system, low, high)
             if exact is not None:
                 continue
         if refuted_at is None:

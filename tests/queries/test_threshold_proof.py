@@ -107,7 +107,8 @@ def test_a_window_that_the_search_overlooks_is_searched_again():
 
 @pytest.mark.parametrize("damped", [False, True])
 def test_what_the_referee_refutes_does_not_reach_the_user(damped, monkeypatch):
-    """The search leaves a threshold out at first: of 8 rows the range is refuted, of 44 a count."""
+    """The search adds a threshold at first: of 8 rows the range is refuted, of 44 a count."""
+    monkeypatch.setattr("squeal.queries.ranges.exact_range", lambda *_: None)
     module = importlib.import_module("squeal.queries.systems.thresholds")
     whole = module.thresholds
     for rows in (8, 44):
@@ -129,6 +130,26 @@ def test_what_the_referee_refutes_does_not_reach_the_user(damped, monkeypatch):
         assert answer.certified == (rows == 8)  # the others are counted
         values = sorted(event[0] for event in expected)
         assert [one.mu for one in answer.crossings] == pytest.approx(values, rel=1e-9)
+
+
+@pytest.mark.parametrize("damped", [False, True])
+def test_exact_thresholds_take_the_place_of_refuted_ones(damped, monkeypatch):
+    module = importlib.import_module("squeal.queries.systems.thresholds")
+    whole = module.thresholds
+    searches = []
+
+    def with_another(*given, **options):
+        found = whole(*given, **options)
+        searches.append(given)
+        found.crossings.append(replace(found.crossings[0], direction="down"))
+        return found
+
+    monkeypatch.setattr(module, "thresholds", with_another)
+    system, expected = known_system(6, np.random.default_rng(3), damped)
+    answer = squeal.thresholds(system)
+    assert (len(searches), answer.certified) == (1, True)
+    values = sorted(event[0] for event in expected)
+    assert [one.mu for one in answer.crossings] == pytest.approx(values, rel=1e-13)
 
 
 def test_without_flint_it_is_open(monkeypatch):
