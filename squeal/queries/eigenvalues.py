@@ -108,21 +108,16 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
     roots = tuple(analysis.spectrum.eigenvalues)
     verdict = analysis.verdict
     criterion = str(analysis.judgement) if verdict is not None else f"{OPEN}{analysis.doubt}"
-    certified = all(root.decides for root in roots)  # without the referee: small backward errors
-    proof = None
-    proof_line = ""
-    if prove:
-        from squeal.queries.systems.proofs import Statement, refereed  # no other question needs it
+    from squeal.queries.systems.proofs import Statement, refereed  # no other question needs it
 
-        if analysis.errors is None:
-            statement = Statement("open", by=None, reason=analysis.doubt)
-        else:
-            roots, (verdict, criterion), statement = refereed(
-                analysis.matrices, roots, (verdict, criterion), data_of_pad(scene, analysis)
-            )
-        certified = statement.status == "proved"
-        proof = statement.to_dict()
-        proof_line = statement.words
+    if not prove:  # M is regular: all roots are known
+        statement = Statement("counted", "count")
+    elif analysis.errors is None:
+        statement = Statement("open", by=None, reason=analysis.doubt)
+    else:
+        roots, (verdict, criterion), statement = refereed(
+            analysis.matrices, roots, (verdict, criterion), data_of_pad(scene, analysis)
+        )
     # theta in rad times w is a length, as x and y
     shapes = mode_shapes(analysis.spectrum, (1.0, 1.0, scene.pad.w))
     return Eigenvalues(
@@ -133,15 +128,15 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
         verdict=verdict,
         criterion=criterion,
         unstable=_unstable_modes(scene, analysis),
-        certified=certified,
+        certified=statement.status == "proved",
         count=len(roots),  # M is regular: all roots of the characteristic polynomial
         shapes=shape_rows(shapes, list(COORDINATES), "largest of x, y, w theta 1 m"),
         details=_details(analysis),
         notes=(_equilibrium_in_words(analysis),),
         warnings=analysis.warnings,
         source=PadSource(scene, analysis),
-        proof=proof,
-        proof_line=proof_line,
+        proof=statement.to_dict(),
+        proof_line=statement.words,
     )
 
 

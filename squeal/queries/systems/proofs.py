@@ -123,7 +123,7 @@ class Statement:
     def words(self) -> str:
         """The statement in a line below a list."""
         if self.status == "counted":
-            return "counted: an argument-principle count agrees"
+            return "counted: a count that does not use the list agrees"
         if self.status == "open":
             words = f"{OPEN}{self.reason}"
             if self.where is not None:
