@@ -130,8 +130,10 @@ class SystemRoots:
         Where the referee did not judge, the count must agree and each root solve the equations.
         """
         if self.doubts:
-            by = "count" if self.judged_by is None else self.judged_by.by
-            return Statement("open", by, reason="; ".join(self.doubts))
+            reason = "; ".join(self.doubts)
+            if self.judged_by is None:
+                return Statement("open", "count", reason=reason)
+            return Statement("open", self.judged_by.by, reason=reason)
         if self.judged_by is not None:
             return self.judged_by
         if self.count is None:
@@ -232,7 +234,9 @@ def _roots_of_region(
     true value of a root outside may lie inside. Growing roots that the search meets outside are
     listed as `outside`.
     """
-    share = NARROW if add_errors is None else ROUGH
+    share = NARROW
+    if add_errors is not None:
+        share = ROUGH
     searched = widened_in_frequency(region, share)
     solution = modes_in(problem, searched)
     roots = solution.eigenvalues
@@ -339,7 +343,9 @@ def _roots_of_matrices(
         conservative = problem_class_of([matrices]) is not DAMPED
     if add_errors is not None:
         roots = add_errors(roots)
-    of_motions = roots if real else _upper_half(roots, real)
+    of_motions = roots
+    if not real:
+        of_motions = _upper_half(roots, real)
     if add_errors is None:
         judged = judge_roots(of_motions, conservative=conservative)
     else:
@@ -526,7 +532,7 @@ def _upper_half(roots: EigenvalueTuple, real: bool) -> EigenvalueTuple:
     """
     upper = []
     for root in roots:
-        lowest = 0.0 if real else -root.rounding
-        if root.value.imag >= lowest:
+        is_real_to_rounding = not real and root.value.imag >= -root.rounding
+        if root.value.imag >= 0.0 or is_real_to_rounding:
             upper.append(root)
     return tuple(upper)

@@ -292,8 +292,10 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
         notes.append(basis_text(basis, errors=True))
         details["basis"] = basis
     if system.digits and (answer.crossings or answer.points):
-        order = "" if answer.is_proved else ", to first order"
-        notes.append(f"intervals include what {digits_of_files(file)} leave open{order}")
+        note = f"intervals include what {digits_of_files(file)} leave open"
+        if not answer.is_proved:
+            note += ", to first order"
+        notes.append(note)
     answer = replace(answer, notes=tuple(notes), details=details)
     if answer.is_proved or not (basis or system.digits):
         return answer

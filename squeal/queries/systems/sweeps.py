@@ -134,7 +134,9 @@ def track_modes(
                 tracked_at = continuation.at
     steps = [step for step, _ in computed_roots.values()]  # by rising value
     # so many values between the steps may be computed to tell modes apart
-    values_between = 0 if expensive else len(rising)
+    values_between = len(rising)
+    if expensive:
+        values_between = 0
     if numbered_at is None:
         numbered_at = own_value
     numbered, losses, reference = assign_mode_numbers(
