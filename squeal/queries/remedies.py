@@ -644,10 +644,9 @@ def _growing_roots(
         selection = EigenvalueSelection(((1.0 - WIDER) * low, (1.0 + WIDER) * high))
     existing = []
     for values in served:
-        with suppress(InputError, ArithmeticError):  # a factor may divide by the parameter
-            present = system.values(values)
-            if np.all(np.isfinite([term.factor.value(present) for term in system.terms])):
-                existing.append(values)
+        with suppress(InputError):  # a factor may divide by the parameter
+            system.frozen().at(values)
+            existing.append(values)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # what it finds is computed on the full system
         reduction = reduced_for(system, selection, existing, "modal")
