@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, NamedTuple
@@ -503,25 +503,15 @@ class Findings(Answer):
             advised = []
             for mode, meeting in self._treated(cure):
                 pairs.append(self._pair(mode))
-                enough.append(meeting.cures[cure])
-                advised.append(meeting.advised[cure])
+                enough.append(_amount(cure, meeting.cures[cure]))
+                advised.append(_amount(cure, meeting.advised[cure]))
             cure_name = "separation" if cure is Cure.APART else "damping"
             name = f"{cure_name} of {'; '.join(pairs)}"
-            yield _Row(name, self._cells(cure, advised), self._cells(cure, enough), effect)
+            yield _Row(name, "; ".join(advised), "; ".join(enough), effect)
         bound = self.bound
         if bound is not None:
             parameter = bound.change.parameter
             yield _Row(parameter, _in_words(bound.take), bound.change.size, bound)
-
-    def _cells(self, cure: Cure, amounts: Iterable[float]) -> str:
-        """Amounts of a cure in a cell, in Hz or %."""
-        cells = []
-        for amount in amounts:
-            cell = f"{number(100.0 * amount, 3)} %"
-            if cure is Cure.APART:
-                cell = f"{number(amount, 3)} Hz"
-            cells.append(cell)
-        return "; ".join(cells)
 
     @property
     def growing(self) -> Table:
@@ -669,6 +659,13 @@ class Findings(Answer):
             "check": self.check and self.check.to_dict(),
             "critical_speeds": critical,
         }
+
+
+def _amount(cure: Cure, amount: float) -> str:
+    """An amount of a cure in a cell."""
+    if cure is Cure.APART:
+        return f"{number(amount, 3)} Hz"
+    return f"{number(100.0 * amount, 3)} %"
 
 
 def _in_words(change: Change) -> str:
