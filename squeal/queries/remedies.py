@@ -199,7 +199,7 @@ class Effect:
         text = "nothing grows"
         extent = self.before.extent if self.loss is None else self.loss.extent
         if extent:  # modes that leave it may grow
-            text += f" among {extent}"
+            text = f"nothing from {extent} grows"
         if self.leaves_window:
             text += f" at {parameter} = {number(self.value, 4)}; below, stability is lost"
             text += f" from {parameter} = {rounded(self.limit, 4, math.floor)} on"
