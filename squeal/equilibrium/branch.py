@@ -294,22 +294,6 @@ class _Corrected(NamedTuple):
     good: np.ndarray  # (k,), bools: whether the place may be used
 
 
-class _BehindChanges(NamedTuple):
-    """How k branches go on behind the changes of contact at the ends of their steps."""
-
-    ahead: np.ndarray  # (4, k), unit tangents
-    touching: np.ndarray  # (points, k), contact states
-    separated: np.ndarray  # (k,), bools: no point touches any more
-
-
-class _Advance(NamedTuple):
-    """What one step of k branches brings."""
-
-    front: _Front  # the ends of all k branches after the step
-    nodes: _Nodes  # of the steps that were taken, at most k
-    end: np.ndarray  # (k,), `BranchEnd`: how each branch ends there, or `GOING`
-
-
 class Event(IntEnum):
     """What ends a step. A change of contact has the number of its point, from 0 on."""
 
@@ -560,10 +544,19 @@ class _Front(NamedTuple):
         reaches_end = (self.ahead[3] >= RISE) & (to_end < self.step)
         return self._replace(step=np.where(reaches_end, to_end, self.step))
 
-    def advanced(self) -> _Advance:
+    def advanced(self) -> tuple[_Front, _Nodes, np.ndarray]:
         """One more step of each branch, up to the first event on it.
 
         A step that may not be taken leaves its branch where it is, with half the step ahead.
+
+        Returns
+        -------
+        front : _Front
+            The ends of all k branches after the step.
+        nodes : _Nodes
+            Of the steps that were taken, at most k.
+        end : array (k,)
+            `BranchEnd`: how each branch ends there, or `GOING`.
         """
         corrected, event = self._up_to_event(self._stepped())
         good = corrected.good
@@ -595,7 +588,7 @@ class _Front(NamedTuple):
             kind=kind,
         )
         front = self._replace(z=z, touching=touching, ahead=ahead, step=next_step)
-        return _Advance(front, nodes.some(good), end)
+        return front, nodes.some(good), end
 
     def _behind_changes(
         self,
@@ -604,7 +597,7 @@ class _Front(NamedTuple):
         z: np.ndarray,
         tangent: np.ndarray,
         slope: np.ndarray,
-    ) -> _BehindChanges:
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """How the branches go on behind their steps, some of which ended at a change of contact.
 
         The tangent of the new contact state is the one along which the event function goes on
@@ -618,6 +611,15 @@ class _Front(NamedTuple):
             Number of the event at the end of each step, if any.
         z, tangent, slope : array (4, k)
             Ends of the steps, unit tangents there, and derivatives of the event functions by z.
+
+        Returns
+        -------
+        ahead : array (4, k)
+            Unit tangents behind the changes.
+        touching : array (points, k)
+            Contact states there.
+        separated : array (k,) of bool
+            Where no point touches any more.
         """
         touching = self.touching.copy()
         touching[event[changed], changed] ^= True
@@ -630,7 +632,7 @@ class _Front(NamedTuple):
             new_tangent = _unit(new_tangent * of_some(self.scale, changed))
             ahead[:, changed] = np.where(separated[changed], ahead[:, changed], new_tangent)
         touching[:, separated] = self.touching[:, separated]
-        return _BehindChanges(ahead, touching, separated)
+        return ahead, touching, separated
 
     def _ends(
         self,
@@ -642,7 +644,7 @@ class _Front(NamedTuple):
         """How (k,) branches end at places z (4, k), by the first reason that holds, else `GOING`.
 
         ahead (4, k): tangents; event (k,): at the ends of the steps; separated (k,): see
-        `_BehindChanges`.
+        `_behind_changes`.
         """
         pad = self.statics.model.pad
         far = np.max(np.abs(z[:2]), axis=0) > FARTHEST * (pad.L1 + pad.L2)

@@ -27,7 +27,7 @@ from squeal.linear.roots import STIFF, hides_slow_roots, roots_of
 from squeal.linear.verdicts import decide
 from squeal.model.contact import State
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
-from squeal.queries.pads.stack import PadStack, hangs_on_rounding, normalised
+from squeal.queries.pads.stack import PadStack, hangs_on_rounding, has_free_coordinate, normalised
 from squeal.results.sources import Doubt, PadAnalysis
 
 if TYPE_CHECKING:  # pads start without the referee
@@ -276,14 +276,9 @@ def roots_and_verdict(
     """
     mass, damping, stiffness = checked(M, C, K)
     normalised = normalised_system(mass, damping, stiffness)
-    # squared frequencies of each coordinate with the others held
-    squares = np.abs(np.diag(normalised.A))
-    # a coordinate that no spring holds has a stiffness of zero to rounding: springs at right angles
-    # to the surface, for instance, where k cos^2(90 degrees) is 1e-33 k in doubles. The check below
-    # would take the zero eigenvalues of that coordinate for hidden ones
-    has_free_coordinate = squares.min() <= EPS**2 * squares.max()
     roots = roots_of(normalised)
-    if not has_free_coordinate and hides_slow_roots(normalised, damping, stiffness, roots):
+    is_held = not has_free_coordinate(normalised.A[None])[0]
+    if is_held and hides_slow_roots(normalised, damping, stiffness, roots):
         raise ComputationError(f"no eigenvalue can be given: {STIFF}")
     spectrum = spectrum_of(normalised, roots)
     return spectrum, decide(spectrum.values, spectrum.rounding)

@@ -369,10 +369,7 @@ class PadStack:
             statics = self.statics.pick(pad)
             of_entries = statics.stiffness_error(at.z, 1.0 * at.touching)
             errors = normalised(statics.model.pad, of_entries)
-        squares = np.abs(np.diagonal(A, axis1=1, axis2=2))  # of frequencies of single coordinates
-        # a coordinate that no spring holds has an eigenvalue of zero, which is not hidden
-        has_free_coordinate = squares.min(axis=1) <= EPS**2 * squares.max(axis=1)
-        hides_modes = hides_slow_modes(A, B) & ~has_free_coordinate
+        hides_modes = hides_slow_modes(A, B) & ~has_free_coordinate(A)
         return hangs_on_rounding(A, B, errors) | hides_modes
 
     def fastest(self) -> tuple[np.ndarray, np.ndarray]:
@@ -642,6 +639,18 @@ def hangs_on_rounding(A: np.ndarray, B: np.ndarray | None, errors: np.ndarray) -
     unknown = ~np.isfinite(errors).all(axis=(1, 2))
     known_errors = np.where(unknown[:, None, None], 0.0, errors)
     return unknown | errors_may_change(A, B, np.maximum(known_errors, KNOWN * np.abs(A)))
+
+
+def has_free_coordinate(A: np.ndarray) -> np.ndarray:
+    """Where (k,) a mass-normalised stiffness A (k, 3, 3) holds a coordinate by no spring.
+
+    Springs at right angles to the surface, for instance, hold the pad along it by k cos^2(90
+    degrees), which is 1e-33 k in doubles. The eigenvalues of such a coordinate are zero: a check
+    would take them for hidden by rounding.
+    """
+    # squared frequencies of each coordinate with the others held
+    squares = np.abs(np.diagonal(A, axis1=1, axis2=2))
+    return np.asarray(squares.min(axis=1) <= EPS**2 * squares.max(axis=1))
 
 
 def hides_slow_modes(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
