@@ -453,31 +453,30 @@ def _write_two_of_one_name(path):
             savemat(path, {name: matrix})
             parts.append(path.read_bytes()[128:])
         path.write_bytes(path.read_bytes()[:128] + b"".join(parts))
-    elif path.suffix == ".npz":
-        with ZipFile(path, "w") as archive:
-            for name, matrix in zip("KKM", matrices, strict=True):
-                with archive.open(f"{name}.npy", "w") as member:
-                    np.save(member, matrix)
-    elif path.suffix == ".pch":
-        text = ""
-        for name, value in zip("KKM", (2.0, 2e4, 1.0), strict=True):
-            text += f"DMIG,{name},0,1,2\nDMIG,{name},1,1,,1,1,{value}\n"
-        path.write_text(text)
     else:
         block = "*MATRIX INPUT, NAME={}\n1,1,1,1, {}\n"
         text = "".join(block.format(*pair) for pair in zip("KKM", (2.0, 2e4, 1.0), strict=True))
         path.write_text(text)
 
 
-@pytest.mark.filterwarnings("ignore:Duplicate name")
-@pytest.mark.parametrize("name", ["d.op4", "case.op4", "d.mat", "d.npz", "d.pch", "d.inp"])
-def test_a_name_that_several_matrices_have_picks_none(tmp_path, name):
+@pytest.mark.parametrize("name", ["d.op4", "case.op4", "d.mat", "d.inp"])
+def test_matrices_of_one_name_are_numbered_and_the_name_picks_none(tmp_path, name):
     _write_two_of_one_name(tmp_path / name)
     assert read_matrix(tmp_path / name, "M").matrix.diagonal()[0] == 1.0
-    with pytest.raises(InputError, match="several matrices have the name K"):
+    assert read_matrix(tmp_path / name, "K(1)").matrix.diagonal()[0] == 2.0
+    assert read_matrix(tmp_path / name, "K(2)").matrix.diagonal()[0] == 2e4
+    with pytest.raises(InputError, match=r"holds no matrix K; it holds K\(1\), K\(2\), M"):
         read_matrix(tmp_path / name, "K")
-    with pytest.raises(InputError, match=r"holds the matrices K \(several\), M"):
-        read_matrix(tmp_path / name)
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_two_arrays_of_one_name_in_an_archive_are_refused(tmp_path):
+    with ZipFile(tmp_path / "d.npz", "w") as archive:
+        for value in (2.0, 3.0):
+            with archive.open("K.npy", "w") as member:
+                np.save(member, np.array([[value]]))
+    with pytest.raises(InputError, match="two arrays of one name among K, K"):
+        read_matrix(tmp_path / "d.npz", "K")
 
 
 def test_op2_that_is_laid_out_by_hand_is_read(tmp_path):
@@ -515,7 +514,7 @@ def test_op2_that_is_laid_out_by_hand_is_read(tmp_path):
     assert found[1].matrix.toarray().tolist() == [[1 + 0.5j, 0, 2], [0, 0, 0], [0, 0, -1j]]
     twice = 2 * block("KAA", K, 2)
     (tmp_path / "job.op2").write_bytes(head + twice + keys(0))
-    with pytest.raises(InputError, match="several matrices have the name KAA"):
+    with pytest.raises(InputError, match=r"it holds KAA\(1\), KAA\(2\)"):
         read_matrix(tmp_path / "job.op2", "KAA")
 
 
@@ -733,7 +732,8 @@ REFUSED = [
     ("K.txt", "% by hand\n2 2 1\n1 1 1\n", "% is not"),
     ("K.dat", "# by hand\n1 1 1\n", "suffix"),
     ("K.mtx", "*CLOAD\n1, 1, 4.0\n", "*CLOAD"),
-    ("K.inp", "*MATRIX INPUT, NAME=K\n1,1,1\n*MATRIX INPUT, NAME=K\n1,1,1\n", "several"),
+    ("K.inp", "*MATRIX INPUT, NAME=K\n1,1,1\n*MATRIX INPUT, NAME=K\n1,1,1\n", "K(1), K(2)"),
+    ("K.pch", "DMIG,K,0,1,2\nDMIG,K,1,1,,1,1,2.\nDMIG,K,0,1,2\nDMIG,K,1,1,,1,1,3.\n", "twice"),
     ("K.txt", "1 1 1\n300000000 300000000 1\n", "3e+08 rows"),
 ]
 

@@ -302,7 +302,10 @@ def nastran(folder: Path) -> Iterator[Compared]:
         wanted = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)
         wanted = wanted[wanted > FREE * np.min(wanted[wanted > 1e-2])]
         system = folder / "nastran.yaml"
-        files = (f"{part}: {{file: {shipped / name}, key: {part}AA}}\n" for part in "MK")
+        names, *_ = op4.read(str(shipped / name), into="list")
+        count = names.count("kaa")  # superelements come first, and then what they are joined to
+        last = f"AA({count})" if count > 1 else "AA"
+        files = (f"{part}: {{file: {shipped / name}, key: {part}{last}}}\n" for part in "MK")
         system.write_text("".join(files), encoding="utf-8")
         yield _compared("Nastran", holds, system, wanted)
 

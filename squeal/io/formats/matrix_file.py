@@ -7,7 +7,6 @@ import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import TypeAlias
 
@@ -93,21 +92,18 @@ NamedMatrices: TypeAlias = Mapping[str, NamedMatrix]
 
 
 def matrices_by_name(named: Iterable[tuple[str, NamedMatrix]]) -> dict[str, NamedMatrix]:
-    """The matrices of a file by their names; a name that several have is refused when picked."""
-    matrices: dict[str, NamedMatrix] = {}
-    for name, matrix in named:
-        if name in matrices:
-            matrices[name] = UnbuiltMatrix("several", partial(_refuse_repeated, name))
-        else:
-            matrices[name] = matrix
+    """The matrices of a file by their names, those of one name as K(1), K(2) in their order."""
+    pairs = list(named)
+    occurrences = Counter(name for name, _ in pairs)
+    numbers: Counter[str] = Counter()
+    matrices = {}
+    for name, matrix in pairs:
+        numbers[name] += 1
+        key = name
+        if occurrences[name] > 1:
+            key += f"({numbers[name]})"
+        matrices[key] = matrix
     return matrices
-
-
-def _refuse_repeated(name: str) -> MatrixFile:
-    """Raises InputError for a name that does not say which matrix is meant."""
-    raise InputError(
-        f"several matrices have the name {name}; each needs a name, or file, of its own"
-    )
 
 
 def read_columns(

@@ -26,7 +26,7 @@ SINGLE = {1: np.float32, 3: np.complex64}  # types of OP4 in single precision
 COMPLEX_TYPES = ("3", "4")  # single and double precision
 
 
-def read_dmig(path: Path) -> NamedMatrices:
+def read_dmig(path: Path) -> dict[str, UnbuiltMatrix]:
     """Cards DMIG, in small, large or free fields. Raises ValueError.
 
     Each matrix is built only when it is picked: a punch file of EXTOUT also holds rectangular ones.
@@ -35,15 +35,20 @@ def read_dmig(path: Path) -> NamedMatrices:
     freedom, real and imaginary part of each row.
     """
     cards = _dmig_cards(path.read_text(encoding="latin-1"))
-    heads = [card for card in cards if card[1] == "0"]
-    headless = {card[0] for card in cards} - {head[0] for head in heads}
+    heads: dict[str, list[str]] = {}
+    for card in cards:
+        if card[1] == "0":
+            if card[0] in heads:
+                raise ValueError(f"the card DMIG {card[0]} 0 stands twice; one is allowed")
+            heads[card[0]] = card
+    headless = {card[0] for card in cards} - heads.keys()
     if headless:
         raise ValueError(f"the card DMIG {headless.pop()} 0, which says what it holds, is missing")
-    named = []
-    for head in heads:
+    matrices = {}
+    for name, head in heads.items():
         form = DMIG_FORMS.get(head[2], f"form {head[2]}")
-        named.append((head[0], UnbuiltMatrix(form, partial(_build_dmig, path, head, cards))))
-    return matrices_by_name(named)
+        matrices[name] = UnbuiltMatrix(form, partial(_build_dmig, path, head, cards))
+    return matrices
 
 
 def _dmig_cards(text: str) -> list[list[str]]:

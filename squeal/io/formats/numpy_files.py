@@ -5,15 +5,10 @@ from pathlib import Path
 from zipfile import ZipFile
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import load_npz
 
-from squeal.io.formats.matrix_file import (
-    MatrixFile,
-    NamedMatrices,
-    check_full_size,
-    file_of_array,
-    matrices_by_name,
-)
+from squeal.io.formats.matrix_file import MatrixFile, check_full_size, file_of_array
 
 
 def read_npy(path: Path) -> MatrixFile:
@@ -25,13 +20,15 @@ def read_npy(path: Path) -> MatrixFile:
     return file_of_array(np.asarray(array))
 
 
-def read_npz(path: Path) -> MatrixFile | NamedMatrices:
+def read_npz(path: Path) -> MatrixFile | dict[str, NDArray]:
     """The matrix, or the arrays, of an archive. Raises InputError, ValueError."""
     with ZipFile(path) as members:
         check_full_size(path, [(member.file_size // 8,) for member in members.infolist()])
     with np.load(path, allow_pickle=False) as archive:
         if "format" in archive:
             return MatrixFile(load_npz(path))
-        arrays = [(name, archive[name]) for name in archive.files]
-    check_full_size(path, [array.shape for _, array in arrays])
-    return matrices_by_name(arrays)
+        arrays = dict(archive)
+        if len(arrays) < len(archive.files):
+            raise ValueError(f"two arrays of one name among {', '.join(archive.files)}")
+    check_full_size(path, [array.shape for array in arrays.values()])
+    return arrays
