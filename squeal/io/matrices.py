@@ -234,23 +234,33 @@ def _complete(
     declared = symmetric
     if declared is None:
         declared = file.symmetric
-    if declared is False:
+    if symmetric is False:
         return matrix, False
     half = is_half(csc_array(file.matrix))  # a zero is an entry too
+    is_diagonal = matrix.nnz == np.count_nonzero(matrix.diagonal())
+    one_sided = "no entry has another one on the other side of the diagonal"
+    nodes = np.arange(matrix.shape[0])  # where nothing names them, each row is one
+    if file.labels:
+        nodes = np.array(file.labels)[:, 0]
+    if declared is False:
+        if half and not is_diagonal and _is_symmetric_triangle(matrix, nodes):
+            at.warn(
+                f"{one_sided}, as in half of a symmetric matrix, and the rest is taken as zero "
+                "(symmetric: true beside the file completes it, symmetric: false confirms it)"
+            )
+        return matrix, False
     if declared:
         if half:
             return mirror_half(matrix), False
         if abs(matrix - matrix.T).max() > 0.0:
             raise InputError("is not symmetric; symmetric: true is not allowed")
         return matrix, False
-    is_diagonal = matrix.nnz == np.count_nonzero(matrix.diagonal())
     if not half or is_diagonal:
         return matrix, False
-    one_sided = "no entry has another one on the other side of the diagonal"
-    if file.labels is None or not _is_symmetric_triangle(matrix, file.labels):
+    if file.labels is None or not _is_symmetric_triangle(matrix, nodes):
         raise InputError(
-            f"{one_sided}, and nothing says whether each stands for both; the key "
-            "symmetric: true or symmetric: false beside the file must"
+            f"{one_sided}, and nothing says whether each stands for both; say it by the key "
+            "symmetric: true or symmetric: false beside the file"
         )
     completed = mirror_half(matrix)
     if Path(at.source).suffix.lower() != ".mas":  # a mass, which friction leaves symmetric
@@ -310,16 +320,15 @@ def negative_pivots(matrix: csc_array) -> int:
     return int(np.count_nonzero(factors.U.diagonal() < 0.0))
 
 
-def _is_symmetric_triangle(matrix: csc_array, labels: Labels) -> bool:
-    """True if a triangle, with rows of some labels, can only be that of a symmetric stiffness or
-    mass.
+def _is_symmetric_triangle(matrix: csc_array, nodes: NDArray) -> bool:
+    """True if a triangle (n, n), with rows of some nodes (n,), can only be that of a symmetric
+    stiffness or mass.
 
     It couples different nodes, which a one-sided law does not do without its mirror image, and no
     entry is greater than the diagonal of its row and column allows (k_ij^2 <= k_ii k_jj), which a
     part such as friction without its own diagonal does not satisfy. Rows of internal nodes, below
     zero, may have none: Lagrange multipliers.
     """
-    nodes = np.array(labels)[:, 0]
     rows, columns = matrix.tocoo().coords
     entries = matrix.data.real
     diagonal = matrix.diagonal().real

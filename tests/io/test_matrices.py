@@ -212,6 +212,7 @@ def test_abaqus_keywords_name_scale_and_divide_the_matrices_of_a_text(read):
     assert read("s.inp", two, key="M") == [[1, 0], [0, 1]]
 
 
+@pytest.mark.filterwarnings("ignore::squeal.errors.InputWarning")
 @pytest.mark.parametrize("text", [FRICTION, CONTACT, NUMBERED, SPRING.replace("-1.0", "-3.1")])
 def test_one_sided_friction_is_not_mirrored(read, text):
     with pytest.raises(InputError, match="symmetric: true or symmetric: false"):
@@ -222,6 +223,32 @@ def test_one_sided_friction_is_not_mirrored(read, text):
     assert both == read("K.mtx", f"*MATRIX INPUT, TYPE=SYMMETRIC\n{text}")
     assert np.count_nonzero(both) == np.count_nonzero(alone) + 1
     assert np.array_equal(both, np.transpose(both))
+
+
+@pytest.mark.parametrize("suffix", [".mtx", ".npy", ".mat"])
+@pytest.mark.parametrize("triangle", [np.tril, np.triu])
+def test_a_triangle_that_is_said_to_be_all_is_read_with_a_warning(tmp_path, suffix, triangle):
+    """Programs write half of a symmetric matrix under the word general, or as an array."""
+    K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+    path = tmp_path / f"K{suffix}"
+
+    def write(matrix):
+        if suffix == ".mtx":
+            mmwrite(path, coo_array(matrix), symmetry="general")
+        elif suffix == ".npy":
+            np.save(path, matrix)
+        else:
+            savemat(path, {"K": matrix})
+
+    write(triangle(K))
+    with pytest.warns(InputWarning, match=r"half of a symmetric matrix.*symmetric: true"):
+        assert np.array_equal(read_matrix(path).matrix.toarray(), triangle(K))
+    assert np.array_equal(read_matrix(path, symmetric=False).matrix.toarray(), triangle(K))
+    assert np.array_equal(read_matrix(path, symmetric=True).matrix.toarray(), K)
+    friction = np.array([[0.0, 0.4, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 0.0]])
+    for whole in (K, np.diag([1.0, 2.0, 3.0]), friction):
+        write(whole)
+        assert np.array_equal(read_matrix(path).matrix.toarray(), whole)  # without a warning
 
 
 @pytest.mark.parametrize(
