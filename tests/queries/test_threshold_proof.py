@@ -197,7 +197,7 @@ def test_a_strong_damper_hides_no_slow_growth(damper):
         assert answer.proof["growth_below"] <= 1.01e-4
 
 
-def pressed(cutoff=None):
+def pressed():
     """A plate of one node, pressed on a base by a spring of 3 N/m, and the stiffness of both."""
     ways = np.array([0, 2])
     node = np.zeros(2, dtype=int)
@@ -210,7 +210,7 @@ def pressed(cutoff=None):
     K = np.zeros((4, 4))
     K[:2, :2] = 9.0 * np.eye(2)
     K[2:, 2:] = plate_stiffness
-    return squeal.assemble([base, plate], [contact], {"mu": 0.0}, cutoff=cutoff), K
+    return squeal.assemble([base, plate], [contact], {"mu": 0.0}), K
 
 
 def test_thresholds_of_components_that_were_not_reduced_are_proved():
@@ -233,7 +233,12 @@ def test_thresholds_of_components_that_were_not_reduced_are_proved():
 
 
 def test_what_cannot_be_proved_says_why():
-    assembly, _ = pressed(cutoff=10.0)
+    stiffness = np.diag([2.0, 2.0, 2.0]) - np.eye(3, k=1) - np.eye(3, k=-1)
+    K = {"1": stiffness, "mu": np.diag([1.0, 0.0, 0.0])}
+    chain = squeal.Component(squeal.System(np.eye(3), K=K, name="chain"), [1, 2, 3], [0, 0, 0])
+    base = squeal.Component(squeal.System([[1.0]], K=[[5.0]], name="base"), [1], [0])
+    joint = squeal.Contact(("chain", "base"), [(1, 1)], (1, 0, 0), stiffness=1.0, bonded=True)
+    assembly = squeal.assemble([chain, base], [joint], cutoff=1.0)
     with pytest.raises(InputError, match="components that were reduced"):
         squeal.thresholds(assembly, prove=True)
     guessed = squeal.System(np.eye(2), K=np.eye(2), assumptions=("rows 1 and 2 are supports",))
