@@ -838,21 +838,3 @@ def test_a_matlab_file_changed_anywhere_is_read_or_refused(tmp_path, packed):
                 path.write_bytes(data)
                 with contextlib.suppress(InputError):
                     assert np.all(np.isfinite(read_matrix(path).matrix.data))
-
-
-@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
-def test_titles_and_comments_have_letters_of_any_encoding(tmp_path, encoding):
-    comment = "Prüfstand"
-    market = tmp_path / "market.mtx"
-    market.write_text(
-        f"%%MatrixMarket matrix coordinate real general\n% {comment}\n1 1 1\n1 1 2.5\n",
-        encoding=encoding,
-    )
-    abaqus = tmp_path / "abaqus.mtx"
-    abaqus.write_text(f"** {comment}\n1,1, 1,1, 2.5\n", encoding=encoding)
-    boeing = tmp_path / "boeing.rua"
-    hb_write(boeing, csc_array([[2.5]]))
-    _, *lines = boeing.read_text(encoding="ascii").splitlines()
-    boeing.write_text("\n".join([f"{comment:72}{'key':8}", *lines]) + "\n", encoding=encoding)
-    for path in (market, abaqus, boeing):
-        assert read_matrix(path).matrix.toarray() == [[2.5]]

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from squeal.io.digits import written_decimals, written_digits
 from squeal.io.formats.matrix_file import (
-    ANY_LETTERS,
     MatrixFile,
     NamedMatrices,
     has_internal_nodes,
@@ -39,8 +38,7 @@ class _Block:
 
 def read_abaqus(path: Path) -> MatrixFile | NamedMatrices:
     """The matrix of a file, or those of a file with several, by their names. Raises ValueError."""
-    text = path.read_text(encoding="utf-8", errors=ANY_LETTERS)
-    text = re.sub(r"(?m)^[ \t]*\*\*.*$", "", text)  # comments
+    text = re.sub(r"(?m)^[ \t]*\*\*.*$", "", path.read_text(encoding="utf-8"))  # comments
     text = text.replace(",", " ")
     for mark in "#%":
         if mark in text:
