@@ -6,7 +6,7 @@ Strong components come first; without damping the eigenvalues are s = -lambda^2.
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -32,8 +32,6 @@ from squeal.proof.segments import (
     near_diagonal,
 )
 
-POOR = 1e-6
-"""Discs of this share of the rate of a system come from a poor guess, or from few digits."""
 SINGULAR = "the mass matrix is singular, or nearly so"
 UNSOLVED = "no eigenvectors could be computed"
 
@@ -58,37 +56,23 @@ def components(system: Quadratic) -> list[NDArray[np.intp]]:
     return strong_components(pattern)
 
 
-@dataclass(frozen=True, eq=False)
-class Guess:
-    """Roots (m,), rad/s, and mode shapes (n, m) that somebody computed.
-
-    A proof may be built on them, whatever they are: what is wrong with them widens its discs.
-    """
-
-    values: NDArray[np.complex128]
-    shapes: NDArray[np.complex128]
-
-
-def enclose(block: Quadratic, guess: Guess | None = None) -> list[Piece] | Failure:
+def enclose(block: Quadratic) -> list[Piece] | Failure:
     """Pieces with all roots (rad/s) of one component, for every matrix in its balls.
 
-    A damped component is enclosed on the vectors of a guess if these prove each root by itself,
-    else on eigenvectors computed here. A Failure says why no disc is known.
+    A Failure says why no disc is known.
     """
     if not block.is_finite:
         return Failure(INFINITE)
     with np.errstate(all="ignore"):
         try:
-            scaled_block, rate, units = scaled(block)
+            scaled_block, rate = scaled(block)
             if not scaled_block.is_finite or not np.isfinite(rate):
                 return Failure(BEYOND)
             if block.is_undamped:
                 discs = _roots_of_squares(_squares(scaled_block))
-            elif guess is None:
-                discs = _first_order(scaled_block, guess=None)
             else:
-                scaled_guess = Guess(guess.values / rate, guess.shapes / units[:, None])
-                discs = _first_order(scaled_block, scaled_guess)
+                A, B = companion(scaled_block.M, scaled_block.C, scaled_block.K)
+                discs = _of_pencil(A, B)
         except OverflowError:
             return Failure(BEYOND)
         except (LinAlgError, ValueError):
@@ -108,11 +92,11 @@ def enclose(block: Quadratic, guess: Guess | None = None) -> list[Piece] | Failu
         )
 
 
-def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
+def scaled(block: Quadratic) -> tuple[Quadratic, float]:
     """The block in units of time and of its coordinates that make its entries about 1.
 
-    Returns it with the rate (rad/s) that it counts as one, and the units (n,) of its coordinates,
-    all powers of two: the rate is about sqrt(|K| / |M|), or |C| / |M| without stiffness.
+    Returns it with the rate (rad/s) that it counts as one, about sqrt(|K| / |M|), or |C| / |M|
+    without stiffness. All units are powers of two.
     """
     mass, damping, stiffness = (float(X.bound().max()) for X in block.parts)
     time_exponent = 0
@@ -135,8 +119,7 @@ def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
         C=block.C.scaled(exponents),
         K=K_of_time.scaled(exponents),
     )
-    rate = float(np.ldexp(1.0, time_exponent))
-    return scaled_block, rate, np.ldexp(1.0, unit_exponents)
+    return scaled_block, float(np.ldexp(1.0, time_exponent))
 
 
 def _squares(block: Quadratic) -> Discs | Failure:
@@ -159,20 +142,6 @@ def _squares(block: Quadratic) -> Discs | Failure:
                 # X' M X is close to 1, so that M is positive definite and all s are real
                 return discs._replace(real=np.ones(block.n, dtype=bool))
     return _of_pencil(K, M)
-
-
-def _first_order(block: Quadratic, guess: Guess | None) -> Discs | Failure:
-    """Discs of lambda of a damped block, in the states (q, q').
-
-    They are built on the vectors of the guess if its discs are small and apart.
-    """
-    A, B = companion(block.M, block.C, block.K)
-    if guess is not None and len(guess.values) == 2 * block.n:
-        X = np.vstack([guess.shapes, guess.shapes * guess.values])
-        discs = _gershgorin(A, B, Basis(X / np.linalg.norm(X, axis=0)))
-        if isinstance(discs, Discs) and _are_apart(discs) and np.all(discs.radii < POOR):
-            return discs
-    return _of_pencil(A, B)
 
 
 def companion(

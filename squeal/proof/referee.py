@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from squeal.proof import AS_GIVEN
 from squeal.proof.balls import Floats, Quadratic, upper
-from squeal.proof.enclosure import Guess, components, enclose, scaled
+from squeal.proof.enclosure import components, enclose, scaled
 from squeal.proof.free import with_free_motions
 from squeal.proof.pieces import (
     Failure,
@@ -42,36 +42,17 @@ class RootList:
         How far each may lie from a root of the system, rad/s.
     verdict : str or None
         `stable`, `marginal`, `flutter` or `divergence`; None if none is given.
-    shapes : ndarray (n, m), optional
-        Their mode shapes, if they are printed: a proof that is built on them costs less.
     """
 
     values: NDArray[np.complex128]
     errors: Floats
     verdict: str | None = None
-    shapes: NDArray[np.complex128] | None = None
 
     @staticmethod
-    def of(
-        values: ArrayLike,
-        errors: ArrayLike,
-        verdict: str | None = None,
-        shapes: ArrayLike | None = None,
-    ) -> RootList:
+    def of(values: ArrayLike, errors: ArrayLike, verdict: str | None = None) -> RootList:
         """The list of array-likes (m,). Raises ValueError if they differ in length."""
         roots = np.asarray(values, dtype=complex).reshape(-1)
-        distances = np.broadcast_to(np.asarray(errors, float), roots.shape)
-        if shapes is None:
-            return RootList(roots, distances, verdict)
-        return RootList(roots, distances, verdict, np.asarray(shapes, dtype=complex))
-
-    def guess(self, rows: NDArray[np.intp]) -> Guess | None:
-        """The roots and shapes for a component; None unless it has all rows of the system."""
-        if self.shapes is None or self.shapes.shape != (len(rows), len(self.values)):
-            return None
-        if not (np.isfinite(self.values).all() and np.isfinite(self.shapes).all()):
-            return None
-        return Guess(self.values, self.shapes)
+        return RootList(roots, np.broadcast_to(np.asarray(errors, float), roots.shape), verdict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,12 +156,9 @@ class Finding:
         return "enclosure"
 
 
-def enclosed(system: Quadratic, answer: RootList | None = None) -> Finding:
-    """Enclosures of the roots of each strong component, built on those of an answer if possible."""
-    parts: list[list[Piece] | Failure] = []
-    for rows in components(system):
-        guess = None if answer is None else answer.guess(rows)
-        parts.append(enclose(system.block(rows), guess))
+def enclosed(system: Quadratic) -> Finding:
+    """Enclosures of the roots of each strong component."""
+    parts = [enclose(system.block(rows)) for rows in components(system)]
     return Finding(parts, system.data, system.is_real)
 
 
@@ -194,7 +172,7 @@ def _with_free_motions(system: Quadratic, finding: Finding) -> Finding:
         if isinstance(part, Failure):
             continue
         if any(piece.side == "unknown" for piece in part):
-            block, _, _ = scaled(system.block(rows))
+            block, _ = scaled(system.block(rows))
             parts[number] = with_free_motions(block, part)
     return replace(finding, parts=parts)
 
@@ -252,7 +230,7 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
     >>> prove_roots(system, RootList.of(roots, 1e-6, "stable")).reason
     'no root lies within the error of a listed one'
     """
-    finding = _with_free_motions(system, enclosed(system, answer))
+    finding = _with_free_motions(system, enclosed(system))
     proof = judge_finding(finding, answer)
     if proof.status == "refuted":
         return proof

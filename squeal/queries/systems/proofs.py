@@ -289,12 +289,8 @@ def _proof_of(system: Quadratic, roots: EigenvalueTuple, verdict: str | None) ->
     """The referee's proof that `roots` are all roots of a system, and that the verdict holds."""
     from squeal.proof.referee import RootList, prove_roots  # here, since scenes start without it
 
-    values = values_of(roots)
-    shapes = None
-    if roots and all(len(e.right) == system.n for e in roots):
-        shapes = np.column_stack([e.right for e in roots])
     # infinite errors: the list claims no distance from the exact roots
-    return prove_roots(system, RootList.of(values, math.inf, verdict, shapes))
+    return prove_roots(system, RootList.of(values_of(roots), math.inf, verdict))
 
 
 def _as_proved(
