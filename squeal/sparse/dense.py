@@ -80,7 +80,11 @@ def dense_values(
         relative_error = 4 * EPS * condition
     if B is None:
         is_hermitian = np.array_equal(A, A.conj().T)
-        squares = np.linalg.eigvalsh(A) if is_hermitian else np.linalg.eigvals(A)  # -lambda^2
+        squares: NDArray  # -lambda^2
+        if is_hermitian:
+            squares = np.linalg.eigvalsh(A)
+        else:
+            squares = np.linalg.eigvals(A)
         not_decaying = np.sqrt(-squares.astype(complex))  # of each pair +-lambda, Re lambda >= 0
         values = np.concatenate([not_decaying, -not_decaying])
     else:
@@ -215,7 +219,9 @@ def roots_at(
             noise = noise_of(K) if stiffness is None else STIFFNESS_ROUNDING * stiffness
             right, left = null_spaces(K, noise)
         if not right.shape[1]:  # other roots, or a K that is regular to rounding
-            P = mean * mean * M + (0.0 if C is None else mean * C) + K
+            P = mean * mean * M + K
+            if C is not None:
+                P = P + mean * C
             dimension = min(len(group), len(M))  # a root may repeat more often than there are rows
             if exact:
                 terms = abs(mean) ** 2 * abs(M) + abs(K)

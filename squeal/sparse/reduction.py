@@ -198,9 +198,12 @@ class Reduction:
             return None
         changes, shift, factor = self._factorised
         M, C, K = self.system.at(changes)
+        projected_P = shift * shift * M + K
+        if C is not None:
+            projected_P = projected_P + shift * C
         complement = Complement(  # with P at the first sample for F
             basis=self.vectors,
-            projected=shift * (shift * M + (0.0 if C is None else C)) + K,
+            projected=projected_P,
             matrix=self.scaled.at(changes).at(shift),
             factor=factor,
         )
