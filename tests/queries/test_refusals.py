@@ -179,5 +179,5 @@ def test_a_division_by_zero_without_words_is_one_of_ours():
         raise ZeroDivisionError
 
     with pytest.raises(ComputationError, match="ZeroDivisionError"):
-        api.eigenvalues(S, band=(0.0, 1.0), progress=progress, prove=False)
+        api.sweep(S, [0.3], progress=progress)
     assert PROGRESS.get() is not progress  # of the next question
