@@ -6,6 +6,7 @@ numbers: K is then K0 + K1 mu + K2 mu^2 + ...; C likewise.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -395,7 +396,8 @@ def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[Matrix
     """Warn of rows (node, dof) that M has and K lacks, or K and not M, or C and not K.
 
     Internal nodes, below zero, have no mass and are left out. Returns what is assumed of rows of M
-    without K. Raises InputError where only some matrices have labels.
+    without K. Raises InputError where only some matrices have labels, or where a matrix has no row
+    that another one has.
     """
     labels: dict[str, set[tuple[int, int]]] = {part: set() for part in PARTS}
     unlabelled = []
@@ -408,6 +410,15 @@ def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[Matrix
             f"{', '.join(unlabelled)}: the rows have no labels (node, dof) as other matrices have; "
             "HBMAT needs a .mapping beside each matrix, CalculiX a .dof"
         )
+    occurrences: Counter[tuple[int, int]] = Counter()
+    for file in files:
+        occurrences.update(file.labels or ())
+    for term, file in zip(terms, files, strict=True):
+        if file.labels and not any(occurrences[label] > 1 for label in file.labels):
+            raise (term.at / "file").refuse(
+                f"{term.keys['file']} has no row (node, dof) that another matrix has; "
+                "matrices of the same nodes are required"
+            )
     assumptions = []
     for part, other in ("MK", "KM", "CK"):
         lacking = sorted(label for label in labels[part] - labels[other] if label[0] >= 0)

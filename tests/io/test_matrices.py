@@ -136,6 +136,16 @@ def test_keys_pick_one_of_several_in_the_case_written(tmp_path, matrix):
         read_matrix(tmp_path / "one.npz", "K")
 
 
+@pytest.mark.parametrize("friction", ["", "\n  - {file: F.pch, symmetric: false}"])
+def test_a_matrix_of_other_nodes_than_all_others_is_refused(tmp_path, friction):
+    for name, node in {"K": 1, "F": 1, "M": 7}.items():
+        card = f"DMIG,K,{node},1,,{node},1,2.\n"
+        (tmp_path / f"{name}.pch").write_text(f"DMIG,K,0,6,2\n{card}")
+    (tmp_path / "s.yaml").write_text(f"K:\n  - {{file: K.pch}}{friction}\nM: {{file: M.pch}}\n")
+    with pytest.raises(InputError, match=r"M\.file: M\.pch has no row .* that another matrix has"):
+        read_system(tmp_path / "s.yaml")
+
+
 def test_comments_of_abaqus_text_say_nothing_of_its_matrix(tmp_path):
     comments = (
         "** wear 50 %, job #3\n ** SCALE FACTOR = 0.5 was applied\n** subtype=symmetric rotor\n"
