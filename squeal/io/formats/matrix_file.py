@@ -23,6 +23,7 @@ MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the fi
 MOST_FULL = 10_000_000  # numbers of full arrays, for each 1e6 bytes of a file
 # Ansys' names of degrees of freedom, with the numbers of the other programs
 FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6, "PRES": 8, "TEMP": 11}
+ANY_LETTERS = "backslashreplace"  # titles and comments may have letters of any encoding
 OTHER_FREEDOMS = 100  # numbers above are of other names
 
 Labels: TypeAlias = tuple[tuple[int, int], ...]
