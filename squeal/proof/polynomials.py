@@ -43,7 +43,8 @@ class Change(NamedTuple):
     rise : int
         1 or 2 where a root or a pair begins to grow, -1 or -2 where it ends to.
     omega : float
-        The frequency of the pair, rad/s; 0 of a root.
+        The frequency of the pair, rad/s; 0 of a root. It is that of the slowest growing one beside
+        the change, which no proof identifies with the pair.
     """
 
     low: float
@@ -120,8 +121,8 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
         above = _growing_at(factor, zero.high)
         most = zero.multiplicity
         if zero.low <= low:
-            if not any(polynomial(_exactly(low)) == 0 for polynomial in others):
-                return None  # on which side of the end it lies is not known
+            if sum(_order_at(polynomial, low) for polynomial in others) < zero.multiplicity:
+                return None  # some zero lies beside the end
             below = _growing_at(factor, low)  # what lies on the axis there does not grow yet
             most = 1  # nothing can cease to grow in the range
         rise = len(above) - len(below)
@@ -163,6 +164,16 @@ def _zeros_within(polynomials: Sequence[Polynomial], low: float, high: float) ->
     return separate
 
 
+def _order_at(polynomial: Polynomial, value: float) -> int:
+    """The order of the zero of a polynomial at a value, 0 where it is none."""
+    exact_value = _exactly(value)
+    order = 0
+    while polynomial(exact_value) == 0:
+        polynomial = polynomial.derivative()
+        order += 1
+    return order
+
+
 def _exactly(value: float) -> Any:
     """A double as a rational number."""
     return flint.fmpq(*value.as_integer_ratio())
@@ -198,7 +209,8 @@ def _affine(factor: Factor | None, low: float, high: float) -> list[Any] | None:
         coefficients = taylor_coefficients(factor(flint.arb_series([0, 1], prec=2)), 2)
     except (ValueError, ZeroDivisionError):  # it divides by what may be zero
         return None
-    if bend != 0 or not all(x.is_exact() for x in coefficients):
+    # a ball that holds 0 differs from 0 neither certainly nor not at all
+    if not (bend == 0 and all(x.is_exact() for x in coefficients)):
         return None
     rational = []
     for x in coefficients:

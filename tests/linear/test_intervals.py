@@ -55,8 +55,25 @@ def test_growth_that_is_not_listed_is_less_than_what_is_proved(tiny):
         return
     (one,) = result.crossings
     assert one.direction == "up"
-    assert one.interval[0] <= 0.7 <= one.interval[1]
+    low, high = one.interval
+    if result.proof["data"] == "as given":  # rounding of the entries moves the threshold
+        mixed = [mp.matrix(X.tolist()) for X in (M, K, C0, C1)]
+        assert largest_growth(*mixed, low - 1e-15) < 0.0 < largest_growth(*mixed, high + 1e-15)
+    else:
+        assert low <= 0.7 <= high
     assert result.certified or tiny < 1e-11
+
+
+def largest_growth(M, K, C0, C1, mu):
+    """The largest real part of three rows at 50 digits."""
+    with mp.workdps(50):
+        companion = mp.zeros(6)
+        for i in range(3):
+            companion[i, 3 + i] = 1
+        companion[3:, :3] = -mp.inverse(M) * K
+        companion[3:, 3:] = -mp.inverse(M) * (C0 + mp.mpf(mu) * C1)
+        values, _ = mp.eig(companion)
+        return max(mp.re(value) for value in values)
 
 
 # windows of growth that open and close within a step

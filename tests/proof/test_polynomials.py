@@ -66,6 +66,22 @@ def test_a_factor_with_a_removable_pole_is_declined(factor):
     assert ExactRange.of(Terms(terms.M, terms.C, moved, HALF_ULP), 0.5, 2.0) is None
 
 
+@pytest.mark.parametrize(
+    "factor",
+    [
+        lambda mu: mu * mu * mu,
+        lambda mu: mu * (1 + mu * mu),
+        lambda mu: (mu - 1) * (mu - 1) * (mu - 1) + 3 * mu,
+        lambda mu: mu * mu,
+    ],
+)
+def test_a_factor_that_bends_somewhere_is_declined(factor):
+    """The ball of the bends of mu**3 holds 0, from which it does not certainly differ."""
+    terms = system(ONE)
+    moved = [*terms.K[:2], Term(terms.balls["K"][2].mid, factor)]
+    assert ExactRange.of(Terms(terms.M, terms.C, moved, HALF_ULP), 0.0, 1.0) is None
+
+
 @pytest.mark.parametrize("damping", [0.0, 0.125])
 def test_what_begins_at_an_end_of_the_range_is_listed(damping):
     onset = 1.0 + 2.0 * damping**2

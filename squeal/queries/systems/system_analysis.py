@@ -27,7 +27,7 @@ from squeal.sparse.assembly import Assembly
 from squeal.sparse.quadratic import PROGRESS, Progress
 from squeal.sparse.reduction import Reduction
 
-SWAPPED = 1e-4  # Hz: a structure of which no row vibrates faster has its stiffness for its mass
+SWAPPED = 1e-5  # Hz: a structure of which no row vibrates faster has its stiffness for its mass
 SERVED = 9  # values at which a reduced system has to be good
 ABOVE_CUTOFF = 1.000001  # share of the cutoff of components from which on a region exceeds it
 
