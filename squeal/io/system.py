@@ -41,8 +41,8 @@ from squeal.io.terms import (
 from squeal.linear.damping import Damped, damped
 from squeal.linear.matrices import dense, normalised_system
 from squeal.linear.precision import Precision, half_units
-from squeal.linear.supports import supports_warning
-from squeal.linear.system import Term, TermSystem, without_supports
+from squeal.linear.supports import empty_rows_warning, supports_warning
+from squeal.linear.system import Term, TermSystem, without_empty_rows, without_supports
 from squeal.schema import NOT_NEGATIVE, Place
 
 FULL = 0.2  # share of entries above which a matrix from a file becomes dense
@@ -178,7 +178,12 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
             mass = dense(system.at()[0])
             # refuses a mass that is not positive definite
             normalised_system(mass, None, np.zeros_like(mass))
+        system, empty = without_empty_rows(system)
+        if empty.size:
+            at.warn(empty_rows_warning(empty, labels))
+        remaining = np.delete(np.arange(rows), empty)
         system, supports = without_supports(system)
+        supports = remaining[supports]
         if supports.size:
             (at / "K").warn(supports_warning(supports, labels))
         undamped_rows = system.n
@@ -186,7 +191,8 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
         _warn_of_parameters(at / "damping", system, damping_records)
     if coordinates is not None:
         added_rows = system.n - undamped_rows
-        coordinates = coordinates.without(supports).with_rows_behind(added_rows)
+        left_out = np.union1d(empty, supports)
+        coordinates = coordinates.without(left_out).with_rows_behind(added_rows)
     return SystemFile(
         system,
         reference=keys.get("reference", ""),

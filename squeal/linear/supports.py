@@ -55,10 +55,23 @@ def support_rows(masses: Array, stiffness: Array, couplings: csc_array) -> NDArr
 
 def supports_warning(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:
     """The warning that `without_supports` left out rows (k,) of a system with these labels."""
+    return (
+        f"{rows.size} rows whose diagonal stands decades above all others are taken for supports "
+        f"and left out, the first is {_first_row(rows, labels)}"
+    )
+
+
+def empty_rows_warning(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:
+    """The warning that `without_empty_rows` left out rows (k,) of a system with these labels."""
+    return (
+        f"{rows.size} rows are empty in M, C and K and left out, the first is "
+        f"{_first_row(rows, labels)}"
+    )
+
+
+def _first_row(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:
+    """The first of some rows (k,): its number, and its label if it has one."""
     first = f"row {rows[0] + 1}"
     if rows[0] < len(labels):
         first += f", {row_name(labels[rows[0]])}"
-    return (
-        f"{rows.size} rows whose diagonal stands decades above all others are taken for supports "
-        f"and left out, the first is {first}"
-    )
+    return first

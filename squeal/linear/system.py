@@ -712,15 +712,35 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
     supports = support_rows(np.abs(M.diagonal()), np.abs(K.diagonal()), couplings)
     if not supports.size:
         return system, supports
-    free = np.setdiff1d(np.arange(system.n), supports)
-
-    def rows_of(matrix: Matrix) -> Matrix:
-        sliced = matrix.tocsc() if is_sparse(matrix) else matrix
-        return sliced[free][:, free]
-
-    def free_rows(term: Term) -> Term:
-        return term.mapped(rows_of)
-
-    labels = [system.labels[row] for row in free if row < len(system.labels)]
     assumption = f"{supports.size} rows are taken for supports and left out"
-    return system.mapped(free_rows, labels).assuming(assumption), supports
+    return _without_rows(system, supports).assuming(assumption), supports
+
+
+def without_empty_rows(system: System) -> tuple[System, NDArray[np.intp]]:
+    """The system without the rows that no matrix of M, C and K has an entry in, and these rows.
+
+    Nothing is left out where their columns have entries, or where all rows are empty.
+    """
+    from scipy.sparse import coo_array
+
+    has_entries = np.zeros(system.n, dtype=bool)
+    for terms in system.parts:
+        for term in terms:
+            for indices in coo_array(term.matrix).coords:
+                has_entries[indices] = True
+    empty = np.flatnonzero(~has_entries)
+    if not empty.size or not has_entries.any():
+        return system, empty[:0]
+    return _without_rows(system, empty).assuming(f"{empty.size} empty rows are left out"), empty
+
+
+def _without_rows(system: System, rows: NDArray[np.intp]) -> System:
+    """The system without some rows (k,) and the columns of these."""
+    remaining = np.setdiff1d(np.arange(system.n), rows)
+
+    def remaining_part(matrix: Matrix) -> Matrix:
+        sliced = matrix.tocsc() if is_sparse(matrix) else matrix
+        return sliced[remaining][:, remaining]
+
+    labels = [system.labels[row] for row in remaining if row < len(system.labels)]
+    return system.mapped(lambda term: term.mapped(remaining_part), labels)

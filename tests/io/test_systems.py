@@ -5,7 +5,9 @@ import pytest
 from scipy.io import mmwrite
 from scipy.sparse import csc_array, save_npz
 
+import squeal
 from squeal.errors import InputError, InputWarning
+from squeal.io.matrices import write_matrix
 from squeal.io.system_files import read_system
 
 SHORT = """\
@@ -76,6 +78,34 @@ def test_a_matrix_is_the_sum_of_its_terms_times_their_factors(read):
     assert (file.system.name, file.system.parameter) == ("three", "Omega")
     assert [i.name for i in file.inputs] == ["m.mtx", "d.npz", "k0.mtx", "k1.mtx"]
     assert [(o.part, o.file) for o in file.origins][1:3] == [("C", "d.npz"), ("C", "")]
+
+
+def test_rows_that_are_empty_in_every_matrix_are_left_out_with_a_warning(tmp_path):
+    """Nastran's AUTOSPC and others leave them; two chains remain, of known frequencies."""
+    K = np.diag(np.full(6, 2.0)) - np.eye(6, k=1) - np.eye(6, k=-1)
+    K[2] = 0.0
+    K[:, 2] = 0.0
+    held = 1e30 * np.diag([0.0, 0, 0, 0, 0, 1])
+    mass = np.diag([1.0, 1, 0, 1, 1, 1])
+    for name, matrix in {"M": mass, "K": K, "held": held}.items():
+        write_matrix(tmp_path / f"{name}.mtx", matrix)
+    lines = [f"{row},x,{row},0,0\n" for row in range(1, 7)]
+    (tmp_path / "nodes.csv").write_text("node,dof,x,y,z\n" + "".join(lines))
+    text = "M: {file: M.mtx}\nK: [{file: K.mtx}, {file: held.mtx}]\n"
+    (tmp_path / "s.yaml").write_text(f"{text}coordinates: {{file: nodes.csv}}\n")
+    with pytest.warns(InputWarning) as caught:
+        file = read_system(tmp_path / "s.yaml")
+    empty, supports = (str(one.message) for one in caught)
+    assert "1 rows are empty in M, C and K and left out, the first is row 3" in empty
+    assert "the first is row 6" in supports
+    assert file.coordinates.supports.tolist() == [2, 5]
+    assert file.coordinates.displacements(np.arange(1.0, 5.0))[:, 0].tolist() == [1, 2, 0, 3, 4, 0]
+    answer = squeal.eigenvalues(file)
+    squares = sorted(one.value.imag**2 for one in answer.eigenvalues if one.value.imag > 0)
+    assert squares == pytest.approx([1.0, 1.0, 3.0, 3.0], rel=1e-12)
+    assert not answer.certified
+    (tmp_path / "s.yaml").write_text("M: [[0]]\nK: [[0]]\n")
+    assert read_system(tmp_path / "s.yaml").system.n == 1
 
 
 @pytest.mark.parametrize("ratios", ["0.03", "[0.01, 0.02]"])
