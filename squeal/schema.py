@@ -35,6 +35,7 @@ Value = Any
 MOST = 100_000  # values that aliases may make of a file, if it is shorter than that
 _TAG = "tag:yaml.org,2002:"
 
+NO_MATRICES = "; a matrix file is named in a system file, as M: {file: NAME}"
 _COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")  # a number as some countries write it
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _PLAIN = (int, float, np.integer, np.floating)
@@ -431,14 +432,17 @@ def parse_document(content: bytes, at: Place) -> dict[str, Value]:
     try:
         document = _parsed(content.decode("utf-8"))
     except UnicodeDecodeError as error:
-        raise at.refuse(f"byte {error.start} is not UTF-8; only UTF-8 text is allowed") from None
+        raise at.refuse(
+            f"byte {error.start} is not UTF-8; only UTF-8 text is allowed{NO_MATRICES}"
+        ) from None
     except (yaml.YAMLError, ValueError) as error:
         mark = getattr(error, "problem_mark", None)
         line = f"line {mark.line + 1}: " if mark else ""
         reason = getattr(error, "problem", None) or str(error).partition("\n")[0]
-        raise at.refuse(f"{line}{reason}; exactly one YAML mapping is allowed") from None
+        hint = NO_MATRICES if content.startswith((b"%", b"*")) else ""
+        raise at.refuse(f"{line}{reason}; exactly one YAML mapping is allowed{hint}") from None
     if not isinstance(document, dict):
-        raise at.must_be(document, "a mapping of keys to values")
+        raise at.must_be(document, f"a mapping of keys to values{NO_MATRICES}")
     return document
 
 

@@ -36,6 +36,7 @@ from squeal.linear.precision import (
 from squeal.schema import Place
 
 FREE_MOTION = 1e-8  # of the diagonal: pivots below are those of a free body
+PACKED = (b"\x1f\x8b", b"BZh", b"\xfd7zXZ\0")  # by gzip, bzip2, xz
 LONGEST_REASON = 300  # characters of what a library says of a broken file
 
 Matrix: TypeAlias = csc_array | NDArray
@@ -117,6 +118,8 @@ def _format_of(path: Path) -> Format:
         raise InputError("is no plain file; the name of a matrix file is allowed")
     with path.open("rb") as stream:
         head = stream.read(HEAD)
+    if head.startswith(PACKED):
+        raise InputError("is packed; unpack it first")
     for file_format in FORMATS:
         if file_format.head and re.match(file_format.head, head):
             return file_format
@@ -153,12 +156,14 @@ def _pick(content: MatrixFile | NamedMatrices, key: str | None) -> MatrixFile:
         if key is None:
             return content
         raise InputError(f"key {key} is not allowed; the file holds one matrix")
+    if not content:
+        raise InputError("holds no matrix; of Nastran cards DMIG, OP4 and OP2 are read")
     described = []
     for name, matrix in sorted(content.items(), key=lambda item: item[0]):
         if isinstance(matrix, UnbuiltMatrix):
             name += f" ({matrix.description})"
         described.append(name)
-    names = ", ".join(described) or "none"
+    names = ", ".join(described)
     if key is None:
         if len(content) != 1:
             raise InputError(f"holds the matrices {names}; name one of them with key")

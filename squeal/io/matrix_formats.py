@@ -41,11 +41,12 @@ _HARWELL_BOEING = rb"[^\n]*\n[ \d]+\r?\n(?i:[rcpi][suhzr][ae])\s"
 _OP4 = rb"(?s)(?:[ \d-]{7}\d){4}[A-Z]\w{0,7} *1P,|(?:\x18\0\0\0|\0\0\0\x18).{16}[A-Z]\w{0,7} *"
 _OP2 = rb"\x04\0\0\0\x03\0\0\0\x04|\0\0\0\x04\0\0\0\x03\0\0\0\x04|\x08\0\0\0\x03\0\0\0\0"
 _DMIG = rb"(?ims)(?:.*^)?DMIG[ *,]"
-# the first line neither blank nor with * holds 3 or 5 numbers (the last as 1,5 is refused later)
-_ABAQUS = rb"(?:[ \t]*(?:\*.*)?\r?\n)*[ \t]*(?:(?:-?\d+[ \t,]+){2}){1,2}\S+[ \t]*\r?(?:\n|$)"
+# a keyword or comment comes first, or a line of 3 or 5 numbers (the last as 1,5 is refused later)
+_BOM = rb"(?:\xef\xbb\xbf)?"
+_ABAQUS = _BOM + rb"\s*(?:\*|(?:(?:-?\d+[ \t,]+){2}){1,2}\S+[ \t]*\r?(?:\n|$))"
 # fmt: off
 FORMATS = (
-    Format("Matrix Market", (".mtx",), b"(?i)%%matrixmarket", read_matrix_market),
+    Format("Matrix Market", (".mtx",), b"(?i)" + _BOM + b"%%matrixmarket", read_matrix_market),
     Format("MATLAB", (".mat",), b"MATLAB ", read_mat),
     Format("NumPy archive", (".npz",), b"PK\x03\x04", read_npz),
     Format("NumPy", (".npy",), b"\x93NUMPY", read_npy),

@@ -21,6 +21,8 @@ FILES = {
     "pair.yaml": PAIR,
     "t.csv": "",
     "blank.mtx": "",
+    "entries.txt": "1 1 1.05e+09\n2 2 1.0\n",
+    "banner.mtx": "%%MatrixMarket matrix coordinate real general\n1 1 1\n1 1 2.0\n",
     "blank.yaml": "M: {file: blank.mtx}\nK: [[1]]\n",
     "plain.yaml": "M: [[1]]\nK0: [[1]]\nK1: [[1]]\n",
     "nested.json": 100_000 * "[",
@@ -72,6 +74,9 @@ eigenvalues pair.yaml --method best | best
 eigenvalues pair.yaml --set nu=1 | --set nu=1
 eigenvalues pair.yaml --set mu=1 --at 2 | --at 2
 eigenvalues pair.yaml --set gap=0,55 | 0.55
+check entries.txt | it must be a mapping of keys to values; a matrix file is named in a system file
+check banner.mtx | a matrix file is named in a system file
+check packed.mat | a matrix file is named in a system file
 check comma.yaml | comma.yaml: line 2
 check comma_of_pad.yaml | the key 0.0 is not a word; decimals follow a point
 check nul.yaml | nul.yaml: M.file:
@@ -136,6 +141,7 @@ def folder(tmp_path, monkeypatch):
         shutil.copy(SCENES / f"{stem}.yaml", f"{stem[:2]}.yaml")
     for name, text in FILES.items():
         (tmp_path / name).write_text(text)
+    (tmp_path / "packed.mat").write_bytes(b"MATLAB 5.0 MAT-file\xff")
     os.mkfifo(tmp_path / "pipe.yaml")
     for target, link in (("loop.csv", "loop.csv"), ("t.csv", "t.pdf")):
         os.symlink(target, link)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from squeal.io.digits import written_decimals, written_digits
 from squeal.io.formats.matrix_file import (
+    ANY_LETTERS,
     MatrixFile,
     NamedMatrices,
     has_internal_nodes,
@@ -38,11 +39,15 @@ class _Block:
 
 def read_abaqus(path: Path) -> MatrixFile | NamedMatrices:
     """The matrix of a file, or those of a file with several, by their names. Raises ValueError."""
-    text = re.sub(r"(?m)^[ \t]*\*\*.*$", "", path.read_text(encoding="utf-8"))  # comments
+    text = path.read_text(encoding="utf-8-sig", errors=ANY_LETTERS)
+    text = re.sub(r"(?m)^[ \t]*\*\*.*$", "", text)  # comments
     text = text.replace(",", " ")
-    for mark in "#%":
+    for mark in "#%;":
         if mark in text:
-            raise ValueError(f"{mark} is not what Abaqus writes; comments begin with **")
+            raise ValueError(
+                f"{mark} is not what Abaqus writes; comments begin with **, and commas or blanks "
+                "stand between numbers"
+            )
     blocks = [block for block in _blocks(text) if block.entries.strip()]
     if not blocks:
         raise ValueError("no entries")
@@ -69,7 +74,10 @@ def _blocks(text: str) -> list[_Block]:
             name = re.search(r"NAME\s*=\s*(\S+)", part, re.IGNORECASE)
             blocks.append(_Block(name[1] if name else ""))
         else:
-            raise ValueError(f"the keyword {part.strip()} is not allowed; *MATRIX INPUT is")
+            raise ValueError(
+                f"the keyword {part.strip()} is not allowed; *MATRIX INPUT is, and the matrices of "
+                "a substructure (*USER ELEMENT) are read from .npy or Matrix Market"
+            )
         blocks[-1].keywords += f" {part.upper()} "
     return blocks
 
@@ -92,11 +100,15 @@ def _refuse_sizes(first_line: str, positions: NDArray) -> None:
 def _matrix(path: Path, block: _Block) -> MatrixFile:
     """The matrix of a block of the file at `path`, whose rows a file .dof beside it may name.
     Raises ValueError."""
-    lines = [line for line in io.StringIO(block.entries) if line.strip()]
+    text = re.sub(r"(?<=[\d.])[Dd](?=[+-]?\d)", "E", block.entries)  # of Fortran
+    lines = [line for line in io.StringIO(text) if line.strip()]
     width = len(lines[0].split())
     if width not in (3, 5):
-        raise ValueError(f"{width} columns; 3 or 5 are read, decimals behind a point")
-    positions, columns = read_columns(io.StringIO(block.entries), width - 1, 1)
+        raise ValueError(
+            f"{width} columns; 3 or 5 are read, decimals behind a point. A full table is read as "
+            ".npy of NumPy"
+        )
+    positions, columns = read_columns(io.StringIO(text), width - 1, 1)
     if width == 3 and not block.keywords:
         _refuse_sizes(lines[0], positions)
     values = columns[:, 0]

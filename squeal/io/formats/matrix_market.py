@@ -18,6 +18,7 @@ from squeal.io.formats.matrix_file import (
     sum_entries,
 )
 
+LONGEST_SHOWN = 40  # characters of a first line that is no banner
 SYMMETRIES = ("general", "symmetric", "skew-symmetric")
 VALUE_COLUMNS = {"pattern": 0, "complex": 2}  # one of any other type of entry
 
@@ -29,11 +30,18 @@ def read_matrix_market(path: Path) -> MatrixFile:
     comments a line of sizes follows, and then the entries: row, column and value, or in an array
     the values alone, column by column.
     """
-    with path.open(encoding="utf-8", errors=ANY_LETTERS) as stream:
-        banner = [*stream.readline().lower().split(), "", "", "", "", ""]  # may be cut off
+    with path.open(encoding="utf-8-sig", errors=ANY_LETTERS) as stream:
+        first_line = stream.readline()
+        banner = [*first_line.lower().split(), "", "", "", "", ""]  # may be cut off
         kind, layout, entry_type, symmetry = banner[1:5]
-        if not kind:
-            raise ValueError("its first line is empty; %%MatrixMarket matrix ... is needed there")
+        if banner[0] != "%%matrixmarket":
+            shown = "empty"
+            if first_line.strip():
+                shown = repr(first_line.strip()[:LONGEST_SHOWN])
+            raise ValueError(
+                f"its first line is {shown}; it must be %%MatrixMarket matrix ..., or the file "
+                "hold lines of row, column and value"
+            )
         if kind != "matrix" or layout not in ("coordinate", "array") or symmetry not in SYMMETRIES:
             allowed = f"matrix, coordinate or array, {', '.join(SYMMETRIES)} are read"
             raise ValueError(f"{kind} {layout} {symmetry}: {allowed}")
@@ -100,7 +108,7 @@ def _without_comments(lines: Iterable[str]) -> Iterator[str]:
 
 def _value_words(path: Path, index_columns: int, value_columns: int) -> Iterator[str]:
     """The numbers behind the indices of each line, as they are written."""
-    with path.open(encoding="utf-8", errors=ANY_LETTERS) as stream:
+    with path.open(encoding="utf-8-sig", errors=ANY_LETTERS) as stream:
         lines = (line for line in _without_comments(stream) if line.strip())
         next(lines, None)  # the sizes
         for line in lines:
