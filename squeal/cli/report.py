@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 def options(parser: Parser) -> None:
     """Options of `squeal report`."""
-    take(parser, "high", "band", "memory", "parts")
+    take(parser, "high", "low", "band", "memory", "parts")
     take_files(parser, page="the page")
 
 
@@ -34,7 +34,13 @@ def run(given: argparse.Namespace) -> Reply:
     if given.parts is not None:
         parts = _read_parts(given.parts, subject)
     answer = squeal.report(
-        subject, given.high, given.band, given.memory, progress=steps(), parts=parts
+        subject,
+        given.high,
+        given.band,
+        given.memory,
+        progress=steps(),
+        parts=parts,
+        low=given.low,
     )
     if given.page is not None:
         answer.save(given.page, given.source.inputs)

@@ -252,7 +252,6 @@ class _Problem:
         self.spectrum = spectrum
         self.options = options
         self.options_of_losses = options_of_losses
-        self.low = low
         self.high = high
         source = spectrum.source
         assert source is not None
@@ -642,7 +641,7 @@ class _Problem:
         source = self.spectrum.source
         if not isinstance(source, PadSource):
             changed = self._changed(columns, of_stiffness)
-            return thresholds(changed, high, self.low, prove=False, **self.options_of_losses)  # type: ignore[arg-type]
+            return thresholds(changed, high, prove=False, **self.options_of_losses)  # type: ignore[arg-type]
         change = columns @ columns.T
         unchanged, path = branch_system(source.scene, high)
         changed_pad = _ChangedPad(unchanged, change, of_stiffness)

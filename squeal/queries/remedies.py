@@ -291,17 +291,19 @@ def search_options(
 ) -> Mapping[str, object]:
     """The options of `thresholds` with a change, from those without it.
 
-    Without a band where all roots are known and none grows outside of it in the range: what a
-    change moves out of the band, and lets grow there, is seen then. Thresholds of complex matrices
-    need a band.
+    The range of a system begins where that without a change begins. Without a band where all roots
+    are known and none grows outside of it in the range: what a change moves out of the band, and
+    lets grow there, is seen then. Thresholds of complex matrices need a band.
     """
     source = losses.source
+    if not isinstance(source, SystemSource):
+        return options
+    of_range = {**options, "low": losses.low}
     nothing_crosses = losses.details.get("crossings_outside") == 0
     nothing_grows = not spectrum.details.get("growing_outside")
-    is_real = isinstance(source, SystemSource) and source.file.system.real
-    if is_real and nothing_crosses and nothing_grows:
-        return {**options, "band": None}
-    return options
+    if source.file.system.real and nothing_crosses and nothing_grows:
+        return {**of_range, "band": None}
+    return of_range
 
 
 def find_remedies(

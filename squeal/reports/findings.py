@@ -583,6 +583,8 @@ class Findings(Answer):
         if proof is not None and (proof["reason"] or "").startswith(DISAGREES):
             return "Where stability is first lost is not known: a count found other growing modes."
         if first is None:
+            if self.thresholds.low:
+                where += f" from {self.at(self.thresholds.low)}"
             return f"No loss of stability{where} up to {self.at(self.thresholds.high)}."
         line = f"Stability is first lost{where} at {self.at(first.mu)}: {self._lost(first)}"
         if first.frequency_hz:

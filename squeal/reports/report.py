@@ -79,6 +79,7 @@ def report(
     memory: Positive | None = None,
     progress: Callable[[str], None] | None = None,
     parts: Mapping[str, Sequence[int]] | None = None,
+    low: float | None = None,
 ) -> Report:
     """Compute all that one page shows of a brake.
 
@@ -94,6 +95,9 @@ def report(
         As `eigenvalues` takes them.
     parts
         As `energy` takes them.
+    low : float, optional
+        Lower end of the range, of systems, at most the parameter's own value; left out, that of
+        `thresholds`.
 
     Returns
     -------
@@ -117,8 +121,12 @@ def report(
     """
     options: Any = {"band": band, "memory": memory, "progress": progress}
     end = upper_end(subject, high)
-    losses = thresholds(subject, end, **options)  # first: it refuses some that the others take
+    # first: it refuses some that the others take
+    losses = thresholds(subject, end, low, **options)
     spectrum = eigenvalues(subject, **options)
+    if low is not None and spectrum.value < low:
+        most = f"at most {spectrum.value:g}, the present {losses.parameter}"
+        raise InputError(f"low: {low:g} is not allowed; it must be {most}")
     rotor = _critical_speeds(subject, losses, band, memory)
     chart = _chart(losses, spectrum.value, rotor is not None)
     paths = Paths(chart)
@@ -128,7 +136,7 @@ def report(
     with suppress(ComputationError):  # several modes are lost at once
         of_onset = sensitivity(subject, of="threshold", known=losses)
     spectrum = spectrum.with_onsets(losses)
-    outside = _thresholds_outside(subject, spectrum, end, options)
+    outside = _thresholds_outside(subject, spectrum, losses, options)
     with_change = search_options(spectrum, losses, options)
     return Report(
         name=spectrum.name,
@@ -167,7 +175,7 @@ def _critical_speeds(
 
 
 def _thresholds_outside(
-    subject: Subject, spectrum: Eigenvalues, high: float, options: Mapping[str, Any]
+    subject: Subject, spectrum: Eigenvalues, losses: Thresholds, options: Mapping[str, Any]
 ) -> Thresholds | None:
     """Thresholds without a band where all roots are computed, else of the fastest mode that was
     seen outside of the band; None without a band, or where nothing was seen, and of small complex
@@ -178,10 +186,10 @@ def _thresholds_outside(
     if is_small(source.file.system):
         if not source.file.system.real:
             return None
-        return thresholds(subject, high, prove=False)
+        return thresholds(subject, losses.high, losses.low, prove=False)
     fastest = spectrum.details.get("fastest_outside")
     if not fastest:
         return None
     hertz = fastest["frequency_hz"]
     beside = {"band": ((1.0 - BESIDE) * hertz, (1.0 + BESIDE) * hertz)}
-    return thresholds(subject, high, prove=False, **{**options, **beside})
+    return thresholds(subject, losses.high, losses.low, prove=False, **{**options, **beside})

@@ -95,6 +95,8 @@ eigenvalues pair.yaml --change shim=none.mtx | --change shim=none.mtx
 eigenvalues pair.yaml --change a.K=x --change a.K=y | --change a.K=y
 critical-friction pair.yaml --max 1 --min 2 | --max 1
 critical-friction b1.yaml --min 0 | --min 0
+report b1.yaml --min 0 | --min 0
+report pair.yaml --max 9 --min 8 | --min 8
 critical-friction b1.yaml --workers 2 | --workers 2
 scatter pair.yaml none.yaml | none.yaml
 scatter pair.yaml free.yaml | free.yaml: spreads: mu

@@ -162,7 +162,7 @@ def test_a_factor_that_divides_by_the_parameter_starts_above_zero(tmp_path, caps
         "K: [{matrix: [[2, 0], [0, 3]]}, {matrix: [[0, 1], [-1, 0]], factor: W}]\n",
     )
     found = answer(capsys, "critical-friction", path, "--max", "5000")
-    assert found["mu_start"] == pytest.approx(5.0)
+    assert found["mu_start"] == pytest.approx(50.0)
     found = answer(capsys, "critical-friction", path, "--max", "2", "--min", "0.1")
     # equal damping c = 0.1 / W: W^2 = 1/4 + c^2 times the mean square 5/2
     W = np.sqrt(np.roots([1.0, -0.25, -0.01 * 2.5]).max())

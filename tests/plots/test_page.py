@@ -16,6 +16,7 @@ from squeal.numerics.differentiation import Formula
 from squeal.plots.campbell import campbell_drawing
 from squeal.plots.damping import COLOURS, damping_drawing
 from squeal.queries.meetings import Cure
+from squeal.queries.systems import thresholds as located
 from squeal.reports import page as html
 from tests.cli.calls import run
 from tests.conftest import SCENES
@@ -65,6 +66,30 @@ def test_fault_and_loss_of_stability_are_those_of_the_closed_form(tmp_path, mu, 
 )
 def test_a_share_of_the_loss_is_said_where_it_says_something(mu, end):
     assert squeal.report(pair(mu)).loss.endswith(end)
+
+
+@pytest.mark.usefixtures("without_figures")
+def test_no_search_of_a_page_begins_below_its_range(monkeypatch):
+    """Damping 0.01/(W - 0.05) has a pole at 0.05, below the range; k is a way out."""
+    C = {"1/(W - 0.05)": 0.01 * np.eye(2)}
+    K = {"1": [[2, 0], [0, 2]], "k": [[0, 0], [0, 1]], "W": [[0, 1], [-1, 0]]}
+    system = squeal.System(np.eye(2), C, K, parameters={"W": 1.0, "k": 1.0}, parameter="W")
+    starts = []
+    search = located.system_thresholds
+
+    def recorded(system, high, low=None, *arguments, **options):
+        starts.append(low)
+        return search(system, high, low, *arguments, **options)
+
+    monkeypatch.setattr(located, "system_thresholds", recorded)
+    report = squeal.report(system, 2.0, low=0.1)
+    assert report.remedy is not None
+    assert len(starts) > 1
+    assert set(starts) == {0.1}
+    still = squeal.report(system.replace({"k": 9.0}), 2.0, low=0.1)
+    assert still.loss == "No loss of stability from W = 0.1 up to W = 2."
+    with pytest.raises(InputError, match="at most 1, the present W"):
+        squeal.report(system, 2.0, low=1.5)
 
 
 def test_the_loss_of_stability_is_one_of_the_band_where_one_is_given():

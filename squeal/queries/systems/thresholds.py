@@ -126,7 +126,7 @@ def system_thresholds(
     system : TermSystem
         The system.
     high, low : float
-        The range of p. Without `low` it begins at 0, or at high / 1000 where a factor divides by p.
+        The range of p. Without `low` it begins at 0, or at high / 100 where a factor divides by p.
     selection : EigenvalueSelection, optional
         The band or region whose roots are judged; all roots if left out.
     workers : int
@@ -206,13 +206,14 @@ def system_thresholds(
 
 
 def start_of_range(system: TermSystem, high: float) -> float:
-    """The lower end of a range that has none: 0, or high / 1000 where the matrices have no value or
-    no derivative at 0."""
+    """The lower end of a range that has none: 0, or high / 100 where the matrices have no value or
+    no derivative at 0: beside a pole roots move so fast that a search computes most values there.
+    """
     try:
         system.derivative(system.parameter, {system.parameter: 0.0})
         system.frozen()(0.0)  # computes the matrices at 0
     except InputError:
-        return high / 1000
+        return high / 100
     return 0.0
 
 
