@@ -10,7 +10,6 @@ import numpy as np
 
 from squeal.linear.continuation import SpectrumAtParameter
 from squeal.linear.paths import Indices, Loss, mode_numbers, mode_numbers_at, track_modes
-from squeal.linear.roots import ComplexArray
 from squeal.results.sweep import Step
 
 MANY = 10**6
@@ -58,7 +57,7 @@ def assign_mode_numbers(
     # of each step the number (m,) of the path that each of its roots lies on, from 1, 0 if unknown
     paths: list[Indices]
     if spectrum_at is None:
-        paths = [mode_numbers(np.asarray(step.roots)) for step in steps]
+        paths = [_by_frequency(step) for step in steps]
         losses: list[Loss] = []
     else:
         tracked, losses = track_modes(spectrum_at, values, most_between)
@@ -68,7 +67,7 @@ def assign_mode_numbers(
             spectrum = spectrum_at(step.value)
             paths.append(mode_numbers_at(spectrum, path_of_root, np.asarray(step.roots)))
     reference = values.index(numbered_at) if numbered_at in values else 0
-    number_of = _number_of_paths(paths, reference, np.asarray(steps[reference].roots))
+    number_of = _number_of_paths(paths, reference, _by_frequency(steps[reference]))
     numbered = []
     for step, paths_of_step in zip(steps, paths, strict=True):
         modes = [number_of.get(path, 0) for path in paths_of_step.tolist()]
@@ -83,8 +82,16 @@ def assign_mode_numbers(
     return NumberedSteps(numbered, tuple(losses_by_number), numbered[reference])
 
 
+def _by_frequency(step: Step) -> Indices:
+    """The numbers (m,) of the modes of a step by rising frequency: those that it has, else those
+    among the listed roots."""
+    if step.modes is not None:
+        return np.asarray(step.modes)
+    return mode_numbers(np.asarray(step.roots))
+
+
 def _number_of_paths(
-    paths: Sequence[Indices], reference: int, roots: ComplexArray
+    paths: Sequence[Indices], reference: int, by_frequency: Indices
 ) -> dict[int, int]:
     """The mode number of each eigenvalue path, by the path.
 
@@ -95,12 +102,11 @@ def _number_of_paths(
     reference : int
         The index of the step whose modes are numbered by rising frequency. Paths without a root in
         this step get the next numbers as they appear.
-    roots : array (m,)
-        The roots of the reference step, rad/s.
+    by_frequency : array of int (m,)
+        The numbers of the roots of the reference step.
     """
     number_of: dict[int, int] = {}
-    by_frequency = mode_numbers(roots).tolist()
-    for path, number in zip(paths[reference].tolist(), by_frequency, strict=True):
+    for path, number in zip(paths[reference].tolist(), by_frequency.tolist(), strict=True):
         if path:
             number_of.setdefault(path, number)
     highest = max(number_of.values(), default=0)

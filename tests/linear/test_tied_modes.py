@@ -44,3 +44,19 @@ def test_equal_real_roots_are_paired_fastest_with_slowest():
     found = squeal.eigenvalues(squeal.System(np.eye(2), K=-np.eye(2)))
     assert sorted(found.modes.tolist()) == [1, 1, 2, 2]
     assert sorted(found.mode_of(mode) for mode in found.unstable) == [1, 2]
+
+
+def test_the_lowest_roots_have_the_numbers_that_they_have_among_all():
+    """Three oscillators that creep, each with roots -a and -b: k/m = a b, c/m = a + b."""
+    decay = np.array([[1.0, 60.0], [2.0, 50.0], [3.0, 40.0]])
+    K = {"1": np.diag(decay.prod(axis=1)), "mu": np.eye(3)}
+    system = squeal.System(np.eye(3), np.diag(decay.sum(axis=1)), K)
+    every = squeal.eigenvalues(system)
+    assert every.modes.tolist() == [1, 2, 3, 3, 2, 1]
+    for count in range(1, 7):
+        lowest = squeal.eigenvalues(system, modes=count)
+        assert lowest.modes.tolist() == every.modes[:count].tolist()
+        for step in squeal.sweep(system, [0.0, 0.1], modes=count).steps:
+            assert step.modes.tolist() == lowest.modes.tolist()
+    numbers = {row.mode for row in squeal.energy(squeal.eigenvalues(system, modes=3)).contributions}
+    assert numbers == {1, 2, 3}

@@ -127,6 +127,7 @@ def system_eigenvalues(
         proof=statement.to_dict(),
         proof_line=proof_line,
         depends=analysis.depends_on_parameter,
+        numbers=roots.numbers,
     )
 
 

@@ -25,6 +25,7 @@ from squeal.linear.matrices import (
     scaled_rank,
     unit_diagonal,
 )
+from squeal.linear.paths import Indices, mode_numbers
 from squeal.linear.roots import STIFF, hides_slow_roots, roots_of
 from squeal.linear.system import TermSystem
 from squeal.numerics.differentiation import Parameters
@@ -117,6 +118,12 @@ class SystemRoots:
     def computed(self) -> EigenvalueTuple:
         """All computed roots of the region, the selected ones and the others."""
         return self.eigenvalues + self.others
+
+    @property
+    def numbers(self) -> Indices:
+        """The numbers of the modes of the selected roots, those that they have among all computed
+        ones: among the lowest alone a real root may lack the one that makes a mode with it."""
+        return mode_numbers(values_of(self.computed))[: len(self.eigenvalues)]
 
     @property
     def certified(self) -> bool:

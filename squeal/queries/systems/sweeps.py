@@ -15,7 +15,7 @@ from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
 from squeal.linear.continuation import SMALL_ROWS, SpectrumAtParameter
 from squeal.linear.eigen import arrays_of, values_of
-from squeal.linear.paths import Loss, continued
+from squeal.linear.paths import Loss, continued, mode_numbers
 from squeal.linear.roots import ordered
 from squeal.queries.mode_numbers import assign_mode_numbers
 from squeal.queries.systems.all_roots import NO_BAND, is_small
@@ -169,6 +169,7 @@ def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
         rounding=roots.rounding[order],
         corrected=None if roots.corrected is None else roots.corrected[order],
         certified=roots.certified,
+        modes=mode_numbers(roots.values)[order],  # also those that are not listed have one
     )
     return step, roots.with_vectors
 
