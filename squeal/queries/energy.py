@@ -403,7 +403,7 @@ def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
 
 
 def _name_of(term: Term, origin: Origin | None, from_files: bool) -> str:
-    """The file of a term and its factor; of a term without a file the factor alone.
+    """The file of a term, its key there and its factor; of a term without a file the factor alone.
 
     from_files: whether the system was read from files. A term without an origin is then damping
     that the system file adds.
@@ -413,9 +413,12 @@ def _name_of(term: Term, origin: Origin | None, from_files: bool) -> str:
         return f"{factor} (damping)"
     if origin is None or not origin.file:
         return factor
+    name = origin.file
+    if origin.key:  # of a file with several matrices
+        name += f": {origin.key}"
     if factor == "1":
-        return origin.file
-    return f"{origin.file}, {factor}"
+        return name
+    return f"{name}, {factor}"
 
 
 def _role_of(part: str, term: Term, changes_without_friction: bool) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.sparse.linalg
+from scipy.io import savemat
 from scipy.sparse import csc_array
 
 import squeal
@@ -472,3 +473,23 @@ def test_a_part_says_how_much_of_the_damping_it_gives():
     assert [row["damping"] for row in rows if row["part"] == "right"] == [0.0, 0.0]
     left = [row["damping"] for row in rows if row["part"] == "left"]
     assert left == pytest.approx([-0.0005, -0.0005], rel=1e-5)
+
+
+def test_terms_of_one_file_are_named_by_their_keys(tmp_path):
+    matrices = {
+        "M": np.eye(2),
+        "K1": np.diag([4.0, 9.0]),
+        "KR": np.array([[0.0, 1.0], [-1.0, 0.0]]),
+    }
+    savemat(tmp_path / "disc.mat", matrices)
+    (tmp_path / "system.yaml").write_text(
+        "parameters: {mu: 0.1}\n"
+        "M: {file: disc.mat, key: M}\n"
+        "K:\n"
+        "  - {file: disc.mat, key: K1}\n"
+        "  - {file: disc.mat, key: KR, factor: mu}\n"
+    )
+    found = squeal.eigenvalues(squeal.read_system(tmp_path / "system.yaml"))
+    assert "  K: disc.mat: KR, factor mu, 2 non-zeros" in found.notes[0].splitlines()
+    names = [row.term for row in squeal.energy(found).contributions if row.mode == 1]
+    assert names == ["disc.mat: M", "disc.mat: K1", "disc.mat: KR, mu"]

@@ -238,6 +238,8 @@ def _description(analysis: SystemAnalysis, roots: SystemRoots, details: dict[str
         lines.append(f"  {basis_text(analysis.component_reduction, errors=errors_are_known)}")
     for matrix in details["matrices"]:
         source = matrix["file"] or "rows"  # rows: entries that stand in the system file
+        if matrix["key"]:
+            source += f": {matrix['key']}"
         size = f"{matrix['nonzeros']} non-zeros"
         lines.append(f"  {matrix['part']}: {source}, factor {matrix['factor']}, {size}")
     if file.damped:
