@@ -419,6 +419,7 @@ def system_thresholds_with_proof(
                 continue
         if refuted_at is None:
             break
+        exact = None
         step_ends.append(refuted_at)
     if answer.certified and answer.proof is None and small:
         answer = _counted_not_proved(answer)
