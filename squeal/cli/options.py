@@ -137,7 +137,8 @@ OPTIONS = {
     "workers": Option(
         "--workers", "N", "processes; any number gives the same answer (1)", whole(1, 256)),
     "band": Option("--band", "LOW:HIGH", "frequencies in Hz", BAND),
-    "modes": Option("--modes", "N", "the N lowest modes", whole(1, MOST), of_systems=True),
+    "modes": Option(
+        "--modes", "N", "the N modes of least |lambda|", whole(1, MOST), of_systems=True),
     "region": Option(
         "--region", "RE0:RE1:IM0:IM1", "roots, 1/s and rad/s", REGION, of_systems=True),
     "at": Option("--at", "VALUE", "of the free parameter", NUMBER, of_systems=True),

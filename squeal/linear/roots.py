@@ -50,6 +50,14 @@ def ordered(values: ComplexArray) -> NDArray[np.intp]:
     return np.lexsort(keys, axis=-1)
 
 
+def lowest(values: ComplexArray, count: int) -> NDArray[np.intp]:
+    """Indices, rising, of the `count` eigenvalues (m,) of least |lambda|, all if there are fewer.
+
+    A large system is searched in a disc around zero: of no other rule its list is known complete.
+    """
+    return np.sort(np.argsort(np.abs(values), kind="stable")[:count])
+
+
 def root_rounding(
     values: ComplexArray,
     condition: float | Array,

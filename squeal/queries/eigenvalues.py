@@ -54,7 +54,8 @@ def eigenvalues(
     region : (float, float, float, float), optional
         Real parts (1/s) from, to, imaginary parts (rad/s) from, to, instead of a band.
     modes : int, optional
-        The lowest so many, of systems. Of more than 400 rows 20 if nothing else is given.
+        So many of least |lambda|, by rising frequency, of systems. Of more than 400 rows 20 if
+        nothing else is given.
     memory : float, optional
         Bytes that may be used; left out, what is free.
     progress : callable, optional

@@ -95,3 +95,21 @@ def test_a_large_system_grows_its_region_until_it_holds_the_lowest(monkeypatch):
     found = lowest_modes(scaled_problem(eye_array(48), None, K), 20)
     assert upper(found)[:20] == pytest.approx(exact[:20], rel=1e-9)
     assert found.certified
+
+
+@pytest.mark.parametrize("rows", [12, 410])
+def test_the_lowest_modes_are_those_of_least_size_in_any_number_of_rows(rows):
+    """Oscillators -d +- i w; the first creeps: roots -300 and -500, |lambda| above those listed."""
+    w = np.linspace(10.0, 5000.0, rows - 2)
+    d = np.full(rows - 2, 0.1)
+    c = np.concatenate([[800.0, -2 * 400.0], 2.0 * d])  # the second grows by 400 1/s at 5 rad/s
+    k = np.concatenate([[300.0 * 500.0, 400.0**2 + 25.0], w**2 + d**2])
+    system = squeal.System(diags_array(np.ones(rows)), diags_array(c), diags_array(k))
+    count = 5 if rows == 410 else 2
+    every = np.concatenate([[-300.0, -500.0, 400.0 + 5.0j], 1j * w - d])
+    expected = every[np.argsort(abs(every))[:count]]
+    found = squeal.eigenvalues(system, modes=count)
+    assert sorted(found.values, key=abs) == pytest.approx(expected.tolist(), rel=1e-9)
+    assert np.all(np.diff(found.values.imag) > 0.0)
+    more = squeal.eigenvalues(system, modes=count + 40 if rows == 410 else 4)
+    assert (more.values.imag == 0.0).any()  # the slower one creeps among them

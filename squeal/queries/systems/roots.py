@@ -26,7 +26,7 @@ from squeal.linear.matrices import (
     unit_diagonal,
 )
 from squeal.linear.paths import Indices, mode_numbers
-from squeal.linear.roots import STIFF, hides_slow_roots, roots_of
+from squeal.linear.roots import STIFF, hides_slow_roots, lowest, roots_of
 from squeal.linear.system import TermSystem
 from squeal.numerics.differentiation import Parameters
 from squeal.queries.systems.all_roots import is_small
@@ -150,13 +150,17 @@ class SystemRoots:
         return Statement("open", "count", reason="no count agrees, others may be missing")
 
     def lowest(self, modes: int | None) -> SystemRoots:
-        """The roots with the first `modes` of them selected, all if None.
+        """The roots with the `modes` of least |lambda| selected, all if None.
 
-        The others are kept, so that the count still shows that none is missing among the first.
+        The others are kept, so that the count still shows that none is missing among these.
         """
         if modes is None:
             return self
-        return replace(self, eigenvalues=self.eigenvalues[:modes], others=self.eigenvalues[modes:])
+        chosen = lowest(values_of(self.eigenvalues), modes).tolist()
+        selected = tuple(self.eigenvalues[k] for k in chosen)
+        left_out = set(range(len(self.eigenvalues))).difference(chosen)
+        others = tuple(self.eigenvalues[k] for k in sorted(left_out))
+        return replace(self, eigenvalues=selected, others=others)
 
 
 def system_roots(

@@ -16,7 +16,7 @@ from squeal.io.system import SystemFile
 from squeal.linear.continuation import SMALL_ROWS, SpectrumAtParameter
 from squeal.linear.eigen import arrays_of, values_of
 from squeal.linear.paths import Loss, continued, mode_numbers
-from squeal.linear.roots import ordered
+from squeal.linear.roots import lowest, ordered
 from squeal.queries.mode_numbers import assign_mode_numbers
 from squeal.queries.systems.all_roots import NO_BAND, is_small
 from squeal.queries.systems.known import known_roots
@@ -159,7 +159,7 @@ def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
     order = ordered(roots.values)
     if selection.modes is not None:
         upper = order[roots.values[order].imag >= 0.0]
-        order = upper[: selection.modes]
+        order = upper[lowest(roots.values[upper], selection.modes)]
     step = Step(
         value=value,
         roots=roots.values[order],
