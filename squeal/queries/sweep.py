@@ -188,7 +188,8 @@ def _system_sweep(
 
 def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
     """The eigenvalues over a range of the parameter whose thresholds are known, for a figure, and
-    at the subject's own value. Modes are numbered at `low`.
+    at the subject's own value. Modes are numbered at `low`. The referee judges the roots of no
+    system: the thresholds say what is proved over the range.
 
     Raises ComputationError if the branch of a pad's equilibria ends before `low`.
     """
@@ -204,7 +205,7 @@ def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
         values = np.union1d(values, own_value)
     drawn = values.tolist()
     steps, losses, reference = track_modes(
-        source.file, source.selection, drawn, source.reduction, numbered_at=low
+        source.file, source.selection, drawn, source.reduction, numbered_at=low, is_judged=False
     )
     return Sweep(found.name, found.parameter, steps, losses, reference, source=source)
 

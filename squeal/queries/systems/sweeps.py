@@ -32,12 +32,14 @@ from squeal.sparse.reduction import Reduction
 class _Common(NamedTuple):
     """What all values of a sweep share: it is sent once to each process.
 
-    Without a reduction the system itself is solved at each value.
+    Without a reduction the system itself is solved at each value, and the referee judges the roots
+    of a small one if `is_judged` says so.
     """
 
     file: SystemFile
     selection: EigenvalueSelection
     reduction: Reduction | None
+    is_judged: bool
 
 
 class TrackedModes(NamedTuple):
@@ -66,6 +68,7 @@ def track_modes(
     reduction: Reduction | None,
     workers: int = 1,
     numbered_at: float | None = None,
+    is_judged: bool = True,
 ) -> TrackedModes:
     """Compute the roots at values of the parameter, and number the modes alike at all of them.
 
@@ -83,6 +86,8 @@ def track_modes(
         Processes.
     numbered_at : float, optional
         One of the values, at which modes are numbered; left out, the system's own value.
+    is_judged : bool
+        Whether the referee judges the roots of a small system, which may take half of the time.
 
     Raises
     ------
@@ -100,7 +105,7 @@ def track_modes(
     if min(values) < own_value < max(values) and not expensive:
         computed.add(own_value)
     rising = sorted(computed)
-    common = _Common(file, selection, reduction)
+    common = _Common(file, selection, reduction, is_judged)
     tasks = mapped(_step_and_roots, rising, workers, common)
     computed_roots = dict(zip(rising, counted(tasks, len(rising), PROGRESS.get()), strict=True))
     # vectors are those of the system itself, or of the reduced one
@@ -151,9 +156,9 @@ def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
 
     Returns the step with the listed roots, and the roots with vectors, by which modes are tracked.
     """
-    file, selection, reduction = common
+    file, selection, reduction, is_judged = common
     if reduction is None:
-        roots = _roots_of_full(file, selection, value)
+        roots = _roots_of_full(file, selection, value, is_judged)
     else:
         roots = roots_of_reduction(reduction, {file.system.parameter: value})
     order = ordered(roots.values)
