@@ -658,7 +658,7 @@ def _doubts(result: SearchResult, is_unresolved: bool) -> Iterator[str]:
     continuation = result.continuation
     counts = result.unstable_counts
     if is_unresolved:
-        yield "the search ran out of values; a narrower range (--min, --max) needs fewer"
+        yield "the search ran out of values; a narrower range needs fewer"
     widest = WIDEST_INTERVAL * (continuation.high - continuation.low)
     for k, cluster in enumerate(result.clusters):
         below = counts[k].growing_roots
