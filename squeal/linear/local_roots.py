@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.errors import ComputationError
 from squeal.linear.continuation import (
     DAMPED,
     SMALL_ROWS,
@@ -27,7 +28,7 @@ from squeal.linear.continuation import (
     ProblemClass,
     StandardProblem,
 )
-from squeal.linear.matrices import EPS, Array, norm_of
+from squeal.linear.matrices import BEYOND_DOUBLES, EPS, Array, norm_of
 
 NEWTON_STEPS = 12
 """Steps of Newton's method at most, and half of the corrections to an invariant subspace."""
@@ -207,8 +208,11 @@ def roots_near(
     correction = solve(A @ X - X @ block)
     subspace_error = np.abs(inverse @ (A @ (correction - X @ (inverse @ correction))))
     # independent roundings in the entries of A: their variances add up
-    entry_error = EPS * np.sqrt(np.abs(inverse) ** 2 @ (sizes**2 @ np.abs(X) ** 2))
+    with np.errstate(over="ignore", invalid="ignore"):
+        entry_error = EPS * np.sqrt(np.abs(inverse) ** 2 @ (sizes**2 @ np.abs(X) ** 2))
     error = ROUNDING_DEVIATIONS * (entry_error + subspace_error)
+    if not np.isfinite(error).all():  # M is all but singular at p
+        raise ComputationError(BEYOND_DOUBLES)
     count = len(block)
     mean = np.trace(block) / count
     mean_slope = np.trace(block_slope) / count

@@ -29,6 +29,8 @@ except ImportError:  # an extra
 
 MOST_ROWS = 8
 """Of a component: its polynomials take up to two seconds, those of ten rows ten."""
+BESIDE = 1e-9
+"""Of the distance to the next zero: so far beside a zero growing roots are counted."""
 Polynomial = Any
 """A `flint.fmpq_mpoly` in s and p, or a `flint.fmpz_poly` in one of them."""
 
@@ -116,11 +118,17 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
     if _zeros_within([leading], low, high):
         return None
     changes = []
-    for zero in _zeros_within(others, low, high):
-        below = _growing_at(factor, zero.low)
-        above = _growing_at(factor, zero.high)
-        most = zero.multiplicity
-        if zero.low <= low:
+    zeros = _zeros_within(others, low, high)
+    for k, zero in enumerate(zeros):
+        # between two zeros one number of roots grows; the neighbouring double would do as well, but
+        # beside 0 it takes a thousand digits
+        next_low = zeros[k + 1].low if k + 1 < len(zeros) else max(high, zero.high)
+        above = _growing_at(factor, zero.high + BESIDE * (next_low - zero.high))
+        if zero.low > low:
+            last_high = zeros[k - 1].high if k else low
+            below = _growing_at(factor, zero.low - BESIDE * (zero.low - last_high))
+            most = zero.multiplicity
+        else:
             if sum(_order_at(polynomial, low) for polynomial in others) < zero.multiplicity:
                 return None  # some zero lies beside the end
             below = _growing_at(factor, low)  # what lies on the axis there does not grow yet

@@ -154,13 +154,13 @@ def count_roots(
     ComputationError
         If P is singular everywhere.
     """
-    finest = NODE_COUNTS[-1]
-    nodes = disc.centre + disc.radius * np.exp(2j * np.pi * np.arange(finest) / finest)
-    # det P of real matrices on a circle around a real centre: the lower half follows from the upper
-    computed = finest
-    if problem.is_real and disc.centre.imag == 0.0:
-        computed = finest // 2 + 1
-    lower = np.arange(computed, finest)
+    finest = 2 * NODE_COUNTS[-1]
+    directions = np.exp(2j * np.pi * np.arange(finest) / finest)
+    # det P of real matrices on a circle around a real centre: the lower half follows from the
+    # upper. Lightly damped roots lie right beside nodes on the imaginary axis; of 3,000 random sets
+    # of them eight such nodes took 107 without one pair for complete, 16 nodes in between none
+    is_mirrored = problem.is_real and disc.centre.imag == 0.0
+    node_counts = NODE_COUNTS[1:] if is_mirrored else NODE_COUNTS
     precisions = ["double"]
     if problem.n <= SINGLE_ROWS:
         # single precision first: what its rounding spoils gives no whole number of turns
@@ -169,17 +169,21 @@ def count_roots(
     for precision in precisions:
         # of det P(z) / prod(z - known) at all nodes z; NaN: not computed yet
         logarithms = np.full(finest, np.nan, dtype=complex)
-        for count in NODE_COUNTS:
+        for count in node_counts:
             step = finest // count
-            for k in range(0, computed, step):
+            indices = np.arange(step // 2 if is_mirrored else 0, finest, step)
+            computed = indices[: count // 2] if is_mirrored else indices
+            for k in computed:
                 if not np.isnan(logarithms[k]):  # computed for fewer nodes already
                     continue
-                report_progress(f"counting the roots: determinant of {count}")
+                report_progress(f"counting the roots: determinant of {len(computed)}")
                 # z is the node, or a value next to it where P is singular at the node
-                z, factor = factorise_at(problem, complex(nodes[k]), precision == "single", factor)
+                node = complex(disc.centre + disc.radius * directions[k])
+                z, factor = factorise_at(problem, node, precision == "single", factor)
                 logarithms[k] = factor.logarithm() - np.sum(np.log(z - known))
-            logarithms[lower] = logarithms[finest - lower].conj()
-            missing = _winding_number(logarithms[::step])
+            if is_mirrored:
+                logarithms[finest - computed] = logarithms[computed].conj()
+            missing = _winding_number(logarithms[indices])
             if missing is not None:
                 return missing + int(np.sum(disc.contains(known)))
     return None

@@ -537,10 +537,6 @@ def _count_in_disc(
         upper = ritz[ritz.imag > 0.0]
         ritz = np.append(upper, upper.conj())
     distant = ritz[np.abs(ritz - disc.centre) > DISTANT * disc.radius]
-    if problem.is_real and rough.shift.imag and not disc.centre.imag:
-        # a circle about the real axis, of which the upper half is computed: with distant values
-        # eight determinants take lists without a pair on the imaginary axis for complete
-        distant = distant[:0]
     known = np.append(known, distant)
     return count_roots(problem, disc, known, rough.factor)
 

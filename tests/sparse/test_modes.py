@@ -188,6 +188,29 @@ def test_eight_determinants_count_a_band_among_many_roots_and_show_each_hidden_o
         assert count_roots(problem, disc, np.delete(known, hidden)) in (len(inside), None)
 
 
+@pytest.mark.parametrize("modes", [12, 22])
+def test_a_count_about_the_real_axis_shows_each_hidden_pair(modes, monkeypatch):
+    """With nodes on the imaginary axis, where lightly damped roots lie, some pairs were missed."""
+    rng = np.random.default_rng(0)
+    a = rng.uniform(0.01, 0.1, 300)
+    w = np.linspace(1.0, 600.0, 300)
+    counts = []
+
+    def count(problem, disc, known, reusable=None):
+        counts.append((disc, known))
+        return count_roots(problem, disc, known, reusable)
+
+    monkeypatch.setattr(eigensolver, "count_roots", count)
+    problem = scaled_problem(*large.blocks(a, w, rng))
+    found = lowest_modes(problem, modes)
+    assert (found.count, found.certified) == (2 * modes, True)
+    disc, known = counts[-1]
+    for frequency in np.abs(known[disc.contains(known)].imag):
+        hidden = np.abs(np.abs(known.imag) - frequency) < 1e-6
+        assert np.sum(hidden) == 2
+        assert count_roots(problem, disc, known[~hidden]) in (2 * modes, None)
+
+
 # Modes corrected from single precision against dense solutions; the basis that they share
 
 BRAKE = large.disc_and_pad(3)

@@ -38,7 +38,7 @@ def test_one_for_a_region_and_few_for_its_count(factorised, scaled, certify):
     assert len(factorised) == 1 + certify * NODE_COUNTS[0]
     factorised.clear()
     lowest_modes(problem, 6, certify)  # after a first look; of a circle around zero its upper half
-    assert len(factorised) == 2 + certify * (NODE_COUNTS[0] // 2 + 1)
+    assert len(factorised) == 2 + certify * (NODE_COUNTS[1] // 2)
 
 
 def test_one_for_a_basis_and_none_for_what_it_answers(factorised, scaled):
