@@ -142,7 +142,9 @@ OPTIONS = {
     "region": Option(
         "--region", "RE0:RE1:IM0:IM1", "roots, 1/s and rad/s", REGION, of_systems=True),
     "at": Option("--at", "VALUE", "of the free parameter", NUMBER, of_systems=True),
-    "low": Option("--min", "VALUE", "lower end of the range (0)", NUMBER, of_systems=True),
+    "low": Option(
+        "--min", "VALUE", "lower end of the range (0, beside a pole a hundredth of the upper)",
+        NUMBER, of_systems=True),
     "method": Option(
         "--method", "NAME", "full, reduced (complex modes) or modal (a first look with errors)",
         ("full", "reduced", "modal"), of_systems=True),

@@ -384,7 +384,8 @@ class _Front(NamedTuple):
 
         Halving of an interval of the share of the curve shows which event is first and about where;
         Newton's method then locates it to rounding. `good` of the places is false where that fails,
-        or where the event found is not the first one on the step.
+        or where the event found is not the first one on the step (of a fold: where it lies on none;
+        other events are then looked for on the step that ends at the fold).
 
         Parameters
         ----------
@@ -408,6 +409,7 @@ class _Front(NamedTuple):
         events_behind = passed(behind)
         event = np.argmax(events_behind, axis=0)
         is_change = event < len(self.touching)
+        # events other than changes of contact are numbered from the last row back, as in `Event`
         event = np.where(is_change, event, event - len(events_behind))
         guess = polyval(behind, curve, tensor=False)
         surface = None if fold else self._event_surface(event, guess)

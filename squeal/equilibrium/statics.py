@@ -504,8 +504,8 @@ class Excursion(NamedTuple):
         if travelled:
             sentences.append(
                 f"the equilibrium lies {self.travel:.3g} times the pad's half length (or a "
-                "spring's, if shorter) off the initial position; the model means at most "
-                f"{LIMITS.travel:.3g}"
+                "spring's free length, if shorter) off the initial position; the model means at "
+                f"most {LIMITS.travel:.3g}"
             )
         if pressed:
             pressing = "without a"

@@ -349,13 +349,15 @@ def aligned(files: Sequence[MatrixFile]) -> list[csc_array]:
 
     A matrix whose file does not tell its size gets the size of the largest; matrices with labels
     are placed among all (node, degree of freedom) that occur. Raises InputError if matrices with
-    and without labels meet.
+    and without labels meet, or if rows of one are told apart by their numbers alone (`numbered`)
+    and labels differ.
     """
     if not any(file.labels for file in files):
         return _at_common_size(files)
     if not all(file.labels for file in files):
         raise InputError("matrices with (node, dof) labels and without cannot be combined")
-    if any(file.numbered and file.labels != files[0].labels for file in files):
+    labels_differ = any(file.labels != files[0].labels for file in files)
+    if labels_differ and any(file.numbered for file in files):
         raise InputError(OTHER_ROWS)
     labels = all_labels(files)
     return [on_rows(file, labels) for file in files]

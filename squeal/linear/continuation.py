@@ -356,7 +356,7 @@ class Continuation:
 
     problem: ProblemClass
     frequency_scale: float | Array = 0.0
-    """By which z is lambda, or i lambda, 1/s; 0 until the first problem sets it."""
+    """By which z is lambda, or -i lambda, 1/s; 0 until the first problem sets it."""
 
     def __init__(
         self,
@@ -365,11 +365,11 @@ class Continuation:
         high: float,
         all_roots: bool = False,
     ) -> None:
-        """all_roots: also those that are far faster than others, which cost these digits."""
+        """all_roots: also roots far faster than the others, although the others lose digits."""
         self.system = system
         self.low = low
         self.high = high
-        # not at round values, at which an entry may be zero that is none elsewhere
+        # not at round values, at which an entry may be zero by chance
         inner_values = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
         samples = matrices_of(system, inner_values)
         self._projections = _without_free_motions(samples)

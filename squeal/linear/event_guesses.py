@@ -225,7 +225,8 @@ def _events_of_pair(step: Step, pair: RootPair) -> Iterator[EventGuess]:
             yield guess(i, root, [0, 1], coalesces=True)
     if problem is UNDAMPED:
         product = (mean * mean - square).real  # of the two roots: 0 where one of them passes zero
-        passes_zero = (product[1:] * product[:-1] < 0) & (square.real[1:] >= 0)
+        changes_sign = (product[1:] > 0) != (product[:-1] > 0)
+        passes_zero = changes_sign & (square.real[1:] >= 0)
         for i in np.flatnonzero(passes_zero).tolist():
             for column in (0, 1):  # which of the two is not known
                 yield guess(i, 0j, [column], coalesces=False)

@@ -289,8 +289,9 @@ def scaled_rank(K: NDArray) -> int:
 def exact_rank(X: Array) -> int:
     """The rank of a matrix (n, m) of doubles as given: what cancels to rounding alone still counts.
 
-    By elimination modulo a prime, in integers: doubles are integers times powers of two. With a
-    chance of about n over the prime the rank is larger.
+    By elimination modulo a prime, in integers: doubles are integers times powers of two. The rank
+    is larger where the prime divides a minor, of arbitrary entries with a chance of about n over
+    the prime.
     """
     mantissas, exponents = np.frexp(X)
     integers = np.ldexp(mantissas, 53).astype(np.int64)

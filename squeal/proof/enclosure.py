@@ -203,8 +203,8 @@ def _gershgorin(A: Balls, B: Balls, basis: Basis) -> Discs | Failure:
 def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:
     """Discs of the eigenvalues of A - s B, the smallest of those that a few bases give.
 
-    The bases are the computed vectors, then chains where these are nearly parallel; the first whose
-    discs are apart ends the search. A Failure only if all fail.
+    The bases are the computed vectors, then chains where these are nearly parallel; the search
+    ends once the smallest so far are apart. A Failure only if all fail.
     """
     best: Discs | Failure = Failure(SINGULAR)
     with suppress(LinAlgError):

@@ -721,8 +721,8 @@ def _least_share(holds: Callable[[float], bool], most: float) -> float:
 def _modes_near(K: Matrix, M: Matrix, omega: float) -> tuple[Array, Array]:
     """The real modes nearest to an angular frequency: omega (k,) rising, and shapes (n, k)."""
     n = K.shape[0]
-    if not is_sparse(K):  # of few rows: all modes
-        return real_modes(K, dense(M), n, None)
+    if n <= NEAR or not is_sparse(K):  # of few rows: all modes
+        return real_modes(dense(K), dense(M), n, None)
     from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
     shift = omega**2

@@ -485,7 +485,7 @@ class Findings(Answer):
             title += f"; amounts leave 10 % of {spectrum.parameter} in hand where they can"
         extents = [row.effect.loss.extent for row in rows if row.effect.loss is not None]
         if any(extents):
-            title += f"; in hand and next loss: of {max(extents)} alone"
+            title += f"; in hand and next loss: of {next(filter(None, extents))} alone"
         if any(row.effect.leaves_window for row in rows):
             title += f"; in brackets: something grows at a lower {spectrum.parameter}"
         return Table(columns, rows, title)
@@ -578,7 +578,7 @@ class Findings(Answer):
         value = self.eigenvalues.value
         where = " within the band" if self.eigenvalues.extent else ""
         if self.thresholds.verdict in GROWING:  # at the lower end
-            return f"Unstable from {self.at(self.thresholds.low)} on."
+            return f"Unstable at {self.at(self.thresholds.low)}, where the range begins."
         proof = self.thresholds.proof
         if proof is not None and (proof["reason"] or "").startswith(DISAGREES):
             return "Where stability is first lost is not known: a count found other growing modes."

@@ -126,7 +126,7 @@ def spectrum_with_slopes(
     change = left.conj().T @ applied(system.derivative(name, at), z, right)
     weight = np.sum(left.conj() * inertia(matrices, z, right), axis=0)
     # y^H P' x vanishes at the double root zero of a free motion, which has no slope
-    damping = 0.0 if C is None else norm_of(C)
+    damping = 0.0 if C is None else norm_of(C)  # the size of y^H C x for unit vectors
     is_single = (z != 0) | (np.abs(weight) > assumed_rounding(damping))
     coupling = -change / np.where(is_single, weight, np.inf)[:, None]
     if lifted:

@@ -65,8 +65,8 @@ def root_error_bounds(
 
     First-order perturbation theory in modal coordinates: the entries D_ij = slope^-1 truncation
     couple root i and root j as a matrix would. D_ii moves root i itself; with d = D_ij D_ji two
-    roots at a gap g move by |g - sqrt(g^2 - 4 d)| / 2, which is at most 2 d / g while they repel
-    (4 d <= g^2), and sqrt(d) where they meet. The error is the sum.
+    roots at a gap g move by |g - sqrt(g^2 - 4 d)| / 2, which is at most 2 d / g while they stay
+    apart (4 d <= g^2), and sqrt(d) where they meet. The error is the sum.
 
     Parameters
     ----------
@@ -87,14 +87,16 @@ def root_error_bounds(
         gaps = np.abs(np.subtract.outer(values, values))
         products = D * D.T  # d
         np.fill_diagonal(products, 0.0)
-        repelled = np.full_like(gaps, np.inf)
-        np.divide(2 * products, gaps, out=repelled, where=gaps > 0)
-        errors = np.diag(D) + np.minimum(np.sqrt(products), repelled).sum(axis=1)
+        apart = np.full_like(gaps, np.inf)
+        np.divide(2 * products, gaps, out=apart, where=gaps > 0)
+        errors = np.diag(D) + np.minimum(np.sqrt(products), apart).sum(axis=1)
     np.fill_diagonal(gaps, np.inf)
     # alone on the axis, a root of an undamped problem cannot leave it: roots leave in pairs. Twice,
     # since the nearest root may come as far towards it
     is_alone = 2 * errors < gaps.min(axis=1, initial=np.inf)
-    return ErrorBounds(np.nan_to_num(errors, nan=np.inf), (values.real == 0.0) & is_alone)
+    return ErrorBounds(
+        np.nan_to_num(errors, nan=np.inf, posinf=np.inf), (values.real == 0.0) & is_alone
+    )
 
 
 def random_vectors(rows: int, seed: int) -> Array:

@@ -19,6 +19,7 @@ from scipy.sparse.linalg import eigsh
 import squeal
 from squeal.errors import InputError, InputWarning
 from squeal.examples.brake import FILES, solid_brake, write_brake
+from squeal.io.formats.matrix_file import MatrixFile
 from squeal.io.matrices import aligned, fingerprint, read_matrix, write_matrix
 from squeal.io.system_files import read_system
 
@@ -207,6 +208,14 @@ def test_abaqus_text_is_placed_by_its_labels(tmp_path):
         squeal.read_system(tmp_path / "two.yaml")
     write_matrix(tmp_path / "big.mtx", csc_array(np.eye(5)))
     assert aligned([C, read_matrix(tmp_path / "big.mtx")])[0].shape == (5, 5)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_rows_that_are_only_numbered_go_with_the_same_rows_in_any_order_of_files(order):
+    shell = MatrixFile(csc_array(np.eye(3)), ((1, 1), (2, 1), (-1, 1)), numbered=True)
+    solid = MatrixFile(csc_array(np.eye(2)), ((1, 1), (2, 1)))
+    with pytest.raises(InputError, match="rows"):
+        aligned([shell, solid][::order])
 
 
 SPRING = "1,1,1,1,3.0\n2,1,1,1,-1.0\n2,1,2,1,3.0\n"

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from scipy.sparse import csc_array
 
 import squeal
 from squeal.queries.meetings import Cure, find_meetings
@@ -32,6 +33,17 @@ def hurwitz(lower, upper):
     a3, a2 = lower + upper, a + b + lower * upper
     a1, a0 = lower * b + upper * a, a * b + FORCE**2
     return a1 * (a3 * a2 - a1) - a3**2 * a0
+
+
+@pytest.mark.parametrize("n", [11, 12, 13])
+def test_a_pair_of_few_sparse_rows_has_its_meeting(n):
+    squares = np.arange(1.0, n + 1.0) ** 2
+    squares[:2] = LOWER**2, UPPER**2
+    friction = np.zeros((n, n))
+    friction[:2, :2] = FRICTION
+    K = {"1": csc_array(np.diag(squares)), "mu": csc_array(friction)}
+    C = csc_array(1e-3 * np.eye(n))
+    cures_of(squeal.System(csc_array(np.eye(n)), C, K, parameters={"mu": 1.0}))
 
 
 def test_the_separation_of_an_undamped_pair_is_that_of_equal_squares():

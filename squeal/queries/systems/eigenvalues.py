@@ -92,10 +92,6 @@ def system_eigenvalues(
     statement = roots.statement
     if doubts and roots.certified:  # a proof holds for the matrices, of which something was assumed
         statement = Statement("open", statement.by, reason="; ".join(doubts))
-    # of a small system, which the referee can judge, a count alone certifies nothing
-    certified = statement.status == "proved"
-    if statement.status == "counted" and not is_small(system):
-        certified = True
     proof_line = statement.words
     if analysis.component_reduction or doubts:
         # no line for joined components, whose count is that of the reduced system, as the
@@ -116,7 +112,7 @@ def system_eigenvalues(
         verdict=roots.verdict,
         criterion=criterion,
         unstable=_unstable_modes(system, roots),
-        certified=certified,
+        certified=statement.certifies(is_small(system)),
         count=roots.count,
         extent=extent,
         shapes=_shapes(system, roots),

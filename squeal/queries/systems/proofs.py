@@ -119,6 +119,11 @@ class Statement:
     reason: str = ""
     where: complex | None = None
 
+    def certifies(self, is_small: bool) -> bool:
+        """Whether a list is certified: by a proof, or by a count of a system so large that the
+        referee cannot judge it."""
+        return self.status == "proved" or (self.status == "counted" and not is_small)
+
     @property
     def words(self) -> str:
         """The statement in a line below a list."""

@@ -59,6 +59,7 @@ from squeal.sparse.eigensolver import DENSE_ROWS, lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import ScaledProblem, ScaledSystem
 
+MAY_BE_INFINITE = "M is singular, and only a proof tells which roots are infinite"
 REGULAR = 1e8
 """A stiffness (with a unit diagonal) of a smaller condition is regular, and has no root of zero."""
 WIDER = 1.1
@@ -368,14 +369,17 @@ def _roots_of_matrices(
     if data is not None:
         roots, judged, statement = refereed(matrices, roots, judged, data)
     count = len(roots)
+    doubts: list[str] = []
     if statement is None or statement.status != "proved":
-        count = _number_of_roots(M, C, K, listed=len(roots))
+        count = _most_roots(M, C, K, listed=len(roots))
         verdict, _ = judged
         if count != len(roots) and verdict not in GROWING:
             from squeal.proof.referee import LAST_DIGITS  # which few answers need
 
-            numbers = f"{len(roots)} roots are listed, there are {count}"
+            numbers = f"{len(roots)} roots are listed, there may be up to {count}"
             judged = None, f"{OPEN}{LAST_DIGITS}: {numbers}"
+        if statement is None and count < 2 * len(M):
+            doubts.append(MAY_BE_INFINITE)
     if selection.rectangle is not None:
         return _part_of_all(real, roots, selection, judged, statement, count == len(roots))
     selected = roots  # all roots of real matrices are listed with their conjugates
@@ -392,6 +396,7 @@ def _roots_of_matrices(
         criterion=criterion,
         notes=notes,
         judged_by=statement,
+        doubts=tuple(doubts),
     )
 
 
@@ -431,10 +436,10 @@ def _mass_normalised_roots(
         return None
 
 
-def _number_of_roots(M: Matrix, C: Matrix | None, K: Matrix, listed: int) -> int:
-    """How many finite roots a small system has: the degree of det(z^2 M + z C + K).
+def _most_roots(M: Matrix, C: Matrix | None, K: Matrix, listed: int) -> int:
+    """How many finite roots a small system has at most: the degree of det(z^2 M + z C + K).
 
-    It is 2n if M is regular. Else it is bounded in two ways, and is taken to be the lower bound:
+    It is 2n if M is regular. Else it has two upper bounds, of which the smaller one is returned:
 
     - by the largest degree of a product of n entries, one of each row and column, whatever the
       values of the entries are: so a row without mass or a constraint takes roots;
@@ -452,9 +457,15 @@ def _number_of_roots(M: Matrix, C: Matrix | None, K: Matrix, listed: int) -> int
     for degree, matrix in enumerate((K, damping, M)):
         degrees[matrix != 0] = degree
     highest_degree = int(degrees[linear_sum_assignment(degrees, maximize=True)].sum())
-    if highest_degree == listed or np.iscomplexobj(M) or np.iscomplexobj(damping):
+    if highest_degree == listed:
         return highest_degree
-    return min(highest_degree, exact_rank(np.block([[damping, M], [M, np.zeros_like(M)]])))
+    factor_of_z = np.block([[damping, M], [M, np.zeros_like(M)]])
+    if not np.iscomplexobj(factor_of_z):
+        return min(highest_degree, exact_rank(factor_of_z))
+    real = factor_of_z.real
+    imaginary = factor_of_z.imag
+    twice_the_rank = exact_rank(np.block([[real, -imaginary], [imaginary, real]]))
+    return min(highest_degree, twice_the_rank // 2)
 
 
 def _part_of_all(
