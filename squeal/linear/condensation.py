@@ -346,7 +346,8 @@ def _shift(pencil: Pencil) -> tuple[float, float]:
 
 
 def _finite_roots(pencil: Pencil) -> tuple[ComplexArray, int]:
-    """The finite roots, by size, and which power of T vanishes at infinity; by ranks of powers."""
+    """The finite roots, by size, and one more than the least power of T that vanishes on the
+    infinite ones (1 if there are none); by ranks of powers."""
     F, E = pencil
     sigma, condition = _shift(pencil)
     T = np.linalg.solve(F - sigma * E, E)

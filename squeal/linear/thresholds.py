@@ -352,7 +352,8 @@ def _exchanges(
 ) -> Iterator[VerdictChange]:
     """Changes between flutter and divergence from a to b, at both of which something grows.
 
-    Where two such changes may lie between the range is halved, up to `depth` times.
+    One change is located if the verdicts differ. If they are equal, two may lie between a and b;
+    where they may, the interval is halved, up to `depth` times.
     """
     if a.verdict != b.verdict:
         value, half_width = _exchange(continuation, a, b)
@@ -362,8 +363,8 @@ def _exchanges(
     ):
         middle = (a.value + b.value) / 2
         between = _VerdictAt(middle, continuation.at(middle).verdict)
-        # all growth ends at clusters alone, and none is between a and b: what grows in a quiet
-        # middle is lost in rounding, and with it which kind grows faster
+        # nothing between a and b ends all growth: if the middle seems quiet, rounding hides its
+        # growth, and the kinds cannot be compared
         if between.verdict != "quiet":
             yield from _exchanges(continuation, a, between, depth - 1)
             yield from _exchanges(continuation, between, b, depth - 1)

@@ -512,7 +512,9 @@ def _damping(M: csc_array, C: csc_array, K: csc_array) -> _Damping:
     normal = np.array([[m.multiply(m).sum(), mixed], [mixed, k.multiply(k).sum()]])
     units = np.sqrt(normal.diagonal())
     right_side = np.array([m.multiply(c).sum(), k.multiply(c).sum()]) / units
-    alpha, beta = np.linalg.solve(normal / np.outer(units, units), right_side) / units
+    # of K = c M each split is as good
+    split, *_ = np.linalg.lstsq(normal / np.outer(units, units), right_side)
+    alpha, beta = split / units
     sizes = abs(C) + abs(alpha) * abs(M) + abs(beta) * abs(K)
     # of |C'|, with the rounding of this difference
     bounds = csc_array(abs(C - alpha * M - beta * K) + 8.0 * EPS * sizes)

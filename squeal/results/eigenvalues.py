@@ -345,6 +345,8 @@ class Eigenvalues(Answer):
         if self.depends:
             heads.append(onset_column(self.parameter, unit_of(self.source)))
         nothing = "no unstable mode is listed"
+        if self.verdict is None:  # a listed root may grow that rounding leaves open
+            nothing = "no mode is known to grow"
         title = "unstable modes"
         return Table(tuple(heads), self.unstable, title, nothing=nothing, rank=rounded_growth)
 

@@ -256,8 +256,8 @@ class Scatter(Answer):
 
     def _table_of_quantiles(self) -> Table:
         """The quantiles for people, with what was computed and how the samples were drawn."""
-        # shown for None: of growth an open end of an interval; of thresholds also a value beyond
-        # the range. An open upper end is at least as high, so that one text says both
+        # text for None: of growth an open end of an interval; of thresholds a value beyond the
+        # range, or an open upper end, which lies beyond all that is known: one text says both
         if self.of == "growth":
             heads = ("share of the samples, %", "growth rate", "from", "to")
             without_value = "-"

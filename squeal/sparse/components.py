@@ -191,7 +191,7 @@ class Component:
         Raises
         ------
         InputError
-            If the axis has no length.
+            If the axis is not three numbers, or has no length.
 
         Examples
         --------
@@ -244,14 +244,14 @@ class Component:
     def _cross_product(self, axis: ArrayLike) -> csc_array:
         """The sparse matrix J (n, n) of the cross product with a unit axis at each node.
 
-        Rows of rotations and of no node stay zero. Raises InputError if the axis has no length.
+        Rows of rotations and of no node stay zero. Raises InputError as `rotating`.
         """
         from scipy.sparse import coo_array
 
         vector = np.asarray(axis, dtype=float)
         length = np.linalg.norm(vector)
-        if not length > 0.0:
-            raise InputError(f"{self.name}: axis: has no length")
+        if vector.shape != (3,) or not 0.0 < length < np.inf:
+            raise InputError(f"{self.name}: axis: must be three numbers, with a length")
         x, y, z = vector / length
         of_node = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
         rows = self.rows_of(np.unique(self.nodes[self.directions >= 0]))

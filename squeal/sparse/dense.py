@@ -172,10 +172,10 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray,
 def _finite_values(F: Matrix, E: Matrix, infinite: int) -> tuple[ComplexArray, NDArray[np.bool_]]:
     """The finite eigenvalues s = alpha / beta of F - s E (N, N), by the QZ algorithm.
 
-    At least `infinite` of the N are infinite: the ones of the least |beta / alpha|, which rounding
-    leaves above zero. Of others the QZ algorithm sets a beta below rounding of E to zero: they are
-    marked, and get the least size that this allows. If F is real the finite ones are exactly
-    conjugate in pairs.
+    `infinite` of the N are infinite: those of the least |beta / alpha|, a ratio that rounding
+    leaves above zero. If there are any, all up to 4 EPS are infinite as well. Of others the QZ
+    algorithm sets a beta below rounding of E to zero: they are marked, and get the least size that
+    this allows. If F is real the finite ones are exactly conjugate in pairs.
     """
     from scipy.linalg import eigvals
 

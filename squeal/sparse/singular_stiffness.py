@@ -157,7 +157,7 @@ def singular_between(
     null vectors x, y.
 
     By Newton's method on y' K(p) x = 0 from the middle, alternating with inverse iteration for x
-    and y, until a step is far below `near`; None if it leaves the interval or does not converge.
+    and y, until a step is far below `edge`; None if it leaves the interval or does not converge.
     """
     name = scaled.system.parameter
     value = (low + high) / 2

@@ -332,16 +332,16 @@ def compare_times(times: np.ndarray, exact: np.ndarray) -> tuple[int, int]:
 def points_of(
     case: str, scene: Scene, exact: Reference, path: str, solver: Solver, patience: int = PATIENCE
 ) -> list[Point]:
-    """A path (the solver of that name) over all tolerances, loosest first.
+    """The points of one solver, `path` its name, over all `TOLERANCES`, loosest first.
 
-    It ends after the first run that takes more than `patience` evaluations.
+    The list ends after the first run that takes more than `patience` evaluations.
     """
     points = []
     for tolerance in TOLERANCES:
         try:
             run = solver(scene, tolerance)
         except (ComputationError, ArithmeticError, ValueError, RuntimeError):
-            continue  # a path may give up where a peer's step size or tolerance ends
+            continue  # some fail at the loosest or the tightest tolerances: no point
         error = error_against(run.place, exact.place)
         missed, extra = compare_times(run.times, exact.times)
         points.append(

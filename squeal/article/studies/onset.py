@@ -260,7 +260,8 @@ def _settled(case: Case, changes: int, full: float, line: bool) -> Settled:
 class Late(NamedTuple):
     """Motions after some time: states (n, 6), and what each does then, None where it is invalid.
 
-    ceased: how many lost contact on and on after `LATE` observation times and not after `LONGER`.
+    ceased: how many lost contact on and on after `LATE` observation times and not after `LONGER`,
+    or were invalid then.
     """
 
     states: np.ndarray
@@ -287,9 +288,9 @@ def settle(begun: Sequence[Begun], before: float, seen: float) -> Late:
 
 
 def settle_late(begun: Sequence[Begun], window: float) -> Late:
-    """What motions do after a long time in observation times (`window`).
+    """What motions do after `LATE` observation times of `window` s each.
 
-    A motion that has settled after `LATE` is not simulated on, one that goes on is until `LONGER`.
+    Those that still change contact then are simulated on, and looked at again after `LONGER`.
     """
     states, found, _ = settle(begun, LATE * window, SEEN * window)
     going_on = [i for i, one in enumerate(found) if one and one.goes_on]
