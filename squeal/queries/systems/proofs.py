@@ -8,6 +8,7 @@ have discs, with bounds of the real parts. Its proof of a list is proved, open o
 from __future__ import annotations
 
 import math
+import sys
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -432,7 +433,8 @@ def _with_match(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
     distance = max(piece.distance_bound(value) for piece in match)
     growth_error = max(high - growth, growth - low)
     error = root.error
-    if growth_error > PRINTED * abs(growth) or distance > PRINTED * abs(value):
+    shows = growth_error > PRINTED * abs(growth) or distance > PRINTED * abs(value)
+    if shows and distance > sys.float_info.min:  # of a root at zero it is that of an underflow
         error = max(root.error or 0.0, distance)
     rounding = distance
     if root.rounding < math.inf:
