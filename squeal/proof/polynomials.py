@@ -29,7 +29,7 @@ except ImportError:  # an extra
 
 MOST_ROWS = 8
 """Of a component: its polynomials take up to two seconds, those of ten rows ten."""
-BESIDE = 1e-9
+BESIDE = 1e-12
 """Of the distance to the next zero: so far beside a zero growing roots are counted."""
 Polynomial = Any
 """A `flint.fmpq_mpoly` in s and p, or a `flint.fmpz_poly` in one of them."""

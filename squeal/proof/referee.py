@@ -188,6 +188,7 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
     from squeal.proof.exact import exact_roots  # here, since few systems need python-flint
 
     parts = list(finding.parts)
+    data = finding.data
     for number, rows in enumerate(components(system)):
         part = parts[number]
         if not isinstance(part, Failure) and all(p.is_sharp and p.side != "free" for p in part):
@@ -195,12 +196,10 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
         exact = exact_roots(system.block(rows))
         if not isinstance(exact, Failure):
             parts[number] = exact
+            data = AS_GIVEN  # also if it has no roots
         elif isinstance(part, Failure) and part.reason != exact.reason:
             parts[number] = Failure(f"{part.reason}; {exact.reason}")
-    more_exact = Finding(parts, finding.data)
-    if more_exact.by == "exact":
-        return replace(more_exact, data=AS_GIVEN)
-    return more_exact
+    return Finding(parts, data)
 
 
 def prove_roots(system: Quadratic, answer: RootList) -> Proof:

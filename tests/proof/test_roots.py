@@ -408,3 +408,14 @@ def test_a_tie_of_flutter_and_divergence_is_no_free_motion(flint):
     assert proof.reason == "the verdict may be divergence or flutter"
     assert proof.where is not None
     assert abs(proof.where.real - 1.0) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["M", "C"])
+def test_that_there_is_no_root_is_known_of_the_given_doubles_alone(flint, name):
+    """det = -1; with half an ulp more on one diagonal entry a root grows by 1e4 1/s or more."""
+    ones = np.ones((2, 2))
+    matrices = {"M": 0.0 * ones, "C": 0.0 * ones, name: ones}
+    K = np.array([[0.0, 1.0], [1.0, 2.0]])
+    given = Quadratic.of(matrices["M"], matrices["C"], K, "half an ulp")
+    proof = prove_roots(given, RootList.of([], 0.0, "stable"))
+    assert (proof.status, proof.data) == ("proved", "as given")

@@ -180,9 +180,8 @@ def _warn_of_swapped_matrices(system: TermSystem) -> None:
     `SWAPPED`."""
     M, _, K = system.at()
     masses = np.abs(M.diagonal())
-    has_mass = masses > 0.0
     squares = np.full(system.n, np.inf)
-    np.divide(np.abs(K.diagonal()), masses, out=squares, where=has_mass)
+    np.divide(np.abs(K.diagonal()), masses, out=squares, where=masses > 0.0)
     middle = math.sqrt(np.median(squares)) / math.tau
     if 0.0 < middle < SWAPPED:
         Place(system.name or "system").warn(
