@@ -228,13 +228,13 @@ def half_widths(X: NDArray, data: str) -> Floats:
     if match is None:
         raise ValueError(f"{data}: is no kind of data; {AS_GIVEN}, {HALF_ULP} or '10 digits' is")
     sizes = np.abs(X)
-    # the logarithm of a power of ten may be rounded to just below a whole number; 1e-9 gives such
-    # an entry, and those just below, the wider half width
+    # the logarithm of a power of ten may be rounded to just below a whole number, which would make
+    # the half width ten times too small; with 1e-9 it is at most too wide, just below the power
     leading_power = np.floor(np.log10(divisor(sizes)) + 1e-9)
     last_power = leading_power - int(match[1]) + 1
     # the double lies half an ulp from the decimal number
     widths = 0.5 * 10.0**last_power + np.spacing(sizes) / 2.0
-    # by terms enough for a power of ten, which may miss by more than one rounding
+    # 100 terms: the power of ten may miss by more than one rounding
     return np.where(X == 0.0, 0.0, upper(widths, 100))
 
 
@@ -278,7 +278,9 @@ class Quadratic:
 
     @staticmethod
     def of(M: ArrayLike, C: ArrayLike | None, K: ArrayLike, data: str = AS_GIVEN) -> Quadratic:
-        """The system of float matrices (n, n), C None without damping, known as `data` says.
+        """The system of float matrices (n, n), in balls with the `half_widths` of `data`.
+
+        C is None without damping. `symmetric` and `skew` are read off M, C and K if all are real.
 
         Raises ValueError unless the matrices are square, of one size, of entries that doubles hold.
         """
@@ -299,7 +301,7 @@ class Quadratic:
         is_skew = np.array_equal(C_balls.mid, -C_balls.mid.T)
         quadratic = Quadratic(M_balls, C_balls, K_balls, data)
         if not quadratic.is_real:
-            return quadratic  # whose roots have no mirror images
+            return quadratic  # roots have no mirror images here, whatever the symmetry
         return replace(quadratic, symmetric=is_symmetric, skew=is_skew)
 
     @property

@@ -82,10 +82,13 @@ def judge_modes(
     """Compare a printed list of modes with the proved pieces of a band.
 
     Each printed root counts for the piece whose disc is nearest to it. A piece that lies in the
-    searched disc |lambda| < `band.radius` holds as many roots as discs. More printed roots than
-    these refute the list; fewer do if all roots of the piece have to be listed (see `_overlap`).
-    The proof stays open where fewer are listed of another piece, where a piece reaches beyond the
-    searched disc, or where it is not known whether a mode grows.
+    searched disc |lambda| < `band.radius` holds as many roots as discs. The list is refuted
+
+    - by a piece for which more roots are printed than it holds,
+    - by a piece for which fewer are, if the list has to hold all its roots (see `_overlap`).
+
+    It is open where a piece reaches beyond the searched disc, where fewer roots are printed than a
+    piece holds of which some need not be listed, and where it is not known whether a mode grows.
 
     Parameters
     ----------
@@ -113,9 +116,9 @@ def judge_modes(
         where = complex(roots[0])
         return Proof("refuted", by="enclosure", reason="no root is there", where=where)
     piece_numbers = _nearest_pieces(roots, pieces)
-    matches = [(pieces[number],) for number in piece_numbers.tolist()]
+    nearest = [pieces[number] for number in piece_numbers.tolist()]
     errors = np.zeros(len(roots))
-    for i, (piece,) in enumerate(matches):
+    for i, piece in enumerate(nearest):
         errors[i] = piece.distance_bound(roots[i])
     open_reason = ""
     open_at: complex | None = None  # the centre of a disc of the last piece that leaves it open
@@ -146,7 +149,7 @@ def judge_modes(
         where=open_at,
         errors=errors,
         pieces=tuple(pieces),
-        matches=tuple(matches),
+        matches=tuple((piece,) for piece in nearest),
     )
 
 

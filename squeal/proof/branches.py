@@ -229,9 +229,11 @@ class PadBranch:
     def cells(self) -> Iterator[Cell]:
         """The cells from no friction on, up to the highest or beyond a fold.
 
-        A cell ends before the first change of contact on it. If the cell encloses the friction of
-        this change too widely, a narrower cell is laid around the change; else the branch goes on
-        in the new contact state.
+        A cell without a change of contact is yielded whole. Else it ends at the first change:
+
+        - where it encloses the friction of the change too widely, the part before the change is
+          yielded, and the next cell is a narrower one around the change;
+        - else the part up to the change is, and the branch goes on in the new contact state.
         """
         if self.model.linear:
             yield self._about_origin()
@@ -271,7 +273,8 @@ class PadBranch:
                     yield last
                     position = self._position_at(cell, change.low)
                 else:
-                    # the cell begins at the change: the next one starts where it did
+                    # nothing of the cell lies before the change: the narrower cell starts where
+                    # this one did
                     position = position._replace(direction=cell.direction(change.low))
                 continue
             beyond = self._beyond_change(cell, change)
@@ -348,15 +351,15 @@ class PadBranch:
         narrowest = NARROWEST * half
         least_box = 1e-15 * np.abs(point)  # points are doubles
         if last is not None and last.state != state:
-            # the balls in which the contact changes: the box has to hold them at each t at which
-            # the pivot lies in its ball, where the curve moves on by radii[pivot] times its slopes;
-            # 16 is room to spare
+            # the change of contact is known up to balls, and the box has to hold them: their radii,
+            # and how far the curve moves while the pivot crosses its ball, radii[pivot] times the
+            # slopes of the curve. 16 times as much leaves Krawczyk's operator room
             radii = np.array([float(ball.rad()) for ball in last.at_end()])
             least_box += 16.0 * (radii + radii[pivot] * np.abs(direction / direction[pivot]))
             half = max(half, SHRINKING * float(least_box[pivot]))
         while half > max(narrowest, least_box[pivot]):
             overlap = max(OVERLAP * half, least_box[pivot])
-            middle = point[pivot] + sense * (half - overlap)  # it begins before the point
+            middle = point[pivot] + sense * (half - overlap)  # the cell begins before the point
             cell = self._cell_around(point, pivot, middle, sense * half, state, least_box)
             if cell is not None:
                 joined = _joined(cell, last)
@@ -367,12 +370,12 @@ class PadBranch:
 
     def _best_pivot(self, position: CurvePoint) -> tuple[int, float] | None:
         """The index of the unknown by which the curve is best parametrised, and half the width of a
-        cell, in multiples of the direction; None without any.
+        cell, in multiples of the direction; None if no unknown serves.
 
-        With J the slopes at the point, they are J + h J' at h directions from it, and Y = J^-1
-        leaves |1 - Y (J + h J')| = h |Y J'|. At the half width h its spectral radius is to be
-        `CONTRACTION`. Friction is preferred unless another unknown allows cells that are 1.2 times
-        as wide.
+        The slopes of the loads are J at the point and J + h J' at the distance of h directions from
+        it. There Krawczyk's operator with Y = J^-1 contracts by |1 - Y (J + h J')| = h |Y J'|, and
+        its spectral radius is to be `CONTRACTION` at the half width h. Friction is preferred unless
+        another unknown allows cells that are 1.2 times as wide.
         """
         point, state, direction = position
         J = np.zeros((3, 4))
@@ -382,7 +385,8 @@ class PadBranch:
                 value, change = taylor_coefficients(slope, count=2)
                 J[row, column] = float(value.mid())
                 J_change[row, column] = float(change.mid())
-        to_end = np.inf  # half a cell that reaches just beyond the highest friction, never 0
+        # half of a cell that reaches just beyond the highest friction; above 0 also at the end
+        to_end = np.inf
         if direction[FRICTION] > 0.0:
             friction_left = max(self.high - point[FRICTION], 0.0)
             to_end = (friction_left * 0.51 + NARROWEST) / direction[FRICTION]
@@ -443,10 +447,11 @@ class PadBranch:
     def _first_change(self, cell: Cell, same_state: bool) -> ContactChange | None:
         """Where a gap first loses the sign that the contact state asks of it, None if none does.
 
-        Gaps that may do so at the same t are one change. If the cell before has another contact
-        state (not `same_state`), the gap that changed there has no certain sign yet at the start of
-        this cell. That is no further change if friction is known sharply there; if it is not, it is
-        returned, so that a narrower cell is laid around it.
+        Gaps that may do so at the same t are one change. same_state: whether the cell before has
+        the contact state of this cell. If not, the gap whose change separates the two cells has no
+        certain sign yet where this cell starts. Where friction is known sharply there, that is the
+        old change and does not count; else it is returned, so that a narrower cell is laid around
+        it.
         """
         first: ContactChange | None = None
         gaps = self._enclosing_polynomials(cell.centre, cell.radii, self.balance.gaps)
@@ -454,7 +459,7 @@ class PadBranch:
             sign_of_state = -1 if cell.state[i] else 1  # -1: touching, the gap is negative
             pieces = signs(gap, cell.start, high=1.0)
             if not same_state and pieces[0].sign != sign_of_state:
-                # it has changed where this cell begins
+                # this gap is the one that changed between the cells
                 certain_from = first_with_sign(pieces, sign_of_state)
                 friction = cell.at(between(cell.start, certain_from))[FRICTION]
                 if not self.is_sharp(friction, SHARPNESS_BEYOND_CONTACT):
@@ -511,7 +516,7 @@ class PadBranch:
         residuals = np.array(
             [_absolute_bound(_linear_combination(row, loads)) for row in Y.tolist()]
         )  # |Y F(P)|
-        # of half widths above 0, that the image may lie within
+        # twice the residuals, so that the image can lie within; never 0
         box = 2.0 * residuals + (1e-18 * np.abs(point[others]) + least_box[others])
         for _ in range(MOST_BOXES):
             if not np.isfinite(box).all():
@@ -544,10 +549,11 @@ class PadBranch:
         return None
 
     def narrow(self, cell: Cell, middle: float, half: float) -> Cell | None:
-        """A narrower cell of the same equilibria, None if there is none.
+        """A narrower cell of the same equilibria, None if none is proved to hold the same ones.
 
-        Its middle is a double: a cell as narrow as the rounding of that might lie beside what it
-        has to cover, so that it is widened to `ULPS`.
+        middle, half: of the narrower cell, in units of the pivot. The middle is rounded to a
+        double, so that a cell as narrow as this rounding could miss what it has to cover: half is
+        at least `ULPS` units in the last place of the middle.
         """
         half = float(np.copysign(max(abs(half), ULPS * np.spacing(abs(middle))), half))
         t = flint.arb((middle - cell.middle) / cell.half)
@@ -594,10 +600,10 @@ class PadBranch:
     ) -> tuple[Polynomial, ...]:
         """Approximate Taylor polynomials (4) of the unknowns in t.
 
-        Newton's method order by order: the coefficients of an order change by -Y times the
-        coefficient of that order of F(P(t)), whose lower ones vanish by then. Order 0 comes twice:
-        the point has the digits of a double, and each time gains as many. The pivot is
-        point[pivot] + half t.
+        Newton's method order by order: once F(P(t)) vanishes below an order, the coefficients of P
+        of this order change by -Y times the coefficient of F(P(t)) of this order. Order 0 comes
+        twice: the point has the digits of a double, and each step doubles them. The pivot is not
+        solved for: it is point[pivot] + half t.
         """
         terms = [[flint.arb(value)] for value in point.tolist()]
         for order in (0, 0, *range(1, TAYLOR_ORDER + 1)):

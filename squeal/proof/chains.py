@@ -51,11 +51,13 @@ class Chain:
         return changed
 
     def shifts(self, N: Floats) -> NDArray[np.intp]:
-        """Exponents (n, n) of the powers of 2 that scaling of columns by t^level gives to entries.
+        """Exponents (n, n) of 2 by which the best scaling of the basis multiplies the entries of N.
 
-        N (n, n): bounds of the entries beside the diagonal of the pencil in this basis. The sums of
-        its rows are the radii of the discs; t = 2^-exponent is the one that makes the largest
-        radius of a member smallest.
+        Each column of the basis is multiplied by t^(its level), which multiplies entry (i, j) by
+        t^(level of j - level of i). The sum of row i is the radius of disc i. Of the powers of 2
+        tried as t, the best makes the largest radius of a member smallest.
+
+        N (n, n): bounds of the entries of the pencil in this basis, zero on the diagonal.
         """
         best = np.zeros(N.shape, dtype=int)
         smallest_radius = np.inf
@@ -94,6 +96,7 @@ def _groups(values: NDArray, X: NDArray) -> list[NDArray[np.intp]]:
     """
     united: list[NDArray[np.intp]] = []
     groups = _dependent_groups(values, X)
+    # from zero outwards: which groups are united depends on the order
     groups.sort(key=lambda group: float(np.abs(values[group].mean())))
     for group in groups:
         centre, spread = _centre_and_spread(values, group)
@@ -162,8 +165,9 @@ def _staircase(N: NDArray) -> tuple[NDArray, NDArray[np.intp]]:
     """Unitary Q (k, k) that makes Q' N Q block triangular with small diagonal blocks, and the
     level (k,) of each column.
 
-    The null vectors of N come first, as level 0; then those of what is left of N without their rows
-    and columns, as level 1, and so on (the staircase form of a nilpotent matrix, by Kublanovskaya).
+    The null vectors of N come first, as level 0. Without their rows and columns Q' N Q is a smaller
+    matrix, whose null vectors come next, as level 1, and so on (the staircase form of a nilpotent
+    matrix, by Kublanovskaya). Columns that remain when a matrix has no null vector share a level.
     """
     k = len(N)
     Q = np.eye(k, dtype=N.dtype)

@@ -88,15 +88,18 @@ def enclose(block: Quadratic) -> list[Piece] | Failure:
             radii,
             real=block.is_real,
             hamiltonian=block.is_hamiltonian,
-            real_squares=discs.real,  # of s, and so of lambda^2; a real lambda has a real square
+            # `discs.real` is of s = -lambda^2 without damping, else of lambda: either way lambda^2
+            # is real
+            real_squares=discs.real,
         )
 
 
 def scaled(block: Quadratic) -> tuple[Quadratic, float]:
     """The block in units of time and of its coordinates that make its entries about 1.
 
-    Returns it with the rate (rad/s) that it counts as one, about sqrt(|K| / |M|), or |C| / |M|
-    without stiffness. All units are powers of two.
+    Returns the scaled block and its unit of frequency, the rate (rad/s), by which its roots have to
+    be multiplied: about sqrt(|K| / |M|), or |C| / |M| without stiffness. All units are powers of
+    two, so that nothing is rounded.
     """
     mass, damping, stiffness = (float(X.bound().max()) for X in block.parts)
     time_exponent = 0
@@ -104,12 +107,13 @@ def scaled(block: Quadratic) -> tuple[Quadratic, float]:
         time_exponent = round((np.log2(stiffness) - np.log2(mass)) / 2.0)
     elif mass > 0.0 and damping > 0.0:
         time_exponent = round(np.log2(damping) - np.log2(mass))
-    # M rate^2, C rate and K, all over the rate, so that none leaves the range of doubles
+    # in units of the rate the matrices are M rate^2, C rate and K. All three are divided by the
+    # rate, which leaves the roots alone, so that none exceeds the range of doubles
     M_of_time = block.M.scaled(time_exponent)
     K_of_time = block.K.scaled(-time_exponent)
     entries = np.max([X.bound() for X in (M_of_time, block.C, K_of_time)], axis=0)
-    # of each coordinate the geometric mean of the largest entries of its column and of its row; a
-    # unit multiplies the row and the column, so that it is the root of 1 / size
+    # the size of a coordinate is the geometric mean of the largest entries of its column and of its
+    # row. A unit multiplies both, hence a diagonal entry twice: it is 1 / sqrt(size)
     sizes = np.sqrt(entries.max(axis=0)) * np.sqrt(entries.max(axis=1))
     unit_exponents = -np.rint(np.log2(divisor(sizes)) / 2.0).astype(int)
     exponents = unit_exponents[:, None] + unit_exponents
@@ -155,13 +159,16 @@ def companion(
     """A and B (2n, 2n) of B z' = A z in the states z = (q, q' / rate), the rate a power of 2.
 
     A = [[0, rate], [-K / rate, -C]] and B = [[1, 0], [0, M]]. `unit` stands for the ones: 0 where
-    A and B are a derivative or a remainder, which have no such entries. The velocities of some
-    coordinates (n,) whose columns of M are zero, `massless`, are no states: C multiplies their q'.
+    A and B are a derivative or a remainder, which have no such entries.
+
+    massless: which coordinates (n,), with columns of M that are zero, have no velocity among the
+    states. Their equations q' = velocity are left out of A and B, and their columns of C stand in
+    B, where they multiply q'. None if all have one.
     """
     zero = np.zeros(M.mid.shape)
     identity = unit * np.eye(len(zero))
-    without_velocity = zero[0] != 0.0 if massless is None else massless
     of_all = np.ones(len(zero), dtype=bool)
+    without_velocity = ~of_all if massless is None else massless
     equations = np.concatenate([~without_velocity, of_all])
     states = np.concatenate([of_all, ~without_velocity])
     used = np.ix_(equations, states)

@@ -50,9 +50,9 @@ class EnclosedEquilibrium(NamedTuple):
 def enclosed_equilibrium(model: PadModel, q: ArrayLike, state: State) -> EnclosedEquilibrium | None:
     """The equilibrium near an approximate one at the model's friction; None if none is proved.
 
-    Where the gaps belong to another contact state than the given one, that one is tried. Of two
-    equilibria beside a fold the one is meant that has the sign of det K at the given place. A
-    linear model is taken about the origin, whatever acts there.
+    Where the gaps of the equilibrium of one contact state belong to another state, the equilibrium
+    of that other state is tried. Of two equilibria beside a fold the one is meant that has the sign
+    of det K at the given place. A linear model is taken about the origin, whatever acts there.
 
     Parameters
     ----------

@@ -82,9 +82,9 @@ def pieces_of(polynomial: Polynomial, scale: Ball) -> list[Piece]:
 def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
     """Integer matrices M, C, K, and an exponent: their roots times 2^exponent are those in rad/s.
 
-    Each entry is an odd integer times a power of two. The unit of time shifts this power. Each row
-    is then multiplied by a power of two, the same in M, C and K, which makes its smallest power
-    2^0.
+    Each entry is an odd integer times a power of two. The change of the unit of time shifts the
+    power. Each row of [M, C, K] is then multiplied by the power of two that makes all its entries
+    integers, one of them odd; the roots stay.
     """
     largest_mass = float(np.abs(block.M.mid).max())
     largest_stiffness = float(np.abs(block.K.mid).max())
@@ -93,11 +93,11 @@ def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
         time_exponent = round((math.log2(largest_stiffness) - math.log2(largest_mass)) / 2)
     odd_numbers = []
     exponents = []
-    # M rate^2, C rate and K, all over the rate 2^time_exponent
+    # in units of the rate 2^time_exponent: M rate^2, C rate and K, all divided by the rate
     for X, shift in zip(block.parts, (time_exponent, 0, -time_exponent), strict=True):
         fractions, powers = np.frexp(X.mid)
         whole = np.ldexp(fractions, 53).astype(np.int64)
-        lowest_bit = np.where(whole == 0, 1, whole & -whole)  # by two's complement
+        lowest_bit = np.where(whole == 0, 1, whole & -whole)  # in two's complement, a power of 2
         trailing_zeros = np.log2(lowest_bit).astype(int)
         odd_numbers.append(whole >> trailing_zeros)
         exponents.append(powers.astype(int) - 53 + trailing_zeros + shift)

@@ -36,9 +36,10 @@ def _allow_zeros(block: Quadratic, count: int) -> bool:
     """True if some matrices within the data have `count` roots at zero, to first order.
 
     Damping of rank r on k free motions leaves 2k - r roots at zero, 0 <= r <= k; without damping
-    r = 0. Each k is tried for which some r makes that `count`. Then y' K x has to be zero within
-    the data, and y' C x on those k - r motions that have both roots at zero. The null vectors x and
-    y (n, k) of K come from its singular value decomposition, refined in long double.
+    r = 0. Each k, `motions`, is tried for which an r with 2k - r = count exists. Two conditions
+    have to hold: y' K x is zero within the data, and so is y' C x on the k - r undamped motions, of
+    which both roots are zero. The null vectors x and y (n, k) of K are its last right and left
+    singular vectors, refined in long double.
     """
     U, singular_values, Vt = np.linalg.svd(block.K.mid)
     fewest = (count + 1) // 2
@@ -46,8 +47,9 @@ def _allow_zeros(block: Quadratic, count: int) -> bool:
     for motions in range(fewest, most + 1):
         flexible = block.n - motions
         if flexible and singular_values[flexible - 1] == 0.0:
-            continue  # K leaves more motions free
-        # of K on the motions that are not free: it takes what rounding leaves of K x out of x
+            continue  # more than `motions` singular values are zero: a larger k is right
+        # of K on the motions that are not free: x - inverse K x is a step of refinement, which
+        # removes what rounding leaves of K x
         inverse = (Vt[:flexible].T / singular_values[:flexible]) @ U[:, :flexible].T
         x = Vt[flexible:].T
         y = U[:, flexible:]

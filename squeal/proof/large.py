@@ -137,8 +137,8 @@ def _checked_matrices(
 def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -> BandProof:
     """The proof for checked matrices, in the steps that the top of the module names.
 
-    `metric` is M made symmetric, whose norm measures vectors; N is the metric with what damping
-    beyond Rayleigh's needs on its diagonal.
+    `metric` is M made symmetric, whose norm measures vectors. N is the metric with a larger
+    diagonal: in its norm damping beyond Rayleigh's takes at most the share `DAMPING` of sigma.
     """
     metric = csc_array((M + M.T) * 0.5)  # any symmetric positive definite matrix would do
     diagonal = metric.diagonal()
@@ -218,8 +218,8 @@ def _pieces_in_band(pieces: list[Piece], radius: float) -> tuple[Piece, ...]:
         if is_inside:
             in_band.append(piece)
             continue
-        # the core hangs on lambda within its radius, and has it for |lambda| <= radius alone:
-        # beyond, neither counts nor mirror images hold
+        # the balls of the core hold the Schur complement at every |lambda| <= radius, and at no
+        # other lambda: beyond, neither counts nor mirror images are proved
         low = float(np.min(np.nextafter(piece.centres.real - piece.radii, -np.inf)))
         high = float(np.max(np.nextafter(piece.centres.real + piece.radii, np.inf)))
         in_band.append(Piece(piece.centres, piece.radii, low, high, side="unknown", real=None))
@@ -229,8 +229,8 @@ def _pieces_in_band(pieces: list[Piece], radius: float) -> tuple[Piece, ...]:
 def _bases(M: csc_array, K: csc_array, core: int, radius: float) -> tuple[Floats, Floats]:
     """Real bases X and Y (n, k) of right and left vectors of K - s M; the proof assumes nothing.
 
-    They span the vectors of the smallest eigenvalues, up to the widest relative gap in the last
-    quarter of those computed.
+    They span the vectors of the eigenvalues of smallest absolute value. Where these are cut off is
+    the widest relative gap in the last quarter of those computed.
     """
     count = min(core, M.shape[0] - 2)
     shift = -0.01 * radius**2  # left of zero, where free bodies leave K - s M regular
@@ -298,9 +298,9 @@ def _most_in_a_row(A: csc_array) -> int:
 def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None:
     """The number of negative pivots of A = L D L', and how far matrices near A are from L D L'.
 
-    By Sylvester's law L D L' has as many negative eigenvalues. For all symmetric matrices B with
-    |B - A| <= doubt, entry by entry, |x' (B - L D L') x| <= error sum (weights x)^2. None if A
-    cannot be factorised so: it is singular, needs a pivot off the diagonal, or overflows.
+    By Sylvester's law the number is that of the negative eigenvalues of L D L'. For every symmetric
+    matrix B with |B - A| <= doubt, entry by entry, |x' (B - L D L') x| <= error sum (weights x)^2.
+    None if A has no such factors: it is singular, needs a pivot off the diagonal, or overflows.
 
     SuperLU pivots on the diagonal. Its triangles satisfy |A - L U| <= gamma |L| |U| in any order
     of elimination (Higham, Theorem 9.3; one rounding more for the inverse of the pivot).
@@ -397,9 +397,10 @@ def _singular_values_above(N: csc_array, K: csc_array, MX: Floats, MY: Floats, s
     Singular values are those in the norm of N. Returns why that is not proved, empty if it is.
 
     In p = (u + w)/sqrt 2 and d = (u - w)/sqrt 2 the form sigma (u'Nu + w'Nw) + 2 u'Kw has the
-    matrix T of `_form`. On the constraints it has n - k negative eigenvalues if and only if no
-    singular value is smaller; with the constraints as a border B, n + k. The inertia of T with the
-    border is that of T and that of the Schur complement -B' T^-1 B (Haynsworth).
+    matrix T of `_form`. Restricted to the constraints it has the eigenvalues sigma +- (singular
+    value), so that n - k of them are negative if and only if no singular value is below sigma. The
+    bordered matrix [[T, B], [B', 0]], B (2n, 2k) the constraints, has 2k negative ones more: n + k.
+    By Haynsworth they are those of T and those of its Schur complement -B' T^-1 B.
     """
     n, k = MX.shape
     form = _form(N, K, sigma)
@@ -428,9 +429,11 @@ def _form(N: csc_array, K: csc_array, sigma: float) -> _Form:
 
 
 def _inertia_of_all(form: _Form, sigma: float) -> _InertiaOfAll | None:
-    """The inertia of T and of all matrices near to it: that of T plus and minus a margin of sigma.
+    """The inertia of T and of all matrices near T.
 
-    None if the two differ at each of the margins, or if rounding hides one.
+    It is known if T + margin sigma diag(N) and T - margin sigma diag(N) have the same number of
+    negative eigenvalues: all matrices between have that number too. None if at each of the
+    `MARGINS` the two numbers differ, or one of them is not known for rounding.
     """
     for margin in MARGINS:
         shift = margin * sigma
@@ -450,9 +453,9 @@ def _inertia_of_all(form: _Form, sigma: float) -> _InertiaOfAll | None:
 def _schur_complement(form: _Form, border: Floats, gap: float) -> Balls:
     """-B' T^-1 B (j, j) with a border B (m, j) of a matrix T.
 
-    In the norm of the weights no eigenvalue of T has an absolute value below the gap. With any Z
-    near T^-1 B and R = B - T Z it is S - R' T^-1 R, S = Z'TZ - (Z'B + B'Z). Entry (i, j) of the
-    last term is at most |R_i| |R_j| / gap, of the columns of R.
+    With any Z near T^-1 B and R = B - T Z it equals S - R' T^-1 R, where S = Z'TZ - (Z'B + B'Z) is
+    computed. In the norm of the weights no eigenvalue of T has an absolute value below the gap, so
+    that entry (i, j) of R' T^-1 R is at most |R_i| |R_j| / gap, R_i column i of R.
     """
     factors = _factorised(form.T)
     Z = factors.solve(border)
@@ -543,8 +546,8 @@ def _norm_of(sizes: csc_array, weights: Floats, share: float) -> float:
 def _couplings(matrices: Matrices, X: Floats, MX: Floats, floor: Floats, radius: float) -> Floats:
     """Bounds (k,) of |u' P(lambda) x_j| for |lambda| <= radius and all u with u' MX = 0, |u| = 1.
 
-    Of the products of M, C and K with x_j a multiple of MX adds nothing, so that its best fit by MX
-    is taken out. |u| is the norm of a matrix N >= diag(floor).
+    Since u' MX = 0, each product A x_j of A = M, C or K counts only by what its least-squares fit
+    by the columns of MX leaves of it. |u| is the norm of a matrix N >= diag(floor).
     """
     no_doubt = csc_array(matrices[0].shape)
     total = np.zeros(X.shape[1])

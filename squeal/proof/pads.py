@@ -225,8 +225,8 @@ class _BranchComparison:
         """
         count: int | None = None  # of growing roots in the last part in which it is known
         open_parts: list[Part] = []  # since the part of `count`
-        # the friction at which the last new cell began since the part of `count`, earlier ones
-        # lying inside of `open_parts`
+        # the friction at which the current cell took over, if it did after the part of `count`: a
+        # count may change there without an open part
         seam: Ball | None = None
         for cell in self.branch.cells():
             for part in self._parts_between(cell, cell.start, cell.end, NARROWINGS):
@@ -262,9 +262,17 @@ class _BranchComparison:
     ) -> Event:
         """What happens between two parts in which the growing roots are counted.
 
-        count: that of the first of these parts; next_part: the second of them; open_parts: the
-        parts between, and seam: the friction at which a cell began between them. At least one open
-        part or a seam lies there, since between two signs of a function neither is known.
+        Parameters
+        ----------
+        next_part : Part
+            The second of the two parts.
+        open_parts : sequence of Part
+            The parts between the two.
+        seam : ball or None
+            The friction at which a new cell took over between the two, None if none did. Without
+            open parts there is a seam: within a cell an open part lies between two signs.
+        count : int
+            The number of growing roots in the first of the two.
         """
         frictions = [part.friction for part in open_parts]
         if seam is not None:
@@ -280,9 +288,10 @@ class _BranchComparison:
     def _problem_of_event(self, event: Event) -> Problem | None:
         """Compare an event with the claims that lie in it; None if it is as claimed, or a fold.
 
-        The count has to rise by as much as the claims say, all upwards or all downwards: others
-        cancel in the count, which shows neither. An event without claims, in which the count does
-        not change, is allowed if its roots grow more slowly than `growth_below`.
+        The count has to rise by the sum of the rises claimed, which have to have one sign: a rise
+        and a fall in one event cancel, so that the count shows neither. An event without claims, in
+        which the count does not change, is allowed if at most the roots that are counted grow
+        faster than `growth_below`.
         """
         middle = (event.low + event.high) / 2.0
         problem = self._problem_of_passed_claim(event.low)
@@ -394,10 +403,11 @@ class _BranchComparison:
         return parts
 
     def _refined(self, part: Part, narrowings: int) -> list[Part]:
-        """The parts of an open part, by a narrower cell around it, or around halves of a wide one.
+        """The parts of an open part, by a narrower cell around it, or by two around its halves.
 
-        What no narrower cell covers stays one open part; of a linear model, whose one cell is
-        exact, all of it. What is open in a narrower cell may be narrowed `narrowings` times more.
+        An interval that no narrower cell covers stays an open part. The whole part does in a linear
+        model: its one cell is exact, so that a narrower cell shows no more. What is open in a
+        narrower cell may be narrowed `narrowings` times more.
         """
         cell = part.cell
         if self.branch.model.linear:

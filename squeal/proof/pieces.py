@@ -88,10 +88,11 @@ def touching(a: NDArray, radii_a: Floats, b: NDArray, radii_b: Floats) -> NDArra
 
 
 def strong_components(joined: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
-    """Indices of each strong component of a relation (n, n), ascending.
+    """Indices of each strong component of a directed graph, ascending.
 
-    Indices are of one component if each reaches the other. What is reached in up to k steps,
-    squared as a matrix, is what is reached in up to 2 k.
+    joined (n, n): entry (i, j) says that a link leads from i to j. Indices are of one component if
+    each reaches the other. The square of the matrix `reach` of what up to k links reach is that of
+    up to 2 k links.
     """
     n = len(joined)
     if not n:
@@ -201,7 +202,8 @@ def growing_counts(pieces: Sequence[Piece], rate: float = 0.0) -> tuple[int, int
 def growing_of(tallies: Sequence[Tally], rate: float = 0.0) -> tuple[int, int]:
     """The least and the largest number of roots that may grow faster than a rate (1/s).
 
-    The side of a root, which mirror images may prove, counts beside its bounds where the rate is 0.
+    The bounds of the real parts decide. At the rate 0 the side of a root decides too: mirror images
+    may prove a side that the bounds do not show.
     """
     least = 0
     most = 0

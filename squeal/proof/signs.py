@@ -100,7 +100,11 @@ def _signs_of_part(D: Polynomial, uncertainty: Ball, low: float, high: float) ->
 
 
 def _signs_where_monotonic(D: Polynomial, uncertainty: Ball, low: float, high: float) -> list[Sign]:
-    """Signs of D in an interval in which D is monotonic, each by bisection from its end."""
+    """Signs of D in an interval in which D is monotonic.
+
+    Bisection from each end of the interval finds how far the sign at that end extends; between the
+    two lies at most a piece of unknown sign.
+    """
 
     def sign_at(t: float) -> int:
         value = D(flint.arb(t))
@@ -111,8 +115,10 @@ def _signs_where_monotonic(D: Polynomial, uncertainty: Ball, low: float, high: f
         return 0
 
     def last_with_sign(sign: int, inside: float, outside: float) -> float:
-        """The double farthest from `inside` at which D has the sign that it has there; `inside`
-        itself for the sign 0."""
+        """The double farthest from the end `inside` at which D still has `sign`, its sign there.
+
+        `inside` itself for the sign 0, which is unknown.
+        """
         while sign:
             t = (inside + outside) / 2.0
             if t in (inside, outside):  # no double lies between
