@@ -150,7 +150,8 @@ class Branches:
         guess[3] = mu
         statics = self.statics.pick(pad)
         root, determinant_sign, balanced = statics.settle(guess, 1.0 * touching, MOST_NEWTON_STEPS)
-        # beyond a fold the sign is another one; other branches lie farther off
+        # the sign excludes equilibria beyond a fold; those of other branches lie farther from the
+        # guess than the nodes from each other
         near = np.abs(root - guess).max(axis=0) <= np.abs(end - start).max(axis=0)
         good = balanced & (determinant_sign == self.determinant_sign[pad]) & near
         # within rounding of a fold the balance is singular, and the cubic as good as it gets
@@ -177,7 +178,7 @@ def follow(statics: Statics, start: Equilibria, mu_max: np.ndarray) -> Branches:
     statics
         Of n pads, some parameters of which are arrays (n,).
     start
-        Where they rest, as `squeal.equilibrium.find.rests` gives it.
+        Their equilibria without friction, as `squeal.equilibrium.find.rests` gives them.
     mu_max : (n,)
         Where to stop, at least 0.
     """
@@ -195,7 +196,7 @@ def follow(statics: Statics, start: Equilibria, mu_max: np.ndarray) -> Branches:
         kind=np.full(existing.owner.size, NodeKind.POINT),
     )
     nodes_by_step = [first_nodes]
-    front = first.pick(end == BranchEnd.GOING)
+    front = first.pick(end == BranchEnd.GOING)  # from here on only the branches that go on
     for _ in range(MOST_STEPS):
         if not front.owner.size:
             break
@@ -383,9 +384,10 @@ class _Front(NamedTuple):
         """The fold, or the first of the other events, on each of k steps, and its number (k,).
 
         Halving of an interval of the share of the curve shows which event is first and about where;
-        Newton's method then locates it to rounding. `good` of the places is false where that fails,
-        or where the event found is not the first one on the step (of a fold: where it lies on none;
-        other events are then looked for on the step that ends at the fold).
+        Newton's method then locates it to rounding. `good` of the places is false where that fails
+        or where the place lies outside the step. Of events other than folds it is also false where
+        another one comes first; a fold need not be the first event, since its step is searched for
+        the others afterwards.
 
         Parameters
         ----------
@@ -478,6 +480,7 @@ class _Front(NamedTuple):
         at_start = slope[0]
         at_end = slope.sum(axis=0)
         slow, fast = np.sort([at_start, at_end], axis=0)  # slow <= 0: a fold, which is located
+        # the slope of a cubic is a parabola: between the ends it is extreme at its vertex
         with np.errstate(all="ignore"):
             extremum = np.clip(np.nan_to_num(-slope[1] / (2 * slope[2])), 0.0, 1.0)
             within = polyval(extremum, slope, tensor=False)
@@ -577,7 +580,8 @@ class _Front(NamedTuple):
         farthest = np.max(np.abs(z * self.scale), axis=0)
         longer = np.minimum(2.0 * self.step, LONGEST_STEP * (1.0 + 0.1 * farthest))
         next_step = np.where(good, longer, self.step / 2)
-        # a step that was taken may be that short: the end of the range has cut it off
+        # only a refused step ends its branch so: one that was taken may be short because the end of
+        # the range cut it off
         too_short = next_step < SHORTEST_STEP
         end_refused = np.where(too_short, BranchEnd.INTERRUPTED, BranchEnd.GOING)
         end = np.where(good, self._ends(z, ahead, event, separated), end_refused)

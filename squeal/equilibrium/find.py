@@ -130,7 +130,8 @@ class _Search(NamedTuple):
 
 
 def _search(statics: Statics, seeds: np.ndarray) -> _Search:
-    """Newton's method for n pads from all seeds (4, seeds, n) in each contact state but none."""
+    """Newton's method for n pads from all seeds (4, seeds, n) in each contact state in which some
+    point touches."""
     states = np.array([state for state in statics.model.states if any(state)], dtype=float).T
     per_state, n = seeds.shape[1:]
     tries = states.shape[1] * per_state
@@ -154,8 +155,12 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Search:
 
 
 def _least(statics: Statics, n: int) -> Equilibria:
-    """The equilibrium of least potential energy of each of n pads, of those near the initial
-    position."""
+    """The equilibrium without friction of least potential energy of each of n pads.
+
+    Those within the `LIMITS` of the excursion from the initial position are preferred, whatever
+    their energy. Of a pad that has none of them, `exists` is false if it hangs free of the surface with
+    less energy than any that presses.
+    """
     search = _search(statics, _near_seeds(statics, n))
     touching = search.touching.reshape(len(search.touching), -1)
     with np.errstate(all="ignore"):  # where there is none

@@ -114,7 +114,8 @@ def newton(
     start : array (m, k)
         Where it begins.
     unit : array (k,)
-        The length that rounding of (x, y, w theta) is relative to near the origin.
+        A length that counts as small: with the largest of |x|, |y| and |w theta| added, it is what
+        a step is compared with.
     passes : int
         Steps at most.
     longest : array (m, k), optional
@@ -249,8 +250,9 @@ class Statics:
     def presses(self, z: np.ndarray) -> np.ndarray:
         """Where a pad at rest at z (4, ...) presses on the surface, shape (...).
 
-        It does so if it lies below the surface. Where rounding hides that, it does if a load
-        presses it, or if the springs do by more than the rounding of their forces.
+        It does so if a contact point lies below the surface by more than rounding. Where rounding
+        hides whether one does, the pad presses if a load F_n acts, or if the springs push it down
+        by more than the rounding of their forces.
         """
         c = self.model.c
         at = pose(np, tuple(self.place(z)))
@@ -410,6 +412,7 @@ class Statics:
                 there = z.copy()
                 there[i] += moved_by[i]
                 error += np.abs(self.stiffness(there, on) - K)
+            # of any corner, whose arm is at most w + h; moved_by[2] is w times the angle
             tip = moved_by[1] + moved_by[2] * (1.0 + self.model.c.h / self.model.c.w)
             is_hidden = np.any(np.abs(self.gaps(z)) <= tip, axis=0)
         return np.where(is_hidden | ~np.isfinite(error), np.inf, error)
@@ -450,7 +453,7 @@ class Statics:
                 on = of_some(touching, i)
             return part.step_at_friction(place, on)
 
-        # steps are limited, so that the result has to do with the start
+        # steps are limited, so that Newton's method does not jump to an equilibrium far from z
         longest = np.empty((3, n))
         longest[:2] = 0.5 * (pad.w + np.maximum(pad.L1, pad.L2))
         longest[2] = 0.3 * pad.w  # 0.3 rad: the third coordinate is w theta

@@ -168,10 +168,11 @@ class Terms:
     def separated(self) -> Terms:
         """The terms in coordinates of which those without mass are separate, in balanced units.
 
-        A constant M that is exactly singular has null vectors of rational numbers, in which
-        entries are computed exactly: the terms are then taken as given. So has the damping of
-        motions without mass, if it is one constant term. The terms as they are where other M lie
-        within the data, or where nothing is without mass.
+        A constant M that is exactly singular has null vectors of rational numbers, so that the
+        entries in the new coordinates are exact and the terms are taken as given. If C is one
+        constant term, motions without mass are separated further, by the null vectors of their
+        damping. The terms as they are where M is regular, varies, is complex or is known to fewer
+        than all digits of its doubles.
         """
         mass, *others = self.M
         if others or mass.factor is not None or not self.is_real:
@@ -271,7 +272,10 @@ def _rational(X: NDArray) -> Rational:
 
 
 def _null_vectors_last(X: Rational) -> tuple[Rational, int]:
-    """A regular Q of rational numbers, and the rank of X (n, n): other columns of X Q are zero."""
+    """A regular Q of rational numbers, and the rank of X (n, n).
+
+    The columns of X Q behind the first `rank` are zero: the last columns of Q are null vectors.
+    """
     n = X.ncols()
     reduced, rank = X.rref()
     is_used = np.array(reduced.tolist()) != 0
@@ -280,6 +284,7 @@ def _null_vectors_last(X: Rational) -> tuple[Rational, int]:
     Q = flint.fmpq_mat(n, n)
     for place, column in enumerate(pivots + free):
         Q[column, place] = 1
+    # in row-reduced form the pivots follow from a free unknown of 1 by its column, negated
     for place, column in enumerate(free, rank):
         for row, pivot in enumerate(pivots):
             Q[pivot, place] = -reduced[row, column]
@@ -416,10 +421,11 @@ def _pencils_and_bases(pencils: Sequence[_Pencil]) -> Iterator[tuple[_Pencil, Ba
 
 
 def infinite_roots(A: Expansion, B: Expansion) -> int:
-    """How many eigenvalues of A - s B (n, n) at least are infinite at all matrices.
+    """A lower bound of the number of infinite eigenvalues of A - s B (n, n), for all matrices.
 
-    What is not zero in A and B bounds the degree of the determinant: the largest number of entries
-    of B in a product of n entries.
+    It is n less the degree of det(A - s B) in s. The degree is at most the largest number of
+    entries of B in a product of n entries, one of each row and column, none of which is zero for
+    certain: an assignment problem.
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -624,12 +630,18 @@ class RangeProof:
     ) -> Proof:
         """Whether the number of growing roots changes in the printed intervals and nowhere else.
 
-        Proved is that it differs between the gaps on both sides of each interval, where it is
-        counted inside, that no interval holds two roots more that may cross, and that in each gap
-        as many roots grow for certain at every value, and others by no more than `growth_below`.
-        Refuted is a value or interval at which another number grows for certain. `where` is a value
-        of the parameter: of a refuted list one at which a search for thresholds that are missing
-        has to look, beside a wrong one; of an open list one where the proof stopped.
+        A gap is what lies between two intervals, or between an interval and an end of the range.
+        The list is proved if all of these hold:
+
+        - The number of growing roots, counted at one value in each gap, differs on both sides of
+          each interval.
+        - At every value of a gap that number grows for certain, and others by no more than
+          `growth_below`.
+        - No interval holds two roots more that may cross the axis than its change of number needs.
+
+        It is refuted if at a value or an interval another number grows for certain. `where` is a
+        value of the parameter: of an open list where the proof stopped, of a refuted one where a
+        search for missing thresholds has to look.
 
         Parameters
         ----------

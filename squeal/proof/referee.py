@@ -196,7 +196,7 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
         exact = exact_roots(system.block(rows))
         if not isinstance(exact, Failure):
             parts[number] = exact
-            data = AS_GIVEN  # also if it has no roots
+            data = AS_GIVEN  # also where `exact` is empty, for a component without finite roots
         elif isinstance(part, Failure) and part.reason != exact.reason:
             parts[number] = Failure(f"{part.reason}; {exact.reason}")
     return Finding(parts, data)
@@ -233,8 +233,8 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
     proof = judge_finding(finding, answer)
     if proof.status == "refuted":
         return proof
-    # without a listed verdict the possible ones are narrowed down to one, and whether a motion
-    # that is free or neither grows nor decays within the data does so shows in the given doubles
+    # a proved list still goes on to the exact roots if several verdicts are possible (none is
+    # listed then), or if a root is free or of unknown side: the given doubles may decide both
     sides = {piece.side for piece in finding.pieces}
     has_free_motions = "free" in sides
     is_settled = len(proof.verdicts) == 1 and not sides & {"free", "unknown"}

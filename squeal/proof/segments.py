@@ -385,9 +385,9 @@ def tallies_above(S: NearDiagonal, half: float, are_squares: bool) -> list[Tally
     """What those roots lambda of complex matrices do that lie above the real axis.
 
     Each counts as two, since it stands for a pair. Of eigenvalues s = -lambda^2, if `are_squares`,
-    each has one such root, i sqrt(s), which grows if Im s < 0. Of eigenvalues lambda, those that
-    may lie below the real axis may not count at all: their bound is -inf, for it counts none as
-    growing.
+    each has one such root, i sqrt(s), which grows if Im s < 0. Of eigenvalues lambda, a part that
+    may lie below the real axis gets the lower bound -inf, so that none of its roots counts as
+    growing for certain.
     """
     discs = moving_discs(S, half)
     lows, highs = _bounds_of(S.centres.real, S.speeds.real, discs.radii, half)
@@ -438,10 +438,12 @@ def tallies_of_squares(S: NearDiagonal, half: float) -> list[list[Tally]]:
 def tallies_of_inverses(
     S: NearDiagonal, half: float, tallies: Sequence[list[Tally]], infinite: int, are_squares: bool
 ) -> list[Tally]:
-    """What finite roots lambda do, by what their inverses z, or inverse squares, do in parts.
+    """What finite roots lambda do, by the `tallies` of their inverses z, or inverse squares, in the
+    parts of the discs.
 
-    Re lambda is Re z / |z|^2, so that both have one sign. At least `infinite` eigenvalues of S
-    are zero at all matrices: as many discs around zero as that stand for no root.
+    Re lambda = Re z / |z|^2 has the sign of Re z. Parts that may hold zero say nothing of their
+    roots. Of these eigenvalues `infinite` are zero at all matrices, as inverses of infinite roots;
+    the others may be roots of any size.
     """
     discs = moving_discs(S, half)
     distances = least_distance(S.centres, S.speeds, half) - discs.radii
@@ -502,10 +504,11 @@ def _imaginary_bound_of_pair(
 ) -> ImaginaryBound:
     """The bound for two eigenvalues s that share a part, of real columns.
 
-    At each d they are roots of (x - s) (y - s) = b c, the entries of the Schur complement of the
-    other columns in S - s: those of S but for `through_others`, since what is left of S - s without
-    the pair is diagonally dominant by `separation`; for real s they are real. The discriminant
-    (x - y)^2 + 4 b c then says whether both s are real (`docs/proof.md`, Ranges, 4).
+    At each d they are roots of (x - s) (y - s) = b c, where [[x - s, b], [c, y - s]] is the Schur
+    complement that eliminates the other columns from S - s. It differs from these entries of S - s
+    by at most `through_others`, since the rows of the other columns are diagonally dominant by
+    `separation`; for real s it is real. The discriminant (x - y)^2 + 4 b c then says whether both s
+    are real (`docs/proof.md`, Ranges, 4).
     """
     is_other = np.ones(len(discs.radii), dtype=bool)
     is_other[part] = False

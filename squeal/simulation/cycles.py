@@ -299,6 +299,7 @@ class Shooting:
                 between = self.motion(at_change, 0.01 * period, value).end[:, 0]
                 cycle, _ = self.solve(np.concatenate([between, [period, value]]))
                 return self._shortest(cycle), ""
+        # `changes` and `speed` are those of the last window
         if changes:
             return None, "contact goes on changing and the motion does not return to itself"
         if speed <= resting:
@@ -356,7 +357,7 @@ class Shooting:
             guess = present.cycle.unknowns + step * present.direction
             following = self._solve_or_none(guess, present.direction, PASSES_AHEAD)
             if following is None or following.direction @ present.direction <= STRAIGHT:
-                # none, or where the branch seems to turn sharply a cycle of another branch
+                # a branch that seems to turn sharply has been left for another one
                 refusal = "no further cycle was found"
             elif self._shrinks(present.cycle, following.cycle, resting):
                 refusal = "the cycle shrinks to the equilibrium"
@@ -384,10 +385,11 @@ class Shooting:
         return members, f"{most} cycles were followed"
 
     def _shrinks(self, before: Cycle, after: Cycle, resting: float) -> bool:
-        """Whether a step leads to the equilibrium, where rates are below `resting`, or past it,
-        where the same cycles follow in the opposite phase.
+        """Whether a step leads to the equilibrium or past it.
 
-        A long step may do so also from small cycles that do not shrink to it: `branch` halves it.
+        At the equilibrium rates are below `resting`; past it the same cycles follow in the opposite
+        phase. A long step may also jump over the equilibrium from a small cycle of a branch that
+        does not end there, so that `branch` tries shorter steps before it believes this.
         """
         rates = self._rates(after.state, after.value)
         is_past = rates @ self._rates(before.state, before.value) < 0.0
@@ -407,7 +409,8 @@ class Shooting:
             a = in_order[passed]
             b = in_order[passed + 1]
             if (a.value - first.value) * (b.value - first.value) < 0.0:
-                # without a fold the value is monotone over the whole step, whose ends serve
+                # interpolate between cycles whose values enclose the first one's: without a fold
+                # the value is monotone over the step, and its well-separated ends do
                 ends = (a, b) if has_fold else (before, after)
                 at_first_value = self._between(*ends, first.value)
                 for cycle in at_first_value:
