@@ -158,8 +158,8 @@ def _least(statics: Statics, n: int) -> Equilibria:
     """The equilibrium without friction of least potential energy of each of n pads.
 
     Those within the `LIMITS` of the excursion from the initial position are preferred, whatever
-    their energy. Of a pad that has none of them, `exists` is false if it hangs free of the surface with
-    less energy than any that presses.
+    their energy. Of a pad that has none of them, `exists` is false if it hangs free of the surface
+    with less energy than any that presses.
     """
     search = _search(statics, _near_seeds(statics, n))
     touching = search.touching.reshape(len(search.touching), -1)

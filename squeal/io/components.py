@@ -166,8 +166,8 @@ def assembly_file(
     def join(bodies: Sequence[Component], values: Parameters, cutoff: float | None) -> Assembly:
         """Join components, reduced or not, in contact at some values of the parameters.
 
-        At other values the assembly joins its own, reduced components: loads, contacts and the seat
-        alone are made anew.
+        `joined_at` of the result joins them at other values: the components that are reduced here
+        are kept, and loads, contacts and the seat are made anew. cutoff (Hz): None reduces nothing.
         """
         contacts = []
         for number, contact in enumerate(keys["contact"], 1):
@@ -213,7 +213,8 @@ def _warn_of_other_units(at: Place, components: Sequence[_LocatedComponent]) -> 
     for body, coordinates in components:
         mass, _ = coordinates.mass_and_centre(body.system.frozen().at()[0])
         size = float(np.ptp(coordinates.places, axis=0).max(initial=0.0))
-        is_reduced = body.rows is not None  # its rows inside move no node, and show no mass
+        # the mass of a reduced component lies in rows that move no node
+        is_reduced = body.rows is not None
         if is_reduced or mass <= 0.0 or size <= 0.0:
             continue
         name = body.system.name
@@ -273,7 +274,7 @@ def _component(
         reduced = keys["reduced"]
         with (at / "reduced" / "residual_flexibility").named():
             flexibility = read_matrix(folder / reduced["residual_flexibility"]).matrix
-            # a block of rows for each term, and perhaps for each transposed one
+            # a block of n rows for each term, and of unsymmetric ones also for each transposed term
             size = len(body.system.terms) * body.system.n
             if flexibility.shape[0] not in (size, 2 * size):
                 raise InputError(
@@ -347,7 +348,7 @@ def _contact(
     if given_twice:
         giver = "faces, which give it" if "faces" in keys else "columns of pairs that give it"
         raise (at / given_twice[0]).refuse(f"is not allowed beside {giver}")
-    if "gap" in points:  # of a pair what is between its nodes adds to what is between all
+    if "gap" in points:  # the column holds the gap of each pair, the key adds the same to all
         points["gap"] = points["gap"] + arguments.get("gap", 0.0)
     with at.named():
         return Contact(**arguments | points)
@@ -517,7 +518,7 @@ def _joint_coordinates(
             cells.append((kind, tuple(corner + nodes_before for corner in corners)))
     bases: list[NDArray[np.float64]] = []
     if any(body.basis is not None for body in reduced):
-        for body in reduced:  # of a component that its file holds reduced the rows stay
+        for body in reduced:  # without a basis a component was reduced by its file: its rows stay
             bases.append(np.eye(body.system.n) if body.basis is None else body.basis)
     return Coordinates(
         nodes=np.concatenate(nodes),

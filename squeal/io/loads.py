@@ -48,10 +48,10 @@ def pressure_load(body: Component, coordinates: Coordinates, surface: str) -> ND
 def _loaded_rows(
     body: Component, coordinates: Coordinates, at: Place, cells: Mapping[str, str]
 ) -> NDArray[np.intp]:
-    """The index of the row that a line of a table names, (1,), or (0,) of a support.
+    """The index (1,) of the row that a line of a table names; empty where it names a support.
 
-    cells: the line, with the row's number in the matrix files under row, from 1 on, or with node
-    and dof. Raises InputError.
+    cells: the line, with the number of the row under row, or with node and dof. Rows are counted
+    from 1 on, as in the matrix files, which hold the rows of supports too. Raises InputError.
     """
     if "row" in cells:
         count = body.system.n + len(coordinates.supports)

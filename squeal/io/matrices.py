@@ -57,11 +57,12 @@ def read_matrix(
 
     It is complex only if an entry has an imaginary part, as stiffness with structural damping.
 
-    `key` names it in a file that holds several. `symmetric` says whether entries on one side of
-    the diagonal alone stand for the other side too; where neither it nor the file does, what can
-    only be one triangle of a symmetric matrix is completed with an `InputWarning`, and any other
-    is refused. `opened` holds what was read before of files that hold several, and gains what is.
-    Raises InputError for anything that is no finite, square matrix.
+    `key` names it in a file that holds several. `symmetric` says whether entries that stand on one
+    side of the diagonal alone are meant for the other side too. Where neither `symmetric` nor the
+    file says so, a matrix with such entries is completed with an `InputWarning` if it can only be
+    one triangle of a symmetric matrix, and refused else. `opened` holds the contents of files that
+    were read before, and gains those of this one. Raises InputError for anything that is no finite,
+    square matrix.
     """
     path = Path(path)
     at = Place(str(path))
@@ -219,7 +220,14 @@ def _canonical(matrix: Matrix) -> csc_array:
 def _complete(
     at: Place, matrix: csc_array, file: MatrixFile, symmetric: bool | None
 ) -> tuple[csc_array, bool]:
-    """Add the other triangle to a matrix of which one stands for both, and say if that is a guess.
+    """The full matrix of a file that may hold one triangle of it, and whether that is a guess.
+
+    - Declared symmetric, by the user or else by the file: the other triangle is added.
+    - Declared not symmetric: the matrix as it is, with a warning if only the file says so and the
+      matrix looks like one triangle.
+    - Not declared: a matrix with entries on both sides of the diagonal, or on it alone, as it is;
+      one triangle is completed as a guess, with a warning, if it can only be that of a symmetric
+      matrix.
 
     Parameters
     ----------
@@ -234,14 +242,16 @@ def _complete(
     Raises
     ------
     InputError
-        Where neither says it and the matrix may be either.
+        Where nothing declares one triangle, and it may be that of a symmetric matrix or not; where
+        a matrix declared symmetric is not.
     """
     declared = symmetric
     if declared is None:
         declared = file.symmetric
     if symmetric is False:
         return matrix, False
-    half = is_half(csc_array(file.matrix))  # a zero is an entry too
+    # whether one side of the diagonal has no entries; zeros that the file holds are entries too
+    half = is_half(csc_array(file.matrix))
     is_diagonal = matrix.nnz == np.count_nonzero(matrix.diagonal())
     one_sided = "no entry has another one on the other side of the diagonal"
     nodes = np.arange(matrix.shape[0])  # where nothing names them, each row is one
@@ -280,9 +290,10 @@ def _complete(
 def _refuse_one_sided(at: Place, completed: csc_array, labels: Labels) -> None:
     """Refuse half a matrix that may be the half of an unsymmetric one, as CalculiX writes it.
 
-    Its input file beside it has friction, or the completed matrix is indefinite, which no stiffness
-    or mass of a structure is; multipliers in internal nodes, below zero, make it so in Abaqus.
-    Raises InputError.
+    It is refused if the input file beside it has friction, or if the completed matrix has negative
+    eigenvalues, which no stiffness or mass of a structure has. Matrices with internal nodes, whose
+    numbers are below zero, may have some: in Abaqus these hold Lagrange multipliers. Raises
+    InputError.
     """
     advice = (
         "friction makes a stiffness unsymmetric, and CalculiX writes one half of it. Export the "
@@ -329,10 +340,10 @@ def _is_symmetric_triangle(matrix: csc_array, nodes: NDArray) -> bool:
     """True if a triangle (n, n), with rows of some nodes (n,), can only be that of a symmetric
     stiffness or mass.
 
-    It couples different nodes, which a one-sided law does not do without its mirror image, and no
-    entry is greater than the diagonal of its row and column allows (k_ij^2 <= k_ii k_jj), which a
-    part such as friction without its own diagonal does not satisfy. Rows of internal nodes, below
-    zero, may have none: Lagrange multipliers.
+    Two conditions hold of such a triangle. It couples different nodes, which a full matrix would do
+    on both sides of the diagonal. And as in each positive semidefinite matrix k_ij^2 <= k_ii k_jj,
+    which the matrix of friction alone does not satisfy. Rows of internal nodes, whose numbers are
+    below zero, are exempt: Lagrange multipliers have no diagonal.
     """
     rows, columns = matrix.tocoo().coords
     entries = matrix.data.real

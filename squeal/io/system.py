@@ -258,6 +258,10 @@ def _make_terms(
 def _precision_of(term: TermKeys, matrix: Matrix, file: MatrixFile, folder: Path) -> Precision:
     """How far the entries of a term may be off, by its keys and by its file.
 
+    Without the key digits the file alone says it. With it the fewer digits of key and file count,
+    and of errors by entry the larger ones: those that the key errors or the digits name, or those
+    that the file leaves open.
+
     matrix: of the term (n, n), on the rows of the system. Raises InputError for errors of other
     rows, and for negative ones.
     """
@@ -268,8 +272,8 @@ def _precision_of(term: TermKeys, matrix: Matrix, file: MatrixFile, folder: Path
     if "errors" not in term.keys:
         if of_file.errors is None:
             return Precision(digits)
-        # at each entry the wider of both: decimals leave all entries alike open, digits leave more
-        # of larger ones
+        # at each entry the larger error: a number of decimals leaves the same error at all entries,
+        # a number of digits a larger one at larger entries
         by_key = half_units(matrix, term.keys["digits"])
         return Precision(digits, by_key.maximum(of_file.errors))
     here = term.at / "errors"

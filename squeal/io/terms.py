@@ -190,7 +190,9 @@ class TermDamping:
             self.records.append(Damped("K", "K4", formula.text))
         if "rayleigh" in term.keys:
             factor = scalar(str(term.keys["rayleigh"]))
-            kind = "M" if term.part == "M" else "rayleigh"  # of M alpha M is left out, of K beta K
+            # the damping of the whole is alpha M + beta K: leave this term out of alpha M, or of
+            # beta K
+            kind = "M" if term.part == "M" else "rayleigh"
             self.indices[kind].add(index)
             self.records.append(Damped(name, "rayleigh", factor))
             product = Formula(f"{factor!r} * ({formula.text})", formula.place)

@@ -141,7 +141,7 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
     colours = colours_of(paths)
     all_roots = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
     depth = -float(_ratio(all_roots).min(initial=0.0))  # of the lowest ratio below 0, %
-    if len(all_roots) and depth < NOISE:  # of what is stable most modes are shown
+    if len(all_roots) and depth < NOISE:  # nothing grows: the axis shows most of the ratios
         depth = 2.0 * float(np.median(_ratio(all_roots)))
     if depth < NOISE:
         depth = 1.0

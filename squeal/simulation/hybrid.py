@@ -289,8 +289,9 @@ def _simultaneous(model: PadModel, segment: Segment, point: int) -> np.ndarray:
     the end of the segment of a single motion.
 
     Rounding may put such a crossing before the end of the segment, where the integrator, going on
-    from the end, would not see it. The gap of the other point is then beyond zero, or short of zero
-    by no more than what rounding left of the gap of `point`, and still goes on in that sense.
+    from the end, would not see it. A point counts if two conditions hold: its gap is beyond zero,
+    or short of it by no more than what rounding left of the gap of `point`; and its gap moves on
+    away from its contact state.
     """
     beyond = segment.beyond[:, 0]
     rounding = abs(beyond[point])  # the gap of `point` is zero but for it
@@ -364,7 +365,7 @@ def integrate(
                 f"a contact change was missed before {instant(t)}; ask for a smaller tolerance"
             )
         if limit == Limit.NONE and t < stop:
-            ends_at_a_change = t in segment.changes.t[-1:]
+            ends_at_a_change = t in segment.changes.t[-1:]  # which is empty without changes
             if ends_at_a_change:
                 segment = _with_simultaneous(model, segment)
                 z = off_level(model, z, segment.last_contact[:, 0])

@@ -341,7 +341,8 @@ def _machine(_thread: int, code: Code) -> Machine:
 def limit_of(outcome: hy.taylor_outcome, points: int) -> Limit:
     """What stopped heyoka: the limit, if any. points: contact points, whose events come before
     those of the limits."""
-    # -1 - i of the i-th event where it stopped heyoka, i where its callback let the motion go on
+    # -1 - i where event i stopped heyoka, i where the callback of event i let the motion go on.
+    # The events of the limits 1, 2, ... follow those of the points: i = points + limit - 1
     code = int(outcome)
     limit = -code - points
     if limit in LIMITS:
