@@ -215,8 +215,8 @@ class Reply:
     def of(*answers: Answer, warnings_in_reply: bool = False, more: str = "") -> Reply:
         """One reply of several answers, whose objects and texts follow each other.
 
-        warnings_in_reply: whether the warnings of the answers are handed on in the reply, as those
-        on the equilibria of a scene are, or are given at once; more: what else stands in the text.
+        warnings_in_reply: True where the warnings are those on the equilibria of a scene, which the
+        reply then holds, see `Reply`; False where they are given at once. more: follows the texts.
         """
 
         def data() -> dict[str, Any]:
@@ -324,9 +324,9 @@ def _reply(module: ModuleType, given: argparse.Namespace) -> Reply:
 def run(module: ModuleType, parser: Parser, arguments: Sequence[str]) -> int:
     """Run a command; the exit code 0, or 1 where the answer cannot be printed.
 
-    The module's docstring says what it does, its function `options` adds options to a parser, and
-    `run` makes the reply from them, of a scene with its Source as `source`.
-    Raises InputError and what the command raises.
+    module: that of the command, whose docstring describes it. Its function `options` has added the
+    options to the parser; its function `run` makes the reply from the arguments, which gain the
+    Source of a scene as `source`. Raises InputError and what the command raises.
     """
     given = parser.parse_args(arguments)
     has_scene = "scene" in given

@@ -66,10 +66,13 @@ def _slopes(values: list[Number]) -> list[list[Number]]:
 def _newton_step(balance: list[Number], condition: Number) -> list[Number]:
     """Expressions of a step of Newton's method to where the balance and one condition vanish.
 
-    Twelve: the step (4), by Cramer's rule; the minors (4) of the balance's derivative J (3, 4),
-    which are a null vector of J, and the last of which is the determinant of its first three
-    columns; the derivative (4) of the condition. A minor is the determinant of J with a unit row
-    below.
+    They are twelve, in this order:
+
+    - the step (4), by Cramer's rule,
+    - the signed minors (4) of the derivative J (3, 4) of the balance, each the determinant of J
+      with a unit row below: a null vector of J, whose last entry is the determinant of the first
+      three columns of J,
+    - the derivative (4) of the condition.
     """
     values = [*balance, condition]
     rows = _slopes(values)

@@ -119,7 +119,7 @@ class Path:
     def equilibria(self, mus: Sequence[float]) -> Equilibria:
         """The equilibria at k values of mu, at a change of contact in the new state.
 
-        Raises ComputationError beyond the path.
+        Raises ComputationError where the path has none: beyond its ends, or where it is lost.
         """
         mu = np.asarray(mus, dtype=float)
         equilibria = self.branch.at(np.zeros(mu.size, dtype=int), mu)
@@ -135,10 +135,7 @@ class Path:
         return z[:, 0], State(*touching[:, 0].tolist())
 
     def error(self, mu: float) -> float:
-        """How far rounding may move a change of contact or a fold at mu; 0 elsewhere.
-
-        Rounding of each coefficient moves all conditions together, that of each load one by one.
-        """
+        """How far rounding may move a change of contact or a fold at mu; 0 elsewhere."""
         branch = self.branch
         error = 0.0
         for node in np.flatnonzero((branch.z[3] == mu) & (branch.kind != NodeKind.POINT)):
@@ -151,8 +148,9 @@ class Path:
         """How far rounding may move the mu of a change of contact or a fold, to first order.
 
         Four conditions determine the node: the balance of x, y and theta, and a gap that vanishes;
-        at a fold the three of the balance alone. Rounding of the coefficients and loads moves them,
-        and `weights` say how far mu moves with each.
+        at a fold the three of the balance alone. Rounding of the coefficients and loads moves the
+        conditions, and `weights` say how far mu moves with each. A rounded coefficient moves all
+        conditions at once; beside that each load is rounded by itself.
 
         Parameters
         ----------
@@ -248,7 +246,8 @@ class Path:
         """
         z, touching, _ = self.equilibria([mu])
         h = 1e-12
-        moved = z * (1.0 + h * np.eye(4, 4, 1))  # not at all, then each of three coordinates
+        # four places (4, 4): column 0 is z, columns 1 to 3 have x, y and w theta moved
+        moved = z * (1.0 + h * np.eye(4, 4, 1))
         at = self.statics.to_si(moved)
         M, *C_and_K = linearise(self.model.replace(mu=mu), at, np.repeat(1.0 * touching, 4, 1))
         unmoved, *others = np.moveaxis(np.array(C_and_K), -1, 0)

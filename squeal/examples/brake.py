@@ -99,8 +99,8 @@ def _grid(
     corners = []
     for to_r, to_phi, to_z in CORNERS:
         shifted = np.roll(numbers, (-to_r, -to_phi, -to_z), axis=(0, 1, 2))
-        # the node at this corner of each cell: at the last nodes none begins, but for those
-        # that close the ring
+        # a cell begins at each node but the last ones of an axis; around a closed ring it begins at
+        # the last angle, too, and `np.roll` gives it the first angle as its end
         of_cells = shifted[:-1, :, :-1] if closed else shifted[:-1, :-1, :-1]
         corners.append(of_cells.ravel())
     return numbers, places, np.array(corners)
@@ -212,7 +212,7 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
     pad, pad_places, pad_cells = _grid(pad_radii, pad_angles, pad_heights, closed=False)
     disc_mass, disc_stiffness = _mass_and_stiffness(disc_places, disc_cells, sizes.disc)
     pad_mass, pad_stiffness = _mass_and_stiffness(pad_places, pad_cells, sizes.pad)
-    pad += disc.size
+    pad += disc.size  # the nodes of the pad are numbered behind those of the disc
     places = np.hstack([disc_places, pad_places])
     cells = np.hstack([disc_cells, pad_cells + disc.size])
 

@@ -200,7 +200,10 @@ def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]]) -
 def _rows_by_labels(
     at: Place, names: Sequence[str], labels: Sequence[tuple[int, int]]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Node and direction of each row from its label. Raises InputError without any node."""
+    """Node and direction of each row from its label.
+
+    Raises InputError where no node of the labels has a line in the table.
+    """
     index_of_name = {name: i for i, name in enumerate(names)}
     needed = {node for node, _ in labels if node > 0}
     missing = sorted(node for node in needed if str(node) not in index_of_name)

@@ -19,11 +19,11 @@ def _mantissa(word: str) -> str:
 def written_digits(words: Iterable[str]) -> int | None:
     """The number of significant digits that numbers were rounded to when they were written.
 
-    More than half of the non-zero numbers are written with exactly so many digits. Positive and
-    negative numbers are looked at apart, since a minus may take the place of a digit: those of one
-    sign may have one digit more, and the fewer digits count. At least one of the numbers of so many
-    digits must not end in 00: else they were padded, not rounded. None where no such number lies
-    from 6 to 15: the numbers are exact, or doubles.
+    It is the number of digits with which more than half of the non-zero numbers are written. In
+    columns of fixed width a minus may take the place of a digit: the usual numbers of digits of
+    positive and of negative numbers may differ by one, and the smaller counts. Numbers that all end
+    in 00 were padded, not rounded, and do not count. None unless it lies from 6 to 15: other
+    numbers are exact, or doubles.
 
     words: the numbers as they are written, of which the first `SAMPLED` are looked at.
 

@@ -28,12 +28,14 @@ def mapped(
 ) -> Iterator[Result]:
     """The results work(task) of all tasks, in their order, computed by so many processes.
 
-    With one worker that is this process. Others are started anew by import and stay for later
-    calls, with what they have compiled. They ignore interrupts, also while they import; this
-    process ends them at one, and they end by themselves once it is gone. With `common`, which is
-    sent once to each of some new processes, results are work(common, task). Every task has one
-    thread of BLAS, so that any number of processes gives the same bits. An exception of a task is
-    raised here, and ends all processes; ComputationError where a process was killed.
+    One worker is this process itself. Several are new processes, which import the modules anew.
+    Without `common` they stay for later calls, with what they have compiled. With it the results
+    are work(common, task): the processes are made for this call, and `common` is sent to each once.
+
+    The processes ignore an interrupt, also while they import: this process then ends them. They end
+    by themselves once this process is gone. Every task has one thread of BLAS, so that any number
+    of processes gives the same bits. An exception of a task is raised here, and ends all processes;
+    ComputationError where a process was killed.
     """
     if workers == 1:
         with one_thread():

@@ -289,7 +289,7 @@ def _read(document: object, at: Place) -> dict[str, Any]:
     if isinstance(document, dict) and is_system(document) and "model" not in document:
         key = next(key for key in OF_SYSTEMS if key in document)
         raise (at / key).refuse("a system of matrices is not allowed here; it must be a scene")
-    model = ""  # where it is none, every key is taken, and the model itself is refused
+    model = ""  # without a valid model no key is refused as another model's; `read` refuses it
     if isinstance(document, dict) and document.get("model") in tuple(MODELS):
         model = document["model"]
     keys = SCENE.read(document, at, model)

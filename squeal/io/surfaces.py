@@ -76,8 +76,8 @@ def _named_faces(coordinates: Coordinates, path: Path, surface: str) -> Iterator
 def deck_sets(path: Path, kind: str) -> dict[str, list[str]]:
     """The labels of the members of each set of an input file, by the set's name in capitals.
 
-    kind: NODE or ELEMENT. A set may name sets before it, whose members it has then. No label comes
-    twice in a set. Raises InputError.
+    kind: NODE or ELEMENT. A set that names an earlier set contains the members of that one. No
+    label comes twice in a set. Raises InputError.
     """
     option = "NSET" if kind == "NODE" else "ELSET"
     members: dict[str, list[str]] = defaultdict(list)

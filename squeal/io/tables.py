@@ -108,8 +108,8 @@ def read_rising(
 ) -> list[list[float]]:
     """The numbers, of a kind, in each column of a table; those of the first column rise.
 
-    Behind the columns `names` follows the `optional` one, zeros if it is missing; none if it is not
-    named. Raises InputError.
+    A column `optional`, if one is named, follows those of `names`; it is zeros if the table has
+    none. Raises InputError.
     """
     at, lines = read_table(path, names)
     rows: list[list[float]] = []

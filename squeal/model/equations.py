@@ -142,10 +142,10 @@ class PadModel:
 
     @property
     def decay(self) -> np.ndarray:
-        """D (3, 3, ...): damping takes D v from the rates of velocities v of (x, y, w theta)."""
+        """D (3, 3, ...) = M^-1 C in (x, y, w theta), whose velocities v damping changes by -D v."""
         if self.damping is None:
             return np.zeros((3, 3))
-        # w theta, whose rate this is, is theta times w
+        # (x, y, w theta) over (x, y, theta)
         lever = np.array(np.broadcast_arrays(1.0, 1.0, self.pad.w))
         mass = np.array(np.broadcast_arrays(self.pad.m, self.pad.m, self.pad.I))
         return np.asarray(np.array(self.damping) * lever[:, None] / (mass[:, None] * lever))

@@ -176,7 +176,7 @@ class Pad:
         """Share b and rate r (s/m) of friction mu (1 + b (exp(r x_dot) - 1)), None if it is
         constant.
 
-        mu being that at the speed V, this is mu_k + (mu_s - mu_k) exp(-(V - x_dot)/v_ref), scaled.
+        It is the law mu_k + (mu_s - mu_k) exp(-(V - x_dot)/v_ref), scaled to be mu at x_dot = 0.
         """
         if self.mu_s is None or self.mu_k is None:
             return None

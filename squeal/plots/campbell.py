@@ -169,7 +169,10 @@ def _draw_multiple(axes: Axes, answer: CriticalSpeeds, order: float, highest: fl
 
 
 def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
-    """Write beside the lowest frequency that grows (at most `top`) from which speed on it does."""
+    """Write from which speed on some mode of at most `top` (Hz) grows, beside the lowest of them.
+
+    Two neighbouring speeds of the answer enclose that speed; bisection refines it.
+    """
     grows = answer.growing & (answer.frequencies_hz <= top)
     speeds = np.flatnonzero(grows.any(axis=1))
     if not speeds.size:
@@ -186,7 +189,7 @@ def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
                 speed = middle
             else:
                 below = middle
-        speed = below  # rounded down, as a limit is
+        speed = below  # a speed at which nothing grows yet
     text = f"unstable from {speed:.4g}{speed_words(speed, 'rad/s')} on, {hertz:.4g} Hz"
     up = 8 if hertz < 0.8 * top else -8
     right = 4 if speed < 0.5 * answer.high else -4

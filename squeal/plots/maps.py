@@ -35,6 +35,7 @@ def symbol(name: str) -> str:
     """A parameter's symbol in mathtext: alpha1 becomes \\alpha_1."""
     if name in GREEK:
         return f"${GREEK[name]}$"
+    # letters, and perhaps an index: one digit or small letter, or several behind an underscore
     parts = re.fullmatch(r"([A-Za-z]+?)_?(\d|[a-z]|(?<=_)\w+)?", name)
     assert parts is not None
     letters, index = parts.groups()

@@ -183,8 +183,8 @@ def modes_drawing(name: str, roots: Sequence[Eigenvalue], figure: Figure | None 
 def outline(coordinates: Coordinates, faces: Sequence[tuple[int, ...]]) -> list[NDArray]:
     """The edges of a body that show its form, each by its two ends (2, 3).
 
-    They belong to two faces that meet at an angle, see `SHARP`, or to any other number of faces.
-    faces: the indices of the nodes of each.
+    They are all edges but those between two faces that are nearly in one plane, see `SHARP`. faces:
+    the indices of the nodes of each.
     """
     normals_of: dict[frozenset[int], list[NDArray]] = {}  # of the faces at each edge
     for face in faces:

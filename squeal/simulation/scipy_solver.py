@@ -49,7 +49,8 @@ class SciPyIntegrator(Integrator):
         self._model = model
         self.tolerance = max(tolerance, 3e-14)
         pad = model.pad
-        # rotation is faster than translation where the moment of inertia is small
+        # rotation is faster than translation where the moment of inertia is small; 1.7, about
+        # sqrt(3), makes the time 1 for a uniform rectangle, of I = m (w^2 + h^2) / 3
         rotation_time = math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7
         self._max_step = longest_step * min(1.0, rotation_time)
 
@@ -99,12 +100,13 @@ class SciPyIntegrator(Integrator):
     def _turning_time(
         self, nodes: np.ndarray, states: np.ndarray, contact: np.ndarray
     ) -> float | None:
-        """The earliest time at which a gap turns back within a step near zero or beyond it, where
-        two changes of contact may lie between nodes of one sign; None if there is none. Gaps are
-        taken with the sign with which they are below zero until their contact changes.
+        """The earliest time at which a gap turns back within a step; None if none does.
 
-        By the cubic Hermite interpolants a + da s + second s^2 + third s^3 of the gaps over each
-        step, 0 <= s <= 1, from the gaps and their rates at nodes (n,) with states (6, n).
+        SciPy sees no change of sign where a gap passes zero and comes back within a step. Gaps are
+        taken with the sign that makes them negative until their contact changes: a maximum near
+        zero or above it is such a time. It is that of the cubic Hermite interpolant a + da s +
+        second s^2 + third s^3 of the gap over the step, 0 <= s <= 1, from the gaps and their rates
+        at nodes (n,) with states (6, n).
         """
         c = self._model.c
         moving = states.astype(complex)  # rates of the gaps by the complex step
@@ -120,13 +122,16 @@ class SciPyIntegrator(Integrator):
         second = 3 * (b - a) - 2 * da - db
         third = 2 * (a - b) + da + db
         with np.errstate(all="ignore"):
-            # of the two roots of da + 2 second s + 3 third s^2 that at which the cubic is greatest
+            # the slope da + 2 second s + 3 third s^2 has two roots; at this one the cubic has its
+            # maximum
             share = da / (np.sqrt(second**2 - 3 * da * third) - second)
             top = a + share * (da + share * (second + share * third))
-            # above zero, or below by less than a fiftieth of both ends: the cubic is not exact
+            # above zero, or below by less than a fiftieth of the end that is nearer to zero: the
+            # cubic is not exact
             near_zero = top > 0.02 * np.maximum(a, b)
         has_top = (a < 0) & (b < 0) & (da > 0) & (db < 0) & near_zero
-        has_top &= (share > 0.01) & (share < 0.99)  # `run` ended a segment at one on a node
+        # not at the ends of a step: `run` ends a segment at a maximum, and would find it again
+        has_top &= (share > 0.01) & (share < 0.99)
         first = np.where(has_top, nodes[:-1] + share * h, np.inf).min(initial=np.inf)
         return float(first) if first < nodes[-1] else None
 

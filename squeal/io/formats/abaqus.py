@@ -119,10 +119,10 @@ def _matrix(path: Path, block: _Block) -> MatrixFile:
     if scale:
         factor = float(scale[1])
         values = factor * values
-        if decimals is not None and factor:
+        if decimals is not None and factor:  # a factor of 10^k leaves k decimals less
             decimals -= math.ceil(math.log10(abs(factor)))
         if digits is not None:
-            digits -= 1  # a product may lose up to one
+            digits -= 1  # relative to its first digit a product may be known to one digit less
     symmetric = None  # where no keyword says so
     kind = re.search(r"TYPE\s*=\s*(UN)?SYMMETRIC", block.keywords)
     if kind:

@@ -117,9 +117,9 @@ def _decompress(content: bytes) -> bytes:
 def _elements(data: bytes, order: str) -> list[_Element]:
     """The data elements that follow each other in some bytes. Raises ValueError.
 
-    A tag of 8 bytes holds type and size; what follows is padded to whole words of 8 bytes, but for
-    compressed data. Of up to 4 bytes the tag holds size and type in its first half, and the data in
-    the second one.
+    A tag of 8 bytes holds type and size. The data follow, padded to whole words of 8 bytes unless
+    they are compressed. An element with at most 4 bytes of data may be short: its size and type
+    stand in the first half of the tag, its data in the second half.
     """
     elements = []
     position = 0

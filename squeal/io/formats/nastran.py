@@ -141,7 +141,7 @@ def read_op4(path: Path) -> NamedMatrices:
 
     Those of a text file have the digits that are written, binary ones of single precision its bits.
     """
-    with np.printoptions():  # undoes that pyyeti, when it is imported, sets how NumPy prints
+    with np.printoptions():  # the import of pyyeti changes how NumPy prints: change it back
         from pyyeti.nastran import op4
 
     with path.open("rb") as stream:
