@@ -43,9 +43,9 @@ def numbers(
 ) -> Read:
     """A reader of finite numbers between colons, such as those of 0:0.6:61.
 
-    allowed: which numbers are, in words for a refusal; holds: whether some are, which takes as many
-    arguments as the option has numbers; convert: makes the option's value of them, a tuple if left
-    out.
+    allowed: says in a refusal which numbers are allowed; holds: whether given numbers are, a
+    function of as many arguments as the option has numbers; convert: makes the option's value from
+    the numbers, a tuple of them if left out.
     """
 
     def read(text: str) -> Any:
@@ -203,9 +203,9 @@ class Once(argparse.Action):
         text: Any,
         option: str | None = None,
     ) -> None:
-        """Set the value under `dest`, and the text as typed under it and each spelling.
+        """Set the value under `dest`, and in `typed` the option as typed, by `dest` and each name.
 
-        Raises InputError for a second one.
+        Raises InputError if the option was given before.
         """
         at = Place(f"{option} {text}")
         if self.dest in given.typed:
@@ -292,7 +292,8 @@ def refuse(given: argparse.Namespace, *names: str, beside: str) -> None:
 def write_files(
     given: argparse.Namespace, answer: Answer, drawn: Answer | None = None, **settings: Any
 ) -> None:
-    """Write the table and the figure of an answer that are requested; the figure of another."""
+    """Write the requested table of an answer, and the requested figure: that of `drawn`, if given,
+    else of the answer."""
     if getattr(given, "figure", None) is not None:  # the first, since it may be refused
         (drawn or answer).save(given.figure, name=given.source.name, **settings)
     if given.table is not None:

@@ -48,9 +48,10 @@ def run(given: argparse.Namespace) -> Reply:
 
 
 def _read_parts(path: Path, subject: "Scene | SystemFile") -> dict[str, list[int]]:
-    """The rows of each part, of which a table names a node a line, without coordinates a row.
+    """The indices of the rows of each part, by its name, from a table at `path`.
 
-    Rows of a pad are x, y and theta. Raises InputError.
+    A line of the table names a part and one of its nodes; for a subject without coordinates, one of
+    its rows, counted from 1. Rows of a pad are x, y and theta. Raises InputError.
     """
     count = 3
     coordinates = None

@@ -58,8 +58,8 @@ def record(
     """The equilibrium z (4,) of one pad in SI units; None where the surfaces do not press on each
     other.
 
-    Where rounding hides how they do, an equilibrium far from the initial position gets one warning
-    more; for another ComputationError is raised.
+    Where rounding hides how they press, an equilibrium that exceeds a limit of the excursion gets
+    one more warning; for one within the limits ComputationError is raised.
     """
     if not statics.presses(z):
         return None

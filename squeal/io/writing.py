@@ -512,7 +512,8 @@ class Answer(ABC):
     panel: ClassVar[Panel]
     """What one panel shows; none of maps, conditions and energy over a sweep, drawn as they are."""
     grid: ClassVar[tuple[str | int, ...]] = ()
-    """Columns, by name or by place, of which one row each has its own values, as array axes."""
+    """The columns, by name or by place, that are the axes of an array of the answer: no two rows
+    that count have the same values in all of them."""
 
     @abstractmethod
     def table(self) -> Table:
@@ -618,9 +619,10 @@ class Answer(ABC):
         return pandas.DataFrame.from_records(self.to_records(), columns=names)
 
     def to_xarray(self) -> Any:
-        """The table's columns as a `xarray.Dataset` over the axes of a sweep, a map or a
-        motion; of a pair of roots that with Im lambda > 0. Raises InputError for other answers,
-        and without xarray.
+        """The table's columns as a `xarray.Dataset` over the axes of a sweep, a map or a motion.
+
+        Of rows with the same values on all axes the first counts: of a pair of roots that with
+        Im lambda > 0. Raises InputError for other answers, and without xarray.
 
         Examples
         --------
