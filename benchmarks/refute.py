@@ -399,7 +399,7 @@ def answer_of(system: Known) -> RootList:
 def exact_pieces(given: Quadratic) -> list[Piece] | None:
     """Exact roots of all components; None where one has too many rows."""
     pieces = []
-    for rows in components(given):
+    for rows in components(given.parts):
         part = exact_roots(given.block(rows))
         if not isinstance(part, list):
             return None

@@ -5,6 +5,7 @@ Strong components come first; without damping the eigenvalues are s = -lambda^2.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
@@ -44,16 +45,14 @@ class Discs(NamedTuple):
     real: NDArray[np.bool_]
 
 
-def components(system: Quadratic) -> list[NDArray[np.intp]]:
-    """The rows of each strong component of the pattern of M, C and K.
+def components(matrices: Sequence[Balls]) -> list[NDArray[np.intp]]:
+    """The rows of each strong component of the joint pattern of matrices (n, n), M, C and K or
+    their terms.
 
     Up to a permutation the matrices are block triangular, so that the roots are those of the
     diagonal blocks.
     """
-    pattern = np.zeros((system.n, system.n), dtype=bool)
-    for X in system.parts:
-        pattern |= X.pattern
-    return strong_components(pattern)
+    return strong_components(np.any([X.pattern for X in matrices], axis=0))
 
 
 def enclose(block: Quadratic) -> list[Piece] | Failure:

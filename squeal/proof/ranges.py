@@ -30,8 +30,8 @@ from squeal.proof.balls import (
     taylor_coefficients,
     upper,
 )
-from squeal.proof.enclosure import companion
-from squeal.proof.pieces import Failure, growing_of, strong_components
+from squeal.proof.enclosure import companion, components
+from squeal.proof.pieces import Failure, growing_of
 from squeal.proof.referee import Proof
 from squeal.proof.segments import (
     Basis,
@@ -152,18 +152,11 @@ class Terms:
         return is_symmetric and all(np.array_equal(X.mid, -X.mid.T) for X in self.balls["C"])
 
     def components(self) -> list[Terms]:
-        """The terms of each strong component of the pattern of all terms.
-
-        Up to a permutation M, C and K are block triangular at each value, so that the roots are
-        those of the diagonal blocks.
-        """
-        pattern = np.zeros((self.n, self.n), dtype=bool)
-        for X in self.matrices:
-            pattern |= X.pattern
-        components = []
-        for rows in strong_components(pattern):
-            components.append(self.mapped(functools.partial(_block_of, rows)))
-        return components
+        """The terms of each strong component, whose roots are those of the system together."""
+        terms = []
+        for rows in components(self.matrices):
+            terms.append(self.mapped(functools.partial(_block_of, rows)))
+        return terms
 
     def separated(self) -> Terms:
         """The terms in coordinates of which those without mass are separate, in balanced units.
@@ -530,8 +523,8 @@ class RangeProof:
         """
         component = self.components[number]
         count = growing[number]
-        narrowest = NARROWEST * max(abs(end - start), abs(start), abs(end))
         length = abs(end - start)
+        narrowest = NARROWEST * max(length, abs(start), abs(end))
         if start not in self.ends:  # beside a threshold
             length = max(FIRST_STEP * length, narrowest)
         sense = 1.0 if end >= start else -1.0
@@ -698,19 +691,24 @@ class RangeProof:
             proof = self.between(a, b, growing)
             if proof.status != "proved":
                 return proof
-        # last whether more begins and ends to grow within an interval: that changes no count beside
-        # it, but takes two roots more. One more is allowed, as a divergent root and its mirror
-        # image meet at zero
-        for (before, after), (start, stop) in zip(
-            itertools.pairwise(counts), intervals, strict=True
-        ):
-            rise_of_components = np.subtract(after, before)
-            sizes = abs(rise_of_components)
-            begins_and_ends = sizes.sum() > abs(rise_of_components.sum())
-            counted = int(self.roots_at_onset @ sizes)
-            if begins_and_ends or self._most_crossing(start, stop) > counted + 1:
+        # last whether a rise and a fall within an interval may cancel in the counts beside it
+        neighbours = itertools.pairwise(counts)
+        for (start, stop), (before, after) in zip(intervals, neighbours, strict=True):
+            if self._may_hide_changes(start, stop, np.subtract(after, before)):
                 return self.open_at((start + stop) / 2.0, CANCELS)
         return proof
+
+    def _may_hide_changes(self, start: float, stop: float, rises: NDArray[np.intp]) -> bool:
+        """Whether in an interval more roots may begin or end to grow than the counts beside it say.
+
+        A root that begins to grow and another that ends to change no count, but take two roots
+        more. One root more is allowed, as a divergent root and its mirror image meet at zero.
+        rises: by how much the growing roots of each component are more above the interval.
+        """
+        sizes = abs(rises)
+        has_rises_and_falls = sizes.sum() > abs(rises.sum())
+        counted = int(self.roots_at_onset @ sizes)
+        return has_rises_and_falls or self._most_crossing(start, stop) > counted + 1
 
 
 def total(bounds: Sequence[CountBounds]) -> CountBounds:
@@ -721,7 +719,7 @@ def total(bounds: Sequence[CountBounds]) -> CountBounds:
     numbers = np.zeros(3, dtype=int)  # the fields of `CountBounds` in their order
     reason = ""
     for component in bounds:
-        numbers += np.array(component[:3])
+        numbers += component[:3]
         if not reason and component.least < component.most:
             reason = component.reason
     least, most, doubtful = numbers.tolist()

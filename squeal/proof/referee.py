@@ -158,7 +158,7 @@ class Finding:
 
 def enclosed(system: Quadratic) -> Finding:
     """Enclosures of the roots of each strong component."""
-    parts = [enclose(system.block(rows)) for rows in components(system)]
+    parts = [enclose(system.block(rows)) for rows in components(system.parts)]
     return Finding(parts, system.data, system.is_real)
 
 
@@ -167,7 +167,7 @@ def _with_free_motions(system: Quadratic, finding: Finding) -> Finding:
     if not system.is_real:
         return finding
     parts = list(finding.parts)
-    for number, rows in enumerate(components(system)):
+    for number, rows in enumerate(components(system.parts)):
         part = parts[number]
         if isinstance(part, Failure):
             continue
@@ -189,7 +189,7 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
 
     parts = list(finding.parts)
     data = finding.data
-    for number, rows in enumerate(components(system)):
+    for number, rows in enumerate(components(system.parts)):
         part = parts[number]
         if not isinstance(part, Failure) and all(p.is_sharp and p.side != "free" for p in part):
             continue

@@ -101,7 +101,7 @@ def test_the_exact_means_know_every_count_and_verdict(flint):
     for system in systems(2, 80):
         given = of(system)
         pieces = []
-        for rows in components(given):
+        for rows in components(given.parts):
             part = exact_roots(given.block(rows))
             assert isinstance(part, list)
             pieces += part

@@ -392,7 +392,7 @@ def exact_spectrum(
     if not system.is_real:
         raise unsure
     pieces: list[Piece] = []
-    for rows in components(system):  # groups of rows that nothing couples
+    for rows in components(system.parts):  # groups of rows that nothing couples
         roots_of_component = exact_roots(system.block(rows))
         if isinstance(roots_of_component, Failure):
             if roots_of_component.reason == SINGULAR:
