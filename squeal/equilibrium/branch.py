@@ -524,7 +524,8 @@ class _Front(NamedTuple):
         # first cut off at a fold, then at the other events on the way to it
         for fold in (True, False):
             curve = _cubic(self.z, z, self.ahead, tangent, self.scale)
-            passed = self.events_passed(curve, fold)(shares[1:, None])  # (events, checks, k)
+            events_passed = self.events_passed(curve, fold)
+            passed = events_passed(shares[1:, None])  # (events, checks, k)
             is_behind = np.any(passed, axis=0)  # (checks, k)
             i = np.flatnonzero(good & is_behind.any(axis=0))
             if not i.size:

@@ -305,9 +305,11 @@ def least_distance(D: NDArray, V: NDArray, half: float) -> Floats:
 def moving_discs(S: NearDiagonal, half: float) -> MovingDiscs:
     """Gershgorin's discs of the matrices over the interval.
 
-    A disc that meets no other is then shrunk by a diagonal similarity, which multiplies its row of
-    S by a share a < 1 and its column by 1/a. Disc j grows by N_ji/a, which with
-    a = max 2 N_ji / separation_ij is at most half of its separation from disc i.
+    The radius of a disc is the error of its diagonal entry plus the sum of the rest of its row. A
+    disc i that meets no other is then shrunk by a diagonal similarity, which multiplies row i of S
+    by a share a < 1 and column i by 1/a. That adds up to N_ji/a to the radius of each other disc j,
+    which a = max_j 2 N_ji / separation_ij keeps to half of its separation from disc i: the two
+    discs still do not meet.
     """
     centres = S.centres
     speeds = S.speeds
