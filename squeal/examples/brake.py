@@ -201,7 +201,7 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
     # level along phi, level + 1 along z
     while 3 * (2 * level * around * level * (level + 1)) < rows:
         level += 1
-    along_pad = around * PAD // ROUND * level
+    along_pad = around * PAD // ROUND * level  # elements
     radii = np.linspace(sizes.inner, sizes.outer, 2 * level + 1)
     angles = 2 * np.pi * np.arange(around * level) / (around * level)
     pad_radii = radii[level:]

@@ -347,8 +347,10 @@ class CountBounds(NamedTuple):
 def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountBounds:
     """Count the growing roots of one component at all values between two, by Gershgorin's discs.
 
-    The bases of `segments.bases` are tried one after the other until no root is doubtful; of each
-    number the best bound counts. rate: see `CountBounds`, 1/s.
+    Each basis of `segments.bases` gives bounds. They are tried one after the other until no root is
+    doubtful, and the tightest of each number is kept. Where M has columns of zeros, real matrices
+    have infinite roots: the inverses of the roots, which are finite, are tried first. rate: see
+    `CountBounds`, 1/s.
     """
     roots = 4 * terms.n  # at most: 2n roots, of complex matrices each may count as two
     best = CountBounds(least=0, most=roots, doubtful=roots)
@@ -362,10 +364,9 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
     if not terms.is_undamped:
         A, B = _first_order_form(M, C, K)
     pencils = [_Pencil(A, B)]
-    infinite = 0
+    infinite = 0  # a lower bound of the number of infinite roots, whose inverses are zero
     if terms.is_real and not M.pattern.any(axis=0).all():
         infinite = infinite_roots(A, B)
-        # the inverses of infinite roots are zero
         pencils.insert(0, _Pencil(B, A, of_inverses=True))
     with np.errstate(all="ignore"):
         for pencil, basis in _pencils_and_bases(pencils):

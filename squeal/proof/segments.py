@@ -155,14 +155,14 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
     right = Balls.exact(X)
     G0 = left @ (B.value @ right)
     R0 = left @ (A.value @ right)
-    stay_together = np.eye(n, dtype=bool)  # couplings that S0 and L keep
+    stay_together = np.eye(n, dtype=bool)  # entries that S0 and L keep, all others go to N
     for chain in basis.chains:
         stay_together[np.ix_(chain.members, chain.members)] = True
     S0 = Balls.exact(_structured(np.where(stay_together, R0.mid, 0.0), basis.mirror))
     S1 = Balls.exact(np.zeros((n, n)))
     # With G = G0 + d G1 + d^2 G2 and R = R0 + d R1 + d^2 R2: |G - 1| <= E, and, summed by orders,
     # R - G (S0 + d S1) = (R0 - G0 S0) + d (R1 - G1 S0 - G0 S1) + d^2 (R2 - G2 (S0 + d S1) - G1 S1),
-    # at most U. G2 below is the bound of d^2 G2
+    # at most U, which is summed term by term. G1 below are balls, G2 is the bound of d^2 G2
     E = Balls(G0.mid - np.eye(n), upper(G0.rad + EPS * magnitude(G0.mid), 2)).bound()
     U = R0.minus(G0 @ S0).bound()
     if half > 0.0:
