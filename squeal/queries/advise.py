@@ -221,19 +221,9 @@ def advise(
     unchanged = space.subject
     notes: list[str] = []
     if isinstance(unchanged, TermSystem):
-        from squeal.queries.systems.seat import notes_of_seat, seat_parameters  # no pad needs it
-        from squeal.queries.systems.system_analysis import file_of
-
-        file = file_of(subject)
-        values = dict(space.values)
-        # derivatives are taken with the contact at its seat (static contact solution) held, so that
-        # the effect of parameters that move the seat is not known
-        for name in seat_parameters(file):
-            values.pop(name, None)
-        space = replace(space, values=values)
-        notes = notes_of_seat(file)
+        space, notes = _without_seat_parameters(space, subject)
     steps = _steps(space, tolerances or {})
-    # two changes for each parameter, its lowered value and its raised one: computed all at once
+    # for each parameter its lowered value and then its raised one
     changes = []
     for name, step in steps.items():
         changes.append({name: space.values[name] - step})
@@ -259,6 +249,24 @@ def advise(
         warnings=warnings,
         notes=tuple(notes),
     )
+
+
+def _without_seat_parameters(
+    space: ParameterSpace, subject: object
+) -> tuple[ParameterSpace, list[str]]:
+    """The parameters of a system that do not move its contact, and notes that name the others.
+
+    The derivatives are taken with the contact held at its seat, the static contact solution. They
+    do not hold the effect of a parameter that moves the seat.
+    """
+    from squeal.queries.systems.seat import notes_of_seat, seat_parameters  # no pad needs it
+    from squeal.queries.systems.system_analysis import file_of
+
+    file = file_of(subject)
+    values = dict(space.values)
+    for name in seat_parameters(file):
+        values.pop(name, None)
+    return replace(space, values=values), notes_of_seat(file)
 
 
 def _effects(

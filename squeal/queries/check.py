@@ -171,6 +171,7 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     system = file_of(described).system.frozen()
     analysis = SystemAnalysis.of(described)
     file = analysis.file
+    # the real modes
     M, _, _ = system.at()
     reason = why_no_mass(M, ALL_ROWS)
     free = negative = None
@@ -182,8 +183,9 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         negative = int(np.sum(squares < -errors))
     vibrating = squares[squares > errors]
     hertz = (np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist()
-    if analysis.component_reduction is not None:  # modes above the cutoff are none
+    if analysis.component_reduction is not None:  # components were reduced to modes up to a cutoff
         hertz = [frequency for frequency in hertz if frequency <= file.assembly.cutoff]
+    # mass and size: of the nodes of a system, or of a pad
     mass = centre = size = None
     elements = len(file.coordinates.cells) if file.coordinates else 0
     if file.coordinates is not None and analysis.component_reduction is None:
@@ -193,7 +195,9 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         mass = pad.m
         centre = (pad.x0, pad.y0, 0.0)
         size = (2 * pad.w, 2 * pad.h, 0.0)
+    # hints: of units, and of motions that are free but for rounding
     largest_size = max(size) if size else None
+    # the digits of the entries tell these motions from free ones, a rounded assembly might not
     is_slow = (np.abs(squares) > errors) & (np.abs(squares) <= noise)
     clearly_vibrating = vibrating[vibrating > noise]
     lowest_hz = math.sqrt(clearly_vibrating[0]) / (2 * np.pi) if clearly_vibrating.size else None
@@ -252,16 +256,14 @@ def _real_modes(system: TermSystem, count: int) -> _RealModes:
     """The lowest real modes, of K x = omega^2 M x without friction and damping.
 
     All modes of a small system are computed, and of a larger one if most of them are wanted. Else
-    the lowest are computed by `_lowest_by_lanczos`. Modes so slow that rounding mixes them are
-    refined.
-
-    Up to `noise` a search takes a square for 0, so that it goes on to the next modes. Squares of up
-    to `CLEARLY` times `noise` are refined.
+    `_lowest_by_lanczos` computes the lowest ones, until `count` of them have a square omega^2 above
+    `noise`, which is what rounding may make of a zero square. Rounding mixes the shapes of modes
+    with squares up to `CLEARLY` times `noise`: `_slow_modes` refines these modes.
 
     Raises
     ------
     ComputationError
-        If they cannot be computed.
+        If the modes cannot be computed.
     """
     from scipy.sparse.linalg import ArpackError
 
@@ -355,11 +357,13 @@ def _all_real_modes(
 ) -> tuple[NDArray[np.float64], NDArray, float]:
     """All real modes of a small system, from the eigenvalues theta of M x = theta (K - shift M) x.
 
-    K x = square M x with square = shift + 1 / theta; a motion without mass has theta = 0, and
-    rounding leaves it below n EPS times the largest |theta|. The shift is below all squares, so
-    that K - shift M is positive definite and modes of a repeated square are independent of one
-    another. Where a motion without mass has a negative stiffness no shift does so, and both are
-    not promised.
+    K x = square M x then holds with square = shift + 1 / theta. A motion without mass has
+    theta = 0, which rounding leaves below n EPS times the largest |theta|.
+
+    `eigh` needs a positive definite K - shift M, as it is with a shift below all squares. It gives
+    independent shapes for a repeated square. Where a motion without mass has a negative stiffness
+    no shift makes K - shift M positive definite. `eig` then solves the same problem without its
+    symmetry; shapes of a repeated square may then depend on one another.
 
     square_of_scale: of the frequency scale, (rad/s)^2; K and M symmetric, (n, n).
 
@@ -377,9 +381,9 @@ def _all_real_modes(
         try:
             theta, vectors = eigh(M, K - shift * M)
             break
-        except LinAlgError:
+        except LinAlgError:  # K - shift M is not positive definite
             continue
-    else:
+    else:  # not with any shift
         values, vectors = np.linalg.eig(np.linalg.solve(K - shift * M, M))
         theta = values.real
     size = np.abs(theta)
@@ -425,7 +429,7 @@ def _hints_of_units(mass: float | None, size: float | None, lowest_hz: float | N
     times the size, 50 to 500 m/s, tells whether stiffness fits to mass. Limits are wider than both
     ranges, so that no sound model is blamed.
 
-    Arguments are None where they are not known; without a size neither density nor speed is judged.
+    An argument is None if it is not known; without a size neither density nor speed is judged.
     """
     hints = []
     metres_per_unit = 1.0
@@ -434,15 +438,18 @@ def _hints_of_units(mass: float | None, size: float | None, lowest_hz: float | N
             metres_per_unit = 1e-3
             hints.append(f"nodes {size:.4g} apart: looks like mm")
         density = mass / (size * metres_per_unit) ** 3
-        if density < 2.0:  # tonnes where kilograms are meant: a thousandth of 10 to 10,000
+        # tonnes in place of kilograms make the density a thousandth: 0.01 to 10 kg/m^3
+        if density < 2.0:
             hints.append(
                 f"a mass of {mass:.4g} in a box of {size:.4g}: looks like t, which goes with mm, N "
                 "and s; stiffnesses and factors are then in N/mm"
             )
-        elif density > 3e4:  # grams: a thousand times as much
+        elif density > 3e4:  # grams make it a thousand times larger: 1e4 to 1e7
             hints.append(f"a mass of {mass:.4g} in a box of {size:.4g}: looks like g")
     if lowest_hz is not None and size:
-        # limits are wide: a slender beam of a metre is slow without any error
+        # K in N/mm with M in kg makes K a thousandth, and frequencies lower by 1000^(1/2); K in N/m
+        # with M in t makes them higher by as much. The limits are wide: a slender beam of a metre
+        # is slow without any error
         speed = lowest_hz * size * metres_per_unit
         lowest = f"a lowest mode of {lowest_hz:.4g} Hz: looks like"
         if speed < SLOWEST:

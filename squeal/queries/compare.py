@@ -196,10 +196,11 @@ def compare(
         references = read_test(Path(reference), coordinates)
         title = str(reference)
     costs = pairing_costs(references, modes, tolerance)
+    # of each mode of the reference the computed modes that are equally near, as indices
     equally_near = _equally_near(costs.cost, most=_cost_of_tie(tolerance))
     rows = []
     ties = []  # in words
-    pairs = assigned_pairs(costs, references, modes, tolerance)
+    pairs = assigned_pairs(costs, references, modes, tolerance)  # as indices
     for i, j in pairs:
         mac_of_pair = None
         if not np.isnan(costs.mac[i, j]):
@@ -259,8 +260,8 @@ def assigned_pairs(
 ) -> list[tuple[int, int]]:
     """The pairs (i, j) of references[i] and modes[j] within the tolerance that cost least in sum.
 
-    A linear assignment problem. Of equally near pairs those in which both modes grow, or both
-    decay, are preferred: the others cost as much more as a tie may be wide.
+    A linear assignment problem. A pair of one growing and one decaying mode costs more by
+    `_cost_of_tie`, so that of equally near pairs one whose modes both grow or both decay is taken.
     """
     differs_in_growth = _counts_as_growing(references)[:, None] != _counts_as_growing(modes)
     cost = costs.cost + _cost_of_tie(tolerance) * differs_in_growth
@@ -354,7 +355,8 @@ def read_test(path: Path, coordinates: Coordinates | None) -> list[Mode]:
     _, lines = read_table(path, ("frequency_hz",))
     for here, line in lines:
         cells = {head: cell for head, cell in line.items() if head not in IGNORED}
-        # 1: the table of a test has no such column, and all of its lines are modes
+        # the table of a test has no column of imaginary parts: all of its lines are modes, and "1"
+        # stands for a positive imaginary part
         if number_in(cells.pop("imag [rad/s]", "1"), here / "imag") <= 0.0:
             continue
         damping = cells.pop(DAMPING, "")
@@ -366,7 +368,8 @@ def read_test(path: Path, coordinates: Coordinates | None) -> list[Mode]:
         ratio = None
         if damping.strip():
             ratio = number_in(damping, here / DAMPING)
-        shape = _read_shape(cells, here, entries, size)  # in the cells that are left
+        # all other columns, NODE:DOF, were left in `cells`
+        shape = _read_shape(cells, here, entries, size)
         modes[name] = Mode(name, frequency, ratio, shape)
     return list(modes.values())
 

@@ -87,7 +87,7 @@ def conditions(
     >>> [mode.propensity for mode in found.modes]
     [0.5]
     """
-    # high: any end that is allowed, since no threshold is searched
+    # no threshold is searched: `high`, the end of a range of friction, may be any allowed value
     space = ParameterSpace.of(subject, "conditions", high=1.0, quantity="growth")
     grid = _combinations(space, axes)
     if isinstance(subject, Scene):
@@ -102,7 +102,9 @@ def conditions(
 
     analysis = SystemAnalysis.of(subject, band, memory=memory, progress=progress)
     system = analysis.system
-    seated = analysis.file.assembly is not None  # contact is seated anew at each condition
+    # the static contact of an assembly is solved anew at each condition: no reduced system serves
+    # two conditions, and each parameter may have an effect
+    seated = analysis.file.assembly is not None
     if not seated:
         refuse_without_effect(analysis.file, axes, AT)
     reduction = None
@@ -191,7 +193,7 @@ def _system_condition(
         rounding = np.array([root.rounding for root in roots])
         return _solved(changes, roots, verdict_of_some(values, rounding))
     file = analysis.file.replaced(changes)
-    solution = known_roots(file, analysis.selection, is_judged=False)
+    solution = known_roots(file, analysis.selection, is_judged=False)  # without the referee
     # where the backward error of a root is too large for a verdict the referee may know better
     if not all(root.decides for root in solution.computed):
         solution = known_roots(file, analysis.selection)
@@ -206,8 +208,8 @@ def _solved(
     rows: list[ModeAtCondition] = []
     modes: list[Mode] = []
     for root in roots:
-        # of a pair the conjugate root (Im < 0) is left out. A real root, which has none, may have a
-        # negative imaginary part as small as its rounding
+        # taken: roots with Im > 0, and growing real roots, whose imaginary part may be below 0 by
+        # their rounding. Left out: the conjugate of a taken root, and decaying real roots
         grows = root.kind in GROWING and root.value.imag >= -root.rounding
         if not grows and root.value.imag <= 0.0:
             continue
@@ -277,8 +279,8 @@ def _united_modes(conditions: Sequence[Condition], links: Sequence[_Link]) -> li
     Links of least cost come first; a link that would give a condition two rows of one mode is left
     out. A mode without a link stands alone.
     """
-    # each mode at a condition leads to the united mode that it belongs to, one dictionary for all
-    # members: a link adds the second dictionary to the first, and leads its members there
+    # by each mode at one condition the united mode that has it. All members of a united mode share
+    # one dictionary: a link adds the second dictionary to the first, and its members get the first
     mode_of: dict[ModeIndex, UnitedMode] = {}
     for k, condition in enumerate(conditions):
         for row in range(len(condition.rows)):
