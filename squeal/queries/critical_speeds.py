@@ -37,7 +37,7 @@ FEW_ROWS = 100
 FEW_STEPS = 100  # where each costs much, as of more than `FEW_ROWS`
 SAMPLES = 9  # speeds at which a reduced system is exact
 WELL_DAMPED = 0.2  # damping ratio above which a peak needs no margin
-TINY = 1e-12
+TINY = 1e-12  # damping ratio of an undamped mode, so that 1 / (2 zeta) is finite
 SAME = 1e-9  # of the range: crossings no further apart are of modes of one frequency
 
 
@@ -225,10 +225,11 @@ class CriticalSpeeds(Answer):
         return one.speed / self.running - 1.0 if self.running else None
 
     def is_near(self, one: CriticalSpeed) -> bool:
-        """Whether the margin is less than API 617 (7th edition) requires of a peak of this damping:
-        17 % (1 - 1 / (AF - 1.5)) below the running speed, 10 % more above it, with the
-        amplification factor AF = 1 / (2 zeta); nothing of one below 2.5.
+        """Whether a critical speed lies nearer to the running speed than API 617 allows.
 
+        The 7th edition requires a margin of 17 % (1 - 1 / (AF - 1.5)) of a critical speed below the
+        running one, and 10 % more of one above it. AF = 1 / (2 zeta) is the amplification factor of
+        a peak of damping ratio zeta. Below AF = 2.5, which is zeta = 0.2, it requires no margin.
         Examples
         --------
         >>> import squeal
@@ -242,6 +243,7 @@ class CriticalSpeeds(Answer):
         margin = self.margin(one)
         if margin is None or one.damping_ratio > WELL_DAMPED:
             return False
+        # a mode that grows counts as undamped
         amplification = 1.0 / (2.0 * max(one.damping_ratio, TINY))
         required = 0.17 * (1.0 - 1.0 / (amplification - 1.5))
         if margin > 0.0:

@@ -299,11 +299,11 @@ def _parameter_range(
 
 
 def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
-    """Convert a cycle to SI units, and integrate and observe it over its period.
+    """Integrate and observe a cycle over its period, and return it in SI units.
 
     The cycle and its model are in natural units, the speed V of the surface among them.
 
-    scale: what the cycle's value of the parameter is multiplied by.
+    scale: the parameter in SI units over the value of the cycle.
     """
     model = shooting.model(cycle.value)
     units = shooting.units
@@ -311,11 +311,12 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     extrema.observe(cycle.segment)
     grid = Grid(cycle.segment, count=READINGS)
     friction, damping, square = _integrals(model, grid)
-    # ranges has a row (least, greatest) for each motion of the grid: here [0] is the only one
-    ranges = [grid.ranges(_coordinate(i))[0] for i in range(3)]
-    # to_si converts whole states of six: the zeros stand for the rates and are cut off again
+    # `grid.ranges` has a row (least, greatest) for each motion of a grid: [0] is the only one here
+    ranges = [grid.ranges(_coordinate(i))[0] for i in range(3)]  # of x, y and w theta
+    # `to_si` converts states of six: the three zeros stand for the rates, and are left out after it
     half_ranges = np.append(np.ptp(ranges, axis=1) / 2.0, np.zeros(3))
-    # the greatest is -inf where the face never touches, below zero where it only moves backwards
+    # speed of the face along the surface: -inf if it never touches, negative if it only moves
+    # against the surface while it touches
     _, fastest = grid.ranges(face_speed)[0]
     face = max(float(fastest), 0.0)
     return Orbit(
@@ -349,17 +350,19 @@ def _greatest_contact_force(law: ContactLaw, grid: Grid) -> float:
 
 
 def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
-    """Integrate a motion over time, in natural units.
+    """The work of friction on the pad, the energy that damping takes, and the integral of the
+    squared normal velocity, each over one motion, in natural units.
 
-    Returns the work of friction on the pad, the energy that damping takes, and the integral of the
-    squared normal velocity. Friction acts by the difference of the loads with and without friction
-    in the same state; its work is positive where it feeds the motion.
+    The forces of friction are the loads with friction less those without it in the same state.
+    Their work is positive if it feeds the motion.
     """
     c = model.c
-    # states (6, points, steps) hold w theta and its rate: `place` divides both by w
+    # grid.states (6, points, steps) are x, y, w theta and their rates, at some points in each time
+    # step; `place` divides w theta, or its rate, by w
     q = c.place(grid.states[:3])
     velocity = np.array(c.place(grid.states[3:]))
-    contact = grid.steps.on[:, None]  # the same at all points of a step
+    # (contacts, 1, steps): all points of a step have the same contact state
+    contact = grid.steps.on[:, None]
     c_at_speed = at_speed(np, c, model.pad.fall, velocity[0])  # mu falls with the sliding speed
     with_friction = net_loads(np, c_at_speed, model.law, q, contact)
     without_friction = net_loads(np, c._replace(mu=0.0), model.law, q, contact)
@@ -474,7 +477,9 @@ def cycles(
     # the simulation runs in natural units: `start` and `stop`, and the models that `model_at` makes
     units, _, start, stop = in_natural_units(scene)
     value = getattr(scene.pad, name)
-    scale = 1.0  # the continuation needs a parameter of the order of one, as mu and angles are
+    # the continuation needs a parameter of the order of one, as mu and angles are: its value is
+    # that of the scene over `scale`
+    scale = 1.0
     if name != "mu" and not PARAMETERS[name].angle:
         # a power of 2, so that value / scale * scale is the scene's own value to the last digit
         _, exponent = math.frexp(max(abs(low), abs(high)))
@@ -514,8 +519,8 @@ def cycles(
         below, end_below = shooting.branch(
             first, towards=-1.0, ends=scaled_range, longest_step=STEP, most=MOST
         )
-        end_above = end_below
-        if end_below != CLOSED_CURVE:  # else `below` holds the whole branch
+        end_above = end_below  # of a closed curve, which is followed once: `below` has all of it
+        if end_below != CLOSED_CURVE:
             above, end_above = shooting.branch(
                 first, towards=1.0, ends=scaled_range, longest_step=STEP, most=MOST
             )

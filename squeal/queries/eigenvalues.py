@@ -102,8 +102,8 @@ def eigenvalues(
 def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
     """Compute the eigenvalues about the sliding equilibrium of a scene, and the verdict on them.
 
-    With `prove` the referee judges the verdict. It takes the matrices as known to 12 digits, or
-    where rounding of the equilibrium leaves larger errors, up to these errors.
+    With `prove` the referee judges the roots and the verdict. It takes the entries of the matrices
+    as known to 12 digits, or less well where rounding of the equilibrium leaves larger errors.
     """
     analysis = analyse(scene)
     roots = tuple(analysis.spectrum.eigenvalues)
@@ -111,9 +111,10 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
     criterion = str(analysis.judgement) if verdict is not None else f"{OPEN}{analysis.doubt}"
     from squeal.queries.systems.proofs import Statement, refereed  # no other question needs it
 
-    if not prove:  # M is regular: all roots are known
+    if not prove:
+        # M is regular, so that there are 2n roots, and all of them were computed
         statement = Statement("counted", "count")
-    elif analysis.errors is None:
+    elif analysis.errors is None:  # nobody knows how precise the matrices are
         statement = Statement("open", by=None, reason=analysis.doubt)
     else:
         roots, (verdict, criterion), statement = refereed(
@@ -201,16 +202,16 @@ def _unstable_modes(scene: Scene, analysis: PadAnalysis) -> tuple[UnstableMode, 
     unstable = unstable_modes(lambda _: matrices, mu)  # without thresholds: no onsets
     if not unstable or mu == 0.0 or not analysis.on_branch:
         return unstable
-    # B3 has no path of equilibria: it is linear
     matrices_of_branch, path = branch_system(scene, mu)
     breakpoints: Sequence[float] = []
-    if path is not None:
+    if path is not None:  # B3 has none: it is linearised about the origin at any mu
         if path.mu_end < mu:  # the equilibrium lies beyond a fold
             return unstable
         breakpoints = path.breakpoints
 
     def on_branch(at: float) -> Matrices:
-        """M, C, K at a value of mu; at the scene's mu the matrices that were analysed."""
+        """M, C, K at a value of mu. At the scene's mu they are exactly the analysed ones, so that
+        the modes are the same."""
         return matrices if at == mu else matrices_of_branch(at)
 
     return unstable_modes(on_branch, mu, thresholds(on_branch, mu, breakpoints))

@@ -290,9 +290,10 @@ def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None)
             energy_of_mode = _energy_of_mode(group.terms, root)
             for i, term in enumerate(group.terms):
                 growth = energy_of_mode.growth_of_term(i)
-                key = f"term {i}"
-                slopes = (group.partial_slopes[key][k], group.slopes[key][k])
-                contributions.append(_contribution(mode, root, term, growth, *slopes))
+                # of root number k of the group, by the relative size of the term
+                partial_slope = group.partial_slopes[f"term {i}"][k]
+                slope = group.slopes[f"term {i}"][k]
+                contributions.append(_contribution(mode, root, term, growth, partial_slope, slope))
             for name, rows in _rows_of_parts(found, parts, root.right.size).items():
                 part_shares.append(energy_of_mode.share_of(mode, name, rows, group.terms))
     return Energy(found.name, tuple(contributions), tuple(part_shares))
@@ -323,15 +324,17 @@ class _GroupOfRoots(NamedTuple):
 
 
 def _groups_of_roots(found: Eigenvalues, roots: Sequence[NumberedRoot]) -> Iterator[_GroupOfRoots]:
-    """All roots with their terms in one group.
+    """Group the roots by their matrices, and give each group the terms of its matrices.
 
-    Where matrices follow the frequency each root is a group, with the matrices at its frequency.
+    All roots have the same matrices, unless some matrix follows the frequency: then each root is a
+    group, with the matrices at its frequency.
     """
     source = found.source
     if isinstance(source, PadSource):
         assert source.analysis is not None
         terms = pad_terms(source.scene.replace(mu=found.value), source.analysis)
         slopes = _slopes_of(terms, [root for _, root in roots], {})
+        # no matrix follows the frequency: the partial derivatives are the whole ones
         yield _GroupOfRoots(roots, terms, slopes, slopes)
         return
     assert source is not None
@@ -340,7 +343,7 @@ def _groups_of_roots(found: Eigenvalues, roots: Sequence[NumberedRoot]) -> Itera
     if system.follows:
         groups = [[root] for root in roots]
     for group in groups:
-        # without matrices that follow the frequency they are the same at any omega
+        # where matrices follow the frequency this is that of the only root; else any value serves
         omega = max((root.value.imag for _, root in group), default=None)
         frozen = system.frozen(omega)
         terms = named_terms(frozen, source.file)
@@ -393,7 +396,8 @@ def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
         # K4, structural damping, counts as K: the first letter of a key names the part
         origins_of_part = [origin for origin in origins if origin.part[0] == part]
         for k, term in enumerate(terms):
-            # the terms of files come first; the others are damping that the system file adds
+            # the first terms of a part are those of files, in the order of the origins; a later
+            # term is damping that the system file adds, and has no origin
             origin = origins_of_part[k] if k < len(origins_of_part) else None
             factor = term.factor.value(parameters)
             name = _name_of(term, origin, bool(origins))
@@ -424,6 +428,9 @@ def _name_of(term: Term, origin: Origin | None, from_files: bool) -> str:
 def _role_of(part: str, term: Term, changes_without_friction: bool) -> str:
     """What a term does, by its part, its symmetry and whether its factor depends on friction.
 
+    Of C: skew terms are gyroscopic, all others damping, of friction or not. Of K: friction first,
+    then unsymmetric terms are circulatory, symmetric ones with a loss factor damping, the remaining
+    ones stiffness. Of M: mass, if symmetric.
     changes_without_friction: whether the factor depends on the parameter that `frictionless` sets
     to zero: mu, or the free parameter of a system without mu, which may be a speed.
     """

@@ -151,8 +151,9 @@ def _verdict_and_growth(
     from squeal.sparse.first_look import FirstLook
 
     system, selection, reduction = common
-    # how far each root of a first look may lie off, 1/s; of other roots rounding alone counts. NaN
-    # for roots that clearly decay, of which `fmax` takes the rounding
+    # how far each root (m,) of a first look may lie off, 1/s, NaN if it clearly decays: `fmax`
+    # passes over NaN and leaves its rounding. Of other roots rounding alone counts, and one zero
+    # stands for all
     errors = np.zeros(1)
     if isinstance(reduction, FirstLook):
         estimate = reduction.estimate(at, deciding=True)

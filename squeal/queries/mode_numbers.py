@@ -75,7 +75,8 @@ def assign_mode_numbers(
     losses_by_number = []
     for loss in losses:
         modes = sorted(number_of[path] for path in loss.modes if path in number_of)
-        # two modes that meet are lost; if no step has the path of one, the other is not in doubt
+        # at a meeting each mode is in doubt as it may be the other one. If no step has the path of
+        # one of them, the other mode cannot be taken for it: nothing is lost
         fewest = 2 if loss.kind == "meet" else 1
         if len(modes) >= fewest:
             losses_by_number.append(loss._replace(modes=tuple(modes)))

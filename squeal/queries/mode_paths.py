@@ -33,11 +33,11 @@ class Paths:
     values : array (n,)
         The rising values of the parameter.
     known : dict of float to dict of int to complex
-        At each value the roots (rad/s) by mode, real ones among them.
+        By value and mode the root (rad/s), also of modes that do not vibrate.
     whole : dict of int to array (n,)
-        The roots of each mode that vibrates (Im > 0), NaN at values where they are not known.
+        By mode that vibrates (Im > 0) its root at each value, NaN where that is not known.
     at, roots : dict of int to array (m,)
-        Of these modes the values at which the root is known, and the roots there.
+        By mode that vibrates the values at which its root is known, and its roots there.
     own_value : float or None
         The subject's own value of the parameter, None if the sweep does not reach it.
     growing : list of int
@@ -49,13 +49,14 @@ class Paths:
     def __init__(self, sweep: Sweep) -> None:
         self.values = values = np.array([step.value for step in sweep.steps])
         whole: dict[int, NDArray[np.complex128]] = {}
-        of_step: list[dict[int, complex]] = []  # roots by modes of the sweep
+        of_step: list[dict[int, complex]] = []  # of each step the roots by the mode numbers there
         for k, step in enumerate(sweep.steps):
             of_step.append({mode: root.value for mode, root in step.root_of_mode().items()})
             for number, root in of_step[k].items():
                 if root.imag > 0.0:
                     path = whole.setdefault(number, np.full(len(values), np.nan, dtype=complex))
                     path[k] = root
+        # a mode that ended and went on under another number has the lower number from here on
         lower = _join(whole, sweep.losses)
         self.known: dict[float, dict[int, complex]] = {}
         for value, roots in zip(values.tolist(), of_step, strict=True):
@@ -124,12 +125,15 @@ class Paths:
     def numbered(self, spectrum: Eigenvalues) -> Eigenvalues:
         """Eigenvalues whose modes have the numbers of the sweep, by the roots at the same value.
 
-        Modes that the sweep does not have there, to `NEAR`, get the next numbers.
+        Each mode is assigned a root of the sweep, so that the sum of their distances is least. A
+        mode that is farther than `NEAR` from its root, or has none, gets the next free number.
         """
+        # the modes of the spectrum by their numbers of rising frequency, with one root of each
         by_frequency = mode_numbers(spectrum.values)
         no_residuals = np.zeros(len(by_frequency))
         own = Step(spectrum.value, spectrum.values, no_residuals, None, modes=by_frequency)
         roots = {mode: root.value for mode, root in own.root_of_mode().items()}
+        # the modes of the sweep at this value, and their roots
         known = self.known.get(spectrum.value, {})
         modes = list(known)
         values = np.array(list(roots.values()), dtype=complex)
@@ -139,7 +143,8 @@ class Paths:
         nearest = np.full(len(roots), -1)  # of each root the index of a known one, -1 for none
         if known:
             nearest = assigned(distances)
-        number_of = {0: 0}  # by the number by rising frequency; 0 is a root without a mode
+        # from numbers by rising frequency to those of the sweep; 0 is a root without a mode
+        number_of = {0: 0}
         following = itertools.count(1 + max(itertools.chain(*self.known.values()), default=0))
         for mode, row, k in zip(roots, distances, nearest.tolist(), strict=True):
             is_known = k >= 0 and row[k] <= NEAR
@@ -167,17 +172,22 @@ class Paths:
     def _partners(self, mode: int, is_speed: bool) -> list[int]:
         """The modes that `mode` has met up to the value of `_where_growing`, the nearest first.
 
-        Two modes that meet feed each other: from the first value that has both on, their
-        frequencies come together, and the growth rate of the partner falls as that of `mode` rises.
-        Over friction they may be together from there on, as the two modes of a disc: no farther
-        from each other than their growth rates. Over a speed (`is_speed`) two that begin so near as
-        `TWINS` are a forward and a backward whirl, of which one grows alone.
+        Modes that meet exchange energy. Both hold of a partner, from the first value that has both
+        modes to that of `_where_growing`: the frequencies come together, to `NEARER` times their
+        first distance; and the growth rate of the partner falls while that of `mode` rises.
+
+        Over friction two modes may be together from the first value on, as those of a disc: a
+        distance of the frequencies below that of the growth rates serves too. Over a speed
+        (`is_speed`) modes that begin as near as `TWINS` are no partners: they are the forward and
+        the backward whirl of one shape, of which one grows alone.
         """
         leading = self.whole[mode]
         k = self._where_growing(mode)
         distances: dict[int, float] = {}
         for other, following in self.whole.items():
-            gaps = leading - following  # imaginary part: of frequencies, real part: of growth rates
+            # (n,), rad/s: imaginary parts are differences of frequencies, real parts those of
+            # growth rates
+            gaps = leading - following
             if other == mode or np.isnan(gaps[k]):
                 continue
             first = int(np.argmax(np.isfinite(gaps)))  # the first value that has both
@@ -206,11 +216,11 @@ def is_growing(
 
 
 def _join(whole: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> dict[int, int]:
-    """Join each path that ends at a meeting with the one of nearest frequency that begins behind
-    it. `whole` is changed in place.
+    """Join each path that ends with the path of nearest frequency that begins in the same interval.
 
-    A joined path has the lower of both numbers, which is that of the value where modes are
-    numbered. Returns this number by the higher one.
+    whole: the path (n,) of each mode that vibrates, by its number. It is changed in place: a joined
+    path has the lower of both numbers, and the higher one is removed. The lower one belongs to the
+    value at which the modes of the sweep are numbered. Returns the lower number by the higher one.
     """
     lower: dict[int, int] = {}
     for loss in sorted(losses):
@@ -220,13 +230,15 @@ def _join(whole: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> d
         for other in losses:
             if other.kind == "end" and other.low <= loss.low <= other.high:
                 ended += [lower.get(mode, mode) for mode in other.modes]
-        ended = [mode for mode in ended if mode in whole]  # `whole` has those that vibrate
+        # of both the modes that vibrate
+        ended = [mode for mode in ended if mode in whole]
         begun = [mode for mode in loss.modes if mode in whole]
         if not ended or not begun:
             continue
         # frequencies (rad/s) at which paths end, and at which others begin
         last = [_known_roots(whole[mode])[-1].imag for mode in ended]
         first = [_known_roots(whole[mode])[0].imag for mode in begun]
+        # for each path that begins the index of a path that ended, -1 for none
         nearest = assigned(np.abs(np.subtract.outer(first, last))).tolist()
         for mode, omega, k in zip(begun, first, nearest, strict=True):
             if k >= 0 and abs(omega - last[k]) <= NEAREST * omega:

@@ -263,10 +263,10 @@ class _Search:
     def minimise_from(self, start: Array) -> _Evaluation:
         """Minimise the largest growth rate from q = start, and return the best evaluation.
 
-        The largest of several rates has kinks where the leading root changes. So the limit t is
-        minimised under the constraints t >= g_i(q) of all leading roots, which are smooth, by
-        sequential quadratic programming. The unknowns v = (q, t) hold t in units of the steepest
-        slope at the start, so that all of them are about one.
+        The largest of several growth rates g_i(q) has kinks where the leading root changes. So the
+        limit t is minimised instead, by sequential quadratic programming, under the constraints
+        t >= g_i(q) of all leading roots, which are smooth. The unknowns are v = (q, t / unit). The
+        unit is the steepest slope at the start (1/s), so that all unknowns are of the order of one.
         """
         from scipy.optimize import minimize
 
@@ -278,7 +278,7 @@ class _Search:
         unit = float(steepest) or 1.0
 
         def slack(v: Array) -> Array:
-            """t - g_i(q) (LEADING,), which must not be negative; 1 where fewer roots exist."""
+            """(t - g_i(q)) / unit (LEADING,), to be 0 or more; 1 beyond the last root."""
             rates = self.evaluate(v[:-1]).rates
             distances = np.ones(LEADING)
             distances[: len(rates)] = v[-1] - rates / unit
@@ -293,7 +293,7 @@ class _Search:
             return slope
 
         def limit(v: Array) -> float:
-            """t, which is minimised."""
+            """t / unit, which is minimised."""
             return float(v[-1])
 
         slope_of_limit = np.append(np.zeros(len(start)), 1.0)
@@ -309,10 +309,11 @@ class _Search:
                 constraints={"type": "ineq", "fun": slack, "jac": slack_slope},
                 options={"maxiter": 40, "ftol": 1e-8},
             )
-            # `best` stands for the start, which an earlier search may have evaluated
+            # the evaluation of the start may be one of an earlier search, before number `first`:
+            # `best` holds it
             best = min([best, *self.evaluations[first:]], key=attrgetter("largest"))
             q = best.q
-            # less is gained than along the steepest slope by a step of 1e-6 in q
+            # the run gained less than a step of 1e-6 in q does along the steepest slope
             if best.largest > before - 1e-6 * unit:
                 break
         return best

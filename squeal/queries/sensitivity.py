@@ -14,11 +14,7 @@ from squeal.queries.pads.sensitivity import loss_sensitivity, pad_root_sensitivi
 from squeal.queries.thresholds import critical_friction, system_thresholds_with_proof
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
-from squeal.results.sources import (
-    PadSource,
-    SystemSource,
-    refuse_other_subject,
-)
+from squeal.results.sources import PadSource, SystemSource, refuse_other_subject
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Place, Positive, kind_of, public
 

@@ -79,23 +79,25 @@ def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLin
     matrices = linearise(model, np.array(q), state)
     try:
         enclosed = enclosed_equilibrium(model, q, state)
-    except ImportError:
+    except ImportError:  # the balls need python-flint
         is_doubtful = _hangs_on_rounding(model, np.array(q), state, matrices)
         doubt = Doubt.ROUNDING if is_doubtful else Doubt.NO_BALLS
         return KnownLinearisation(matrices, doubt=doubt)
     if enclosed is None:
         return KnownLinearisation(matrices, doubt=Doubt.NOT_ENCLOSED)
     K = enclosed.K
+    # the damping that the model has been given, with what falling friction adds to it
     C = Balls.exact(np.zeros((3, 3)) if model.damping is None else np.array(model.damping))
     if not enclosed.C.is_zero:  # friction falls with speed, which damps x' alone
         summed = C.plus(enclosed.C)
-        # the sum rounds each entry: those to which a zero is added are known without error
+        # a sum of balls widens each entry by a rounding: those to which a zero is added stay exact
         C = Balls(summed.mid, summed.rad * (enclosed.C.mid != 0.0))
     C_error = _farthest(matrices.C, C)
     K_error = _farthest(matrices.K, K)
     has_digits = is_known(C.mid, C_error) and is_known(K.mid, K_error)
     if enclosed.state == state and has_digits:
         return KnownLinearisation(matrices, (C_error, K_error))
+    # the matrices about the enclosed equilibrium, and the radii of their balls
     return KnownLinearisation(Linearisation(matrices.M, C.mid, K.mid), (C.rad, K.rad), enclosed)
 
 
@@ -120,12 +122,14 @@ def _hangs_on_rounding(
     """Whether rounding of an equilibrium q (3,) may change the verdict on the matrices about it."""
     M, C, K = matrices
     mass_root = np.sqrt(np.outer(np.diag(M), np.diag(M)))  # M^-1/2 K M^-1/2 is K / mass_root
-    error = np.zeros((1, 3, 3))  # of the mass-normalised stiffness, in SI units
+    # of the mass-normalised stiffness, in SI units; this and what follows are of a stack of one pad
+    error = np.zeros((1, 3, 3))
     if not model.linear:
         statics = Statics.of(dataclasses.replace(model, damping=None))
         units = statics.units
-        natural = q / units.length * (1.0, 1.0, units.lever)  # x, y and w theta
-        z = np.array([*natural, model.pad.mu])[:, None]  # (4, 1), of a stack of one pad
+        # x, y and w theta in natural units, in which w is `lever`, and mu
+        natural = q / units.length * (1.0, 1.0, units.lever)
+        z = np.array([*natural, model.pad.mu])[:, None]  # (4, 1)
         of_entries = statics.stiffness_error(z, 1.0 * np.array(state)[:, None])
         error = normalised(statics.model.pad, of_entries) / units.time**2
     B = (C / mass_root)[None] if C.any() else None

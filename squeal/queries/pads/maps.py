@@ -374,6 +374,7 @@ def threshold_curves(
     # 1 at stable points, 0 at others: the level 0.5 passes halfway between two neighbours
     field = np.ma.masked_array(1.0 * stable, ~decided)
     traced: Any = contour_generator(z=field, corner_mask=False).lines(0.5)
+    # (2, points) each: the ends of the line between two neighbours on which each traced point lies
     shares_stable, shares_other = _ends_across(traced, stable)
     for _ in range(HALVINGS):  # bisection of all lines between neighbours at once
         middle = (shares_stable + shares_other) / 2
@@ -382,7 +383,8 @@ def threshold_curves(
         shares_stable[:, is_stable] = middle[:, is_stable]
         shares_other[:, ~is_stable] = middle[:, ~is_stable]
     points = _values_at(axes, shares_stable)
-    before = codes_at(scene, names, points)  # on the stable side of the curve
+    # verdicts on both sides of the curve: what is lost is told by the difference
+    before = codes_at(scene, names, points)
     behind = codes_at(scene, names, _values_at(axes, shares_other))
     kinds = np.where(behind.codes == VERDICTS.index("divergence"), "divergence", "flutter")
     kinds[before.contact != behind.contact] = "contact"
@@ -391,6 +393,7 @@ def threshold_curves(
     equilibria, _ = stack.at_mu()
     A, B = stack.matrices(np.arange(stack.n), equilibria)
     hertz = np.where(kinds == "flutter", stack.frequency_at_onset(A, B), 0.0)
+    # `_ends_across` has put the points of all lines in one row: cut it into the lines again
     curves = []
     ends_of_lines = np.cumsum([len(line) for line in traced])
     numbers_of_lines = np.split(np.arange(points.shape[1]), ends_of_lines[:-1])

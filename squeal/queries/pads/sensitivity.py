@@ -81,16 +81,16 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
     def load_slopes(at: np.ndarray, dq: np.ndarray, speed: complex | None = None) -> np.ndarray:
         """d loads / dp (3,) of the pad at the position `at` (3,), which moves by dq (3,) per p.
 
-        speed: of the pad along the surface, at which friction is taken; it is at rest if left out.
+        speed: velocity of the pad along the surface, which friction may depend on; 0 if left out.
         """
         c_at_speed = c if speed is None else at_speed(dual, c, pad.fall, speed)
         loads = net_loads(dual, c_at_speed, model.law, _moving(at, dq), state)
-        # `complex_step` calls with several positions at once, `at` (3, k): a slope that does not
-        # depend on the position is repeated for each of them
+        # `complex_step` calls this with k positions at once, `at` (3, k): the sum repeats a slope
+        # that does not depend on the position for each of them
         slopes = [dual.dual(load).slope + 0.0 * at[0] for load in loads]
         return np.array(np.broadcast_arrays(*slopes))
 
-    loads = load_slopes(q, np.zeros(3))  # held
+    loads = load_slopes(q, np.zeros(3))  # of the pad held at q
     dq = np.zeros(3)
     if not model.linear:
         try:
@@ -100,8 +100,8 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
     dM = np.diag([float(dual.dual(mass).slope) for mass in (c.m, c.m, c.I)])
     gaps = model.law.gaps(c, pose(dual, _moving(q, dq)))
     dC = np.zeros((3, 3))
-    # where friction falls with the sliding speed the first column of C is -d loads / d x_dot.
-    # Damping that the scene names is added in `_changes`
+    # where friction falls with the sliding speed the loads depend on x_dot, and C = -d loads / d
+    # (x_dot, y_dot, theta_dot) has a first column. `_changes` adds the damping that the scene names
     if pad.fall is not None:
         dC[:, :1] = -complex_step(lambda x_dot: load_slopes(q, dq, x_dot[0]), np.zeros(1))
     dK = -complex_step(lambda at: load_slopes(at, dq), q)
@@ -196,12 +196,14 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
         contact_changes = []
     else:
         path = Path.of(scene.pad_model, point.mu * (1 + 1e-6))  # a little beyond the threshold
-        # the threshold may be a fold: located anew, the end of the branch may lie below it
+        # a threshold at a fold is the end of the branch, which this path may locate a rounding
+        # lower: a path has no equilibria beyond its end
         z, state = path.at(min(point.mu, path.mu_end))
         q = path.statics.to_si(z)
         contact_changes = path.breakpoints
     changes = _changes(scene, model, q, state)
-    # a threshold that lies at a change of contact, to rounding
+    # by the kind of threshold: a change of contact, a fold, or a root on the imaginary axis. The
+    # first is told by its place, to rounding
     if any(abs(mu - point.mu) <= 1e-12 * point.mu for mu in contact_changes):
         changing = int(np.argmin(np.abs(model.gaps(q))))  # the gap that closes or opens
         return _without_frequency({name: by.gaps[changing] for name, by in changes.items()})
@@ -210,7 +212,8 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
     unit = np.sqrt(np.outer(inverse_masses, inverse_masses))  # M^-1/2 K M^-1/2 is K * unit
     matrices = M * unit, (C + damping_matrix(scene)) * unit, K * unit
     if point.kind == "fold":
-        # y^H M^-1/2 K M^-1/2 = 0: the row y^H M^-1/2 is orthogonal to the columns of K
+        # the left vector y of the singular matrix has y^H M^-1/2 K M^-1/2 = 0, so that the row
+        # y^H M^-1/2 is the left singular vector of K
         left = np.sqrt(inverse_masses) * Singular.of(matrices, 0j).left.conj()
         return _without_frequency({name: left @ by.loads for name, by in changes.items()})
     scaled = {}

@@ -263,17 +263,17 @@ class PadStack:
     def at_mu(self) -> tuple[Equilibria, np.ndarray]:
         """Compute the equilibria of the n pads, each at its own friction.
 
-        A pad has none where the branch from mu = 0 ends below its friction, or nothing touches. The
-        second array (n,) of bool says where it is unknown whether a pad has one: where the branch
-        could not be continued, and where rounding hides the contact forces. A linear model is
-        linearised about the origin in any case.
+        A pad has no equilibrium where the branch from mu = 0 ends below its friction, or where
+        nothing touches. The second array (n,) of bool says where it is unknown whether a pad has an
+        equilibrium: where the branch could not be continued, and where rounding hides the contact
+        forces. A linear model counts the origin as an equilibrium of each pad.
         """
         origin = self.origin(self.mu)
         if self.linear:
             return origin, np.zeros(self.n, dtype=bool)
         branches = self.branches(self.mu)
         interrupted = branches.end == BranchEnd.INTERRUPTED
-        if not branches.owner.size:  # no pad has an equilibrium without friction
+        if not branches.owner.size:  # no branch: no pad has an equilibrium without friction
             return origin._replace(exists=self.without_friction.exists), interrupted
         at_mu = branches.at(np.arange(self.n), self.mu)
         hidden = at_mu.exists & self.statics.unresolved(at_mu.z)  # by rounding
@@ -465,11 +465,10 @@ class PadStack:
         losing, index = np.unique(pad[unstable], return_index=True)
         first = unstable[index]
         first_unstable = grid.mu[first]
-        # the point before it, which may lie in the interval before. The first point of a pad, at
-        # mu = 0, has none: if that is unstable the value is replaced below
+        # the stable point before it, on the same branch, maybe in the interval before
         last_stable = grid.mu[np.maximum(first - 1, 0)]
-        # a pad that is unstable at mu = 0, or from a change of contact on, loses stability at this
-        # very value: nothing is to be bisected
+        # nothing is to be bisected where a pad is unstable at mu = 0, its first point, or from a
+        # change of contact on: stability is lost at this very value
         begins_at_change = intervals.begins_at_change[grid.interval[first]]
         is_first_of_interval = grid.number[first] == 0
         is_known = is_first_of_interval & ((first_unstable == 0.0) | begins_at_change)
@@ -532,9 +531,9 @@ class PadStack:
         codes = verdicts(A, B)
         frequencies = self.frequency_at_onset(A, B)
         for i, pad in enumerate(losing):
-            # without an equilibrium bisection led to the end of the branch, which has its kind. A
-            # stable verdict differs from that of the bisection by rounding alone, which depends on
-            # the other cases of the array
+            # two losses keep the kind of the end of the branch. Where there is no equilibrium at mu
+            # the bisection led to this end. Where the verdict is stable, the bisection had another
+            # one by rounding alone, which depends on the other cases of the array
             if not equilibria.exists[i] or codes[i] in STABLE_OR_MARGINAL:
                 continue
             kinds[pad] = VERDICTS[codes[i]]
@@ -555,9 +554,10 @@ class PadStack:
     ) -> None:
         """Search for instability between stable points of a grid, where a margin nearly vanishes.
 
-        A margin that is lower at a point than at both neighbours has its minimum between the
-        neighbours, which golden section searches. If the search meets an unstable case the point of
-        the grid is moved there: `grid.mu` and `stability.no_unstable_mode` are changed in place.
+        Of a margin that is lower at a point than at both neighbours the minimum lies between the
+        neighbours, where golden section searches it. If the search meets an unstable case the point
+        of the grid is moved there, and marked as unstable: `grid.mu` and
+        `stability.no_unstable_mode` are changed in place.
 
         which: the margin, 0 of pairs and 1 of real roots.
         """
@@ -574,7 +574,7 @@ class PadStack:
         # m'' = before - 2 here + after, so that its minimum is m(0) - m'(0)^2 / (2 m'')
         with np.errstate(all="ignore"):
             minimum = here - (after - before) ** 2 / (8 * (before - 2 * here + after))
-        # far from vanishing is a minimum above half of the margin at the point
+        # a minimum above half of the margin at the point is far from vanishing
         is_low = (here < before) & (here < after) & (minimum < here / 2)
         same_interval = (interval[i - 1] == interval[i]) & (interval[i] == interval[i + 1])
         all_stable = stable[i - 1] & stable[i] & stable[i + 1]
@@ -594,8 +594,9 @@ class PadStack:
             keep_left = at_left <= at_right
             low = np.where(keep_left, low, left)
             high = np.where(keep_left, right, high)
-        # of both inner points golden section keeps the one of lower margin for the next pass: if an
-        # unstable case was met, one of the last two points is unstable
+        # golden section keeps the inner point of lower margin inside the interval, and this is one
+        # of the two inner points of the next pass. An unstable case, once met, is therefore one of
+        # the last two: the left one if `keep_left`
         unstable = np.minimum(at_left, at_right) == -np.inf
         mu[j[unstable]] = np.where(keep_left, left, right)[unstable]
         stable[j[unstable]] = False

@@ -340,13 +340,12 @@ def _as_proved(
         elif data.is_half_ulp and only_verdict is not None:
             verdict = only_verdict
             criterion = f"{only_verdict}, which is proved although rounding hides it"
-        elif any(piece.side == "free" for piece in proof.pieces):
-            # a rigid-body motion: its roots are zero within what the data allow
-            status = "open"
-            reason = FREE
         else:
             status = "open"
             reason = criterion.removeprefix(OPEN)
+            # a rigid-body motion: its roots are zero within what the data allow
+            if any(piece.side == "free" for piece in proof.pieces):
+                reason = FREE
     known = with_matches(roots, proof.matches)
     growth = proof.growth_below if proof.growth_below < math.inf else None
     statement = Statement(status, proof.by, growth, proof.data, reason, as_complex(proof.where))

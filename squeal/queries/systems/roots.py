@@ -138,10 +138,10 @@ class SystemRoots:
         Where the referee did not judge, the count must agree and each root solve the equations.
         """
         if self.doubts:
-            reason = "; ".join(self.doubts)
-            if self.judged_by is None:
-                return Statement("open", "count", reason=reason)
-            return Statement("open", self.judged_by.by, reason=reason)
+            by: str | None = "count"
+            if self.judged_by is not None:
+                by = self.judged_by.by
+            return Statement("open", by, reason="; ".join(self.doubts))
         if self.judged_by is not None:
             return self.judged_by
         if self.count is None:

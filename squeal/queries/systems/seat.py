@@ -105,16 +105,13 @@ def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
     note = seat_note(file)
     if not note:
         return answer
-    doubts = []
-    for crossing in answer.crossings:
-        doubt = doubt_of_seat(file, crossing.mu)
-        if doubt:
-            doubts.append(doubt)
+    at_crossings = [doubt_of_seat(file, crossing.mu) for crossing in answer.crossings]
+    doubts = list(filter(None, at_crossings))
     if not doubts:
         for value in np.linspace(answer.low, answer.high, SEATED).tolist():
             doubt = doubt_of_seat(file, value)
             if doubt:
-                doubts.append(doubt)
+                doubts = [doubt]
                 break
     noted = replace(answer, seat=(note, *doubts))
     return with_doubts(noted, doubts) if doubts else noted
