@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 from operator import attrgetter
 from typing import Any
 
@@ -298,6 +298,16 @@ def _parameter_range(
     return name, low, high
 
 
+def _scale_of(name: str, low: float, high: float) -> float:
+    """What a parameter of this range is divided by for the continuation, which needs a value of the
+    order of one: 1 for mu and angles, which have such values."""
+    if name == "mu" or PARAMETERS[name].angle:
+        return 1.0
+    # a power of 2, so that value / scale * scale is the scene's own value to the last digit
+    _, exponent = math.frexp(max(abs(low), abs(high)))
+    return math.ldexp(1.0, exponent)
+
+
 def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     """Integrate and observe a cycle over its period, and return it in SI units.
 
@@ -477,13 +487,7 @@ def cycles(
     # the simulation runs in natural units: `start` and `stop`, and the models that `model_at` makes
     units, _, start, stop = in_natural_units(scene)
     value = getattr(scene.pad, name)
-    # the continuation needs a parameter of the order of one, as mu and angles are: its value is
-    # that of the scene over `scale`
-    scale = 1.0
-    if name != "mu" and not PARAMETERS[name].angle:
-        # a power of 2, so that value / scale * scale is the scene's own value to the last digit
-        _, exponent = math.frexp(max(abs(low), abs(high)))
-        scale = math.ldexp(1.0, exponent)
+    scale = _scale_of(name, low, high)  # of the parameter in the continuation
 
     @lru_cache(maxsize=8)
     def model_at(scaled: float) -> PadModel:
@@ -515,15 +519,13 @@ def cycles(
     end_below = end_above = ""
     values_of_sliding = {value}
     if over:
-        scaled_range = (low / scale, high / scale)
-        below, end_below = shooting.branch(
-            first, towards=-1.0, ends=scaled_range, longest_step=STEP, most=MOST
+        follow = partial(
+            shooting.branch, first, ends=(low / scale, high / scale), longest_step=STEP, most=MOST
         )
+        below, end_below = follow(towards=-1.0)
         end_above = end_below  # of a closed curve, which is followed once: `below` has all of it
         if end_below != CLOSED_CURVE:
-            above, end_above = shooting.branch(
-                first, towards=1.0, ends=scaled_range, longest_step=STEP, most=MOST
-            )
+            above, end_above = follow(towards=1.0)
         values_of_sliding |= set(np.linspace(low, high, SLIDING).tolist())
     branch = (*reversed(below), first, *above)
     sliding = tuple((at, verdict_at(at)) for at in sorted(values_of_sliding))
