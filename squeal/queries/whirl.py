@@ -44,7 +44,7 @@ def whirl_direction(
     speed: float,
     root: complex,
     shape: NDArray,
-    basis: NDArray | None = None,
+    basis: NDArray | None,
 ) -> str | None:
     """The direction of a whirl of a rotor at a speed: forward, backward, mixed where its parts
     differ, or straight where no orbit is round; None where nothing tells.
@@ -65,17 +65,18 @@ def whirl_direction(
         The root, Im > 0, rad/s.
     shape : array (n,)
         Its shape in the rows of `system`.
-    basis : array (rows, n), optional
-        What gives the rows of the rotor from those of `system`; left out, they are the same.
+    basis : array (rows, n) or None
+        What gives the rows of the rotor from those of `system`; None: they are the same.
     """
     coordinates = coordinates_of(file)
     if coordinates is not None:
         rows = shape if basis is None else basis @ shape
         orbits = _by_orbits(coordinates, file.system, speed, rows)
-        # mixed and straight orbits are that whichever way the shaft turns
+        # orbits are mixed or straight whichever way the shaft turns. They are forward or backward
+        # if a term has told which way it turns (the sense is not 0)
         if orbits.direction in (MIXED, STRAIGHT) or (orbits.direction and orbits.sense):
             return orbits.direction
-        # the term tells better than a convention which way the shaft turns
+        # else that way was assumed, or no orbit is known: a term that sees the shape decides
         return _by_term(system, speed, root, shape, orbits.direction)
     return _by_term(system, speed, root, shape)
 
@@ -84,8 +85,13 @@ def _by_term(
     system: TermSystem, speed: float, root: complex, shape: NDArray, of_orbits: str | None = None
 ) -> str | None:
     """The direction of a shape by the first term that turns with the shaft and sees the shape,
-    summed over all discs; where no term tells, `of_orbits`, the direction of its orbits."""
+    summed over all discs.
+
+    of_orbits: the direction of its orbits, if known. It is returned where no term sees the shape,
+    and in place of mixed and straight.
+    """
     M, _, K = system.arrays({system.parameter: speed})
+    # the larger one of twice the kinetic and twice the potential energy
     inertia = abs(root) ** 2 * abs(np.vdot(shape, M @ shape))
     energy = max(inertia, abs(np.vdot(shape, K @ shape)))
     for turning in turning_parts(system, speed):
@@ -101,12 +107,13 @@ def _by_term(
             net += parts.sum()
             net_sizes += abs(parts.sum())
             total += np.abs(parts).sum()
-        # an energy as well, where a term of C is multiplied by |lambda|
+        # below: the term does not see the shape. |lambda| to the power 1 of a term of C, 0 of one
+        # of K, makes its product with the shape an energy
         if abs(root) ** turning.power * total <= UNSEEN * energy:
             continue
-        if abs(net) < OPPOSED * net_sizes:
+        if abs(net) < OPPOSED * net_sizes:  # some discs whirl forward, others backward
             return of_orbits or MIXED
-        if abs(net) < ROUND * total:
+        if abs(net) < ROUND * total:  # each disc moves to and fro
             return of_orbits or STRAIGHT
         return FORWARD if net > 0.0 else BACKWARD
     return of_orbits
@@ -134,7 +141,8 @@ def _by_orbits(
         return _Orbits(None)
     u, v = coordinates.displacements(shape)[:, across].T
     sizes = np.abs(u) ** 2 + np.abs(v) ** 2
-    areas = 2 * (u * v.conj()).imag  # of orbits: up to +-`sizes`, which a circle has
+    # of the orbits, positive from u to v, see the module: up to +-`sizes`, which a circle has
+    areas = 2 * (u * v.conj()).imag
     sense = 1.0
     if not coordinates.bases:  # reduced components have no row of a node
         masses = np.abs(system.at({system.parameter: speed})[0].diagonal())
@@ -148,13 +156,14 @@ def _by_orbits(
     counts = moves & (np.abs(areas) > ROUND * sizes)
     forward = bool(np.any(areas[counts] > 0.0))
     backward = bool(np.any(areas[counts] < 0.0))
+    direction = STRAIGHT if moves.any() else None
     if forward and backward:
-        return _Orbits(MIXED, sense)
-    if forward:
-        return _Orbits(FORWARD, sense)
-    if backward:
-        return _Orbits(BACKWARD, sense)
-    return _Orbits(STRAIGHT if moves.any() else None, sense)
+        direction = MIXED
+    elif forward:
+        direction = FORWARD
+    elif backward:
+        direction = BACKWARD
+    return _Orbits(direction, sense)
 
 
 def _sense(coordinates: Coordinates, across: list[int], system: TermSystem, speed: float) -> float:

@@ -69,7 +69,7 @@ def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape,
     return tuple(mode_shape(k, root, levers) for k, root in enumerate(shown, 1))
 
 
-def mode_shape(number_of_mode: int, root: Eigenvalue, levers: ArrayLike = 1.0) -> ModeShape:
+def mode_shape(number_of_mode: int, root: Eigenvalue, levers: ArrayLike) -> ModeShape:
     """The shape of a mode, scaled so that its largest part is 1; levers: see `mode_shapes`."""
     lengths = np.asarray(levers) * root.right
     largest = int(np.argmax(np.abs(lengths)))
@@ -202,8 +202,9 @@ class Eigenvalues(Answer):
         if not is_equal.any():
             return None
         numbers = self.modes[is_equal].tolist()
-        # of several unstable modes with equal roots the k-th has the k-th of their numbers, and the
-        # last number if there are fewer; a mode of another answer has the first
+        # several unstable modes may have equal roots: number k of them has number k of the listed
+        # roots with this value, or the last number if fewer are listed. A mode of another answer is
+        # none of them, and has the first number
         same = [one for one in self.unstable if abs(one.root - mode.root) <= SAME * abs(mode.root)]
         k = next((k for k, one in enumerate(same) if one is mode), 0)
         return int(numbers[min(k, len(numbers) - 1)])

@@ -93,9 +93,7 @@ def test_a_root_within_its_error_of_the_end_is_listed_and_not_certified(rows, si
     assert not found.certified
     assert "0.795775 Hz" in found.doubts[0]  # 5 rad/s
     assert found.count == (5 if side > 0 else 4)
-    far = system_roots(
-        system, replace(wanted, band=(0.5 / 2 / np.pi, 5.4 / 2 / np.pi)), None, add_errors
-    )
+    far = system_roots(system, replace(wanted, band=(0.5 / 2 / np.pi, 5.4 / 2 / np.pi)), add_errors)
     assert far.certified
     assert far.count == len(far.eigenvalues) == 5
 

@@ -90,7 +90,7 @@ def test_follower_forces_on_a_free_chain_begin_no_growth_at_zero():
     located = system_thresholds(system, 1.0, selection=SLOW).answer
     assert (located.verdict, located.crossings) == ("marginal", ())
     assert located.details["unconfirmed"] == []
-    full = system_roots(system, SLOW, {"mu": 1.0})
+    full = system_roots(system.replace({"mu": 1.0}), SLOW)
     assert sum(e.value == 0 for e in full.eigenvalues) == 2
     assert (full.verdict, full.certified) == (None, True)
 
@@ -153,7 +153,7 @@ def test_a_band_of_a_small_system_is_judged_as_that_of_its_large_twin(c):
         assert [c.changes_verdict for c in located.crossings] == [True]
         assert located.certified
         assert located.details["crossings_outside"] == outside
-        roots = system_roots(two_pairs(rows, c), wanted, {"mu": 0.4})
+        roots = system_roots(two_pairs(rows, c).replace({"mu": 0.4}), wanted)
         assert roots.verdict is None  # the other pair grows, or is not known
         assert len(roots.outside or ()) in {1, outside or 0}
 

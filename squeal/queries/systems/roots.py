@@ -167,11 +167,10 @@ class SystemRoots:
 def system_roots(
     system: TermSystem,
     selection: EigenvalueSelection | None = None,
-    changes: Parameters | None = None,
     add_errors: AddErrors | None = None,
     data: Data | None = None,
 ) -> SystemRoots:
-    """Compute the selected roots of a system at one value of its parameters.
+    """Compute the selected roots of a system at its parameters.
 
     A small system (`is_small`, up to 400 rows) is solved by the dense solver. A large one is
     searched by sparse factorisations; up to `DENSE_ROWS` (2000) rows the dense solver takes over if
@@ -183,8 +182,6 @@ def system_roots(
         The system.
     selection : EigenvalueSelection, optional
         Which roots; all of a small system, the lowest 20 modes of a large one if left out.
-    changes : mapping, optional
-        Parameters that do not have the system's own values.
     add_errors : callable, optional
         Adds to roots their error by a reduction or by the digits of files. Roots whose error
         reaches into the region are listed too.
@@ -200,11 +197,11 @@ def system_roots(
     """
     selection = selection or EigenvalueSelection()
     if is_small(system):
-        roots = _roots_of_matrices(system.arrays(changes), selection, add_errors, data)
+        roots = _roots_of_matrices(system.arrays(), selection, add_errors, data)
         return roots.lowest(selection.modes)
     if system.follows:  # some matrix depends on the frequency of the root
-        return _at_own_frequencies(system, selection, changes or {})
-    problem = ScaledSystem(system).at(changes)
+        return _at_own_frequencies(system, selection)
+    problem = ScaledSystem(system).at()
     region = selection.rectangle
     modes = selection.modes
     try:
@@ -220,7 +217,7 @@ def system_roots(
             raise
         # the sparse search failed, but the dense solver serves so few rows
         with_modes = replace(selection, modes=modes)
-        return _roots_of_matrices(system.arrays(changes), with_modes, add_errors).lowest(modes)
+        return _roots_of_matrices(system.arrays(), with_modes, add_errors).lowest(modes)
     return roots.lowest(modes)
 
 
@@ -258,8 +255,8 @@ def _roots_of_region(
     if count is not None:  # that of the searched region, without the roots beyond the ends
         count -= sum(not region.contains(np.array(root.value)) for root in roots)
     doubts = doubts_at_ends(roots, region)
-    # a root above the searched region may reach into the region by its error, which is not known:
-    # it is taken to be like the errors of the upper half of the region
+    # a root above the searched region was not computed, and may reach into the region by its error.
+    # This error is taken to be at most that of the roots in the upper half of the region
     errors = [root.error or 0.0 for root in roots if root.value.imag > region.high_imag / 2]
     largest_error = max(errors, default=0.0)
     if largest_error > ROUGH * region.high_imag:
@@ -277,18 +274,16 @@ def _roots_of_region(
     )
 
 
-def _at_own_frequencies(
-    system: TermSystem, selection: EigenvalueSelection, changes: Parameters
-) -> SystemRoots:
+def _at_own_frequencies(system: TermSystem, selection: EigenvalueSelection) -> SystemRoots:
     """Compute the roots of a band where matrices follow the frequency of each root.
 
     Newton's method starts from the roots of matrices frozen at several frequencies of the band. A
     root that is reached from frequencies below it alone, or above it alone, may have neighbours
     that no start reaches: nothing counts them.
     """
-    reduction = reduced_for(system, selection, [changes])
+    reduction = reduced_for(system, selection, [{}])  # at the system's own parameters
     assert isinstance(reduction, DispersiveReduction)
-    roots, from_one_side = modes_at_own_frequencies(reduction, changes)
+    roots, from_one_side = modes_at_own_frequencies(reduction, {})
     frozen_count = len(frequencies(system, reduction.region))
     note = (
         f"each root at its own frequency, found from matrices frozen at {frozen_count} frequencies"
@@ -355,6 +350,7 @@ def _roots_of_matrices(
         conservative = problem_class_of([matrices]) is not DAMPED
     if add_errors is not None:
         roots = add_errors(roots)
+    # the verdict: by the solver, then by the referee
     of_motions = roots
     if not real:
         of_motions = _upper_half(roots, real)
@@ -368,6 +364,7 @@ def _roots_of_matrices(
     statement: Statement | None = None
     if data is not None:
         roots, judged, statement = refereed(matrices, roots, judged, data)
+    # how many roots there are, and a verdict that roots which are not listed may change
     count = len(roots)
     doubts: list[str] = []
     if statement is None or statement.status != "proved":
@@ -380,6 +377,7 @@ def _roots_of_matrices(
             judged = None, f"{OPEN}{LAST_DIGITS}: {numbers}"
         if statement is None and count < 2 * len(M):
             doubts.append(MAY_BE_INFINITE)
+    # the selection
     if selection.rectangle is not None:
         return _part_of_all(real, roots, selection, judged, statement, count == len(roots))
     selected = roots  # all roots of real matrices are listed with their conjugates
@@ -453,7 +451,8 @@ def _most_roots(M: Matrix, C: Matrix | None, K: Matrix, listed: int) -> int:
     if scaled_rank(M) == n:
         return 2 * n
     damping = np.zeros_like(M) if C is None else C
-    degrees = np.full((n, n), -2 * n)  # no product with an entry that is zero
+    # of an entry that is zero for all z: so low that the degree of a product with it is below 0
+    degrees = np.full((n, n), -2 * n)
     for degree, matrix in enumerate((K, damping, M)):
         degrees[matrix != 0] = degree
     highest_degree = int(degrees[linear_sum_assignment(degrees, maximize=True)].sum())
@@ -532,6 +531,7 @@ def _part_of_all(
     if verdict is None and not outside:  # nothing grows
         verdict, criterion = judged
         verdict_of_region, criterion_of_region = judge_roots(inside)
+        # marginal by a root outside
         if verdict == "marginal" and (not inside or verdict_of_region == "stable"):
             verdict = verdict_of_region
             criterion = criterion_of_region

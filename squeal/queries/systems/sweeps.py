@@ -101,6 +101,7 @@ def track_modes(
     if not small and reduction is None and selection == EigenvalueSelection():
         raise InputError(NO_BAND)
     expensive = reduction is None and not small  # each value is a search in the full system
+    # the values, and the own one, at which modes are numbered
     computed = set(values)
     if min(values) < own_value < max(values) and not expensive:
         computed.add(own_value)
@@ -128,6 +129,7 @@ def track_modes(
         frozen = system_of_vectors.frozen()
         return spectrum_with_slopes(frozen, parameter, value, roots, lifted=True)
 
+    # the spectra along which modes are tracked
     tracked_at: Callable[[float], SpectrumAtParameter] = spectrum_at
     all_roots = reduction is None and selection.rectangle is None
     if all_roots and small and system.real and system.n <= SMALL_ROWS:
@@ -199,7 +201,7 @@ def as_known(file: SystemFile, selection: EigenvalueSelection, step: Step) -> St
 
 
 def _roots_of_full(
-    file: SystemFile, selection: EigenvalueSelection, value: float, is_judged: bool = True
+    file: SystemFile, selection: EigenvalueSelection, value: float, is_judged: bool
 ) -> ComputedRoots:
     """The roots of the system itself at a value of the parameter.
 
