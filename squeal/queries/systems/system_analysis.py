@@ -92,14 +92,7 @@ class SystemAnalysis:
                 )
         PROGRESS.set(progress or (lambda _: None))
         system = file.system.frozen()
-        M, _, _ = system.at()
-        reason = why_no_mass(M, ALL_ROWS)
-        # a row without mass is a mistake where M and, without friction, K ([2] of the matrices) are
-        # symmetric. Else the equations may stand in any order, so that rows have no masses
-        if reason and is_symmetric(M) and is_symmetric(system.at(frictionless(system))[2]):
-            Place(file.system.name or "system").warn(
-                f"{reason}; the answer is that of the matrices as they are"
-            )
+        _warn_of_missing_mass(system)
         _warn_of_swapped_matrices(system)
         return SystemAnalysis(file, selection)
 
@@ -173,6 +166,21 @@ class SystemAnalysis:
         index = np.linspace(0, len(values) - 1, min(most, len(values)))
         changes = [{parameter: values[round(k)]} for k in index.tolist()]
         return reduced_for(self.system, self.selection, changes, method)
+
+
+def _warn_of_missing_mass(system: TermSystem) -> None:
+    """Warn of a row without mass, or of another reason why M is no mass matrix.
+
+    That is a mistake where M and, without friction, K are symmetric. Else the equations may stand
+    in any order, so that a row of M is not the mass of the same row of K.
+    """
+    M, _, _ = system.at()
+    reason = why_no_mass(M, ALL_ROWS)
+    if reason and is_symmetric(M):
+        _, _, K = system.at(frictionless(system))
+        if is_symmetric(K):
+            words = "the answer is that of the matrices as they are"
+            Place(system.name or "system").warn(f"{reason}; {words}")
 
 
 def _warn_of_swapped_matrices(system: TermSystem) -> None:
