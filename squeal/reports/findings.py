@@ -161,10 +161,11 @@ class Findings(Answer):
             more = f", {_others(unnamed)}" * bool(unnamed)
             grows = "mode grows" if len(others) == 1 else "modes grow"
             sentences.append(f"{len(others)} more {grows}: {', '.join(names)}{more}")
-        sentences.append(self.growth_outside)
+        outside = self.growth_outside
         fastest = spectrum.details.get("fastest_outside") or {}
         if fastest.get("growth_rate", 0.0) > lead.growth_rate:
-            sentences[-1] += ", faster than all inside"
+            outside += ", faster than all inside"
+        sentences.append(outside)
         return f"{'. '.join(map(_capitalised, filter(None, sentences)))}."
 
     def _cause(self, mode: UnstableMode, number_of_mode: int) -> str:
@@ -172,6 +173,7 @@ class Findings(Answer):
         _, _, balance = self.energy.sentence(number_of_mode).partition(": ")
         balance = balance.partition("; in all")[0]
         balance = balance.replace("circulatory", "cross-coupled (skew-symmetric) stiffness")
+        # a mode alone, or with the one that it meets; empty where the chart does not have the mode
         group = self.paths.group_of(number_of_mode)
         words = ""
         if len(group) == 2:
@@ -307,7 +309,7 @@ class Findings(Answer):
                 both = "both " * (len(meeting.omega) == 2)
                 words.append(f"of {both}{self._pair(mode)} by {number(percent, 3)} %")
         more = len(words) - NAMED
-        if more > 0:  # the others are summed up
+        if more > 0:  # words for all but the first `NAMED` modes together
             largest = number(max(percents[NAMED:]), 3)
             words[NAMED:] = [f"those of {_others(more)} by up to {largest} %"]
         effect = self.cures.treatments[cure].words()
@@ -479,7 +481,7 @@ class Findings(Answer):
             Column("next_loss", shown=next_loss, words="next loss"),
         ]
         if not self.search.partial:
-            del columns[3]  # nothing that grows is left
+            del columns[3]  # growth_left, since nothing that grows is left
         title = "what to change, of parameters the best first; degrees count as %"
         if spectrum.depends:
             title += f"; amounts leave 10 % of {spectrum.parameter} in hand where they can"
@@ -637,9 +639,10 @@ class Findings(Answer):
             meetings.append(entry)
         of_thresholds = self.thresholds.to_dict()
         critical = self.critical and self.critical.table().records()
-        # the own `mode` of each counts at its value
+        # each row has a `mode`, counted at its own value; the number in the chart is added
         for row in of_thresholds["crossings"]:
-            # of two modes that have just met the one that grows is nearer
+            # i omega with a little growth: of two modes that have just met, that which grows is the
+            # nearer one
             root = complex(GROWS, 1.0) * math.tau * (row["frequency_hz"] or 0.0)
             row["number_in_chart"] = self.paths.mode_at(row["mu"], root)
         for row in critical or []:

@@ -17,6 +17,7 @@ from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Table, number
 from squeal.linear.shaft import name_of_kind
 from squeal.reports.findings import Findings
+from squeal.results.columns import with_unit
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
 from squeal.results.sources import unit_of
@@ -184,10 +185,10 @@ def _moves(report: Findings) -> Table:
         head = f"mode {spectrum.mode_of(mode)}, 1/s"
         effects[head] = _effects(report.sensitivity, nearest)
     if onset is not None and onset.slopes:
-        unit = f", {unit_of(report.thresholds.source)}".rstrip(", ")
-        kind = name_of_kind(onset.kind, unit_of(report.thresholds.source))
+        unit = unit_of(report.thresholds.source)
+        kind = name_of_kind(onset.kind, unit)
         where = f"{kind} at {onset.parameter} = {number(onset.at, 4)}"
-        effects[f"first loss ({where}){unit}"] = _effects(onset, 0)
+        effects[with_unit(f"first loss ({where})", unit)] = _effects(onset, 0)
     strengths: dict[str, list[float]] = {}  # of each parameter, in each column
     for name in report.sensitivity.slopes:
         strengths[name] = [abs(changes.get(name, 0.0)) for changes in effects.values()]
@@ -224,14 +225,13 @@ def _confidence(report: Findings) -> Iterator[str]:
     spectrum = report.eigenvalues
     status = "counted" if spectrum.certified else "open"
     if spectrum.proof:
-        status = spectrum.proof.get("status") or status
+        status = spectrum.proof["status"]
     limit = f" among {spectrum.extent}" if spectrum.extent else ""
     yield f"{CONFIDENCE[status]}{limit}."
     searched = report.thresholds
-    status_of_onsets = (searched.proof or {}).get("status")
     where = f"{searched.parameter} = {number(searched.low, 4)} to {number(searched.high, 4)}"
-    if status_of_onsets == "proved":
-        rate = number((searched.proof or {})["growth_below"] or 0.0, 2)
+    if searched.proof and searched.is_proved:
+        rate = number(searched.proof["growth_below"] or 0.0, 2)
         onset = f"no onset of growth by more than {rate} 1/s from {where} is missing"
         yield f"Proved too: {onset}{limit}."
     elif searched.certified:

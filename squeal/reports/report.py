@@ -121,13 +121,14 @@ def report(
     """
     options: Any = {"band": band, "memory": memory, "progress": progress}
     end = upper_end(subject, high)
-    # first: it refuses some that the others take
+    # the thresholds are the first answer, since they refuse some subjects that the others take
     losses = thresholds(subject, end, low, **options)
     spectrum = eigenvalues(subject, **options)
     if low is not None and spectrum.value < low:
         most = f"at most {spectrum.value:g}, the present {losses.parameter}"
         raise InputError(f"low: {low:g} is not allowed; it must be {most}")
     rotor = _critical_speeds(subject, losses, band, memory)
+    # modes get the numbers of the chart before any further answer names them
     chart = _chart(losses, spectrum.value, rotor is not None)
     paths = Paths(chart)
     spectrum = paths.numbered(spectrum)
@@ -177,9 +178,12 @@ def _critical_speeds(
 def _thresholds_outside(
     subject: Subject, spectrum: Eigenvalues, losses: Thresholds, options: Mapping[str, Any]
 ) -> Thresholds | None:
-    """Thresholds without a band where all roots are computed, else of the fastest mode that was
-    seen outside of the band; None without a band, or where nothing was seen, and of small complex
-    matrices, whose thresholds are searched in bands alone."""
+    """Thresholds of what grows outside of the band.
+
+    Of a small system these are the thresholds of all its roots, of a large one those near the
+    fastest mode that was seen outside. None without a band or without growth in it, where nothing
+    was seen outside, and of small complex matrices, whose thresholds are searched in bands alone.
+    """
     source = spectrum.source
     if not isinstance(source, SystemSource) or not spectrum.extent or not spectrum.unstable:
         return None
@@ -191,5 +195,5 @@ def _thresholds_outside(
     if not fastest:
         return None
     hertz = fastest["frequency_hz"]
-    beside = {"band": ((1.0 - BESIDE) * hertz, (1.0 + BESIDE) * hertz)}
-    return thresholds(subject, losses.high, losses.low, prove=False, **{**options, **beside})
+    near = {**options, "band": ((1.0 - BESIDE) * hertz, (1.0 + BESIDE) * hertz)}
+    return thresholds(subject, losses.high, losses.low, prove=False, **near)

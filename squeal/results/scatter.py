@@ -203,8 +203,8 @@ class Scatter(Answer):
         values = [None if sample.has_no_threshold else sample.value for sample in self.rows]
         quantiles = []
         for level in LEVELS:
-            # how many of the computed samples lie below the quantile, at least (all failed ones
-            # lie there too) and at most (none of them does)
+            # how many of the computed samples lie below the true quantile: at least so many if all
+            # failed samples lie below it as well, at most so many if no failed sample does
             least_below = int(binom.ppf((1 - CONFIDENCE) / 2, count, level)) - self.failed
             most_below = int(binom.ppf((1 + CONFIDENCE) / 2, count, level))
             index = max(math.ceil(level * known) - 1, 0)  # of the sample that is the quantile

@@ -206,8 +206,9 @@ class Sensitivity(Answer):
         """
         if self.condition is None or self.modes is None:
             return [self.table(), self.note]
-        # near a double root eigenvalues split as the square root of a change (Puiseux series), and
-        # the condition grows as its inverse: a change of 1 / condition^2 makes them coalesce
+        # at a distance d of a parameter (relative) from its value at a double root, eigenvalues
+        # differ by d^1/2 (Puiseux series), and their condition is d^-1/2: a relative change of
+        # 1 / condition^2 makes them coalesce
         is_near = STEP * self.condition**2 >= 1.0
         lines = []
         for i in np.flatnonzero(is_near & (np.imag(self.at) >= 0.0)).tolist():

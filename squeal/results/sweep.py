@@ -222,8 +222,7 @@ class SweptMode:
         the growth rate is interpolated linearly to zero.
         """
         at, fastest = max(path, key=lambda pair: pair[1].growth_rate)
-        onset = None
-        interval = None
+        onset = interval = None
         for (low, before), (high, after) in itertools.pairwise(path):
             if after.kind in GROWING and before.kind not in GROWING:
                 rate_before = min(before.growth_rate, 0.0)  # one within rounding counts as zero
