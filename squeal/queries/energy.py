@@ -601,12 +601,11 @@ def _contribution(
     growth: what the term adds to the growth rate, 1/s; partial_slope, slope: derivatives of the
     root by the term's relative size, see `_GroupOfRoots`; not finite where modes coalesce.
     """
-    frequency = None
-    d_real = None
-    d_hz = None
+    frequency = d_real = d_hz = None
     if np.isfinite(slope):
+        # the share of the term in Im lambda, which is the sum of those of all terms, see the module
         frequency = float(WEIGHT_IN_ROOT[term.part] * partial_slope.imag) / math.tau
-        # of 1 % more of the term
+        # the effects of 1 % more of the term
         d_real = float(0.01 * slope.real)
         d_hz = float(0.01 * slope.imag) / math.tau
     return Contribution(

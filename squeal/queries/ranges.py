@@ -163,8 +163,8 @@ def pad_statement(
 ) -> tuple[RangeStatement, list[Interval]]:
     """Prove the thresholds of a pad along its branch of equilibria, at least up to the first loss.
 
-    Returns the statement, and the intervals in which the thresholds are proved; none without a
-    proof.
+    Returns the statement, and the intervals of friction in which the thresholds are proved; an
+    empty list without a proof.
 
     Parameters
     ----------
@@ -189,6 +189,7 @@ def pad_statement(
 
     listed = sorted(crossings, key=attrgetter("mu"))
     claims = [Claim(crossing.mu, _rise(crossing)) for crossing in listed]
+    # a branch with a fold is followed beyond it: the proof has to see it turn back
     end = high if fold is None else fold * BEYOND_FOLD
     try:
         branch = PadBranch(model, q_at_rest, high=end)
@@ -328,8 +329,8 @@ def system_statement(
 ) -> tuple[RangeStatement, list[Interval]]:
     """Prove all thresholds of a small system, that is the number of growing roots between them.
 
-    Returns the statement, and the intervals in which the thresholds are proved; none without a
-    proof.
+    Returns the statement, and the intervals of the parameter in which the thresholds are proved; an
+    empty list without a proof.
 
     Parameters
     ----------
@@ -353,13 +354,14 @@ def system_statement(
     from squeal.proof.referee import Proof
 
     proof, intervals = _proof_of_system(system, crossings, low, high, rates, at_any_cost, is_exact)
-    # this decides last: a list that is refuted is searched again, mixed or not
+    # counts at the ends of an interval do not tell crossings of several kinds or directions in it.
+    # That leaves a proved list open; a refuted one stays refuted, since it is searched again
     is_mixed = any(_is_mixed(crossings, interval) for interval in intervals)
     if proof.status == "proved" and is_mixed:
         proof = replace(proof, status="open", reason=MIXED)
     if proof.status == "open" and is_exact:
         proof = Proof("proved", "exact", growth_below=0.0)
-        intervals = []  # those of the crossings are exact
+        intervals = []  # each crossing has its exact interval already
     data = proof.data if system.digits is None else f"{system.digits} digits"
     statement = RangeStatement(
         "open", proof.by, data=data, parameter=system.parameter, low=low, until=high, high=high
@@ -382,12 +384,12 @@ def _proof_of_system(
 
     While a proof stays open beside a crossing, the next one is tried with wider intervals around
     all crossings. Returns the first proof that is not open, else the last one, and the intervals
-    that it was tried with (none if none was tried).
+    around the crossings that it was tried with, an empty list if no proof was tried.
     """
     from squeal.proof.ranges import SPENT, RangeProof
     from squeal.proof.referee import Proof
 
-    most = INTERVALS
+    most = INTERVALS  # parts into which a proof may divide the range
     if is_exact:
         most = INTERVALS_OF_EXACT
     if not at_any_cost:
@@ -490,8 +492,8 @@ def doubt_of_counts(
     Returns
     -------
     doubt : str
-        Which counts do not differ as the list says, else which counts (the last) are uncertain;
-        empty if the counts agree.
+        Which counts refute the list. Else beside which threshold, of several the last one, the
+        counts are uncertain; empty if all counts agree with the list.
     refuted_at : float or None
         A value near the threshold that the counts refute, at which to search again; None if no
         threshold is refuted.
@@ -505,8 +507,8 @@ def doubt_of_counts(
         half_gap_below = (start - end_before) / 2.0
         half_gap_above = (start_after - stop) / 2.0
         if min(half_gap_below, half_gap_above) <= 0.0:
-            # the interval reaches an end of the range, beyond which nothing is counted: neither
-            # counts beside it nor at both ends show whether the threshold lies in the range
+            # the interval reaches an end of the range, and nothing is counted beyond: no counts
+            # show on which side of this end the threshold lies
             ends_are_clear = False
             continue
         for share in BESIDE:  # first close to the threshold, then where rounding hides less

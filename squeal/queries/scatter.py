@@ -295,6 +295,7 @@ def scatter(
     )
     plan = _Plan(**keys)
     require_spreads(plan.spreads)
+    # what scatters, and the range that is searched
     if of == "growth" and high is None:  # no threshold is searched: any end is allowed
         high = FRICTION_END
     high = upper_end(subject, high)
@@ -306,6 +307,7 @@ def scatter(
         file = file_of(subject)
         refuse_without_effect(file, plan.spreads, Place("scatter", "spreads"))
         warn_of_held_seat(file, "scatter")
+    # the samples
     changes = parameters_at(space, plan.spreads, plan.points())
     computer = _sample_computer(space, of, high, EigenvalueSelection(band), changes)
     question = (of, high, band, plan.spreads, plan.design, plan.seed, plan.indices, plan.samples)
@@ -313,7 +315,10 @@ def scatter(
     sobol: tuple[Index, ...] = ()
     if plan.indices:
         sobol = _indices_of(rows, plan, high)
-        rows = rows[: 2 * plan.samples]  # A and B; the points AB_i are no independent samples
+        # of the samples at A, B and each AB_i, which are columns of A and B, only those at A and B
+        # are independent of one another
+        rows = rows[: 2 * plan.samples]
+    # what became of them
     computed = [row for row in rows if row.reason is None]
     if not computed:
         raise ComputationError(f"no sample can be computed: {_first_reason(rows)}")

@@ -82,6 +82,7 @@ def sensitivity(
         kind_of(expected).read(known, Place("known"))
     if not of_threshold and (high is not None or low is not None):
         raise InputError("high, low: are of thresholds; of='threshold' takes them")
+    # the answer to differentiate is computed below where it is None
     known_thresholds = known if isinstance(known, Thresholds) else None
     known_eigenvalues = known if isinstance(known, Eigenvalues) else None
     if isinstance(subject, Scene):
@@ -105,6 +106,7 @@ def sensitivity(
         source = known_eigenvalues.source
         assert isinstance(source, PadSource)
         assert source.analysis is not None  # every answer of eigenvalues has it
+        # the answer may be at another mu than the scene's, and have other numbers of modes
         answer = pad_root_sensitivity(subject.replace(mu=known_eigenvalues.value), source.analysis)
         return replace(answer, modes=known_eigenvalues.modes)
     from squeal.queries.systems.eigenvalues import system_eigenvalues

@@ -196,7 +196,8 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
     forces = left.T @ (ports.forces / unit)
     displacements = ports.displacements @ right.T
     velocities = ports.velocities @ right.T
-    # outputs of a' are sums of rows of M; one that is not reads b', which is no state
+    # M q' holds the rates a' alone. An output of velocities that is no combination of rows of M
+    # reads b', which is no state: added to M it raises the rank
     scale = np.linalg.norm(velocities) or 1.0
     rows = np.vstack([M / unit, ports.velocities / scale])
     if rank_of(np.linalg.svd(rows, compute_uv=False)) > m:
@@ -205,8 +206,9 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
     A, E = state_pencil(mass, damping, stiffness, m)
     B = np.vstack([np.zeros((m, forces.shape[1])), forces])
     outputs = np.hstack([displacements[:, :m], velocities[:, :m], displacements[:, m:]])
-    # M_a is diagonal and without the last n - m rows, so that E is block triangular: m rates of a,
-    # m masses, and the dampers between motions without mass, the last rows of C_b
+    # E is block triangular, so that its rank is the sum of those of its diagonal blocks: m of the
+    # unit matrix, m of the masses in M_a, and that of the dampers between motions without mass,
+    # which are the last rows of C_b
     rank_of_E = 2 * m + _rank_in(damping, C_b[m:])
     if rank_of_E < n + m:
         return _condensed(_Descriptor(E, A, B, outputs), rank_of_E, stiffness, system.name)

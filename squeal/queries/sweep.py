@@ -106,7 +106,7 @@ def pad_sweep(scene: Scene, values: Sequence[float], numbered_at: float | None =
     values = MUS.read(values, Place("sweep", "values"))
     model = damped_model(scene)
     matrices_of_branch, path = branch_system(scene, max(values))
-    reached: dict[float, Step] = {}
+    reached: dict[float, Step] = {}  # by mu the steps that the branch reaches
     if path is None:
         for mu in values:
             reached[mu] = _step(mu, analyse_about_origin(model.replace(mu=mu)))

@@ -175,8 +175,9 @@ def pad_thresholds(
     _, at_zero = roots_and_verdict(*checked(*system(0.0)))
     end_of_search = high if path is None else path.mu_end
     if path is not None and path.fold is not None:
-        # closer to the fold rounding makes spurious thresholds, and within its error contact may
-        # have changed; half of the branch is searched however large the error of its fold is
+        # the search ends a little below the fold: next to it rounding makes spurious thresholds,
+        # and within the error of the fold contact may have changed. Half of the branch is searched
+        # in any case, however large this error is
         end_of_search = max(path.fold * (1 - NEAR_FOLD) - path.error(path.fold), path.fold / 2)
     breakpoints = () if path is None else path.breakpoints
     located = located_thresholds(system, end_of_search, [*breakpoints, *step_ends])
@@ -392,12 +393,14 @@ def system_thresholds_with_proof(
         )
     proof_is_requested = prove is True or (prove is None and system.n <= PROVED_ROWS)
     analysis.warn_of_unused_parameter()
+    # exact thresholds, which need no search, are asked for once: at first where M is singular and
+    # the search may fail, else as soon as an answer is not certified. `exact` is None without them
     may_be_exact = can_be_proved and lists_all and proof_is_requested
-    exact = None  # thresholds of a few rows without a search, which may fail where M is singular
+    exact = None
     if low is None:
         low = start_of_range(system, high)
     if may_be_exact and not is_regular(dense(system(low)[0])):
-        may_be_exact = False  # not again
+        may_be_exact = False
         exact = exact_range(system, low, high)
     step_ends: list[float] = []  # values at which the referee refuted an earlier list
     for _ in range(SEARCHES):  # the last answer stands, also if it is refuted
@@ -415,9 +418,9 @@ def system_thresholds_with_proof(
         if may_be_exact and not answer.certified:
             may_be_exact = False
             exact = exact_range(system, low, high)
-            if exact is not None:
+            if exact is not None:  # the next answer lists the exact thresholds
                 continue
-        if refuted_at is None:
+        if refuted_at is None:  # the list is proved, or open
             break
         exact = None
         step_ends.append(refuted_at)
@@ -447,6 +450,7 @@ def _judged_at_start(analysis: SystemAnalysis, answer: Thresholds, refereed: boo
     roots = known_roots(file, analysis.selection, system, refereed)
     answer = replace(answer, verdict=roots.verdict)
     proof = answer.proof or {}
+    # without a proof nothing is certified of a small system; an open one gets a further reason
     if roots.verdict is not None or proof.get("status") not in ("proved", "open"):
         return answer
     left_out = proof.get("growth_below")

@@ -261,8 +261,9 @@ def stability_map(
     if quantity is not None:
         words, unit = QUANTITIES[quantity]
         values, unknown = _quantity(scene, axes, quantity, workers)
-        column = (quantity, unit_word(unit), values)
-        notes.append(f"{words}: {_span(values, unit_word(unit))}")
+        unit = unit_word(unit)
+        column = (quantity, unit, values)
+        notes.append(f"{words}: {_span(values, unit)}")
         if unknown.any():
             warnings.append(f"{words} could not be decided at {_share(unknown)}")
     if np.any(codes == MARGINAL) and scene.damping is None:

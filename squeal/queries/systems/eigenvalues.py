@@ -94,8 +94,8 @@ def system_eigenvalues(
         statement = Statement("open", statement.by, reason="; ".join(doubts))
     proof_line = statement.words
     if analysis.component_reduction or doubts:
-        # no line for joined components, whose count is that of the reduced system, as the
-        # description says; and none for doubts, each of which has a line of its own
+        # the answer has these lines elsewhere: the description says that counts of reduced
+        # components are those of the reduced system, and `completeness` lists the doubts
         proof_line = ""
     details = _details(analysis, roots, outside, doubts)
     notes = [

@@ -52,6 +52,7 @@ def _with_both_errors(reduced: EigenvalueTuple, by_digits: EigenvalueTuple) -> E
     for root, root_by_digits in zip(reduced, by_digits, strict=True):
         if root.error is not None:
             rounding = root.rounding + root_by_digits.rounding
+            # a real part of exactly zero is known, see `judge_roots`
             has_unknown_sign = 0.0 < abs(root.value.real) <= rounding
             root = replace(
                 root,

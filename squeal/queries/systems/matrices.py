@@ -263,6 +263,7 @@ def write_assembly(
 
     components = file.assembly.components
     rows = write_components(folder, components, suffix)
+    # the file that was read, without the keys whose work the written matrices hold already
     joined = deepcopy(document)
     joined.pop("cutoff", None)  # the components are reduced already
     for (name, keys), body in zip(joined["components"].items(), components, strict=True):
@@ -275,8 +276,8 @@ def write_assembly(
                 "residual_flexibility": f"{name}/flexibility.{suffix}",
             }
         load = keys.get("load")
-        # the forces in the file are those at the present parameters: they are divided by the value
-        # of the factor now, so that the factor serves at others too
+        # the written forces hold the value of the factor at the present parameters: the new factor
+        # is the old one over this value, so that it is 1 now and serves at other parameters too
         if load:
             factor = Formula(load.get("factor", "1"))
             text = f"({factor.text}) / {factor.value(file.system.parameters)!r}"

@@ -206,13 +206,14 @@ def refereed(
     system = data.around(*arrays)
     verdict, _ = judged
     proof = _proof_of(system, roots, verdict)
-    # a wrong list may stay open because entries that are rounded sums are known less well. Taken
-    # for exact the entries may refute it; what they prove then is not used: they are not exact
+    # entries that are rounded sums have radii, which may leave a wrong list open. A second proof
+    # takes these entries for known to half an ulp: it may refute the list, and has narrower
+    # enclosures. It does not prove the list, since the entries are not known so well
     sharpest_proof = proof
     if proof.status == "open" and data.is_half_ulp and data.radii is not None:
         sharpest_proof = _proof_of(Data().around(*arrays), roots, verdict)
-    # a mass matrix that is exactly singular has fewer roots than were computed if rounding of the
-    # solver made it regular: an exact proof then counts fewer, and is open for the last digits
+    # where M is exactly singular, and rounding in the solver made it regular, too many roots were
+    # computed: an exact proof counts fewer, and is open for the last digits of the entries
     has_other_number = (
         proof.by == "exact"
         and proof.reason.startswith(LAST_DIGITS)
@@ -263,7 +264,10 @@ def _if_proved(
 def _with_roots_of_referee(
     matrices: Arrays, system: Quadratic, refuted: EigenvalueTuple, refutation: Proof, data: Data
 ) -> RefereedRoots:
-    """Replace a refuted list by the centres of what the referee encloses, unless that fails too.
+    """Replace a refuted list by the centres of the referee's enclosures.
+
+    Where the referee encloses no root, or refutes the new list too, the refuted list is returned
+    with an open statement.
 
     Parameters
     ----------
@@ -272,7 +276,7 @@ def _with_roots_of_referee(
     system : Quadratic
         The same in ball arithmetic.
     refuted : tuple of Eigenvalue
-        The list, which is returned with an open statement if the referee has no better one.
+        The list.
     refutation : Proof
         Why it is refuted, and the enclosures of all roots.
     data : Data
@@ -423,7 +427,7 @@ def _with_match(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
     - Its real part is clipped to their bounds.
     - Its `rounding` is raised to the distance to which it is known, or set to it where it was
       infinite (not known). A distance that shows in printed digits raises its `error` too.
-    - It `grows` if that is proved, although its rounding hides it.
+    - It is `proved_to_grow` if its rounding hides that it grows, and all pieces prove it.
     """
     low = min(piece.low for piece in match)
     high = max(piece.high for piece in match)
@@ -438,7 +442,7 @@ def _with_match(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
     rounding = distance
     if root.rounding < math.inf:
         rounding = max(root.rounding, distance)
-    is_hidden = not (root.decides and growth > rounding)
+    is_hidden = not (root.decides and growth > rounding)  # else the root shows its growth itself
     grows = is_hidden and all(piece.side == "grows" for piece in match)
     return replace(root, value=value, rounding=rounding, error=error, proved_to_grow=grows)
 

@@ -72,7 +72,8 @@ def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
     if error > LOOSE * region.high_imag or (begins_above_axis and root.value.imag < 0.0):
         error = 0.0
     low_imag = region.low_imag
-    if low_imag > 0.0:  # below a region from the real axis on lie conjugates alone
+    # a region from the real axis on is not widened downwards: conjugates alone lie there
+    if low_imag > 0.0:
         low_imag -= error
     wide = Rectangle(
         region.low_real - error, region.high_real + error, low_imag, region.high_imag + error

@@ -313,6 +313,7 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
     points = tuple(map(widened_one, answer.points))
     crossings = tuple(map(widened_one, answer.crossings))
     certified = answer.certified
+    # the interval is the whole range where the distance is infinite
     if certified and any(one.interval == (answer.low, answer.high) for one in crossings):
         certified = False
         details["doubts"] = [BY_DIGITS, *answer.doubts]
@@ -422,6 +423,7 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
         # the first factor of QR is an orthonormal basis of the two columns
         y = np.linalg.qr(solve(x, adjoint=True))[0]
         x = np.linalg.qr(solve(y, adjoint=False))[0]
+    # |y^H P x| (count,), and how large it is at most for a root to cross here
     residuals = np.abs(np.sum(y.conj() * problem.apply(np.full(count, root), x), axis=0))
     if root:
         largest = _residuals_nearby(problem, root, x, y)
