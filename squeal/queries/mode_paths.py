@@ -32,9 +32,9 @@ class Paths:
     ----------
     values : array (n,)
         The rising values of the parameter.
-    known : dict of float to dict of int to complex
+    by_value : dict of float to dict of int to complex
         By value and mode the root (rad/s), also of modes that do not vibrate.
-    whole : dict of int to array (n,)
+    path_of : dict of int to array (n,)
         By mode that vibrates (Im > 0) its root at each value, NaN where that is not known.
     at, roots : dict of int to array (m,)
         By mode that vibrates the values at which its root is known, and its roots there.
@@ -48,22 +48,22 @@ class Paths:
 
     def __init__(self, sweep: Sweep) -> None:
         self.values = values = np.array([step.value for step in sweep.steps])
-        whole: dict[int, NDArray[np.complex128]] = {}
+        path_of: dict[int, NDArray[np.complex128]] = {}
         of_step: list[dict[int, complex]] = []  # of each step the roots by the mode numbers there
         for k, step in enumerate(sweep.steps):
             of_step.append({mode: root.value for mode, root in step.root_of_mode().items()})
             for number, root in of_step[k].items():
                 if root.imag > 0.0:
-                    path = whole.setdefault(number, np.full(len(values), np.nan, dtype=complex))
+                    path = path_of.setdefault(number, np.full(len(values), np.nan, dtype=complex))
                     path[k] = root
         # a mode that ended and went on under another number has the lower number from here on
-        lower = _join(whole, sweep.losses)
-        self.known: dict[float, dict[int, complex]] = {}
+        lower = _join(path_of, sweep.losses)
+        self.by_value: dict[float, dict[int, complex]] = {}
         for value, roots in zip(values.tolist(), of_step, strict=True):
-            self.known[value] = {lower.get(mode, mode): root for mode, root in roots.items()}
-        self.whole = whole
-        self.at = {mode: values[np.isfinite(path)] for mode, path in whole.items()}
-        self.roots = {mode: _known_roots(path) for mode, path in whole.items()}
+            self.by_value[value] = {lower.get(mode, mode): root for mode, root in roots.items()}
+        self.path_of = path_of
+        self.at = {mode: values[np.isfinite(path)] for mode, path in path_of.items()}
+        self.roots = {mode: _known_roots(path) for mode, path in path_of.items()}
         self.own_value = _own_value(sweep)
         growing = [mode for mode, roots in self.roots.items() if is_growing(roots).any()]
         self.growing = sorted(growing, key=self._rank, reverse=True)
@@ -96,7 +96,7 @@ class Paths:
     def mode_at(self, value: float, root: complex) -> int | None:
         """The mode whose root at a value is nearest to one, rad/s; None where no path reaches."""
         distances = {}
-        for mode in self.whole:
+        for mode in self.path_of:
             of_mode = self.root_at(mode, value)
             if of_mode is not None:
                 distances[mode] = abs(of_mode - root)
@@ -111,7 +111,7 @@ class Paths:
         if len(group) < 2:
             return None
         first, second = group
-        squares = ((self.whole[first] - self.whole[second]) ** 2).real
+        squares = ((self.path_of[first] - self.path_of[second]) ** 2).real
         met = np.flatnonzero((squares[:-1] < 0.0) & (squares[1:] >= 0.0))
         if not met.size:
             return None
@@ -134,7 +134,7 @@ class Paths:
         own = Step(spectrum.value, spectrum.values, no_residuals, None, modes=by_frequency)
         roots = {mode: root.value for mode, root in own.root_of_mode().items()}
         # the modes of the sweep at this value, and their roots
-        known = self.known.get(spectrum.value, {})
+        known = self.by_value.get(spectrum.value, {})
         modes = list(known)
         values = np.array(list(roots.values()), dtype=complex)
         known_values = np.array(list(known.values()), dtype=complex)
@@ -145,7 +145,7 @@ class Paths:
             nearest = assigned(distances)
         # from numbers by rising frequency to those of the sweep; 0 is a root without a mode
         number_of = {0: 0}
-        following = itertools.count(1 + max(itertools.chain(*self.known.values()), default=0))
+        following = itertools.count(1 + max(itertools.chain(*self.by_value.values()), default=0))
         for mode, row, k in zip(roots, distances, nearest.tolist(), strict=True):
             is_known = k >= 0 and row[k] <= NEAR
             number_of[mode] = modes[k] if is_known else next(following)
@@ -158,12 +158,12 @@ class Paths:
         k = self._where_growing(mode)
         growth = 0.0
         if self.values[k] == self.own_value:
-            growth = float(self.whole[mode][k].real)
+            growth = float(self.path_of[mode][k].real)
         return growth, self.growth(mode)
 
     def _where_growing(self, mode: int) -> int:
         """The index of the own value if a mode grows there, else of that of its fastest growth."""
-        path = self.whole[mode]
+        path = self.path_of[mode]
         own = np.flatnonzero(self.values == self.own_value)
         if own.size and is_growing(path[own[:1]])[0]:
             return int(own[0])
@@ -181,10 +181,10 @@ class Paths:
         (`is_speed`) modes that begin as near as `TWINS` are no partners: they are the forward and
         the backward whirl of one shape, of which one grows alone.
         """
-        leading = self.whole[mode]
+        leading = self.path_of[mode]
         k = self._where_growing(mode)
         distances: dict[int, float] = {}
-        for other, following in self.whole.items():
+        for other, following in self.path_of.items():
             # (n,), rad/s: imaginary parts are differences of frequencies, real parts those of
             # growth rates
             gaps = leading - following
@@ -215,10 +215,10 @@ def is_growing(
     return roots.real > rounding
 
 
-def _join(whole: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> dict[int, int]:
+def _join(path_of: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> dict[int, int]:
     """Join each path that ends with the path of nearest frequency that begins in the same interval.
 
-    whole: the path (n,) of each mode that vibrates, by its number. It is changed in place: a joined
+    path_of: by number the path (n,) of each mode that vibrates. It is changed in place: a joined
     path has the lower of both numbers, and the higher one is removed. The lower one belongs to the
     value at which the modes of the sweep are numbered. Returns the lower number by the higher one.
     """
@@ -231,20 +231,20 @@ def _join(whole: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> d
             if other.kind == "end" and other.low <= loss.low <= other.high:
                 ended += [lower.get(mode, mode) for mode in other.modes]
         # of both the modes that vibrate
-        ended = [mode for mode in ended if mode in whole]
-        begun = [mode for mode in loss.modes if mode in whole]
+        ended = [mode for mode in ended if mode in path_of]
+        begun = [mode for mode in loss.modes if mode in path_of]
         if not ended or not begun:
             continue
         # frequencies (rad/s) at which paths end, and at which others begin
-        last = [_known_roots(whole[mode])[-1].imag for mode in ended]
-        first = [_known_roots(whole[mode])[0].imag for mode in begun]
+        last = [_known_roots(path_of[mode])[-1].imag for mode in ended]
+        first = [_known_roots(path_of[mode])[0].imag for mode in begun]
         # for each path that begins the index of a path that ended, -1 for none
         nearest = assigned(np.abs(np.subtract.outer(first, last))).tolist()
         for mode, omega, k in zip(begun, first, nearest, strict=True):
             if k >= 0 and abs(omega - last[k]) <= NEAREST * omega:
                 low, high = sorted((mode, ended[k]))
-                path = whole.pop(high)
-                whole[low] = np.where(np.isfinite(whole[low]), whole[low], path)
+                path = path_of.pop(high)
+                path_of[low] = np.where(np.isfinite(path_of[low]), path_of[low], path)
                 lower[high] = low
     return lower
 

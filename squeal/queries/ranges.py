@@ -325,7 +325,7 @@ def system_statement(
     high: float,
     rates: MotionRates,
     at_any_cost: bool,
-    is_exact: bool = False,
+    is_exact: bool,
 ) -> tuple[RangeStatement, list[Interval]]:
     """Prove all thresholds of a small system, that is the number of growing roots between them.
 
