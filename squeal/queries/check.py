@@ -197,7 +197,8 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         size = (2 * pad.w, 2 * pad.h, 0.0)
     # hints: of units, and of motions that are free but for rounding
     largest_size = max(size) if size else None
-    # the digits of the entries tell these motions from free ones, a rounded assembly might not
+    # by the digits of the entries these motions are not free; they may be, if the program that made
+    # the matrices has rounded
     is_slow = (np.abs(squares) > errors) & (np.abs(squares) <= noise)
     clearly_vibrating = vibrating[vibrating > noise]
     lowest_hz = math.sqrt(clearly_vibrating[0]) / (2 * np.pi) if clearly_vibrating.size else None

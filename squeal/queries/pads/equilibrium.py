@@ -127,7 +127,7 @@ def _hangs_on_rounding(
     if not model.linear:
         statics = Statics.of(dataclasses.replace(model, damping=None))
         units = statics.units
-        # x, y and w theta in natural units, in which w is `lever`, and mu
+        # x, y and w theta in natural units, with w in SI units as the `lever`, and mu
         natural = q / units.length * (1.0, 1.0, units.lever)
         z = np.array([*natural, model.pad.mu])[:, None]  # (4, 1)
         of_entries = statics.stiffness_error(z, 1.0 * np.array(state)[:, None])
