@@ -107,7 +107,8 @@ class Thresholds(Answer):
         return onsets
 
     def table(self) -> Table:
-        # rows are crossings, and changes of the verdict that are none, such as a fold
+        # rows are all crossings, and those changes of the verdict that are no crossing, such as a
+        # fold. A change of the verdict by a crossing has exactly the value of this crossing
         verdict_from = {point.mu: point.kind for point in self.points}
         crossed = {crossing.mu for crossing in self.crossings if crossing.changes_verdict}
         rows: list[CriticalPoint | Crossing] = list(self.crossings)
