@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 from types import ModuleType
@@ -121,5 +122,7 @@ def _run_one_of(groups: Sequence[str], usage: str, arguments: Sequence[str]) -> 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code 0, 1 (not completed) or 2 (refused)."""
     open_closed()
+    # read when NumPy is loaded: threads of BLAS wait for each other longer than they compute
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
     typed = list(sys.argv[1:] if arguments is None else arguments)
     return exit_code("squeal", lambda: _run(typed))

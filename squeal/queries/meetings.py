@@ -25,7 +25,6 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.io.processes import one_thread
 from squeal.linear import UnstableMode
 from squeal.linear.damping import bordered, structure_stiffness
 from squeal.linear.functions import SystemFunction, matrices_of
@@ -192,7 +191,7 @@ def find_meetings(
     meetings: dict[int, Meeting] = {}
     treatments: dict[Cure, Effect] = {}
     with_window: list[Cure] = []
-    with suppress(InputError, ComputationError), one_thread():
+    with suppress(InputError, ComputationError):
         of_losses = options_of_losses or options
         problem = _Problem(spectrum, options, of_losses, low, max(high, spectrum.value))
         candidates: dict[int, list[Meeting]] = {}

@@ -179,3 +179,13 @@ def test_set_takes_everything_that_a_file_may_say(capsys):
     assert turned["eigenvalues"] == as_number["eigenvalues"]
     system = answer(capsys, "critical-friction", DRUM, "--set", "K1=[[0, -1e5], [2e5, 0]]")
     assert system["critical"] != answer(capsys, "critical-friction", DRUM)["critical"]
+
+
+def test_a_command_computes_with_one_thread_of_blas():
+    lines = ["from squeal.cli.main import main", "main(['--version'])"]
+    lines += ["import numpy, threadpoolctl", "pools = threadpoolctl.threadpool_info()"]
+    lines.append("print([pool['num_threads'] for pool in pools if pool['user_api'] == 'blas'])")
+    environment = {key: value for key, value in os.environ.items() if "_NUM_THREADS" not in key}
+    words = [sys.executable, "-c", "\n".join(lines)]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[1]"
