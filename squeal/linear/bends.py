@@ -36,10 +36,11 @@ class Factor:
     change: MCK
 
     def deviation(self, low: float, high: float) -> float:
-        """By how much it may deviate from a straight line between two values of the parameter.
+        """How far the factor may lie from its chord between two values of the parameter.
 
-        0 if its slope changes by at most a quarter of itself, so that roots move as by a straight
-        factor; inf if no bound is known.
+        It is the error of linear interpolation, max |f''| (high - low)^2 / 8. 0 if the slope
+        changes by a quarter of itself at most, so that roots move as by a straight factor; inf if
+        no bound is known.
         """
         curvature = self.formula.curvature(self.values, self.name, low, high)
         slopes = [self.formula.slope(self.values | {self.name: p}, self.name) for p in (low, high)]
@@ -74,12 +75,12 @@ def factors_of(system: SystemFunction) -> list[Factor]:
 def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool:
     """True if a factor bends so much within a step that roots may do what its ends do not tell.
 
-    At both ends it is estimated what its deviation from a straight line, more or less of it, does
-    to the roots there. This guard is for ranges that nobody proves unasked: those of systems of
-    more than 40 rows, and of factors that are tabulated over the parameter.
+    At both ends the movement of the roots is estimated for a factor that lies above or below its
+    chord by its deviation. This guard is for ranges that are proved on request alone: those of
+    systems of more than 40 rows, and of factors that are tabulated over the parameter.
     """
     deviation = factor.deviation(step.before.value, step.after.value)
-    if deviation in (0.0, np.inf):
+    if deviation in (0.0, np.inf):  # no bend, or one without a known bound
         return deviation > 0.0
     for spectrum in (step.before, step.after):
         couplings = continuation.couplings(spectrum, factor.change)
@@ -91,8 +92,10 @@ def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool
 def _may_leave_line(spectrum: SpectrumAtParameter, W: ComplexArray, deviation: float) -> bool:
     """True if two roots may meet on the line, or one cross it, while a factor deviates by so much.
 
-    To first order a root moves by the deviation times its slope. Two move towards each other by the
-    deviation times the difference of their slopes and twice their coupling: that is their pull.
+    To first order a root moves by the deviation times its slope. The distance of two roots z_k, z_l
+    of [[z_k, 0], [0, z_l]] + deviation [[W_kk, W_kl], [W_lk, W_ll]] has the square
+    (z_k - z_l + deviation (W_kk - W_ll))^2 + 4 deviation^2 W_kl W_lk. It changes by at most their
+    pull: the deviation times the sum of |W_kk - W_ll| and 2 sqrt |W_kl W_lk|.
 
     Parameters
     ----------
@@ -105,7 +108,7 @@ def _may_leave_line(spectrum: SpectrumAtParameter, W: ComplexArray, deviation: f
         By how much the factor may deviate.
     """
     slopes = W.diagonal()
-    coupling = np.sqrt(np.abs(W * W.T))  # of roots k and l: sqrt |W_kl W_lk|
+    coupling = np.sqrt(np.abs(W * W.T))
     pulls = deviation * (np.abs(slopes[:, None] - slopes) + 2 * coupling)
     if spectrum.problem is DAMPED:
         return _may_cross_axis(spectrum, deviation * np.abs(slopes.real), pulls)
@@ -119,9 +122,12 @@ def _may_leave_line(spectrum: SpectrumAtParameter, W: ComplexArray, deviation: f
 def _may_cross_axis(spectrum: SpectrumAtParameter, movements: Array, pulls: Array) -> bool:
     """True if a root of a damped system may cross the imaginary axis; those on it are left out.
 
-    Another root at a distance g pulls a root by h (m, m) and, if it is near, 4 h > g, moves it by
-    sqrt(g h). A root may cross if it lies from the axis within twice the sum of this and of its own
-    movement towards the axis (m,).
+    Another root at a distance g that pulls by h counts as near if h > g / 4. It then moves a root
+    by sqrt(g h): by g / 2 at h = g / 4, as if the two met in the middle, and with the square root
+    of the pull beyond, as at a coalescence. A root may cross if its distance from the axis is less
+    than twice (for safety) the sum of this and of its movement by its own slope.
+
+    movements (m,): by their own slopes towards the axis; pulls (m, m): of each root by each other.
     """
     distances = np.abs(spectrum.z[:, None] - spectrum.z)
     by_coupling = np.sqrt(np.where(4 * pulls > distances, distances * pulls, 0.0)).max(axis=1)
@@ -132,8 +138,8 @@ def _may_cross_axis(spectrum: SpectrumAtParameter, movements: Array, pulls: Arra
 def _may_meet_on_line(spectrum: SpectrumAtParameter, pulls: Array) -> bool:
     """True if two roots of a system without damping, both on the line or conjugate, may meet on it.
 
-    They may if four times their pull (m, m) exceeds their distance; roots that are one already are
-    left out.
+    They may if four times (for safety) their pull exceeds their distance; roots that are one to
+    rounding already are left out. pulls: an array (m, m).
     """
     z = spectrum.z
     distances = np.abs(z[:, None] - z)

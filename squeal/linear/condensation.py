@@ -59,9 +59,11 @@ def state_pencil(M: NDArray, C: NDArray, K: NDArray, heavy: int) -> tuple[NDArra
 
 
 def separating(X: NDArray) -> tuple[NDArray, int]:
-    """Q (n, n) and a rank: columns of X Q (m, n) are some of X, and from the rank on zero.
+    """Q (n, n) and the rank r of X (m, n): columns of X Q are independent, and from r on zero.
 
-    By elimination, exactly for up to `EXACT_ROWS` columns: coordinates are often mixed by integers.
+    The first r are columns of X, times powers of two. The null vectors that follow are found by
+    Gauss-Jordan elimination with complete pivoting, in fractions for up to `EXACT_ROWS` columns:
+    coordinates are often mixed by integers, which leaves exact zeros.
     """
     n = X.shape[1]
     scale = np.exp2(-np.round(np.log2(divisor(np.abs(X).max(axis=0)))))
@@ -69,10 +71,10 @@ def separating(X: NDArray) -> tuple[NDArray, int]:
     if n <= EXACT_ROWS:
         work = np.vectorize(Fraction, otypes=[object])(work)
     rows: list[int] = []
-    pivots: list[int] = []  # the column that each of these rows was solved for
+    pivots: list[int] = []  # the column that each row of `rows` was solved for
     while len(rows) < min(X.shape):
         sizes = np.abs(work).astype(float)
-        sizes[rows] = 0.0
+        sizes[rows] = 0.0  # these have their pivots
         row, column = np.unravel_index(np.argmax(sizes), sizes.shape)
         if not sizes[row, column] > 4 * EPS * n:
             break
@@ -85,6 +87,7 @@ def separating(X: NDArray) -> tuple[NDArray, int]:
     rank = len(rows)
     massless = np.setdiff1d(np.arange(n), pivots)
     Q = np.eye(n)[:, [*pivots, *massless]]
+    # row i is now x_pivot + sum of work[i, massless] x_massless = 0 for a null vector x
     Q[pivots, rank:] = -work[rows][:, massless].astype(float)
     return scale[:, None] * Q, rank
 
@@ -136,7 +139,10 @@ class Condensation:
     """
 
     def __init__(self, samples: Sequence[MCK], undamped: bool, all_roots: bool) -> None:
-        """samples: M, C and K, arrays (n, n), at some values of the parameter."""
+        """samples: M, C and K, arrays (n, n), at some values of the parameter.
+
+        undamped: whether z is s = -lambda^2; all_roots: whether a fast root may not be left out.
+        """
         masses: Array = np.array(samples)[:, 0]
         if np.array_equal(masses[1:], masses[:-1]):
             masses = masses[:1]
@@ -145,12 +151,12 @@ class Condensation:
         self._left = left.T
         self._undamped = undamped
         self.frequency_scale = rate = _frequency_scale(samples)
-        sums = []  # of sizes of entries
+        term_sizes = []  # of lambda^2 M + lambda C + K where |lambda| is the frequency scale
         for matrices in samples:
             M, C, K = map(np.abs, self._transformed(matrices))
-            sums.append(rate**2 * M + rate * C + K)
+            term_sizes.append(rate**2 * M + rate * C + K)
         # before the state space is formed, whose rows of ones would set units of their own
-        rows, columns = _balancing(sums)
+        rows, columns = _balancing(term_sizes)
         self._left = rows * self._left
         self._right = self._right * columns
         pencils = list(map(self._pencil, samples))
@@ -171,7 +177,11 @@ class Condensation:
         self._fix_subspaces()
 
     def _fix_subspaces(self) -> None:
-        """Take the subspaces of one pencil for the first approximation at others."""
+        """Set the subspaces from which those of all pencils are iterated, and their scale.
+
+        Random ones are iterated for the middle sample; `_reference` (size, N) then fixes the scale
+        of all right bases by reference R = 1, so that they vary smoothly with the parameter.
+        """
         start = np.random.default_rng(self.size).standard_normal((len(self._middle.E), self.size))
         self._start = Subspaces(start.T, start, sign=0.0)
         self._reference = start.T
@@ -179,18 +189,22 @@ class Condensation:
         self._reference = self._start.left @ self._middle.E
 
     def _leave_fast_roots(self, samples: Sequence[ComplexArray]) -> None:
-        """Leave out the roots that are far greater than all others, if there are any that decay.
+        """Leave out the roots beyond the first great gap of their sizes, if all of them decay.
 
-        samples: the finite roots, by size, at some values; rounding hides the greatest at some.
+        Each power of T shrinks their share by the gap: more powers are taken, down to rounding.
+
+        samples: the finite roots, over the frequency scale, by rising size at some values of the
+        parameter; at some of these rounding may hide the greatest.
         """
-        sizes = np.maximum(np.abs(samples[len(samples) // 2]), 1.0)  # roots near zero are no others
+        # at least 1, the frequency scale, so that a root near zero leaves no gap above itself
+        sizes = np.maximum(np.abs(samples[len(samples) // 2]), 1.0)
         gaps = (sizes[1:] / sizes[:-1])[: self.size]
         least = GAP_OF_SQUARES if self._undamped else GAP
         if sizes[-1] > WIDE * sizes[0]:
             least = math.sqrt(least)
         if not np.any(gaps >= least):
             return
-        followed = int(np.argmax(gaps >= least)) + 1  # the first such gap
+        followed = int(np.argmax(gaps >= least)) + 1  # roots below the first such gap
         if all(self._decay(roots[followed:]) for roots in samples):
             self.size = followed
             self._powers += math.ceil(math.log(EPS) / -math.log(gaps[followed - 1]))
@@ -212,7 +226,10 @@ class Condensation:
         return _finite_roots(Pencil(left @ pencil.F @ right, left @ pencil.E @ right))[0]
 
     def _transformed(self, matrices: MCK, of_terms: bool = False) -> list[NDArray]:
-        """L X R of M, C and K, whose massless rows and columns come last, or sizes of its terms."""
+        """L X R of X = M, C and K, whose massless rows and columns come last.
+
+        of_terms: the sums of the sizes of its terms instead, |L| |X| |R|.
+        """
         transformed = []
         for X in matrices:
             product = self._left @ X @ self._right
@@ -223,7 +240,10 @@ class Condensation:
         return transformed
 
     def _pencil(self, matrices: MCK, of_terms: bool = False, is_derivative: bool = False) -> Pencil:
-        """The balanced pencil of M, C and K, or its derivative, or the sizes of their terms."""
+        """The balanced pencil of M, C and K, with z over the frequency scale.
+
+        of_terms: sizes of terms instead, see `_transformed`; is_derivative: of dM, dC and dK.
+        """
         M, C, K = self._transformed(matrices, of_terms)
         rate = self.frequency_scale
         F = K
@@ -236,7 +256,10 @@ class Condensation:
         return Pencil(F, E)
 
     def _subspaces(self, pencil: Pencil) -> Subspaces:
-        """The subspaces of the followed roots, by powers of T."""
+        """The subspaces of the followed roots, by powers of T = (F - sigma E)^-1 E.
+
+        Raises LinAlgError where a followed root is infinite.
+        """
         F, E = pencil
         sigma, _ = _shift(pencil)
         shifted = F - sigma * E
@@ -248,7 +271,7 @@ class Condensation:
         R = R @ np.linalg.inv(self._reference @ R)
         R = _beyond_rounding(R, np.abs(R).max(axis=0))
         L = _beyond_rounding(L, np.abs(L).max(axis=0))
-        L = np.linalg.solve(L.T @ E @ R, L.T)
+        L = np.linalg.solve(L.T @ E @ R, L.T)  # so that L E R = 1
         of_followed = L @ F @ R - sigma * np.eye(self.size)
         sign = np.linalg.slogdet(shifted)[0] * np.linalg.slogdet(of_followed)[0]
         return Subspaces(L, R, float(sign))
@@ -256,7 +279,8 @@ class Condensation:
     def problem(self, matrices: MCK, slopes: MCK, value: float) -> FiniteProblem:
         """The eigenproblem of the followed roots for M, C and K with derivatives dM, dC and dK.
 
-        value: of the parameter; rounding of what it multiplies shows where terms cancel.
+        value: of the parameter. Terms of a matrix that cancel have sizes of about |X| and
+        |value dX|, by which rounding of the entries is bounded.
         """
         pencil = self._pencil(matrices)
         try:
@@ -284,9 +308,10 @@ class Condensation:
 
 
 def _frequency_scale(samples: Sequence[MCK]) -> float:
-    """A power of two, 1/s, near the frequencies of some systems, or their rates without mass.
+    """A power of two, 1/s, near the frequencies of some systems.
 
-    In units of rows and columns in which entries of K are about one.
+    sqrt(K / M), without mass K / C, and 1 without stiffness, by norms in units of rows and columns
+    in which entries of K are about one.
     """
     masses, dampings, stiffnesses = zip(*samples, strict=True)
     rows, columns = _balancing(stiffnesses)
@@ -304,11 +329,12 @@ def _frequency_scale(samples: Sequence[MCK]) -> float:
 def _balancing(matrices: Sequence[NDArray]) -> tuple[Array, Array]:
     """Factors (n, 1) and (1, n), powers of 2, of rows and columns, so that entries are about one.
 
-    First as many of them as can be, by least squares of their logarithms (Curtis and Reid 1972),
-    whatever the units; then the largest of each row and column.
+    First the logarithms of all entries are brought near zero by least squares (Curtis and Reid
+    1972), whatever the units; then the largest entry of each row and column to about one. Rows and
+    columns take turns, as axes k = 0 and 1.
     """
     size = np.max(np.abs(matrices), axis=0)
-    used = np.sign(size)
+    used = np.sign(size)  # 1 of entries that are not zero, else 0
     logarithms = np.log2(divisor(size))
     factors = [np.ones((len(size), 1)), np.ones((1, len(size)))]
     for k in (0, 1) * 8:
@@ -346,8 +372,12 @@ def _shift(pencil: Pencil) -> tuple[float, float]:
 
 
 def _finite_roots(pencil: Pencil) -> tuple[ComplexArray, int]:
-    """The finite roots, by size, and one more than the least power of T that vanishes on the
-    infinite ones (1 if there are none); by ranks of powers."""
+    """The finite roots, by rising size, and how many powers of T leave these alone.
+
+    Infinite roots are the zero eigenvalues of T. In chains they vanish only under a power of it, so
+    T is restricted to its range until it is regular. The number of powers is one more than that of
+    restrictions.
+    """
     F, E = pencil
     sigma, condition = _shift(pencil)
     T = np.linalg.solve(F - sigma * E, E)
@@ -359,7 +389,8 @@ def _finite_roots(pencil: Pencil) -> tuple[ComplexArray, int]:
         kept = singular > bounds
         if kept.all():
             break
-        # similar to the map of the range of T to itself, with the least share of rounding
+        # T = U S V' of the kept singular values: on its range it acts as S^(1/2) V' U S^(1/2), a
+        # matrix in which rounding has the least share
         sizes = np.sqrt(singular[kept])
         relative = bounds[kept] / singular[kept]
         T = sizes[:, None] * (right[kept] @ left[:, kept]) * sizes

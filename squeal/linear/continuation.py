@@ -287,12 +287,13 @@ class SpectrumAtParameter:
     def couplings(self) -> ModalCouplings:
         """The couplings of all pairs of roots that may meet, each pair once.
 
-        With damping these are two roots on the real axis or above it, without damping two on the
-        line at positive frequencies; what lies below mirrors them. Conjugate roots may meet, too.
+        With damping two roots may meet on the real axis or above it, without damping on the line at
+        positive frequencies; what lies below mirrors them. Conjugate roots may meet, too.
 
-        By perturbation theory of simple roots (Kato 1966, II.2) z_k''/2 = sum_m F_km W_mk, where
-        F_kl = W_kl / (z_k - z_l). In F W - W F are the terms of 2 T, and those with m = k and
-        m = l, which F_kl (W_kk - W_ll) takes away.
+        With F_kl = W_kl / (z_k - z_l) and F_kk = 0, perturbation theory of simple roots (Kato 1966,
+        II.2) has z_k''/2 = (F W)_kk. (F W - W F)_kl is the sum over all m of
+        W_km W_ml (1 / (z_k - z_m) + 1 / (z_l - z_m)). 2 T_kl is this sum without m = k and m = l,
+        whose terms are F_kl (W_ll - W_kk).
         """
         z = self.z
         W = self.coupling
@@ -316,7 +317,8 @@ class SpectrumAtParameter:
             T = (F @ W - W @ F + F * (slopes[:, None] - slopes)) / 2
             half_second_derivative = np.einsum("km,mk->k", F, W)
             bend = half_second_derivative[k] - half_second_derivative[l]
-            # without the term m = l of z_k'' and the term m = k of z_l'': by other roots alone
+            # by other roots alone: the term m = l of z_k''/2 is W_kl W_lk / (z_k - z_l), the term
+            # m = k of z_l''/2 is the same with the other sign, and their difference is left out
             bend = bend - 2 * W[k, l] * W[l, k] * inverse[k, l]
         return ModalCouplings(
             k=k,
@@ -422,8 +424,9 @@ class Continuation:
         value: of the parameter, if the slopes are by it.
 
         With L M R = 1 it is that of A = L K R and B = L C R. As d(M^-1) = -M^-1 dM M^-1 their
-        derivatives are L dK R - (L dM R) A and the like. What one strong component of the rows does
-        to another changes no eigenvalue and costs digits: it is left out.
+        derivatives are dA = L dK R - (L dM R) A and dB = L dC R - (L dM R) B. What one
+        strong component of the rows does to another changes no eigenvalue and costs digits: it is
+        left out.
 
         The first call sets the frequency scale for all others; entries that were zero so far renew
         the pattern and the components.

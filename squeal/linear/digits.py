@@ -66,6 +66,7 @@ def rounding_of_sums(system: System) -> tuple[Array, Array, Array]:
             error = error + abs(factor) * term.rounding
             error = error + _error_of_factor(term, parameters) * np.abs(matrix)
             if isinstance(factor, complex) or not is_real:
+                # its product, and its share in each of the sums, real and imaginary parts
                 size = abs(factor) * np.abs(matrix)
                 error = error + 2.0 * (len(active) + 1) * EPS * size
                 continue
@@ -84,9 +85,10 @@ def _is_real(term: Term, parameters: Parameters) -> bool:
 
 
 def _error_of_factor(term: Term, parameters: Parameters) -> float:
-    """How far rounding may have moved the factor of a term: a formula from its value in fractions.
+    """How far rounding may have moved the factor of a term.
 
-    Its numbers and parameters are exact, so that it is 0 of one of these alone.
+    Of a formula it is the distance from its value in fractions, 0 of a number or a parameter alone,
+    which are exact doubles. Of other factors it is a bound, four roundings.
     """
     factor = term.factor
     value = abs(factor.value(parameters))
@@ -102,9 +104,9 @@ def _error_of_factor(term: Term, parameters: Parameters) -> float:
 
 
 def _exact_product(factor: float, matrix: Array) -> tuple[Array, Array]:
-    """Products (n, n) in doubles, and their exact errors (n, n).
+    """Products (n, n) in doubles, and their exact errors (n, n), by Dekker's algorithm.
 
-    Where a part of the computation overflows it is a bound of the error.
+    Where a part of the computation overflows a bound stands in place of the error.
     """
     product = factor * matrix
     with np.errstate(over="ignore", invalid="ignore"):
@@ -156,18 +158,18 @@ def _off_the_axis(
 
 
 def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenvalue, ...]:
-    """Roots with the `error` that the digits of the system's files leave.
+    """Roots with their `error`: a bound of how far the digits of the system's files may move each.
 
-    - The bound is that of the module's head, as of a simple root.
-    - Where that exceeds a quarter of |lambda| the root may be a double root at zero, whose square
-      moves by |y|' |dP| |x| / |y^H M x|. The bound is how large the root may become so, or twice
-      the bound of a simple root if this is less.
-    - Where neither is finite, at a coalescence, the bound is |lambda|, or sqrt(|dK| / |M|), to
-      which |dK| moves a root of zero, if this is more.
+    - The bound of a simple root is that of the module's head.
+    - Where it exceeds a quarter of |lambda| the root may belong to a double root at zero, whose
+      square moves by |y|' |dP| |x| / |y^H M x|. The bound is then sqrt(|lambda|^2 + this movement),
+      the size that the root may have, or twice the bound of a simple root if that is less.
+    - Where both are infinite, at a coalescence, the bound is the greater of |lambda| and
+      sqrt(|dK| / |M|), the size that |dK| gives to a root of zero.
 
-    The `rounding` of a root is raised to its bound, too, but for those of a real undamped system
-    that stay on the imaginary axis within it. `sign_is_open` says of these others whether the sign
-    of their real part is unknown.
+    Roots of a real undamped system that stay on the imaginary axis within their bounds keep their
+    `rounding`. That of every other root is raised to its bound, and its `sign_is_open` says whether
+    the bound exceeds its real part.
     """
     if not roots:
         return ()

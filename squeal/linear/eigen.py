@@ -248,8 +248,10 @@ def _complete_vectors(
 ) -> None:
     """Complete the vectors of strong components by their entries in other components, in place.
 
-    `roots_of` leaves these zero. A right and a left vector overlap in their own component alone, so
-    that y^H P'(lambda) x changes only as their lengths do, and the condition number with it.
+    `roots_of` leaves these entries zero. The right vector reaches into driven components, the left
+    one into driving ones: both are not zero in their own component alone. y^H P'(lambda) x is a sum
+    over that component, so that scaling the longer vectors to unit length divides it, and
+    multiplies the condition number, by the product of their lengths.
 
     Parameters
     ----------
@@ -271,7 +273,7 @@ def _complete_vectors(
     driving_last = sorted(components(reach), key=lambda rows: reach.T[rows[0]].sum())
     for k, z in enumerate(values):
         P = z * z * identity + z * B + A
-        # of y^H P' x of unit vectors what is left, once both reach beyond the component
+        # the factor of y^H P' x: the lengths of both vectors within the component
         share_left = _complete_vector(P, reach, driven_last, right[:, k])
         share_left *= _complete_vector(P.conj().T, reach.T, driving_last, left[:, k])
         condition[k] /= max(share_left, EPS)
@@ -316,6 +318,7 @@ def _complete_vector(
             vector[rows] = -solve(P[rows] @ vector, False)
             vector /= np.abs(vector).max()
     vector /= np.linalg.norm(vector)
+    # all entries within the component were divided by one number, which one entry shows
     return float(abs(vector[largest]) / entry_before)
 
 

@@ -126,7 +126,8 @@ def _doubtful_turn(step: Step, roots: Bools) -> float | None:
 
     The cubic c0 + c1 t + c2 t^2 + c3 t^3 through values and slopes at both ends is off by
     t^2 (1 - t)^2 times a constant. In the middle of the step, where that is greatest, it is taken
-    for a tenth of the range of the cubic, or of the deviation if that is more.
+    for a tenth of the range of the cubic, or of the deviation if that is more. Without this guard
+    damping that is negative for a ten-thousandth of the range would be missed.
 
     Parameters
     ----------
@@ -140,10 +141,10 @@ def _doubtful_turn(step: Step, roots: Bools) -> float | None:
     float or None
         The share of the step at one such turn; None if there is none.
     """
-    # else damping that is negative for a ten-thousandth of the range would be missed
     c = step.real_cubic
     with np.errstate(all="ignore"):
-        # both zeros of the derivative c1 + 2 c2 t + 3 c3 t^2, without cancellation
+        # both zeros of the derivative c1 + 2 c2 t + 3 c3 t^2: q is -c2 -+ the root of the
+        # discriminant, with the sign that does not cancel, and the zeros have the product c1 / 3 c3
         q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
         t = np.stack([q / (3 * c[3]), c[1] / q])
         deviation = np.maximum(step.highest_real - step.lowest_real, np.abs(step.deviation.real))
@@ -329,6 +330,7 @@ def _meetings_around(
     """
     bend = pair.d_bend.real
     slope = pair.d_slope.real
+    # the discriminant of d + slope x + bend x^2, and what four times the noise of d makes of it
     if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.d_noise:
         return
     for offset in np.array([centre - half_width, centre + half_width]):

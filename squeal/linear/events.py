@@ -147,8 +147,9 @@ class _Zero(NamedTuple):
 def _newton(continuation: Continuation, guess: EventGuess) -> _Zero | None:
     """The zero of the event function next to a guess.
 
-    None if a step leaves the width of the guess by more than a half, or has no finite slope, or if
-    the iteration does not converge: to a quarter of what rounding moves the zero by.
+    None if the iteration moves further from the guess than 1.5 of its widths, if the slope is zero
+    or not finite, or if the steps do not become small: rounding of p, or a quarter of the distance by
+    which rounding of the function moves its zero.
     """
     low = continuation.low
     high = continuation.high
@@ -408,11 +409,11 @@ def _certain_sign(
 ) -> tuple[float, int]:
     """A value near `start` at which the sign is certain, and this sign; 0 if it is nowhere certain.
 
-    It is the nearest one to within a factor of 2 in its distance from `start`, above it (`side` 1)
-    or below (-1). Distances from `smallest` up to but without `room` are tried: `half`
-    first, or half the room if that is less. If its sign is certain, its halves follow while theirs
-    is the same; else its doubles until one is certain. With the sign 0 the value lies at `room` or
-    beyond it and means nothing.
+    Values lie above `start` (`side` 1) or below it (-1). The first distance tried is `half`, or
+    half the `room` if that is less. If the sign is certain there, the distance is halved while the sign
+    stays the same, down to `smallest`; else it is doubled until the sign is certain. So it is the
+    least such distance to within a factor of 2. Where no distance below `room` has a certain sign,
+    the sign is 0 and the value means nothing.
     """
 
     def sign_at(distance: float) -> int:

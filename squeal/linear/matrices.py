@@ -289,13 +289,13 @@ def scaled_rank(K: NDArray) -> int:
 def exact_rank(X: Array) -> int:
     """The rank of a matrix (n, m) of doubles as given: what cancels to rounding alone still counts.
 
-    By elimination modulo a prime, in integers: doubles are integers times powers of two. The rank
-    is larger where the prime divides a minor, of arbitrary entries with a chance of about n over
-    the prime.
+    By elimination modulo a prime, in integers: doubles are integers times powers of two. The true
+    rank is larger where the prime divides a minor; of arbitrary entries it does with a chance of
+    about n over the prime.
     """
     mantissas, exponents = np.frexp(X)
     integers = np.ldexp(mantissas, 53).astype(np.int64)
-    # a power of two modulo 2^31 - 1 is that of the remainder of its exponent by 31
+    # 2^31 is 1 modulo the prime 2^31 - 1: of an exponent its remainder by 31 suffices
     powers = np.left_shift(np.int64(1), (exponents.astype(np.int64) - 53) % 31)
     remainders = integers % PRIME * powers % PRIME
     rank = 0

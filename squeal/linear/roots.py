@@ -308,7 +308,8 @@ def hides_slow_roots(
         rank_with_damping = rank
         if C is not None and system.B is not None:
             rank_with_damping = scaled_rank(np.vstack([K[block], C[block]]))
-        # a motion without stiffness is a zero root, without damping of it a double one
+        # (n - rank) motions without stiffness are zero roots, (n - rank_with_damping) of them,
+        # without damping too, double ones
         zeros += 2 * len(rows) - rank - rank_with_damping
     known = roots or roots_of(system)
     size = np.abs(known.values)

@@ -49,8 +49,8 @@ def _skew_part(system: System, term: Term, speed: float) -> Iterable[Matrix]:
 def unit_of_parameter(system: System) -> str:
     """rad/s where the free parameter is the speed of a shaft, else "".
 
-    It is where a skew term of C is proportional to it, as a gyroscopic one, but for a friction mu,
-    and where it is called as in `SPEEDS` and such a term stands in K.
+    The parameter is a speed if a skew term is proportional to it: a term of C, such as a gyroscopic
+    one, unless the parameter is the friction `mu`; or a term of K, if `SPEEDS` has its name.
 
     Examples
     --------

@@ -34,7 +34,7 @@ def support_rows(masses: Array, stiffness: Array, couplings: csc_array) -> NDArr
     by_size = by_size[stiffness[by_size] > 0.0]
     is_gap = stiffness[by_size[1:]] >= PENALTY * stiffness[by_size[:-1]]
     first_above = 1 + np.flatnonzero(is_gap)  # for each gap, how many rows lie below it
-    # at most half of the rows are supports: below another gap lie a few soft rows
+    # less than half of the rows are supports: a gap with fewer rows below it sets off soft rows
     first_above = first_above[2 * first_above > by_size.size]
     if not first_above.size:
         return first_above

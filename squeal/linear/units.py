@@ -22,11 +22,11 @@ ALIKE = 10
 
 
 def row_units(M: Array, C: Array, K: Array) -> Array:
-    """Powers of two (n,): factors of rows that make entries as large as those in the mirror.
+    """Powers of two (n,) that, as factors of rows, make P_ij and P_ji about equally large.
 
-    The largest entry of each row and that of each column become about equal, among entries whose
-    mirror image is not zero (Osborne's balancing). A symmetric M remains so: rows that it couples
-    have one unit. All are one where units are alike.
+    The largest entry of each row and that of the column of its index become about equal, among
+    entries whose mirror image is not zero (Osborne's balancing). A symmetric M remains so: rows
+    that it couples get one factor. All factors are one where rows and columns have like units already.
 
     Parameters
     ----------
@@ -39,6 +39,7 @@ def row_units(M: Array, C: Array, K: Array) -> Array:
     powers = np.log2(mirrored, out=np.full((n, n), LEAST), where=counts)
     units = np.zeros(n)
     for _ in range(MOST_PASSES):
+        # rows times 2^u compare P_ij with P_ji as 2^(u/2) P 2^(-u/2) does, a similarity
         balanced = powers + (units[:, None] - units) / 2
         change = (balanced.max(axis=1) - balanced.max(axis=0)) / 2
         units -= change
