@@ -148,7 +148,7 @@ def _newton(continuation: Continuation, guess: EventGuess) -> _Zero | None:
     """The zero of the event function next to a guess.
 
     None if the iteration moves further from the guess than 1.5 of its widths, if the slope is zero
-    or not finite, or if the steps do not become small: rounding of p, or a quarter of the distance by
+    or not finite, or if no step becomes small: as rounding of p, or as a quarter of the distance by
     which rounding of the function moves its zero.
     """
     low = continuation.low
@@ -410,10 +410,10 @@ def _certain_sign(
     """A value near `start` at which the sign is certain, and this sign; 0 if it is nowhere certain.
 
     Values lie above `start` (`side` 1) or below it (-1). The first distance tried is `half`, or
-    half the `room` if that is less. If the sign is certain there, the distance is halved while the sign
-    stays the same, down to `smallest`; else it is doubled until the sign is certain. So it is the
-    least such distance to within a factor of 2. Where no distance below `room` has a certain sign,
-    the sign is 0 and the value means nothing.
+    half the `room` if that is less. If the sign is certain there, the distance is halved
+    while the sign stays the same, down to `smallest`; else it is doubled until the sign is certain.
+    So it is the least such distance to within a factor of 2. Where no distance below `room` has a
+    certain sign, the sign is 0 and the value means nothing.
     """
 
     def sign_at(distance: float) -> int:

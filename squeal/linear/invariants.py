@@ -97,7 +97,8 @@ def invariants(entries: Sequence[Values], errors: Sequence[Values] | None = None
     D = sizes[::4]
     cycles = _Cycles.of(entries)
     cycle_sizes = _Cycles.of(sizes)
-    unit = 2 * relative_error  # of a term for each of its factors
+    # of a term for each of its factors: the error of the factor, and as much for products and sums
+    unit = 2 * relative_error
     a = Bounded(d[0] + d[1] + d[2], unit * (D[0] + D[1] + D[2]))
     b = Bounded(_pair_products(*d) - cycles.p, 2 * unit * (_pair_products(*D) + cycle_sizes.p))
     c = Bounded(cycles.determinant(d), 3 * unit * cycle_sizes.terms(D))
@@ -146,7 +147,7 @@ def _discriminant(
     """
     mean = trace.value / 3
     error = trace.bound  # the bound of an entry of the deviator
-    e = [x - mean for x in diagonal]
+    e = [x - mean for x in diagonal]  # the diagonal of the deviator
     E = [np.abs(x) for x in e]
     J2 = 0.5 * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) + cycles.p
     J3 = cycles.determinant(e)

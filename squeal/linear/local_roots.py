@@ -204,7 +204,8 @@ def roots_near(
     inverse = np.linalg.inv(Y.conj().T @ X) @ Y.conj().T
     block = inverse @ (A @ X)
     block_slope = inverse @ (derivative @ X)
-    # the error of the subspaces, to first order, and what it adds to the block, to second order
+    # Newton's correction of X, without its part in the subspace, is the error of X to first order;
+    # the block changes by its product with Y^H A, of second order as Y is nearly invariant too
     correction = solve(A @ X - X @ block)
     subspace_error = np.abs(inverse @ (A @ (correction - X @ (inverse @ correction))))
     # independent roundings in the entries of A: their variances add up

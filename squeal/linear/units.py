@@ -26,7 +26,8 @@ def row_units(M: Array, C: Array, K: Array) -> Array:
 
     The largest entry of each row and that of the column of its index become about equal, among
     entries whose mirror image is not zero (Osborne's balancing). A symmetric M remains so: rows
-    that it couples get one factor. All factors are one where rows and columns have like units already.
+    that it couples get one factor. All factors are one where rows and columns have like
+    units already.
 
     Parameters
     ----------

@@ -210,7 +210,8 @@ def _winding_number(logarithms: ComplexArray) -> int | None:
     largest_step = float(np.max(np.abs(steps)))
     if not largest_step < math.pi / 4:  # NaN too
         return None
-    # as read, the deviation ends where it began: the steps add up to the half turns taken from them
+    # without the subtraction the steps around the circle would add up to zero: now they add up to
+    # the half turns of the deviation
     half_turns = round(float(np.sum(steps)) / math.pi)
     if half_turns % 2:
         return None

@@ -477,8 +477,9 @@ def _is_hermitian(A: Matrix) -> bool:
 def _real_modes(K: csc_array, M: csc_array, factor: Factor, cutoff: float) -> tuple[Array, Array]:
     """Squared frequencies (k,) in (rad/s)^2 and modes (n, k) with unit mass up to a cutoff in Hz.
 
-    By shift-and-invert Lanczos with the factor of K, for 24 modes and then twice as many, until one
-    lies above the cutoff; by a dense solver once that would take a quarter of the rows or more.
+    By shift-and-invert Lanczos with the factor of K, for 24 modes, then for twice as many each time,
+    until one lies above the cutoff; by a dense solver if the modes are a quarter of the rows or
+    more.
     Raises ZeroDivisionError where the dense solver finds K not positive definite.
     """
     from scipy.linalg import eigh

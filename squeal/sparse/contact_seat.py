@@ -526,8 +526,8 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
     pairs that are pressed and opens the others. With constant stiffness it ends where the set of
     closed pairs does not change. Once a set returns, one pair changes at a time, the first that
     violates its condition: of a linear problem no set then returns (Murty's principal pivoting).
-    With an exponent, where Murty's rule proves nothing, no approach may change by more than 1e-11
-    of it besides.
+    With an exponent the problem is not linear and Murty's rule proves nothing: all pairs change at
+    a time, and it ends where, besides, no approach changes by more than 1e-11 of itself.
 
     Raises InputError where all pairs open, and ComputationError if it does not end in 100 steps and
     one more for each pair.
@@ -546,8 +546,8 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
         tangential = np.tile(closed * laws.tangential, 2)  # one after the other, as `across`
         A = K + pairs.push @ pairs.normal.multiply(springs[:, None])
         A = A + pairs.across.T @ pairs.across.multiply(tangential[:, None])
-        # the law of each pair is replaced by its tangent: springs, and the force that is left at
-        # no displacement, where the approach is -gap
+        # the law of each pair is replaced by its tangent: the springs, and as preload the force of
+        # the tangent at the displacement 0, where the approach is -gap
         preload = closed * laws.factor * (unit_forces - unit_slopes * (approach + laws.gap))
         displacements = _solve(A, load + pairs.push @ preload)
         previous = approach

@@ -120,15 +120,16 @@ def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
         return 0
     if _nonzero(C) is None:
         return 2 * zero_roots(K, noise, M)
-    # of such a motion lambda (lambda m + c) = 0: the root -c / m is a second zero unless it lies
-    # beyond sqrt(noise / m), to where rounding of K moves zeros
+    # of a motion without stiffness lambda (lambda m + c) = 0: the root -c / m is a second zero
+    # unless c / m > sqrt(noise / m), to where rounding of K moves zeros: c > sqrt(noise m)
     damping = np.linalg.svd(left_null.conj().T @ (C @ null), compute_uv=False)
     mass = float(np.linalg.norm(left_null.conj().T @ (M @ null), 2))
     return 2 * null.shape[1] - int(np.sum(damping > math.sqrt(noise * mass)))
 
 
 def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray, NDArray[np.bool_]]:
-    """All finite roots of scaled matrices (n, n), whatever M is, and which have no known size.
+    """All finite roots of scaled matrices (n, n), whatever M is, and a mask of those without a
+    known size, see `_finite_values`.
 
     They are the eigenvalues of a pencil F - s E in singular vectors of M: of s = -lambda^2 with
     F = K and E = M without damping, of s = lambda in the states of `state_pencil` with it. A

@@ -202,9 +202,9 @@ def _newton(
     to a root whose frequency lies beyond the ends of the `grid`.
 
     With right and left vectors x, y of P(z, omega) the unknowns of a step are dz and domega of
-    y^H (P + P' dz + dP/domega domega) x = 0 and Im(z + dz) = omega + domega. Eliminated from the
-    first, dz = step + root_by_omega domega goes into the second. Frequencies stay within the ends
-    of the `grid`.
+    y^H (P + P' dz + dP/domega domega) x = 0 and Im(z + dz) = omega + domega. The first equation is
+    dz = step + root_by_omega domega, which in the second one gives domega. omega stays within the
+    ends of the `grid`, frequencies in rad/s.
     """
     system = reduction.system
     z = start
