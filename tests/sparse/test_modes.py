@@ -165,8 +165,8 @@ def test_eight_determinants_count_a_band_among_many_roots_and_show_each_hidden_o
 ):
     """Ritz values stand for roots that are not known; where each root lies, the blocks say."""
     rng = np.random.default_rng(9)
-    a = rng.uniform(0.01, 0.1, 300)
-    w = np.linspace(1.0, 600.0, 300)
+    a = rng.uniform(0.01, 0.1, 200)
+    w = np.linspace(115.0, 515.0, 200)
     M, C, K = large.blocks(a, w, rng)
     problem = scaled_problem(M, C, loss * K)
     region = Rectangle(-15.0, 15.0, 300.0, 330.0)
@@ -188,12 +188,12 @@ def test_eight_determinants_count_a_band_among_many_roots_and_show_each_hidden_o
         assert count_roots(problem, disc, np.delete(known, hidden)) in (len(inside), None)
 
 
-@pytest.mark.parametrize("modes", [12, 22])
-def test_a_count_about_the_real_axis_shows_each_hidden_pair(modes, monkeypatch):
-    """With nodes on the imaginary axis, where lightly damped roots lie, some pairs were missed."""
+def test_a_count_about_the_real_axis_shows_each_hidden_pair(monkeypatch):
+    """With nodes on the imaginary axis, where lightly damped roots lie, two pairs were missed."""
+    modes = 22
     rng = np.random.default_rng(0)
-    a = rng.uniform(0.01, 0.1, 300)
-    w = np.linspace(1.0, 600.0, 300)
+    a = rng.uniform(0.01, 0.1, 80)
+    w = np.linspace(1.0, 160.0, 80)
     counts = []
 
     def count(problem, disc, known, reusable=None):
