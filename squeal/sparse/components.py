@@ -477,7 +477,7 @@ def _is_hermitian(A: Matrix) -> bool:
 def _real_modes(K: csc_array, M: csc_array, factor: Factor, cutoff: float) -> tuple[Array, Array]:
     """Squared frequencies (k,) in (rad/s)^2 and modes (n, k) with unit mass up to a cutoff in Hz.
 
-    By shift-and-invert Lanczos with the factor of K, for 24 modes, then for twice as many each time,
+    By shift-and-invert Lanczos with the factor of K, for 24 modes, then for twice as many,
     until one lies above the cutoff; by a dense solver if the modes are a quarter of the rows or
     more.
     Raises ZeroDivisionError where the dense solver finds K not positive definite.
