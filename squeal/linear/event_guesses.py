@@ -67,17 +67,18 @@ def guesses_of(
     single = known & ~crosses_nothing & is_cubic
     guesses: list[EventGuess] = []
     for k in np.flatnonzero(single).tolist():
-        guesses += _crossings_of_one(step, k, known=True)
+        guesses += _crossings_of_one(step, k, sides_known=True)
     doubtful = set(np.flatnonzero(~crosses_nothing & ~single).tolist())
     for pair in step.pairs(sorted(doubtful)):
         guesses += _events_of_pair(step, pair)
         doubtful.difference_update(pair.indices)
     for k in doubtful:  # the best there is if no step can be divided any more
-        guesses += _crossings_of_one(step, k, known=False)
+        guesses += _crossings_of_one(step, k, sides_known=False)
     if doubtful:
         return guesses, DIVISION_SHARE
     may_turn = known
-    if problem is not DAMPED:  # zero of Re z, which the cubics are of, is passed on the real axis
+    # the cubics are of Re z: without damping its zero is passed by real roots alone
+    if problem is not DAMPED:
         may_turn = known & _stays_real(step)
     return guesses, _doubtful_turn(step, may_turn)
 
@@ -156,11 +157,11 @@ def _doubtful_turn(step: Step, roots: Bools) -> float | None:
     return float(t[is_near][0])
 
 
-def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[EventGuess]:
+def _crossings_of_one(step: Step, k: int, sides_known: bool) -> Iterator[EventGuess]:
     """Where one root crosses the line: zeros of the cubic of its real part over the step.
 
-    k: the index of the root before the step; known: whether it is certain on which side of the line
-    the root is at both ends.
+    k: the index of the root before the step; sides_known: whether it is certain, at both
+    ends, on which side of the line the root is, or that it is on it.
     """
     before = step.before
     after = step.after
@@ -170,7 +171,7 @@ def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[EventGuess]:
         return
     ends = np.array([values[k] for values in step.ends])  # (4,): see `StepEnds`
     path = ends.real.copy()
-    if known:  # on the line at an end of the range: the slope tells where it comes from
+    if sides_known:  # a root on the line at an end of the range: its slope tells its side
         at_ends = path[[0, 2]]  # without the slopes
         path[[0, 2]] = np.where(np.abs(at_ends) <= step.rounding[k], 0.0, at_ends)
     length = after.value - before.value

@@ -97,12 +97,12 @@ def links(
         return
     step = Step(before, after)
     known = np.asarray(step.same_mode.any(axis=1))
-    rows = np.flatnonzero(~known)  # roots of unknown mode before
-    columns = np.flatnonzero(~step.same_mode.any(axis=0))  # and after
-    is_doubtful = len(rows) > 0 and len(columns) > 0
+    open_before = np.flatnonzero(~known)  # roots of unknown mode
+    open_after = np.flatnonzero(~step.same_mode.any(axis=0))
+    is_doubtful = len(open_before) > 0 and len(open_after) > 0
     if is_doubtful and depth:
-        close_before = _all_close(before.z[rows])
-        close_after = _all_close(after.z[columns])
+        close_before = _all_close(before.z[open_before])
+        close_after = _all_close(after.z[open_after])
         middle = (a + b) / 2
         may_halve = not (close_before and close_after) and middle not in (a, b)
         if may_halve and next(budget, None) is not None:
@@ -114,9 +114,9 @@ def links(
     if is_doubtful:
         # the others are assigned by slopes, which is certain only of two that came close: their
         # mean is smooth, and the sign of their difference tells which is which, unless they meet
-        by_slopes = assigned(step.mismatch[np.ix_(rows, columns)])
-        order[rows] = np.where(by_slopes < 0, -1, columns[by_slopes])
-        for pair in _pairs_with_smooth_mean(step, order, rows.tolist()):
+        by_slopes = assigned(step.mismatch[np.ix_(open_before, open_after)])
+        order[open_before] = np.where(by_slopes < 0, -1, open_after[by_slopes])
+        for pair in _pairs_with_smooth_mean(step, order, open_before.tolist()):
             keeps_order = _keeps_order(step, pair, order)
             if keeps_order is None:
                 indistinct.append(pair)

@@ -68,9 +68,10 @@ def root_rounding(
     """How far rounding moves each eigenvalue (m,) of a matrix.
 
     One that is far from all others moves by R, the error of the matrix times its own condition. One
-    with others within reach, at distances d_j, moves by r with r prod(1 + r / d_j) = R: the error
-    of the determinant is shared. No eigenvalue moves further than 2 `size` times the m-th root of
-    the relative error, m being the number of rows (Elsner 1985).
+    with others within reach, at distances d_j, moves by r with r prod(1 + r / d_j) = R, as the
+    determinant, a product of the distances to all roots, is in error. No eigenvalue moves further
+    than 2 `size` times the m-th root of the relative error, m being the number of rows (Elsner
+    1985).
 
     Parameters
     ----------
@@ -109,8 +110,9 @@ def root_rounding(
         excess = log_r + np.log1p(share).sum(axis=1) - log_R
         slope = 1.0 + (share / (1.0 + share)).sum(axis=1)
         log_r = log_r - np.maximum(excess, 0.0) / slope
-    # equal roots of independent vectors share nothing: each moves as one alone does
-    least = np.minimum(isolated, matrix_error)[crowded]  # the condition of independent vectors is 1
+    # equal roots with independent vectors share no error: each moves by the error of the matrix, as
+    # a single root of condition 1 does
+    least = np.minimum(isolated, matrix_error)[crowded]
     rounding[crowded] = np.maximum(np.exp(log_r), least)
     return rounding
 

@@ -250,7 +250,8 @@ def _may_meet(spectrum: SpectrumAtParameter, pairs: _Approaches, span: float) ->
         reaches_axis |= _passes_zero(mean - half_difference, slack)
         # conjugates have one real part until they meet: before, each crosses as a single root
         meets = (meets | ~pairs.conjugate) & reaches_axis
-    # a coupling within rounding, as of two subsystems that meet by chance, parts no roots
+    # d gains x^2 a b by the coupling, and rounding moves d by the product of both roundings: a
+    # coupling within it, as of two subsystems that meet by chance, parts no roots
     farthest = x.max(axis=0)
     rounding = spectrum.rounding[k] * spectrum.rounding[l]
     couples_beyond_rounding = farthest**2 * size > rounding

@@ -110,9 +110,9 @@ class Term:
         change : callable
             The map, such as that to some of the rows.
         size : callable, optional
-            A bound (n, n) of the map of all matrices whose entries have some sizes: V' X V, or a
-            sum of X W and W X, with V and W of at least 0. Of a map that only moves or averages
-            entries it is left out.
+            From the sizes of entries (n, n) to bounds of the sizes of the new entries: the map with
+            absolute values of its factors, such as |V|' X |V| of V' X V. It is left out for a map
+            that only moves or averages entries.
         factor : Formula, optional
             Another factor than that of the term.
 

@@ -360,7 +360,7 @@ class Component:
             raise InputError(f"{self.name}: the nodes in contact do not hold it; it needs supports")
         constraint = _unit_columns(self.system.n, boundary)
         constraint[interior] = -factor.solve(K[interior][:, boundary].toarray())
-        # all modes inside: their static answer to the inertia of the constraint modes
+        # the static answer of all modes inside to the inertia of the constraint modes
         static = factor.solve((M @ constraint)[interior])
         # less the share of the modes below the cutoff
         static -= modes @ (modes.T @ (inner_M @ static))
@@ -477,9 +477,9 @@ def _is_hermitian(A: Matrix) -> bool:
 def _real_modes(K: csc_array, M: csc_array, factor: Factor, cutoff: float) -> tuple[Array, Array]:
     """Squared frequencies (k,) in (rad/s)^2 and modes (n, k) with unit mass up to a cutoff in Hz.
 
-    By shift-and-invert Lanczos with the factor of K, for 24 modes, then for twice as many,
-    until one lies above the cutoff; by a dense solver if the modes are a quarter of the rows or
-    more.
+    By shift-and-invert Lanczos with the factor of K, for 24 modes, then for twice as many each
+    time, until one lies above the cutoff; by a dense solver if the modes are a quarter of the rows
+    or more.
     Raises ZeroDivisionError where the dense solver finds K not positive definite.
     """
     from scipy.linalg import eigh
