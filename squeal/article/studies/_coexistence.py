@@ -189,9 +189,10 @@ def box(seed: int) -> np.ndarray:
 
 
 def shortest_repetition(cycles: Cycles, cycle: Cycle) -> Cycle:
-    """The cycle of the shortest period where a motion runs through it several times in its own.
+    """The cycle with its shortest period: `cycle` may run through a shorter one several times.
 
-    Contact changes that repeat suggest how often; the shorter period is then solved for.
+    If its contact changes are `count` times the same sequence, Newton's method starts from the
+    period over `count`. `cycle` itself is returned where no shorter period is found.
     """
     changes = cycle.contacts
     for count in (5, 4, 3, 2):
@@ -358,7 +359,7 @@ def _grazing_near(cycles: Cycles, cycle: Cycle) -> Grazing | None:
                 shortest = duration
                 edge = edge_tried
                 middle = (begin.t + 0.5 * duration) % period
-                touches = end.touches  # as the edge does again after the excursion
+                touches = end.touches  # whether the edge touches once the excursion is over
     guess = cycle.x.copy()
     guess[:6] = flow(cycle.pad.law).run(cycle.pad, cycle.state, middle).end
     try:
@@ -400,7 +401,7 @@ def trace(
         try:
             for cycle in cycles.branch(first.x, free, direction, conditions, anchored):
                 side.append(cycle)
-                # the multipliers that are not critical
+                # the largest multiplier behind the critical ones; 1e-4 allows for its rounding
                 others_stable = np.abs(cycle.multipliers[critical]) < 1.0 + 1e-4
                 if not is_in_plane(cycle) or not others_stable or len(side) == MOST:
                     break
@@ -468,7 +469,8 @@ def both_planes(cycles: Cycles, found: Boundary, mu: float) -> BothPlanes:
         except ComputationError:
             return []
 
-    if found.cycle.pad.mu == mu:  # it was found as modal damping changed
+    # friction is still exactly `mu` where the boundary was found as modal damping changed
+    if found.cycle.pad.mu == mu:
         over_a = trace_over(LOG_A, found.cycle)
         return BothPlanes(over_a, trace_other(over_a, LOG_A, np.log(A_OVER_FRICTION), MU))
     over_mu = trace_over(MU, found.cycle)
@@ -489,8 +491,8 @@ def grazing_over_a(cycles: Cycles, grazing: Grazing) -> list[Cycle]:
 def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
     """The boundaries of a family over contact damping and over friction, both with modal damping.
 
-    Upwards the cycle ends in a fold; as modal damping or friction falls it may lose its stability;
-    an edge may graze. Friction is tried for a family whose friction is not the scene's.
+    As modal damping rises, the cycle ends in a fold; as modal damping or friction falls, it may
+    lose its stability. Grazings are traced over contact damping alone.
     """
     start = find_cycle(scene, family)
     cycles = Cycles(start.pad)
@@ -512,6 +514,7 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
 
     above = boundary_along(cycles, start, LOG_ZETA, 1.0)
     below = boundary_along(cycles, start, LOG_ZETA, -1.0)
+    # a family with a friction of its own may lose its stability as friction falls instead
     if below is None and family.mu is not None:
         below = boundary_along(cycles, start, MU, -1.0)
     for found in (above, below):
@@ -520,7 +523,7 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
             store(found.kind, "a", planes.over_a)
             store(found.kind, "mu", planes.over_mu)
     if family.mu is not None:
-        return curves  # grazings are searched at the friction of the scene
+        return curves  # the plane of grazings is at the friction of the scene, `start` is not
     for sign in (1.0, -1.0):
         grazing = grazing_along_zeta(cycles, start, sign)
         if grazing is not None:
@@ -529,7 +532,7 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
 
 
 def least_at(scene: Scene, a: float, zeta: float, norm: Norm) -> LeastDisturbance:
-    """The least disturbance at a pair of dampings, and the share of the box."""
+    """The least disturbance at a pair of dampings, and how many motions from the box last."""
     pad = DampedContact.of(scene, a, zeta)
     searches = [least_disturbance(pad, norm, seed) for seed in SEEDS]
     found = [one for one in searches if one is not None]
@@ -550,18 +553,18 @@ def least_at(scene: Scene, a: float, zeta: float, norm: Norm) -> LeastDisturbanc
 
 def compute(motion: str, scene: Scene) -> Stored:
     """All that is stored of a motion; least disturbances only where sliding is stable."""
-    own = scene_of(motion, scene)
+    with_law = scene_of(motion, scene)
     curves: list[BoundaryCurve] = []
     for family in FAMILIES[motion]:
-        curves += boundaries(own, family)
+        curves += boundaries(with_law, family)
     least = []
     contact_dampings, modal_dampings = LEAST_AT[motion]
     for a, zeta in itertools.product(contact_dampings, modal_dampings):
-        if DampedContact.of(own, a, zeta).growth >= 0.0:
+        if DampedContact.of(with_law, a, zeta).growth >= 0.0:
             continue
-        least.append(least_at(own, a, zeta, "displacement"))
+        least.append(least_at(with_law, a, zeta, "displacement"))
         if a == ENERGY_A:
-            least.append(least_at(own, a, zeta, "energy"))
+            least.append(least_at(with_law, a, zeta, "energy"))
     return Stored(motion, tuple(curves), tuple(least))
 
 

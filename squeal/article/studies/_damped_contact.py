@@ -70,14 +70,17 @@ def gap_rates(c: Coefficients, at: Pose, v: Number, turning: Number) -> Point:
 def touching_part(gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]:
     """Middle and half length of the part of the line that touches, the face being (-1, 1).
 
-    The gap is linear along the face, from gl at the leading edge (-1) to gt at the trailing one. Of
-    one edge that touches, the part has the half length g/(g - g_other); of both it is the whole
-    face. One formula for all contact states, as heyoka compiles it: on holds 1 or 0.
+    The gap is linear along the face, from gl at the leading edge (-1) to gt at the trailing one. If
+    one edge alone touches, the part reaches from that edge to where the gap is zero: its half
+    length is g/(g - g_other), g being the gap of that edge. If both touch, the part is the whole
+    face; if none does, its half length is 0. Since heyoka compiles one formula for all contact
+    states, the cases are told apart by the factors `on` (1 or 0) instead of by branches.
     """
-    side = on[1] - on[0]  # the only edge that touches, 0 where none or both do
+    side = on[1] - on[0]  # -1 or 1: the one edge that touches; 0 where none or both do
     one_edge = side * side
     full = on[0] * on[1]
     penetration = -one_edge * (on[0] * gl + on[1] * gt)
+    # 1 - one_edge keeps the divisor from zero where none or both touch and penetration is 0
     half = full + penetration / (side * (gl - gt) + (1.0 - one_edge))
     return side * (1.0 - half), half
 
@@ -522,7 +525,7 @@ class Ensemble:
         lasts = np.zeros(count, dtype=bool)
         invalid = np.zeros(count, dtype=bool)
         for first in range(0, count, LANES):
-            # the last batch repeats the last motion in the lanes that are left
+            # the last batch fills its spare lanes with the last motion once more
             index = np.minimum(np.arange(first, first + LANES), count - 1)
             self._start(pad, ends[index])
             still_changing = np.ones(LANES, dtype=bool)

@@ -119,12 +119,13 @@ class Cycles:
         return Cycle(x, pad, self.flow.run(pad, x[:6], float(x[PERIOD])))
 
     def closure(self, cycle: Cycle) -> tuple[np.ndarray, np.ndarray]:
-        """phi_T(z) - z (6,) and its derivative (6, 10) by X."""
+        """phi_T(z) - z (6,) and its derivative (6, 10) by X = (z, T, ln a, ln zeta, mu)."""
         arc = cycle.arc
         pad = cycle.pad
         jacobian = np.empty((6, 10))
         jacobian[:, :6] = arc.matrix[:, :6] - np.eye(6)
         jacobian[:, PERIOD] = pad.rates(arc.end)
+        # by the logarithm: d/d(ln a) = a d/da, with a (`size`) in the units of the motion
         jacobian[:, LOG_A] = arc.matrix[:, 6] * pad.size
         jacobian[:, LOG_ZETA] = arc.matrix[:, 7] * pad.zeta
         jacobian[:, MU] = arc.matrix[:, 8]

@@ -135,7 +135,8 @@ class _Equations:
         if touching == (True, True):  # a trapezium of pressure
             normal = -pad.k_c * (leading + trailing) / 2.0
             moment = (arms[0].real + arms[1].real) / 2.0 * normal
-            # of the part of the pressure that is linear about the middle
+            # at s from the middle the linear part is k_c/width (leading - trailing)/width s; its
+            # moment is the integral of that times s, where that of s^2 is width^3/12
             moment += pad.k_c * width * (leading - trailing) / 12.0
         else:  # a triangle of pressure, whose resultant is a third of its base from that edge
             touching_gap, other_gap = (leading, trailing) if touching[0] else (trailing, leading)

@@ -22,7 +22,8 @@ Norm = Literal["displacement", "energy"]
 DIRECTIONS = 32  # drawn for the search outwards
 RADII = np.geomspace(0.25, 6.0, 15)  # norms of its disturbances
 CANDIDATES = 8  # of each round of the search for shorter ones
-SHORTER = np.array([0.002, 0.01, 0.03, 0.1] * 2)  # by how much, at a width of 1/6 and more
+SHORTER = np.array([0.002, 0.01, 0.03, 0.1] * 2)
+"""By which share each candidate is shorter than the best, less so at widths below 1/6."""
 # the width says how far the direction of a candidate is moved; factors after a round
 FIRST_WIDTH = 0.5
 LAST_WIDTH = 0.004
@@ -96,12 +97,14 @@ def least_disturbance(pad: DampedContact, norm: Norm, seed: int) -> Least | None
     best = _first_lasting(pad, columns, random)
     if best is None:
         return None
-    width = FIRST_WIDTH  # wider after a round of several that last, narrower after one of none
+    # wider after a round in which several candidates last, narrower after one in which none does
+    width = FIRST_WIDTH
     for _ in range(ROUNDS):
         length = np.linalg.norm(best)
         candidates = best / length + width * random.normal(size=(CANDIDATES, len(best)))
         candidates[0] = best  # the same direction, shorter
         candidates /= np.linalg.norm(candidates, axis=1)[:, None]
+        # at small widths directions hardly change: lengths are then reduced in proportion
         shortened = 1.0 - min(1.0, 6.0 * width) * SHORTER
         candidates *= length * shortened[:, None]
         lasting = lasts(pad, candidates @ columns.T)

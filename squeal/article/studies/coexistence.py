@@ -208,7 +208,8 @@ def critical_distance(cycle: Cycle, kind: Kind) -> float:
     multipliers = cycle.multipliers
     match kind:
         case "fold":
-            # that of a shift in time is 1 too: rounding separates the two, but not their sum
+            # the multiplier of a shift in time is 1 as well; a double eigenvalue is split by the
+            # square root of rounding, while the sum of both, 2, moves by rounding alone
             values = np.linalg.eigvals(cycle.monodromy)
             pair = values[np.argsort(np.abs(values - 1.0))[:2]]
             return float(np.abs(pair.sum() - 2.0))
