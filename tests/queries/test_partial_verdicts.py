@@ -264,3 +264,33 @@ def test_a_map_of_a_band_says_that_its_verdicts_are_of_the_band(n):
         assert whole.share["flutter"] == 1.0
         assert whole.to_dict()["extent"] is None
         assert "outside" not in str(whole)
+
+
+def mixing(n, random):
+    """An integer matrix of determinant 1 or -1: rows in another order, each added to one other."""
+    order = random.permutation(n).reshape(-1, 2)
+    signs = random.choice([-1.0, 1.0], size=n // 2)
+    added = coo_array((signs, (order[:, 0], order[:, 1])), shape=(n, n))
+    return (sparse.eye_array(n) + added).tocsr()[random.permutation(n)]
+
+
+def test_defective_roots_on_the_axis_are_no_growth_in_a_large_system():
+    # Jordan blocks of the root 4096i among single modes; every entry is exact, so that no root has
+    # a real part. Rounding splits a block of four by 0.2 1/s on either side of the axis
+    random = np.random.default_rng(3)
+    sizes = (4, 3, 2) * 4
+    blocks = []
+    for size in sizes:
+        coupling = 2.0 ** (24 - random.integers(1, 9))
+        blocks.append(2.0**24 * np.eye(size) + coupling * np.eye(size, k=1))
+    omega = np.exp(random.uniform(np.log(300.0), np.log(60000.0), 402))
+    mantissa, exponent = np.frexp(omega**2)
+    single = np.ldexp(np.round(mantissa * 2**20), exponent - 20)
+    K = sparse.block_diag([*blocks, sparse.diags_array(single)]).tocsr()
+    left = mixing(K.shape[0], random)
+    right = mixing(K.shape[0], random)
+    system = squeal.System(left @ right, K=left @ K @ right)
+    found = squeal.eigenvalues(system, band=(600.0, 700.0))
+    assert len([root for root in found.eigenvalues if abs(root.value - 4096j) < 1.0]) == sum(sizes)
+    assert found.certified
+    assert found.verdict is None
