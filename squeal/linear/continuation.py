@@ -646,9 +646,11 @@ def problem_class_of(samples: Sequence[tuple[Array, Array | None, Array]]) -> Pr
 def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
     """Projections P and Q that take the free motions, whose roots are zero throughout, out.
 
-    Free motions are the k vectors x on which neither K nor C acts at any sample; with them go the k
+    Free motions are the vectors x on which neither K nor C acts at any sample; with them go
     combinations y of rows with y' K = y' C = 0. Q spans what is orthogonal to M' y, P what is
-    orthogonal to M x, so that P' M Q q'' + P' C Q q' + P' K Q q = 0 has all other roots.
+    orthogonal to M x, so that P' M Q q'' + P' C Q q' + P' K Q q = 0 has all other roots. For that
+    either x or y suffices: where the parameter changes some of one kind, as of a force that acts
+    between bodies at one end alone, the other kind, of k vectors, stands for both.
 
     Parameters
     ----------
@@ -680,9 +682,13 @@ def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
     noise = 8 * EPS * len(M) * float(np.linalg.norm(np.hstack(unit_sized), 2))
     motions = scale * null_spaces(np.vstack(unit_sized), noise)[0]
     combinations = scale * null_spaces(np.hstack(unit_sized), noise)[1]
-    k = motions.shape[1]
-    if not 0 < k < len(M) or combinations.shape[1] != k:
+    k = max(motions.shape[1], combinations.shape[1])
+    if not 0 < k < len(M):
         return None
+    if motions.shape[1] < k:
+        motions = combinations
+    elif combinations.shape[1] < k:
+        combinations = motions
     if np.linalg.cond(combinations.conj().T @ M @ motions) > 1 / ILL_CONDITIONED:
         return None
     # P' M x = 0 with P = scale p where p is orthogonal to scale M x; so for Q and y' M Q = 0

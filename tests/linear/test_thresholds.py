@@ -10,6 +10,7 @@ from scipy.linalg import block_diag
 import squeal
 from squeal.errors import InputError
 from squeal.linear import thresholds
+from squeal.linear.search import search
 from tests.known import affine, coupled, known_system, system_of
 
 I2 = np.eye(2)
@@ -303,3 +304,35 @@ def test_a_free_motion_that_leaves_no_mass_on_a_diagonal_hides_no_threshold():
     K1[4, 1:3] = -g, g
     found = squeal.thresholds(squeal.System(np.eye(5), K={"1": K0, "mu": K1}), 2.0)
     assert [c.mu for c in found.crossings] == pytest.approx(2 * [(k - h) / (2.0 * g)], rel=1e-6)
+
+
+@pytest.mark.parametrize("is_transposed", [False, True])
+@pytest.mark.parametrize("falls", [False, True])
+@pytest.mark.parametrize("damping", [0.0, 0.3])
+@pytest.mark.parametrize("bodies", [1, 2, 3])
+def test_a_real_root_leaves_zero_beside_free_motions(bodies, damping, falls, is_transposed):
+    """Between two masses acts a spring, and on one mass alone a force -mu (q1 - q2): the difference
+    r obeys r'' + 2 c r' + (2 - mu) r = 0. Free bodies beside it, mixed by whole numbers, drift."""
+    pair = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    one_sided = np.array([[-1.0, 1.0], [0.0, 0.0]])
+    if is_transposed:
+        one_sided = one_sided.T
+    n = bodies + 1
+    mix = np.tril(np.ones((n, n)))
+    mix[0, -1] = 2.0
+
+    def mixed(block):
+        full = np.zeros((n, n))
+        full[:2, :2] = block
+        return mix.T @ full @ mix
+
+    mass = mix.T @ mix
+    for scale in (1.0, 1.0000000236432494, 1.1, 1.37):
+        slope = -scale * mixed(one_sided) if falls else scale * mixed(one_sided)
+        constant = mixed(pair) - 4 * slope if falls else mixed(pair)
+        system = squeal.System(mass, damping * mixed(pair), {"1": constant, "mu": slope})
+        threshold = 4 - 2 / scale if falls else 2 / scale
+        result = search(system, 0.1, 3.9)
+        events = [event for cluster in result.clusters for event in cluster]
+        assert [event.direction for event in events] == [-1 if falls else 1]
+        assert events[0].value == pytest.approx(threshold, rel=1e-9)
